@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.app.options import completing
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 
 STUDIES = {
@@ -19,7 +20,13 @@ STUDIES = {
 
 
 def reproduce(
-    study: Annotated[str, typer.Argument(help="Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()))],
+    study: Annotated[
+        str,
+        typer.Argument(
+            help="Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()),
+            autocompletion=completing(lambda: STUDIES),
+        ),
+    ],
     quick: Annotated[bool, typer.Option("--quick", help="Few, short runs, for a first impression only.")] = False,
     rosco: Annotated[
         bool, typer.Option("--rosco", help="he2018: only the comparison of its load control with ROSCO.")
@@ -56,8 +63,8 @@ def reproduce(
         say(f"failed: {cell}: {why}")
     for cell, why in found.doubtful.items():
         say(f"DOUBTFUL: {cell}: {why}")
-    for file in found.files:
-        print(f"wrote {file}")
+    wrote(*found.files)
+    suggest(*(("reproduce", study, "--out", out) if quick or found.failed else ("verify", "--out", out)))
     if found.failed:
         raise typer.Exit(1)
 
@@ -91,5 +98,5 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
         print_table(table.caption, table.head, table.rows)
     for line in findings(found):
         print(line)
-    for file in files:
-        print(f"wrote {file}")
+    wrote(*files)
+    suggest("reproduce", "he2018", *(("--rosco",) if quick else ()), "--out", out)

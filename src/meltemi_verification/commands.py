@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say
+from meltemi.app.terminal import OutOption, folder_for, print_table, print_values, progress_bar, say, suggest, wrote
 
 
 def verify(
@@ -30,14 +30,13 @@ def verify(
     for table in report.tables:
         print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
     print(report.summary())
-    for path in report.write(out):
-        print(f"wrote {path}")
+    wrote(*report.write(out))
+    suggest(*(("verify", "--out", out) if quick or measured else ("bench",)))
     if report.failed:
         raise typer.Exit(1)
 
 
 def bench(
-    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     duration: Annotated[float, typer.Option("--duration", help="Length of the timed runs [s].")] = 600.0,
     page: Annotated[
         Path | None, typer.Option("--page", help="Write the benchmark page of the docs to this file.")
@@ -49,14 +48,8 @@ def bench(
     if loads:
         from meltemi_verification.load_bench import load_benchmark, load_lines
 
-        measured = load_benchmark(cases=cases, say=say)
-        if json:
-            import json as json_format
-
-            print(json_format.dumps(measured, indent=2))
-        else:
-            for line in load_lines(measured):
-                print(line)
+        print_values("figures", load_benchmark(cases=cases, say=say), load_lines)
+        suggest("loads", "plan", "nrel5mw", "--class", "IB", "--quick")
         return
     from meltemi.core.files import write_text
     from meltemi_verification import bench as study
@@ -66,11 +59,6 @@ def bench(
     figures = study.benchmark(duration=duration, say=say)
     if page is not None:
         write_text(page, study.page(figures))
-        print(f"wrote {page}")
-    if json:
-        import json as json_format
-
-        print(json_format.dumps(figures, indent=2))
-    else:
-        for line in study.report_lines(figures):
-            print(line)
+        wrote(page)
+    print_values("figures", figures, study.report_lines)
+    suggest("bench", "--loads")

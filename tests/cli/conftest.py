@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from terminal import Command, Ran
+from terminal import Command, Ran, check_next
 
 from meltemi.app.cli import main
 from meltemi.core.kernel import COLD
@@ -18,7 +18,10 @@ from meltemi.core.kernel import COLD
 
 @pytest.fixture
 def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
-    """``meltemi`` with arguments, in this process: an exception that escapes fails the test."""
+    """``meltemi`` with arguments, in this process: an exception that escapes fails the test.
+
+    Text that a successful command prints ends with the next command, which must be valid.
+    """
 
     def call(*arguments: Any) -> Ran:
         monkeypatch.setattr(sys, "argv", ["meltemi", *map(str, arguments)])
@@ -29,6 +32,11 @@ def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
         except SystemExit as end:
             status = end.code or 0
         out, err = capsys.readouterr()
+        for line in (line for line in out.splitlines() if line.startswith("next: ")):
+            check_next(line)
+            assert out.endswith(f"{line}\n")
+        silent = {"--help", "-h", "--version", "--json", "template", "greet"} & set(map(str, arguments))
+        assert status or silent or not arguments or "next: meltemi " in out, out
         return Ran(status, out, err.replace(COLD + "\n", ""))
 
     return call

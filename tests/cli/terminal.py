@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import typer
+
+from meltemi.app.cli import app
 
 STEADY = """\
 turbine: nrel5mw
@@ -26,6 +31,17 @@ class Ran(NamedTuple):
     def files(self) -> list[Path]:
         """The files it says it wrote."""
         return [Path(name) for name in re.findall(r"^wrote (.+)$", self.out, re.MULTILINE)]
+
+
+def check_next(line: str) -> None:
+    """The command that a ``next:`` line names exists, and takes its options and arguments."""
+    words = shlex.split(line)
+    assert words[:2] == ["next:", "meltemi"], line
+    group: Any = typer.main.get_command(app)
+    context = group.make_context("meltemi", words[2:])
+    while hasattr(group, "resolve_command"):
+        name, command, rest = group.resolve_command(context, [*context._protected_args, *context.args])
+        context, group = command.make_context(name, rest, parent=context), command
 
 
 Command = Callable[..., Ran]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import json
 import subprocess
 import sys
 import time
@@ -97,12 +97,12 @@ time.sleep(0.2)
 
 def test_warmup_leaves_nothing_to_compile(command: Command) -> None:
     assert command("warmup").status == 0
-    ran = command("warmup")
+    ran = command("warmup", "--json")
     assert ran.status == 0
     assert "once" in ran.err
-    assert str(kernel.cache_folder()) in ran.out
-    found = dict(re.findall(r"^(.*?) +\d+ signatures, +(\d+) compiled", ran.out, re.MULTILINE))
-    assert found == dict.fromkeys(warmup.STAGES, "0")
+    told = json.loads(ran.out)
+    assert str(kernel.cache_folder()) in told["notes"][-1]
+    assert {row["stage"]: row["compiled"] for row in told["tables"][0]["rows"]} == dict.fromkeys(warmup.STAGES, 0)
 
 
 @pytest.mark.long

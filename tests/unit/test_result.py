@@ -131,7 +131,7 @@ def test_a_result_says_what_it_is(result: Result) -> None:
 
 
 def test_a_browser_shows_what_a_result_is(result: Result) -> None:
-    assert "&lt;Result: 4 channels" in result._repr_html_()
+    assert "4 channels" in result._repr_html_()
 
 
 # the same as a table of text

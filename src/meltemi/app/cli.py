@@ -25,7 +25,10 @@ from meltemi.app.importing import import_
 from meltemi.app.inspect import inspect
 from meltemi.app.loads import loads
 from meltemi.app.options import (
+    CHANNELS,
+    TURBINES,
     RunOptions,
+    TurbineArgument,
     controller_of_options,
     is_case,
     wind_of_options,
@@ -34,7 +37,16 @@ from meltemi.app.options import (
 )
 from meltemi.app.scans import default_speeds, finish, speeds_of
 from meltemi.app.stability import flutter, parked
-from meltemi.app.terminal import OutOption, print_table, progress_bar, remove_empty_folders, results_in, say
+from meltemi.app.terminal import (
+    OutOption,
+    print_table,
+    progress_bar,
+    remove_empty_folders,
+    results_in,
+    say,
+    suggest,
+    wrote,
+)
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
 
@@ -46,7 +58,6 @@ app = typer.Typer(
     cls=Commands,
     help="Aeroelastic simulation of controlled wind turbines in turbulent wind, with load analysis.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -104,7 +115,11 @@ def options(
 @with_options
 def run(
     target: Annotated[
-        str, typer.Argument(help="A turbine's name, the YAML file of a turbine or a case, or an OpenFAST deck (.fst).")
+        str,
+        typer.Argument(
+            help="A turbine's name, the YAML file of a turbine or a case, or an OpenFAST deck (.fst).",
+            autocompletion=TURBINES,
+        ),
     ],
     options: RunOptions,
     transient: Annotated[
@@ -141,7 +156,7 @@ def run(
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None), results_in(out):
         described = case_run(case, turbine, folder, Path(kept))
-        with progress_bar(f"{turbine.name}, {case.duration:g} s") as progress:
+        with progress_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
             simulation = Simulation(described)
             march(simulation, progress)
         result = simulation.result()
@@ -165,8 +180,8 @@ def run(
         f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "
         f"preparation {meta['prepare_seconds']:.1f} s, compilation {meta['compile_seconds']:.1f} s)"
     )
-    for file in files:
-        print(f"wrote {file}")
+    wrote(*files)
+    suggest(*_after_run(case, folder, out))
     for warning in filter(None, (*result.warnings, early_extremes(result))):
         say(f"warning: {warning}")
     if result.status is Status.DOUBTFUL:
@@ -176,6 +191,17 @@ def run(
     if result.status is not Status.OK:
         say(f"the run ended early: {result.message}")
         raise typer.Exit(130 if result.status is Status.INTERRUPTED else 1)
+
+
+def _after_run(case: LoadCase, folder: Path, out: Path) -> tuple[object, ...]:
+    """The same turbine in turbulence after steady wind, otherwise over all wind speeds."""
+    if Path(case.turbine).suffix == ".fst":
+        return ("import", folder / case.turbine, "--out", out)
+    turbine = folder / case.turbine if (folder / case.turbine).is_file() else case.turbine
+    if case.wind.kind != "steady":
+        return ("power-curve", turbine, "--out", out)
+    wind = ("--wind-speed", f"{case.wind.speed:g}", "--turbulence", 0.14)
+    return ("run", turbine, *wind, "--duration", 660, "--transient", 60, "--out", f"{out}-turbulent")
 
 
 @contextmanager
@@ -283,13 +309,17 @@ def turbines() -> None:
         ]
         for name, entry in sorted(library_entries().items(), key=lambda item: item[1].rated_power)
     ]
-    head = ["name", "verified by", "source; licence", "MW", "rotor m", "hub m"]
+    head = ["name", "verified by", "source; licence", "rated MW", "rotor m", "hub m"]
     print_table("Library", head, rows, text_columns=3)
+    suggest("inspect", "nrel5mw")
 
 
 @app.command()
 def channels(
-    explain: Annotated[str | None, typer.Option("--explain", help="Channel, by its meltemi or OpenFAST name.")] = None,
+    explain: Annotated[
+        str | None,
+        typer.Option("--explain", help="Channel, by its meltemi or OpenFAST name.", autocompletion=CHANNELS),
+    ] = None,
     search: Annotated[
         str | None, typer.Option("--search", help="Only channels whose name or description contains this text.")
     ] = None,
@@ -309,6 +339,7 @@ def channels(
         print(f"  unit         {c.unit}" + (f" (shown in {unit}, times {factor:g})" if unit != c.unit else ""))
         print(f"  axes         {c.frame}")
         print(f"  positive     {c.sign}")
+        suggest("run", "nrel5mw", "--wind-speed", 12, "--channels", c.name)
         return
     text = (search or "").lower()
     chosen = [c for c in every_kind().values() if text in f"{' '.join(c.names)} {c.description}".lower()]
@@ -316,18 +347,20 @@ def channels(
         raise InputError(f"--search {search!r}: no channel name or description contains it; see: meltemi channels")
     rows = [[c.name, c.alias, c.unit, c.sign, c.description] for c in chosen]
     print_table("Channels", ["name", "OpenFAST", "unit", "positive", "what"], rows, text_columns=5)
+    suggest("channels", "--explain", chosen[0].name)
     print("Blade nodes are numbered from 1 at the root: node_<n>_alpha_<blade>. Coordinates are 'q <name>'.")
 
 
 @app.command("power-curve")
 def power_curve(
-    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
+    turbine: TurbineArgument,
     speeds: Annotated[
         str | None, typer.Option("--wind-speeds", help="Wind speeds [m/s], e.g. 4,6,8 or 4:24:2.")
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute steady operation over wind speed: table, plot, CSV."""
+    from meltemi.turbine.definition import Turbine
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)
@@ -342,7 +375,7 @@ def power_curve(
     points, failures, interrupted = [], {}, False
     with results_in(out):
         model = build(described)
-        with progress_bar("operating points") as progress:
+        with progress_bar("operating points", len(wanted), "points") as progress:
             try:
                 for i, speed in enumerate(wanted):
                     try:
@@ -355,9 +388,11 @@ def power_curve(
         if not points:
             raise InputError("\n".join(failures.values()) or "interrupted before the first operating point was found")
         head, rows = power_curve_rows(points, failures)
-        print_table(f"{described.name}: steady operation", head, rows)
-        print(f"wrote {write_csv(out / 'power_curve.csv', [h.replace(chr(10), ' ') for h in head], rows)}")
-        print(f"wrote {save(plot_power_curve(points, model), out / 'power_curve.png')}")
+        print_table(f"{described.name}: steady operation", head, rows, 0)
+        wrote(write_csv(out / "power_curve.csv", [h.replace(chr(10), " ") for h in head], rows))
+        wrote(save(plot_power_curve(points, model), out / "power_curve.png"))
+    further = ("campbell", turbine) if isinstance(described, Turbine) else ("run", turbine, "--wind-speed", 12)
+    suggest(*further, "--out", out)
     finish(failures, interrupted)
 
 
@@ -374,7 +409,7 @@ app.add_typer(loads, name="loads")
 
 @app.command()
 def campbell(
-    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
+    turbine: TurbineArgument,
     speeds: Annotated[
         str | None, typer.Option("--wind-speeds", help="Wind speeds [m/s], e.g. 4,6,8 or 4:24:2.")
     ] = None,
@@ -403,7 +438,7 @@ def campbell(
     from meltemi.simulation.rotors import build
 
     with results_in(out):
-        with progress_bar("Campbell diagram") as progress:
+        with progress_bar("Campbell diagram", len(turns or winds), "points") as progress:
             diagram = diagram_of(
                 build(described),
                 wind_speeds=None if turns else winds,
@@ -424,9 +459,11 @@ def campbell(
             f"{described.name}: modes {'with air' if diagram.air else 'in vacuum'}",
             ["mode", *(n for n, _ in columns)],
             rows,
+            all_rows=campbell_rows(diagram),
         )
-        print(f"wrote {write_csv(out / 'campbell.csv', *campbell_rows(diagram))}")
-        print(f"wrote {save(plot_campbell(diagram), out / 'campbell.png')}")
+        wrote(write_csv(out / "campbell.csv", *campbell_rows(diagram)))
+        wrote(save(plot_campbell(diagram), out / "campbell.png"))
+    suggest("flutter", turbine, "--out", out)
     finish(
         {u * 30.0 / pi: why for u, why in diagram.failures.items()} if turns else diagram.failures,
         unit="rpm" if turns else "m/s",
@@ -438,14 +475,21 @@ def warmup() -> None:
     """Compile all kernels, on all cores."""
     import time
 
-    from meltemi.studies.warmup import STAGES, warmup
+    from meltemi.studies.warmup import STAGES, Stage, warmup
 
     say(f"Compiling for this machine: this happens once. {len(STAGES)} stages, one process each ...")
     began = time.perf_counter()
-    folder = warmup(
-        done=lambda s: print(f"{s.name:16s} {s.signatures:4d} signatures, {s.compiled:4d} compiled, {s.seconds:6.1f} s")
-    )
+    rows: list[list[str]] = []
+    with progress_bar("stages", len(STAGES), "stages", compiles=False) as progress:
+
+        def done(stage: Stage) -> None:
+            rows.append([stage.name, str(stage.signatures), str(stage.compiled), f"{stage.seconds:.1f}"])
+            progress(len(rows) / len(STAGES))
+
+        folder = warmup(done=done)
+    print_table("Machine code", ["stage", "signatures", "compiled", "time s"], rows)
     print(f"ready in {time.perf_counter() - began:.1f} s: machine code in {folder}")
+    suggest("run", "nrel5mw", "--wind-speed", 12)
 
 
 @app.command()
@@ -466,7 +510,7 @@ def template(
         from meltemi.core.errors import did_you_mean
 
         raise InputError(f"template {what!r}: {did_you_mean(what, ['case', 'turbine'])}")
-    if out is None:
+    if out is None:  # to be redirected into a file: no further lines
         print(text, end="")
         return
     if out.exists():
@@ -474,7 +518,8 @@ def template(
     from meltemi.core.files import write_text
 
     write_text(out, text)
-    print(f"wrote {out}")
+    wrote(out)
+    suggest("run" if what == "case" else "inspect", out)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,6 @@
-"""Commands of other packages, which register them as entry points of the group ``meltemi.commands``.
+"""Groups of commands: the option ``--json`` of each, and the commands of other packages.
+
+These register them as entry points of the group ``meltemi.commands``.
 
 An entry point is a function as Typer takes it: its docstring is the help, its arguments are the options. The module it
 stands in is imported by ``meltemi --help``, so it leaves what is heavy to the function.
@@ -11,12 +13,58 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from meltemi.app.terminal import output
 from meltemi.core.errors import InputError
 
 GROUP = "meltemi.commands"
 
 
-class Commands(TyperGroup):
+class Group(TyperGroup):
+    """Commands whose output is text that ends with the next command, or JSON."""
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """A command by its name, with the option ``--json``."""
+        found = super().get_command(ctx, cmd_name)
+        return found if found is None or isinstance(found, TyperGroup) else _with_output(found)
+
+
+def _with_output(command: Any) -> Any:
+    """The command, printing through :func:`meltemi.app.terminal.output`."""
+    if any(p.name == _JSON for p in command.params):
+        return command
+    command.params.append(_json_option())
+    invoke = command.invoke
+
+    def invoked(ctx: typer.Context) -> Any:
+        with output(ctx.command_path.partition(" ")[2], ctx.meta.get(_JSON, False)):
+            return invoke(ctx)
+
+    command.invoke = invoked
+    return command
+
+
+_JSON = "as_json"
+
+
+def _json_option() -> Any:
+    """The option ``--json``, as Typer makes it of a function's argument."""
+
+    def chosen(ctx: typer.Context, value: bool) -> None:
+        ctx.meta[_JSON] = value
+
+    about = "Print tables, files and messages as JSON."
+
+    def function(
+        as_json: bool = typer.Option(False, "--json", help=about, callback=chosen, expose_value=False),
+    ) -> None:
+        """Only its option is used."""
+
+    alone = typer.Typer(add_completion=False)
+    alone.command()(function)
+    return next(p for p in typer.main.get_command(alone).params if p.name == _JSON)
+
+
+class Commands(Group):
     """Commands of meltemi, and those of other packages, loaded when an unknown name is used."""
 
     def list_commands(self, ctx: Any) -> list[str]:

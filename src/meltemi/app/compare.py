@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import WindOptions, wind_of_options, with_options
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.app.options import TurbineArgument, WindOptions, completing, scheme_names, wind_of_options, with_options
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.studies.scheme_names import SCHEMES, check_schemes
 
@@ -38,14 +38,19 @@ HELP = "\n".join(
 
 @with_options
 def compare(
-    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
+    turbine: TurbineArgument,
     options: WindOptions,
     seeds: Annotated[int, typer.Option("--seeds", help="How many winds.")] = 6,
     seed: Annotated[int, typer.Option("--seed", help="First seed; the others follow.")] = 1,
     duration: Annotated[float, typer.Option("--duration", help="Length of each run [s].")] = 700.0,
     transient: Annotated[float, typer.Option("--transient", help="Initial transient, not evaluated [s].")] = 100.0,
     controllers: Annotated[
-        str, typer.Option("--controllers", help="Schemes, separated by commas; changes are relative to the first.")
+        str,
+        typer.Option(
+            "--controllers",
+            help="Schemes, separated by commas; changes are relative to the first.",
+            autocompletion=completing(scheme_names, several=True),
+        ),
     ] = "cpc,ipc,cpfc",
     pitch_actuator: Annotated[
         str | None, typer.Option("--pitch-actuator", help="second_order, ideal [that of the turbine].")
@@ -84,7 +89,9 @@ def compare(
                 model, names, shear_exponent=min(max(winds[0].shear_exponent, 0.0), 0.99), progress=progress
             )
         tuned = time.perf_counter()
-        with progress_bar(f"{len(names)} schemes, {seeds} winds, {duration:g} s") as progress:
+        with progress_bar(
+            f"{len(names)} schemes, {seeds} winds, {duration:g} s", len(names) * seeds, "runs"
+        ) as progress:
             comparison = study.compare(
                 model,
                 designed.controllers,
@@ -117,8 +124,8 @@ def compare(
         f"{total} runs of {duration:g} s in {ran - tuned:.1f} s ({total * duration / (ran - tuned):.0f} times real "
         f"time), tuning in {tuned - began:.1f} s"
     )
-    for file in files:
-        print(f"wrote {file}")
+    wrote(*files)
+    suggest("loads", "plan", turbine, "--class", given.get("--wind-class", "IB"), "--quick")
     for warning in comparison.warnings():
         say(f"warning: {warning}")
     if comparison.failures:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
 from meltemi.core.formats import suffixes
 from meltemi.postprocess.formats import FORMATS
 
@@ -46,7 +46,8 @@ def diff(
             write_csv(out / "differences.csv", *difference_rows(found, labels)),
             save(plot_differences(found, wanted, labels=labels), out / "differences.png"),
         ]
-    print_table(f"{labels[0]} against {labels[1]}", *short_difference_rows(found), text_columns=2)
+    title, every = f"{labels[0]} against {labels[1]}", difference_rows(found, labels)
+    print_table(title, *short_difference_rows(found), text_columns=2, all_rows=every)
     print(
         "mean, std, DEL: of the second result, and change of the first in percent; a mean near 0: in percent of the std"
     )
@@ -59,8 +60,9 @@ def diff(
         if names:
             more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
             print(f"only in {label}: {', '.join(names[:LISTED])}{more}")
-    for file in files:
-        print(f"wrote {file}")
+    wrote(*files)
+    name = max(found.channels, key=lambda c: c.distance if c.distance == c.distance else 0.0).channel.name
+    suggest(*(("channels", "--explain", name) if wanted else ("diff", ours, theirs, "--channels", name, "--out", out)))
 
 
 def _labels(ours: Path, theirs: Path) -> tuple[str, str]:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import is_case
-from meltemi.app.terminal import OutOption, print_table, results_in
+from meltemi.app.options import TURBINES, is_case
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, suggest, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 
 def export(
     turbine: Annotated[
-        str, typer.Argument(help="A turbine's name or YAML file, a case file, or a deck (.fst) to be rewritten.")
+        str,
+        typer.Argument(
+            help="A turbine's name or YAML file, a case file, or a deck (.fst) to be rewritten.",
+            autocompletion=TURBINES,
+        ),
     ],
     wind_speed: Annotated[float | None, typer.Option("--wind-speed", help="Steady wind [m/s] [12].")] = None,
     wind_file: Annotated[Path | None, typer.Option("--wind-file", help="TurbSim field (.bts) instead.")] = None,
@@ -57,7 +61,7 @@ def export(
         wind = wind_file or folder / case.wind.file  # type: ignore[union-attr]
     else:
         wind = case_wind(case, described, folder)
-    with results_in(out):
+    with results_in(out), progress_bar("export"):
         from meltemi.studies.openfast_writer import write_openfast
 
         written = write_openfast(
@@ -76,8 +80,8 @@ def export(
         )
     rows = [[note.kind, note.what, note.why] for note in written.notes]
     print_table(f"{described.name}: differences of the deck", ["", "what", "how"], rows, text_columns=3)
-    for file in written.files:
-        print(f"wrote {file}")
+    wrote(*written.files)
+    suggest("run", written.main, "--out", out / "check")
 
 
 def _case(target: str) -> tuple[LoadCase, Path]:

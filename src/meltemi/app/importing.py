@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from meltemi.app.terminal import OutOption, print_table, results_in, say
+from meltemi.app.options import TURBINES
+from meltemi.app.terminal import OutOption, print_table, results_in, say, suggest, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,7 +34,10 @@ def import_(
         Path | None, typer.Option("--discon", help="Settings of ROSCO (DISCON.IN) in place of the deck's.")
     ] = None,
     control_of: Annotated[
-        str | None, typer.Option("--control-of", help="Turbine whose control is taken, for other controllers.")
+        str | None,
+        typer.Option(
+            "--control-of", help="Turbine whose control is taken, for other controllers.", autocompletion=TURBINES
+        ),
     ] = None,
     start: Annotated[
         str, typer.Option("--start", help="Initial state: operating (steady operation), or deck (as in OpenFAST).")
@@ -63,8 +67,8 @@ def import_(
         with results_in(out):
             write_turbine(imported.turbine, out / "turbine.yaml")
             _write_report(imported, source, out)
-        _wrote(out, "turbine.yaml", "report.md")
-        print(f"next: meltemi run {out / 'turbine.yaml'} --wind-speed 12")
+        wrote(out / "turbine.yaml", out / "report.md")
+        suggest("run", out / "turbine.yaml", "--wind-speed", 12)
         return
     deck = read_deck(
         source,
@@ -83,8 +87,8 @@ def import_(
         write_turbine(deck.turbine, out / "turbine.yaml")
         write_record(case, out / "case.yaml")
         _write_report(deck, source, out)
-    _wrote(out, "turbine.yaml", "case.yaml", "report.md")
-    print(f"next: meltemi run {out / 'case.yaml'}")
+    wrote(out / "turbine.yaml", out / "case.yaml", out / "report.md")
+    suggest("run", out / "case.yaml")
 
 
 def _show(imported: ImportedTurbine) -> None:
@@ -108,11 +112,6 @@ def _write_report(imported: ImportedTurbine, source: Path, out: Path) -> None:
 
     text = report_text(imported.notes, f"{source.name} as a turbine")
     write_text(out / "report.md", text)
-
-
-def _wrote(out: Path, *names: str) -> None:
-    for name in names:
-        print(f"wrote {out / name}")
 
 
 def _choice(blade: str) -> Literal["deck", "elastodyn", "beamdyn"]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.app.options import TurbineArgument
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
 
 
 def inspect(
-    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
+    turbine: TurbineArgument,
     out: OutOption = Path("out"),
 ) -> None:
     """Write a summary page of a turbine: figures, main data, power curve, modes."""
@@ -26,8 +24,8 @@ def inspect(
         with progress_bar(described.name) as progress:
             seen, files = inspect_turbine(described, out, progress=progress)
     print_table(described.description or described.name, ["", "what", "value"], fact_rows(seen), text_columns=3)
-    for file in files:
-        print(f"wrote {file}")
+    wrote(*files)
+    suggest("run", turbine, "--wind-speed", 12, "--out", out)
     for words in plausibility_warnings(described):
         say(f"warning: {words}")
     for what, why in seen.problems.items():

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import controller_of_options
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.app.commands import Group
+from meltemi.app.options import TURBINES, controller_of_options
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,9 +29,9 @@ MOST_PROBLEMS = 20
 """Cases that status lists."""
 
 loads = typer.Typer(
+    cls=Group,
     help="Load bases: all design load cases of IEC 61400-1 for a turbine.",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode=None,
 )
 
@@ -44,7 +45,10 @@ def group() -> None:
 def plan_(
     turbine: Annotated[
         str,
-        typer.Argument(help="A turbine's name or YAML file, an OpenFAST deck (.fst), or the folder of a load base."),
+        typer.Argument(
+            help="A turbine's name or YAML file, an OpenFAST deck (.fst), or the folder of a load base.",
+            autocompletion=TURBINES,
+        ),
     ],
     wind_class: Annotated[
         str | None, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1, e.g. IB.")
@@ -112,7 +116,8 @@ def plan_(
             raise InputError("--site-turbine needs --site")
         if table is not None:
             given["changes"] = read_changes(table, edition)
-        campaign = make_campaign(turbine, wind_class or given["site"].wind_class(edition), edition, **given)
+        with progress_bar("operating points of the plan"):
+            campaign = make_campaign(turbine, wind_class or given["site"].wind_class(edition), edition, **given)
     planned = plan(campaign)
     _show(planned)
     with results_in(out):
@@ -121,8 +126,8 @@ def plan_(
             from meltemi.loadbase.excel import write_excel
 
             files.append(write_excel(planned.table, out / "table.xlsx"))
-    for file in files:
-        print(f"wrote {file}")
+    wrote(*files)
+    suggest("loads", "run", out)
 
 
 def _show(plan: Plan) -> None:
@@ -174,7 +179,7 @@ def run_(
     from meltemi.loadbase.engine import run_base
 
     planned = _planned(base)
-    with results_in(base), progress_bar("load cases") as bar:
+    with results_in(base), progress_bar("load cases", len(planned.cases), "cases") as bar:
         found = run_base(
             planned,
             base,
@@ -184,7 +189,7 @@ def run_(
             retry=retry,
             progress=_told(bar),
         )
-    _show_status(found)
+    _show_status(found, base)
 
 
 def _planned(base: Path) -> Plan:
@@ -224,15 +229,16 @@ def status(base: BaseArgument) -> None:
     """Show which cases of a load base are there."""
     from meltemi.loadbase.engine import base_status
 
-    _show_status(base_status(_planned(base), base))
+    _show_status(base_status(_planned(base), base), base)
 
 
-def _show_status(found: BaseStatus) -> None:
+def _show_status(found: BaseStatus, base: Path) -> None:
     columns = ("cases", "ok", "doubtful", "failed", "missing", "unsupported")
     rows = [[row.dlc, *(str(getattr(row, name) or "") for name in columns)] for row in found.dlcs]
     rows.append(["total", *(str(sum(getattr(row, name) for row in found.dlcs) or "") for name in columns)])
     print_table("Load base", ["DLC", *columns[:-1], "cannot run"], rows, text_columns=1)
     print(f"{found.done} of {found.total} cases done, {found.hours:.1f} h to be simulated")
+    suggest("loads", "run" if found.done < found.total else "report", base)
     for name, why in list(found.problems.items())[:MOST_PROBLEMS]:
         say(f"{name}: {why}")
     if (more := len(found.problems) - MOST_PROBLEMS) > 0:
@@ -255,9 +261,10 @@ def show(
     from meltemi.postprocess.files import write_netcdf
 
     planned = _planned(base)
-    planned.case(case)
     with results_in(out or base / "cases") as folder:
-        result = show_case(planned, case)
+        seconds = planned.case(case).duration + planned.case(case).transient
+        with progress_bar(case, seconds, "s") as progress:
+            result = show_case(planned, case, progress)
         files = [write_netcdf(result, folder / f"{case}.nc")]
         if plot and len(result.time) > 1:
             from meltemi.report.plots import plot as plot_result
@@ -276,8 +283,8 @@ def show(
         False: "NOT that of the load base",
     }
     print(f"result: {words[same]}")
-    for file in files:
-        print(f"wrote {file}")
+    wrote(*files)
+    suggest(*(("loads", "report", base) if same else ("loads", "status", base)))
 
 
 @loads.command()
@@ -298,6 +305,7 @@ def report(
 
     if against is not None and limits is not None:
         raise InputError("give either --against or --limits")
+<<<<<<< HEAD
     planned, given = _planned(base), None if limits is None else read_limits(limits)
     of = STANDARD if settings is None else read_settings(settings)
     other = None if against is None else (str(against), design_loads(_planned(against), against, of))
@@ -305,6 +313,16 @@ def report(
         files = write_report(planned, base, against=other, limits=given, design=design_loads(planned, base, of))
     for file in files:
         print(f"wrote {file}")
+=======
+    planned = _planned(base)
+    given = None if limits is None else read_limits(limits)
+    other = None if against is None else (str(against), design_loads(_planned(against), against))
+    with results_in(base), progress_bar("report", compiles=False):
+        files = write_report(planned, base, against=other, limits=given)
+    wrote(*files)
+    runnable = next((case.name for case in planned.cases if not case.unsupported), "")
+    suggest("loads", "show", base, runnable, "--plot")
+>>>>>>> h6-term
 
 
 @loads.command()
@@ -319,8 +337,15 @@ def compare(
     from meltemi.loadbase.settings import STANDARD, read_settings
 
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
+<<<<<<< HEAD
     with results_in(out):
         of = STANDARD if settings is None else read_settings(settings)
         files = write_base_comparison(bases[0], bases[1], out, of)
     for file in files:
         print(f"wrote {file}")
+=======
+    with results_in(out), progress_bar("comparison", compiles=False):
+        files = write_base_comparison(bases[0], bases[1], out)
+    wrote(*files)
+    suggest("loads", "report", base, "--against", other)
+>>>>>>> h6-term

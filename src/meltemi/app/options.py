@@ -13,17 +13,76 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from meltemi.core.errors import InputError
+from meltemi.studies.scheme_names import SCHEMES
 
+
+def completing(
+    names: Callable[[], Mapping[str, str]], *, several: bool = False
+) -> Callable[[str], list[tuple[str, str]]]:
+    """Completion in a shell: names that begin as typed, with what they are; the last of ``several`` with commas."""
+
+    def complete(incomplete: str) -> list[tuple[str, str]]:
+        before, comma, last = incomplete.rpartition(",") if several else ("", "", incomplete)
+        found = names().items()
+        return [(before + comma + name, about) for name, about in found if name.startswith(last)]
+
+    return complete
+
+
+def turbine_names() -> dict[str, str]:
+    """Turbines of the library."""
+    from meltemi.turbine.library import library_entries
+
+    return {
+        name: f"{e.rated_power / 1e6:g} MW, rotor {e.rotor_diameter:g} m"
+        for name, e in sorted(library_entries().items())
+    }
+
+
+def channel_names() -> dict[str, str]:
+    """Output channels, by both names."""
+    from meltemi.simulation.channels import every_kind
+
+    return {name: c.description for c in every_kind().values() for name in (c.name, c.alias) if name}
+
+
+def scheme_names() -> dict[str, str]:
+    """Control schemes of ``meltemi compare``."""
+    return {name: scheme.about for name, scheme in SCHEMES.items()}
+
+
+def _one_of(*names: str) -> Callable[[str], list[tuple[str, str]]]:
+    return completing(lambda: dict.fromkeys(names, ""))
+
+
+TURBINES = completing(turbine_names)
+"""Completion of a turbine."""
+TurbineArgument = Annotated[str, typer.Argument(help="A turbine's name or YAML file.", autocompletion=TURBINES)]
 ClassOption = Annotated[
-    str | None, typer.Option("--wind-class", "--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")
+    str | None,
+    typer.Option(
+        "--wind-class",
+        "--class",
+        help="Wind turbine class of IEC 61400-1, e.g. IIB.",
+        autocompletion=_one_of(*(f"{v}{i}" for v in ("I", "II", "III") for i in "ABC")),
+    ),
 ]
 DirectionOption = Annotated[
     float | None, typer.Option("--direction", help="Wind direction [deg], clockwise from above [0: along the shaft].")
 ]
 EditionOption = Annotated[int | None, typer.Option("--edition", help="Edition of IEC 61400-1: 2, 3, 4 [3].")]
 SpectrumOption = Annotated[
-    str | None, typer.Option("--spectrum", help="Of turbulence: kaimal, vonkarman, mann [kaimal].")
+    str | None,
+    typer.Option(
+        "--spectrum",
+        help="Of turbulence: kaimal, vonkarman, mann [kaimal].",
+        autocompletion=_one_of("kaimal", "vonkarman", "mann"),
+    ),
 ]
+
+
+IEC_MODELS = _one_of("NTM", "ETM", "EWM1", "EWM50", "NWP", "EOG", "EDC", "ECD", "ECG", "EWSH", "EWSV")
+"""Completion of a wind model of IEC 61400-1."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +98,10 @@ class WindOptions:
     )
     spectrum: SpectrumOption = None
     iec: Annotated[
-        str | None, typer.Option(help="Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).")
+        str | None,
+        typer.Option(
+            help="Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).", autocompletion=IEC_MODELS
+        ),
     ] = None
     ntm: Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")] = False
     wind_class: ClassOption = None
@@ -53,6 +115,10 @@ class WindOptions:
         return {f"--{name.replace('_', '-')}": value for name, value in values.items() if value is not None}
 
 
+CHANNELS = completing(channel_names, several=True)
+"""Completion of channels, separated by commas."""
+
+
 @dataclass(frozen=True)
 class RunOptions(WindOptions):
     """Options of a simulation that stand for keys of a case file."""
@@ -63,7 +129,11 @@ class RunOptions(WindOptions):
         Path | None, typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc.")
     ] = None
     controller: Annotated[
-        str | None, typer.Option(help="Bladed-style controller library, or: rosco, baseline [baseline].")
+        str | None,
+        typer.Option(
+            help="Bladed-style controller library, or: rosco, baseline [baseline].",
+            autocompletion=_one_of("baseline", "rosco"),
+        ),
     ] = None
     controller_input: Annotated[
         Path | None, typer.Option(help="Input file of the controller library, e.g. DISCON.IN.")
@@ -74,7 +144,10 @@ class RunOptions(WindOptions):
         typer.Option(help="operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating]."),
     ] = None
     channels: Annotated[
-        str | None, typer.Option(help="Channels to record, separated by commas; 'all' records everything.")
+        str | None,
+        typer.Option(
+            help="Channels to record, separated by commas; 'all' records everything.", autocompletion=CHANNELS
+        ),
     ] = None
 
 

@@ -8,13 +8,14 @@ from typing import Annotated
 
 import typer
 
+from meltemi.app.options import TurbineArgument
 from meltemi.app.scans import angles_of, finish, speeds_of
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
 from meltemi.core.errors import InputError
 
 
 def flutter(
-    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
+    turbine: TurbineArgument,
     rotor_speeds: Annotated[
         str | None, typer.Option("--rotor-speeds", help="Rotor speeds [rpm], e.g. 8:24:1 [0.6 to 2 times rated].")
     ] = None,
@@ -42,22 +43,23 @@ def flutter(
     from meltemi.simulation.flutter import flutter as stability_over_speed
 
     with results_in(out):
-        with progress_bar("flutter") as progress:
+        with progress_bar("flutter", len(turns or ()), "points") as progress:
             found = stability_over_speed(described, turns, wind=wind, pitch=angle, progress=progress)
         rows = [
             [number(speed * 30.0 / pi), number(100.0 * least)]
             for speed, least in zip(found.rotor_speed, found.least, strict=True)
         ]
         title = f"{described.name}: least damped blade mode, wind {found.wind_speed:g} m/s"
-        print_table(title, ["rotor rpm", "damping %"], rows)
+        print_table(title, ["rotor rpm", "damping %"], rows, 0, all_rows=flutter_rows(found))
         print(limit_text(found))
-        print(f"wrote {write_csv(out / 'flutter.csv', *flutter_rows(found))}")
-        print(f"wrote {save(plot_flutter(found, described.name), out / 'flutter.png')}")
+        wrote(write_csv(out / "flutter.csv", *flutter_rows(found)))
+        wrote(save(plot_flutter(found, described.name), out / "flutter.png"))
+    suggest("parked", turbine, "--out", out)
     finish({speed * 30.0 / pi: why for speed, why in found.failures.items()}, unit="rpm")
 
 
 def parked(
-    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
+    turbine: TurbineArgument,
     wind_speed: Annotated[float, typer.Option(help="Wind speed at hub height [m/s].")] = 50.0,
     shear: Annotated[float, typer.Option(help="Power-law exponent.")] = 0.11,
     yaw: Annotated[str, typer.Option(help="Yaw misalignments [deg], e.g. -30,0,30 or first:last:step.")] = (
@@ -85,7 +87,7 @@ def parked(
     from meltemi.simulation.parked_modes import parked_stability
 
     with results_in(out):
-        with progress_bar("parked") as progress:
+        with progress_bar("parked", len(yaws) * len(pitches), "points") as progress:
             found = parked_stability(
                 described,
                 [radians(angle) for angle in yaws],
@@ -100,9 +102,15 @@ def parked(
         title = (
             f"{described.name} at standstill, {wind.speed:g} m/s: smallest damping ratio [%] over yaw and pitch [deg]"
         )
-        print_table(title, ["yaw", *(f"pitch {number(angle)}" for angle in pitches)], rows)
-        print(f"wrote {write_csv(out / 'parked.csv', *parked_rows(found))}")
-        print(f"wrote {save(plot_parked(found, described.name), out / 'parked.png')}")
+        print_table(
+            title, ["yaw", *(f"pitch {number(angle)}" for angle in pitches)], rows, 0, all_rows=parked_rows(found)
+        )
+        wrote(write_csv(out / "parked.csv", *parked_rows(found)))
+        print(
+            f"{(found.damping < 0.0).sum()} of {found.damping.size} points have a mode with negative damping (unstable)"
+        )
+        wrote(save(plot_parked(found, described.name), out / "parked.png"))
+    suggest("loads", "plan", turbine, "--class", "IB", "--quick")
     for (where, angle), why in found.failures.items():
         say(f"failed at a yaw of {degrees(where):g} deg and a pitch of {degrees(angle):g} deg: {why}")
     if found.failures:

@@ -1,13 +1,19 @@
-"""Shared functions of the commands: progress bar, tables, output folder."""
+"""What the commands share: progress, tables, files and the next command as text or JSON, the output folder."""
 
 from __future__ import annotations
 
 import os
+import re
+import shlex
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
+from dataclasses import dataclass, field
+from datetime import timedelta
+from io import StringIO
 from pathlib import Path
 from subprocess import DEVNULL, Popen
+from time import monotonic
 from typing import Annotated, Any
 
 import typer
@@ -22,8 +28,17 @@ _BESIDE: list[Popen[bytes]] = []
 
 
 @contextmanager
-def progress_bar(what: str, *, compiles: bool = True) -> Iterator[Callable[[float], None]]:
-    """A progress bar on a terminal, otherwise none; the first compilation of ``compiles`` is announced."""
+def progress_bar(
+    what: str, amount: float = 0.0, unit: str = "", *, compiles: bool = True
+) -> Iterator[Callable[[float], None]]:
+    """A progress bar with rate and time left on a terminal, otherwise none; without a share it shows that work goes on.
+
+    Args:
+      what: shown beside the bar.
+      amount: of the whole work, in ``unit``, for the rate; 0 shows no rate.
+      unit: what is counted, such as runs; ``s`` is simulated time.
+      compiles: announce the first compilation.
+    """
     from meltemi.core.kernel import announce
     from meltemi.core.threads import available_cores
 
@@ -32,29 +47,180 @@ def progress_bar(what: str, *, compiles: bool = True) -> Iterator[Callable[[floa
         command = [sys.executable, "-m", "meltemi.studies.warmup", "section loads"]
         _BESIDE.append(Popen(command, stdout=DEVNULL, stderr=DEVNULL))
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    first: list[tuple[float, float]] = []
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TextColumn("{task.fields[speed]}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(what, total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+        task = bar.add_task(what, total=None, speed="")  # moves to and fro until a share is known
+
+        def done(share: float) -> None:
+            if not first:  # what was there before, and preparation, do not count
+                first.append((share, monotonic()))
+            gained, seconds = share - first[0][0], monotonic() - first[0][1]
+            words = filter(None, (rate(gained * amount, seconds, unit), time_left(gained, seconds, 1.0 - share)))
+            bar.update(task, total=1.0, completed=share, speed=", ".join(words))
+
+        yield done
+
+
+def rate(amount: float, seconds: float, unit: str) -> str:
+    """Amount per time, by the unit of time in which it is above one: ``12 runs/min``; simulated time in times real
+    time; empty if nothing was done or counted."""
+    if not (amount > 0.0 and seconds > 0.0):
+        return ""
+    speed = amount / seconds
+    if unit == "s":
+        return f"{speed:.3g} times real time"
+    span, name = next(((s, n) for s, n in ((1.0, "s"), (60.0, "min")) if speed * s >= 1.0), (3600.0, "h"))
+    return f"{speed * span:.3g} {unit}/{name}"
+
+
+def time_left(gained: float, seconds: float, rest: float) -> str:
+    """Time for the rest of the work, from the time that a part of it took: ``0:01:20 left``."""
+    if not (gained > 0.0 and seconds > 0.0):
+        return ""
+    return f"{timedelta(seconds=round(seconds * rest / gained))} left"
+
+
+@dataclass
+class _Output:
+    """What the command that runs has printed, or will print as JSON."""
+
+    json: bool = False
+    tables: list[dict[str, Any]] = field(default_factory=list)
+    values: dict[str, Any] = field(default_factory=dict)
+    messages: list[str] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
+    next: str = ""
+
+
+_OUTPUT = [_Output()]
+"""The last one is that of the running command."""
+
+
+@contextmanager
+def output(command: str, as_json: bool) -> Iterator[None]:
+    """The output of a command: text that ends with the next command, or one JSON object and nothing else."""
+    now, text = _Output(as_json), StringIO()
+    _OUTPUT.append(now)
+    try:
+        with redirect_stdout(text) if as_json else nullcontext():
+            yield
+    except typer.Exit:  # of incomplete results
+        _end(command, now, text.getvalue())
+        raise
+    else:
+        _end(command, now, text.getvalue())
+    finally:
+        _OUTPUT.pop()
+
+
+def _end(command: str, now: _Output, text: str) -> None:
+    if not now.json:
+        if now.next:
+            print(f"next: {now.next}")
+        return
+    import json
+
+    found = {"command": command, "tables": now.tables, **now.values, "notes": text.splitlines()}
+    found |= {"messages": now.messages, "files": now.files, "next": now.next}
+    print(json.dumps(found, indent=1, ensure_ascii=False))
 
 
 def say(text: str) -> None:
     """Print a message to stderr."""
+    _OUTPUT[-1].messages.append(text)
     print(text, file=sys.stderr)
 
 
-def print_table(*arguments: Any, **keywords: Any) -> None:
-    """Print a table as :func:`meltemi.report.tables.rich_table` makes it."""
+def wrote(*files: Path) -> None:
+    """Print the files that a command wrote."""
+    for file in files:
+        if _OUTPUT[-1].json:
+            _OUTPUT[-1].files.append(str(file))
+        else:
+            print(f"wrote {file}")
+
+
+def suggest(*words: object) -> None:
+    """Set the command that the output ends with, as it is typed after ``meltemi``."""
+    _OUTPUT[-1].next = shlex.join(["meltemi", *map(str, words)])
+
+
+def print_values(name: str, values: Any, lines: Callable[[Any], Sequence[str]]) -> None:
+    """Print values that are no table as lines, or with ``--json`` under a name as they are."""
+    if _OUTPUT[-1].json:
+        _OUTPUT[-1].values[name] = values
+        return
+    for line in lines(values):
+        print(line)
+
+
+Rows = tuple[Sequence[str], Sequence[Sequence[str]]]
+"""Header and rows of a table."""
+
+
+def print_table(
+    title: str,
+    head: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    text_columns: int = 1,
+    *,
+    all_rows: Rows | None = None,
+) -> None:
+    """Print a table as :func:`meltemi.report.tables.rich_table` makes it, or keep it for ``--json``.
+
+    Args:
+      title, head, rows: of the table.
+      text_columns: the first columns, which are text.
+      all_rows: header and rows for ``--json``, where the terminal shows a selection.
+    """
+    if _OUTPUT[-1].json:
+        _OUTPUT[-1].tables.append(records(title, *(all_rows or (head, rows)), text_columns))
+        return
     from rich.console import Console
 
     from meltemi.report.tables import rich_table
 
     console = Console()
     wide = console if console.is_terminal else Console(width=160)
-    wide.print(rich_table(*arguments, **keywords))
+    wide.print(rich_table(title, head, rows, text_columns))
+
+
+UNITS = re.compile(r"(.*?[^\d\s])\s+\[?(m/s|rpm|deg/s|deg|rad/s|rad|Hz|%|kN m/deg|kN m|kN|MW|kW|kg|m|s|h)\]?")
+"""A column's name with its unit at the end."""
+
+
+def records(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], text_columns: int) -> dict[str, Any]:
+    """A table for programs: title, units by column, and rows as objects with numbers in all digits."""
+    names, units = [], {}
+    for i, text in enumerate(" ".join(column.split()) or "item" for column in head):
+        match = UNITS.fullmatch(text)
+        name = match[1] if match and match[1] not in names else text
+        name = name if name not in names else f"{name} ({i + 1})"
+        names.append(name)
+        if match:
+            units[name] = match[2]
+    found = [
+        {name: _plain(cell, i < text_columns) for i, (name, cell) in enumerate(zip(names, row, strict=False))}
+        for row in rows
+    ]
+    return {"title": title, "units": units, "rows": found}
+
+
+def _plain(cell: str, text: bool) -> str | float | int | None:
+    """A cell as number where it is one; empty cells and those of missing numbers are null."""
+    value = getattr(cell, "value", None)  # of a formatted number
+    if value is None and not text and re.fullmatch(r"[+-]?\d+", cell):
+        return int(cell)
+    if value is None and not text:
+        with suppress(ValueError):
+            value = float(cell)
+    if value is None:
+        return str(cell) or None
+    return value if abs(value) < float("inf") else None  # JSON has neither
 
 
 @contextmanager

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import ClassOption, DirectionOption, EditionOption, SpectrumOption
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
+from meltemi.app.options import IEC_MODELS, TURBINES, ClassOption, DirectionOption, EditionOption, SpectrumOption
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, suggest, wrote
 from meltemi.core.errors import InputError
 from meltemi.core.formats import suffixes
 from meltemi.wind.formats import FORMATS, WINDS
@@ -30,14 +30,17 @@ FIGURES = ("series", "spectra", "coherence", "section", "profile")
 
 def wind(
     model: Annotated[
-        str | None, typer.Argument(help="NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH, EWSV.")
+        str | None,
+        typer.Argument(help="NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH, EWSV.", autocompletion=IEC_MODELS),
     ] = None,
     source: Annotated[
         Path | None, typer.Option("--from", help=f"Evaluate a wind file instead: {suffixes(FORMATS)}.")
     ] = None,
     wind_class: ClassOption = None,
     speed: Annotated[float | None, typer.Option("--speed", "--wind-speed", help="Mean at hub height [m/s].")] = None,
-    turbine: Annotated[str | None, typer.Option("--turbine", help="A turbine's name or YAML file [nrel5mw].")] = None,
+    turbine: Annotated[
+        str | None, typer.Option("--turbine", help="A turbine's name or YAML file [nrel5mw].", autocompletion=TURBINES)
+    ] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Of the turbulence [1].")] = None,
     duration: Annotated[float | None, typer.Option("--duration", help="Duration of the simulation [s] [600].")] = None,
     edition: EditionOption = None,
@@ -101,9 +104,13 @@ def wind(
         described = load_turbine(turbine) if turbine else None
         with results_in(out):
             _look(found, described, out, file_format)
+        whole = source.suffix.lower() != ".csv"  # a run takes no hub-height series
+        wind_options = ("--wind-file", source) if whole else ("--wind-speed", 12, "--turbulence", 0.14)
+        suggest("run", turbine or "nrel5mw", *wind_options, "--out", f"{out}-run")
         return
     assert model is not None
     used = load_turbine(turbine or "nrel5mw")
+    from meltemi.wind.fields import SteadyWind
     from meltemi.wind.iec.models import MODELS, iec_wind
     from meltemi.wind.turbulent import TurbulentWind
 
@@ -131,6 +138,9 @@ def wind(
             _look(box, used, out, file_format or "bts", made if added is None else None)
         else:
             _look(made, used, out, "uniform")
+    file = out / f"wind{SUFFIXES[file_format or 'bts' if isinstance(made, TurbulentWind) else 'uniform']}"
+    of_run = ("--wind-file", file) if not isinstance(made, SteadyWind) else ("--wind-speed", f"{made.speed:g}")
+    suggest("run", turbine or "nrel5mw", *of_run, "--duration", f"{seconds:g}", "--out", f"{out}-run")
 
 
 UNREACHABLE = ("roughness", "veer")
@@ -265,8 +275,7 @@ def _look(
     print_table(found.label, head, rows, text_columns=2)
     if isinstance(found, WindBox):
         print(_size(found))
-    for file in files:
-        print(f"wrote {file}")
+    wrote(*files)
 
 
 def _size(box: WindBox) -> str:

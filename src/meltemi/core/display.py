@@ -1,13 +1,14 @@
-"""Short representations of objects for terminals and notebooks."""
+"""Short texts of values, for representations of objects."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
-from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from pydantic.fields import FieldInfo
 
 LONGEST = 60
 """Characters of a value; of a longer one, kind and size are shown."""
@@ -32,23 +33,35 @@ def one_line(title: str, facts: Mapping[str, str]) -> str:
     return f"{title}({', '.join(f'{name}={text}' for name, text in facts.items())})"
 
 
-def html_table(title: str, facts: Mapping[str, str]) -> str:
-    """HTML table of names and values under a title."""
-    rows = "".join(
-        f"<tr><th>{escape(name)}</th><td>{escape(text, quote=False)}</td></tr>" for name, text in facts.items()
-    )
-    return f'<table style="text-align: left"><caption><b>{escape(title)}</b></caption>{rows}</table>'
+def rounded(value: float) -> str:
+    """A number with four or five significant digits, without exponent if possible."""
+    if value != value:
+        return "-"
+    if value == 0.0:
+        return "0"
+    size = abs(value)
+    if size >= 1e6 or size < 1e-3:
+        return f"{value:.3e}"
+    exponent = int(f"{size:.3e}"[-3:])  # of the rounded value: 9.9999 has two digits before the point
+    return f"{value:.{max(0, 3 - exponent)}f}"
 
 
-class Brief:
-    """Base of dataclasses that hold arrays or other records; they are decorated with ``repr=False``."""
+def quantity(value: float, unit: str, name: str = "") -> str:
+    """A value in SI with its engineering unit: ``12.1 rpm``, ``5000 kW``.
 
-    def facts(self) -> dict[str, str]:
-        """Names and values to be displayed, as text."""
-        return {f.name: brief(getattr(self, f.name)) for f in fields(self) if f.repr}  # type: ignore[arg-type]
+    Args:
+      value: in SI.
+      unit: SI unit; empty without one.
+      name: of the quantity; speeds in rad/s are shown in rpm, rates in deg/s, frequencies as they are.
+    """
+    from meltemi.core.units import display
 
-    def __repr__(self) -> str:
-        return one_line(type(self).__name__, self.facts())
+    if unit == "rad/s" and "speed" not in name and "rate" not in name:
+        return f"{value:.5g} {unit}"
+    shown, factor = display(unit, angular_rate_in_degrees="speed" not in name)
+    return f"{value * factor:.5g} {shown}".strip()
 
-    def _repr_html_(self) -> str:
-        return html_table(type(self).__name__, self.facts())
+
+def is_default(value: Any, field: FieldInfo) -> bool:
+    """Whether a field of a record has its default value."""
+    return not field.is_required() and brief(field.get_default(call_default_factory=True)) == brief(value)

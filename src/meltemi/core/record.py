@@ -26,9 +26,10 @@ from pydantic import (
     model_validator,
 )
 
-from meltemi.core.display import brief, html_table, one_line
+from meltemi.core.display import brief, is_default, one_line
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.problems import Keys, explain
+from meltemi.core.representation import Card, Shown, record_card
 from meltemi.core.units import angular_unit, from_text
 
 LARGEST = 1e50
@@ -104,7 +105,7 @@ def refused(
         raise InputError(f"{where}: nested too deeply") from None
 
 
-class Record(BaseModel):
+class Record(Shown, BaseModel):
     """Base of all input records: unknown keys are errors, instances are immutable.
 
     Where a field's unit is rad, rad/s, rad/s^2 or rad/m, a text with a unit may replace the number: ``8 deg``.
@@ -161,16 +162,20 @@ class Record(BaseModel):
     def __hash__(self) -> int:
         return hash(self.content_hash())
 
-    def _facts(self) -> dict[str, str]:
-        return {name: brief(getattr(self, name)) for name, field in type(self).model_fields.items() if field.repr}
-
     def __repr__(self) -> str:
-        return one_line(type(self).__name__, self._facts())
+        kind = type(self).model_fields
+        shown = {name: getattr(self, name) for name, field in kind.items() if field.repr}
+        return one_line(
+            type(self).__name__, {n: brief(value) for n, value in shown.items() if not is_default(value, kind[n])}
+        )
 
-    __str__ = __repr__
+    def __str__(self) -> str:
+        return repr(self)
 
-    def _repr_html_(self) -> str:
-        return html_table(type(self).__name__, self._facts())
+    def card(self) -> Card:
+        """What notebooks show."""
+
+        return record_card(self)
 
     def content(self) -> dict[str, Any]:
         """The record as nested dictionaries, lists, numbers and strings."""

@@ -10,12 +10,13 @@ import random
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.representation import Card, Section, Shown
 from meltemi.core.threads import available_cores
 from meltemi.loadbase.jobs import Job, Row, Workshop, check_key, jobs_of
 from meltemi.loadbase.plan import Plan
@@ -62,6 +63,10 @@ class Progress:
     seconds_left: float | None
 
 
+MOST_PROBLEMS = 50
+"""Messages that a notebook shows."""
+
+
 @dataclass(frozen=True)
 class DlcStatus:
     """Number of cases of a design load case, by outcome."""
@@ -76,7 +81,7 @@ class DlcStatus:
 
 
 @dataclass(frozen=True, repr=False)
-class BaseStatus:
+class BaseStatus(Shown):
     """What is there of a load base.
 
     Attributes:
@@ -95,6 +100,17 @@ class BaseStatus:
 
     def __repr__(self) -> str:
         return f"BaseStatus({self.done} of {self.total} cases, {self.failed} failed, {self.hours:.1f} h missing)"
+
+    def card(self) -> Card:
+        """Cases by design load case and outcome, and messages."""
+        facts = [("done", f"{self.done} of {self.total} cases"), ("missing", f"{self.hours:.1f} h simulated")]
+        head = ["DLC", "cases", "ok", "doubtful", "failed", "missing", "cannot run"]
+        rows = [[row.dlc, *(str(n) if n else "-" for n in astuple(row)[1:])] for row in self.dlcs]
+        sections = [Section("Design load cases", rows, head, open=True)]
+        if self.problems:
+            problems = list(self.problems.items())
+            sections.append(Section("Messages", problems[:MOST_PROBLEMS], ["case", "message"], note=str(len(problems))))
+        return Card("BaseStatus", "", facts, sections)
 
     @property
     def total(self) -> int:
@@ -378,8 +394,13 @@ def base_table(
     return Store(folder).table(keys, what, channels)
 
 
-def show_case(plan: Plan, name: str) -> Result:
+def show_case(plan: Plan, name: str, progress: Callable[[float], None] | None = None) -> Result:
     """Simulate a case of a load base again, with exactly the same numbers.
+
+    Args:
+      plan: of the load base.
+      name: of the case.
+      progress: callback with the completed fraction.
 
     Raises:
       InputError: there is no such case, it cannot run, or its run fails.
@@ -389,7 +410,7 @@ def show_case(plan: Plan, name: str) -> Result:
         raise InputError(f"{name} cannot run yet: {case.unsupported}")
     job = next(job for job in jobs_of(plan) if job.name == name)
     found: list[Result] = []
-    batch = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1)
+    batch = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1, progress=progress)
     outcomes = batch.run()
     if batch.interrupted:
         raise KeyboardInterrupt

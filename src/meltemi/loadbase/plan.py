@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import replacing
+from meltemi.core.representation import Card, Section, Shown
 from meltemi.core.yamlfile import validated
 from meltemi.loadbase.campaign import Campaign
 from meltemi.loadbase.ranges import counts, numbers
@@ -135,7 +136,7 @@ class RowSummary:
 
 
 @dataclass(frozen=True, repr=False)
-class Plan:
+class Plan(Shown):
     """All cases of a load base.
 
     Attributes:
@@ -150,6 +151,26 @@ class Plan:
 
     def __repr__(self) -> str:
         return f"Plan({self.campaign.turbine!r}, {len(self.cases)} cases, {self.hours:.1f} h simulated)"
+
+    def card(self) -> Card:
+        """Number of cases and hours, by row of the table."""
+        c = self.campaign
+        where = c.site.name if c.site is not None else f"class {c.iec_class.name}"
+        facts = [
+            ("load cases", f"{self.table.title}, {where}"),
+            ("cases", f"{len(self.cases)}, {self.hours:.1f} h simulated"),
+            (
+                "wind speeds",
+                f"V_in {c.cut_in:g}, V_r {c.rated_wind:g}, V_out {c.cut_out:g}, V_ref {c.iec_class.v_ref:g} m/s",
+            ),
+        ]
+        rows = [[r.name, r.situation, r.wind, r.type, r.factor, str(r.cases), f"{r.hours:.1f}"] for r in self.summary()]
+        head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours"]
+        lacking = [[why, ", ".join(names)] for why, names in self.missing().items()]
+        sections = [Section("Design load cases", rows, head, note=f"{len(rows)} rows"), c.card().folded("Campaign")]
+        if lacking:
+            sections.append(Section("Cannot run", lacking, ["what is missing", "DLC"]))
+        return Card("Plan", Path(c.turbine).name, facts, sections)
 
     @property
     def hours(self) -> float:

@@ -19,10 +19,12 @@ from typing import Any
 
 from meltemi.control.controller import Controller
 from meltemi.core.calls import arguments_of, explained
+from meltemi.core.display import brief
 from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import source_hash
+from meltemi.core.representation import Card, Shown, badge
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.postprocess.files import read_netcdf, write_netcdf
 from meltemi.simulation.result import Result
@@ -34,8 +36,8 @@ PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
 
 
-@dataclass(frozen=True)
-class Outcome:
+@dataclass(frozen=True, repr=False)
+class Outcome(Shown):
     """Outcome of one case of a batch.
 
     Attributes:
@@ -53,6 +55,20 @@ class Outcome:
     value: Any = None
     error: type[BaseException] | None = None
     reused: bool = False
+
+    def __repr__(self) -> str:
+        said = f": {self.message}" if self.message else ""
+        return f"<Outcome {self.name!r}, {self.status}{said}>"
+
+    def card(self) -> Card:
+        """Status and message, and the result or file."""
+        kind = "good" if self.ok else "doubtful" if self.status.complete else "bad"
+        facts = [("status", badge(self.status.name, kind)), *([("message", self.message)] if self.message else [])]
+        if self.reused:
+            facts.append(("run", "not repeated: a stored result was reused"))
+        if isinstance(self.value, Shown):
+            return Card("Outcome", self.name, facts, [self.value.card().folded(type(self.value).__name__)])
+        return Card("Outcome", self.name, [*facts, ("value", brief(self.value))])
 
     @property
     def ok(self) -> bool:

@@ -250,6 +250,14 @@ class LoadCase(Record):
     """``sized``: generator, converters and grid connection by rule, in place of what the turbine's file may have; used
     with options: {electrical: averaged}."""
 
+    @property
+    def label(self) -> str:
+        """Turbine, wind and duration in one line."""
+        wind = self.wind
+        words = [str(getattr(wind, name)) for name in ("kind", "model") if getattr(wind, name, None)]
+        speed = getattr(wind, "speed", None)
+        return f"{self.turbine}, {' '.join(words)} wind{f' {speed:g} m/s' if speed else ''}, {self.duration:g} s"
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         if not self.channels:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
+from meltemi.core.representation import Brief
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result

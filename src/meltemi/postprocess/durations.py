@@ -12,8 +12,8 @@ from math import inf, pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
+from meltemi.core.representation import Brief
 
 Float = NDArray[np.float64]
 

@@ -16,8 +16,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
+from meltemi.core.representation import Brief
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from meltemi.core.display import rounded
 from meltemi.core.files import replacing
 from meltemi.postprocess.fatigue import equivalent_loads
 
@@ -28,21 +29,9 @@ class Number(str):
 
 def number(value: float) -> str:
     """Format a number with four or five significant digits, without exponent if possible."""
-    found = Number(_rounded(float(value)))
+    found = Number(rounded(float(value)))
     found.value = float(value)
     return found
-
-
-def _rounded(value: float) -> str:
-    if value != value:
-        return "-"
-    if value == 0.0:
-        return "0"
-    size = abs(value)
-    if size >= 1e6 or size < 1e-3:
-        return f"{value:.3e}"
-    exponent = int(f"{size:.3e}"[-3:])  # of the rounded value: 9.9999 has two digits before the point
-    return f"{value:.{max(0, 3 - exponent)}f}"
 
 
 def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:

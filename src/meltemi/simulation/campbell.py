@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, MeltemiError, UnsupportedError
+from meltemi.core.representation import Brief, Card, Section, sparkline
 from meltemi.maths.multiblade import blade_matrix
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
 from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise
@@ -61,6 +61,24 @@ class Campbell(Brief):
     modes: tuple[tuple[Mode | None, ...], ...] = field(repr=False)
     air: bool
     failures: dict[float, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"<Campbell: {len(self.labels)} modes at {len(self.rotor_speed)} operating points>"
+
+    def card(self) -> Card:
+        """Frequency and damping of the modes at the first and last point, and lines over all points."""
+
+        speeds = self.rotor_speed * 30.0 / np.pi
+        facts = [("rotor speed", f"{speeds.min():.4g} to {speeds.max():.4g} rpm, {len(speeds)} operating points")]
+        hertz, percent = self.frequency / (2.0 * np.pi), 100.0 * self.damping
+        rows = [
+            [label, f"{f[0]:.4g}", f"{f[-1]:.4g}", sparkline(f), f"{d[0]:.3g}", f"{d[-1]:.3g}", sparkline(d)]
+            for label, f, d in zip(self.labels, hertz, percent, strict=True)
+        ]
+        head = ["mode", "Hz, first", "last", "", "damping %, first", "last", ""]
+        return Card(
+            "Campbell", "with air" if self.air else "in vacuum", facts, [Section("Modes", rows, head, open=True)]
+        )
 
 
 def campbell(

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.core.representation import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
 from meltemi.simulation.campbell import WHIRL, follow, participation, strain

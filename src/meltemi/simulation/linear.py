@@ -27,8 +27,9 @@ from meltemi.aero.tables import AeroNode, AeroOptions, BladeFlow, InflowState, S
 from meltemi.control import actuator_models
 from meltemi.control.actuators import Actuators, FlapActuators
 from meltemi.control.signals import Demands
-from meltemi.core.display import Brief
+from meltemi.core.display import quantity
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
+from meltemi.core.representation import Brief, Card, Section
 from meltemi.core.threads import one_blas_thread
 from meltemi.electrical.tables import N_STATES, ElectricState
 from meltemi.environment.conditions import Conditions
@@ -103,6 +104,35 @@ class LinearModel(Brief):
     y0: Float = field(repr=False)
     azimuth: float | None
     point: OperatingPoint
+
+    def __repr__(self) -> str:
+        return f"<LinearModel of {self._size()}, {self._frame()}>"
+
+    def _size(self) -> str:
+        return f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+
+    def _frame(self) -> str:
+        return "fixed frame" if self.azimuth is None else f"blade 1 at {np.degrees(self.azimuth):g} deg"
+
+    def card(self) -> Card:
+        """Size and operating point, modes, and the names of inputs, outputs and states."""
+
+        facts = [("size", self._size()), ("frame", self._frame())]
+        facts += [(name.replace("_", " "), text) for name, text in self.point.facts().items()]
+        rows = [
+            [f"{m.frequency / (2.0 * np.pi):.4g}", f"{100.0 * m.damping:.3g}", m.participation(2)] for m in self.modes()
+        ]
+        sections = [Section("Modes", rows, ["Hz", "damping %", "largest amplitudes"], note=str(len(rows)))]
+        for what in ("input", "output", "state"):
+            names, units = getattr(self, f"{what}s"), getattr(self, f"{what}_units")
+            values = getattr(self, {"input": "u0", "output": "y0", "state": "x0"}[what])
+            shown = [
+                [name, unit, quantity(float(value), unit, name)]
+                for name, unit, value in zip(names, units, values, strict=True)
+            ]
+            head = ["name", "SI unit", "at the operating point"]
+            sections.append(Section(f"{what.capitalize()}s", shown, head, note=str(len(shown))))
+        return Card("LinearModel", "deviations from steady operation, in SI units", facts, sections)
 
     @one_blas_thread
     def modes(self, structural: float = STRUCTURAL) -> list[Mode]:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.actuators import Actuators
-from meltemi.core.display import Brief, brief
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
+from meltemi.core.representation import Brief, Card, Section
 from meltemi.core.variants import number
 from meltemi.electrical.tables import ElectricalParameters, electrical_array
 from meltemi.environment.site import Environment
@@ -20,6 +20,7 @@ from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbine.representation import summary
 from meltemi.wind.fields import Wind
 
 Float = NDArray[np.float64]
@@ -121,18 +122,30 @@ class Model(Brief, Generic[R]):
         """Whether generator, converters and grid are modelled."""
         return self.options.electrical == "averaged"
 
-    def facts(self) -> dict[str, str]:
-        """Turbine, coordinates, and the options and conditions that differ from the defaults."""
-        told = {"turbine": self.turbine.name, "coordinates": ", ".join(self.coordinates)}
-        given = {"options": self.options, "environment": self.environment}
-        for name, record in given.items():
-            told[name] = (
-                ", ".join(f"{k}: {brief(v)}" for k, v in record if v != type(record)().__dict__[k]) or "default"
-            )
-        return told
-
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.turbine.name!r}, {len(self.coordinates)} coordinates)"
+
+    def card(self) -> Card:
+        """Turbine, coordinates, options and environment."""
+
+        locked = int(self.locked.sum())
+        facts = [
+            ("coordinates", f"{len(self.coordinates)}{f', {locked} of them locked' if locked else ''}"),
+            ("blades", f"{self.options.blade_model}, stall {self.options.stall}, inflow {self.options.inflow}"),
+            ("air density", f"{self.environment.density:.4g} kg/m^3"),
+        ]
+        if not hasattr(self.turbine, "blade"):
+            facts[1] = ("rotor", f"power coefficient, {self.turbine.coefficient.kind}")
+        numbered = [
+            (name, "locked" if fixed else "free") for name, fixed in zip(self.coordinates, self.locked, strict=True)
+        ]
+        sections = [
+            Section("Coordinates", numbered, note=str(len(numbered))),
+            self.options.card().folded("Options"),
+            self.environment.card().folded("Environment"),
+            self.turbine.card().folded("Turbine"),
+        ]
+        return Card("Model", summary(self.turbine), facts, sections)
 
     @property
     def parameter_tables(self) -> ParameterTables:

@@ -8,7 +8,6 @@ from pydantic import Field, model_validator
 
 from meltemi.aero.rotational_augmentation import RotationalAugmentation
 from meltemi.aero.variants import InflowModel, StallModel, TowerInfluence
-from meltemi.core.display import one_line
 from meltemi.core.record import Record
 from meltemi.simulation.blades import BladeModel
 
@@ -150,13 +149,6 @@ class ModelOptions(Record):
     """Additional evaluations in each step, with corrected velocities."""
     induction_iterations: int = Field(default=5, ge=2, le=100)
     """Iterations of the momentum balance at each node and step."""
-
-    def __repr__(self) -> str:
-        """The options that differ from their defaults."""
-        usual = ModelOptions()._facts()
-        return one_line(type(self).__name__, {k: text for k, text in self._facts().items() if text != usual[k]})
-
-    __str__ = __repr__
 
     @model_validator(mode="after")
     def _check(self) -> Self:

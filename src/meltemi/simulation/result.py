@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.display import rounded
 from meltemi.core.errors import RunError, Status
+from meltemi.core.representation import MOST_ROWS, Card, Section, Shown, badge, sparkline
 from meltemi.core.units import display
 from meltemi.simulation.channels import Channel, find
 
@@ -45,8 +47,8 @@ class Finding:
         return f"{self.what} {value} (limit {limit}), first at t = {self.time:.2f} s"
 
 
-@dataclass(frozen=True)
-class Result:
+@dataclass(frozen=True, repr=False)
+class Result(Shown):
     """Time series of the recorded channels in SI units, and the outcome of the run.
 
     ``result["root_moment_out_of_plane_1"]`` or ``result["RootMyc1"]`` is a series; its unit is
@@ -171,12 +173,44 @@ class Result:
             )
         return pd.DataFrame(rows).set_index("channel")
 
-    def _repr_html_(self) -> str:
-        from html import escape
+    def card(self) -> Card:
+        """Status, statistics of the channels in engineering units with a line of each, messages, events, origin."""
 
-        return f"<p>{escape(repr(self))}</p>{self.statistics().to_html(float_format=lambda v: f'{v:.4g}')}"
+        kind = "good" if self.status is Status.OK else "doubtful" if self.status.complete else "bad"
+        said = [*filter(None, [self.message]), *map(str, self.findings), *self.warnings]
+        facts = [("status", badge(self.status.name, kind)), ("time", self._span())]
+        for name, unit in (("transient", "s"), ("output_step", "s"), ("controller", ""), ("real_time_factor", "")):
+            if self.meta.get(name):
+                facts.append((name.replace("_", " "), f"{self.meta[name]} {unit}".strip()))
+        rows = self._channel_rows()
+        head = ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", ""]
+        after = "after the transient" if self.meta.get("transient") else ""
+        sections = [
+            *([Section("Messages", [[words] for words in said], [""], open=True)] if said else []),
+            Section(f"{len(self.channels)} channels", rows, head, note=after, open=True),
+        ]
+        if self.log:
+            log = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in self.log]
+            sections.append(Section(f"{len(log)} events", log, ["time s", "source", "what", "reason"]))
+        origin = [(k.replace("_", " "), str(v)) for k, v in self.meta.items() if isinstance(v, str | int | float)]
+        sections.append(Section("Origin", origin, note=f"meltemi {self.meta.get('meltemi', '')}"))
+        lead = ", ".join(str(self.meta[name]) for name in ("turbine", "wind") if name in self.meta)
+        return Card("Result", lead, facts, sections if self.meta else sections[:-1])
+
+    def _channel_rows(self) -> list[list[str]]:
+        """Names, unit, statistics and line of each channel; of those that a notebook leaves out, names."""
+
+        data, rows = self.evaluated.data, []
+        for i, channel in enumerate(self.channels[:MOST_ROWS]):
+            unit, factor = channel.display_unit
+            x = data[:, i] * factor
+            numbers = [rounded(float(f(x))) if len(x) else "-" for f in (np.mean, np.std, np.min, np.max)]
+            rows.append([channel.name, channel.alias, unit, *numbers, sparkline(x)])
+        return rows + [[channel.name] for channel in self.channels[MOST_ROWS:]]
+
+    def _span(self) -> str:
+        return f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "empty"
 
     def __repr__(self) -> str:
-        span = f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "empty"
         said = "".join(f"; {words}" for words in (*self.findings, *self.warnings))
-        return f"<Result: {len(self.channels)} channels, {span}, {self.status.name}{said}>"
+        return f"<Result: {len(self.channels)} channels, {self._span()}, {self.status.name}{said}>"

@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroOptions, InflowState
 from meltemi.control.baseline import parameters, steady_torque
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
+from meltemi.core.representation import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.core.yamlfile import validated
 from meltemi.environment.drops import MM_PER_HOUR

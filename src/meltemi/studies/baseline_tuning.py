@@ -29,8 +29,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
+from meltemi.core.representation import Brief
 from meltemi.core.units import rpm
 from meltemi.maths.tables import View
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
+from meltemi.core.representation import Brief, Card, Section, badge
 from meltemi.core.units import display
 from meltemi.loadcases.batch import Outcome
 from meltemi.postprocess.bands import IdealRemoval, harmonic_bands, ideal_removal
@@ -188,6 +188,29 @@ class Comparison(Brief):
     windows: Mapping[str, tuple[float, float]]
     quantities: tuple[Quantity, ...] = field(repr=False)
     failures: tuple[Outcome, ...] = ()
+
+    def __repr__(self) -> str:
+        failed = f", {len(self.failures)} runs failed" if self.failures else ""
+        return f"<Comparison of {', '.join(self.schemes)} in {len(self.winds)} winds{failed}>"
+
+    def card(self) -> Card:
+        """Loads of the schemes, and their changes against the first."""
+        from meltemi.report.ensemble_tables import scheme_rows
+
+        begin, end = self.windows[WHOLE]
+        facts = [("schemes", ", ".join(self.schemes)), ("winds", str(len(self.winds)))]
+        facts.append(("evaluated", f"{begin:g} to {end:g} s"))
+        head, rows, groups = scheme_rows(self.table(), self.units(), means=True)
+        spanned = [name for name, span in groups for _ in range(span)]
+        head = [f"{scheme} {name}".strip() for scheme, name in zip(spanned, head, strict=True)]
+        sections = [Section("Loads", rows, head, note=f"changes are against {self.schemes[0]}", open=True)]
+        sections.append(Section("Winds", [[label] for label in self.winds], ["wind"], note=str(len(self.winds))))
+        if said := self.warnings():
+            sections.append(Section("Messages", [[words] for words in said], [""], open=True))
+        if self.failures:
+            facts.append(("excluded", badge(f"{len(self.failures)} runs", "bad")))
+            sections.append(Section("Excluded", [[failure_line(each)] for each in self.failures], [""]))
+        return Card("Comparison", f"{len(self.schemes)} control schemes in the same wind fields", facts, sections)
 
     def values(self, quantity: str, scheme: str, window: str = WHOLE) -> Float:
         """(seeds,) a quantity in SI."""

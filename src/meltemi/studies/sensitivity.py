@@ -24,8 +24,8 @@ from meltemi.aero.tables import AeroMemory
 from meltemi.control.actuators import Actuators
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint, dual_entry
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
+from meltemi.core.representation import Brief
 from meltemi.maths.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient

@@ -22,6 +22,7 @@ from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.gearbox import Gearbox
 from meltemi.turbine.ice import Icing
 from meltemi.turbine.imbalance import Imbalance, deviations
+from meltemi.turbine.representation import Machine
 
 HALF_TURN = math.pi
 
@@ -591,12 +592,9 @@ class BaselineControl(Record):
     source: str = ""
 
 
-class Turbine(Record):
+class Turbine(Machine):
     """A horizontal-axis wind turbine on land."""
 
-    name: str
-    description: str = ""
-    source: str = ""
     n_blades: int = Field(default=3, ge=1)
     """2 or 3 in a simulation."""
     rated_power: float = Field(gt=0.0)

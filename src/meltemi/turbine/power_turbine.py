@@ -21,6 +21,7 @@ from meltemi.core.record import Array, Record, Vector
 from meltemi.turbine.checks import above_ground, ordered
 from meltemi.turbine.definition import BaselineControl, Flap, PitchActuator, Turbine, YawDrive
 from meltemi.turbine.electrical import ElectricalSystem
+from meltemi.turbine.representation import Machine
 
 
 class HeierCoefficient(Record):
@@ -157,12 +158,9 @@ class Shaft(Record):
         return self.rotor_inertia + self.gear_ratio**2 * self.generator_inertia
 
 
-class PowerTurbine(Record):
+class PowerTurbine(Machine):
     """A horizontal-axis wind turbine described by a power coefficient."""
 
-    name: str
-    description: str = ""
-    source: str = ""
     n_blades: int = Field(default=3, ge=2, le=3)
     """Each has its pitch actuator; the rotor's coefficient is the mean of those at the blades' pitch angles."""
     rated_power: float = Field(gt=0.0)

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from meltemi.core.display import Brief
+from meltemi.core.display import rounded
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
+from meltemi.core.representation import Brief, Card, Section, sparkline
 from meltemi.maths.tables import View
 from meltemi.wind.velocity import WindField, WindNow, WindParameters
 
@@ -126,6 +127,9 @@ class WindSeries(Record):
         """Short description, for titles and metadata."""
         return self.source or "wind series"
 
+    def __repr__(self) -> str:
+        return f"<WindSeries {self.label}: {len(self.time)} times, {self.time[0]:g} to {self.time[-1]:g} s>"
+
 
 LARGEST = {"dt": 1e4, "dy": 1e4, "dz": 1e4, "bottom": 1e4, "speed": 100.0, "hub_height": 1e4}
 """Of the numbers of a box, in their units."""
@@ -188,6 +192,33 @@ class WindBox(Brief):
     def label(self) -> str:
         """Short description, for titles and metadata."""
         return self.source or "wind box"
+
+    def __repr__(self) -> str:
+        return f"<WindBox {self.label}: {self._grid()}>"
+
+    def _grid(self) -> str:
+        planes, rows, columns = self.velocity.shape[:3]
+        return f"{planes} planes of {rows} x {columns} points, {self.duration:g} s"
+
+    def card(self) -> Card:
+        """Grid, and the wind at the middle of the grid."""
+
+        facts = [
+            ("grid", self._grid()),
+            ("between planes", f"{self.dt:g} s, carried at {self.speed:.5g} m/s"),
+            ("height", f"{self.bottom:g} to {self.top:g} m, rows every {self.dz:g} m"),
+            ("width", f"{self.width:g} m, columns every {self.dy:g} m"),
+            ("periodic", "yes" if self.periodic else "no"),
+        ]
+        if self.direction:
+            facts.append(("direction", f"{np.degrees(self.direction):.4g} deg"))
+        middle = self.velocity[:, self.velocity.shape[1] // 2, self.velocity.shape[2] // 2].astype(float)
+        rows = [
+            [name, *(rounded(float(f(x))) for f in (np.mean, np.std, np.min, np.max)), sparkline(x)]
+            for name, x in zip("uvw", middle.T, strict=True)
+        ]
+        head = ["", "mean m/s", "std m/s", "min m/s", "max m/s", ""]
+        return Card("WindBox", self.label, facts, [Section("Wind in the middle of the grid", rows, head, open=True)])
 
     @property
     def width(self) -> float:
