@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import shutil
 import signal
 import subprocess
@@ -11,6 +12,9 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 import pytest
+
+# before NumPy is loaded, here and in the processes of tests: threads of several workers wait for each other's cores
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import meltemi
 from meltemi import Model, Turbine

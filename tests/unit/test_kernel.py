@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numba
 import numpy as np
@@ -247,18 +248,36 @@ def test_signatures_kept_at_once_are_not_mixed_up(tmp_path: Path) -> None:
     assert [files[2].load(key) for key in "ab"] == ["code of a", "code of b"]
 
 
+def damaged(file: Path) -> list[bytes]:
+    """Its content with a wrong byte, without the end, and nothing of it."""
+    whole = file.read_bytes()
+    wrong = bytearray(whole)
+    wrong[2 * len(whole) // 3] ^= 16
+    return [bytes(wrong), whole[: len(whole) // 2], b""]
+
+
+def test_a_damaged_file_is_as_if_it_were_not_there(tmp_path: Path) -> None:
+    def found() -> Any:
+        return kernel.CacheFile(str(tmp_path), "function", "stamp").load("key")
+
+    kernel.CacheFile(str(tmp_path), "function", "stamp").save("key", "code" * 20)
+    for ending in ("*.nbi", "*.nbc"):
+        (file,) = tmp_path.rglob(ending)
+        whole = file.read_bytes()
+        for content in damaged(file):
+            file.write_bytes(content)
+            assert found() is None
+            file.write_bytes(whole)
+            assert found() == "code" * 20
+
+
 def test_damaged_machine_code_is_compiled_again(tmp_path: Path) -> None:
-    """A wrong byte anywhere, the end missing, nothing left: as if the file were not there."""
     place, *_ = run(tmp_path)
     for ending in ("*.nbi", "*.nbc"):
         (file,) = Path(place).rglob(ending)
-        whole = file.read_bytes()
-        wrong = bytearray(whole)
-        wrong[2 * len(whole) // 3] ^= 16
-        for content in (bytes(wrong), whole[: len(whole) // 2], b""):
-            file.write_bytes(content)
-            assert run(tmp_path) == [place, "1", "1", "True"]
-        assert run(tmp_path) == [place, "1", "0", "True"]
+        file.write_bytes(damaged(file)[0])
+        assert run(tmp_path) == [place, "1", "1", "True"]
+    assert run(tmp_path) == [place, "1", "0", "True"]
 
 
 NO_ROOM = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))"

@@ -14,6 +14,7 @@ from meltemi.aero.stall_tables import zero_lift_angle
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.files import replacing
 from meltemi.core.series import TimeSeries
+from meltemi.core.threads import one_blas_thread
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.build import blade_modes, head_mass
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -73,6 +74,7 @@ class Written:
     notes: tuple[ImportNote, ...]
 
 
+@one_blas_thread
 def write_openfast(
     turbine: AnyTurbine,
     folder: str | Path,
