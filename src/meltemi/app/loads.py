@@ -305,24 +305,14 @@ def report(
 
     if against is not None and limits is not None:
         raise InputError("give either --against or --limits")
-<<<<<<< HEAD
     planned, given = _planned(base), None if limits is None else read_limits(limits)
     of = STANDARD if settings is None else read_settings(settings)
     other = None if against is None else (str(against), design_loads(_planned(against), against, of))
-    with results_in(base):
-        files = write_report(planned, base, against=other, limits=given, design=design_loads(planned, base, of))
-    for file in files:
-        print(f"wrote {file}")
-=======
-    planned = _planned(base)
-    given = None if limits is None else read_limits(limits)
-    other = None if against is None else (str(against), design_loads(_planned(against), against))
     with results_in(base), progress_bar("report", compiles=False):
-        files = write_report(planned, base, against=other, limits=given)
+        files = write_report(planned, base, against=other, limits=given, design=design_loads(planned, base, of))
     wrote(*files)
     runnable = next((case.name for case in planned.cases if not case.unsupported), "")
     suggest("loads", "show", base, runnable, "--plot")
->>>>>>> h6-term
 
 
 @loads.command()
@@ -337,15 +327,8 @@ def compare(
     from meltemi.loadbase.settings import STANDARD, read_settings
 
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
-<<<<<<< HEAD
-    with results_in(out):
-        of = STANDARD if settings is None else read_settings(settings)
-        files = write_base_comparison(bases[0], bases[1], out, of)
-    for file in files:
-        print(f"wrote {file}")
-=======
+    of = STANDARD if settings is None else read_settings(settings)
     with results_in(out), progress_bar("comparison", compiles=False):
-        files = write_base_comparison(bases[0], bases[1], out)
+        files = write_base_comparison(bases[0], bases[1], out, of)
     wrote(*files)
     suggest("loads", "report", base, "--against", other)
->>>>>>> h6-term

@@ -13,13 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-<<<<<<< HEAD
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
-=======
-from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.representation import Brief
->>>>>>> h6-term
 from meltemi.loadbase.coverage import Results
 from meltemi.loadbase.interfaces import Interface
 from meltemi.loadbase.settings import WAYS, Way

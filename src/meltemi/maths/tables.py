@@ -82,7 +82,8 @@ class Field:
         self.fixed = not any(isinstance(n, str) for n in shape) and not (table and table.tail)
         self.count = 0
         if self.fixed:
-            self.count = math.prod(int(n) for n in shape) * (len(table) if table else len(kind.__slots__) if kind else 1)
+            numbers = len(table) if table else len(kind.__slots__) if kind else 1
+            self.count = math.prod(int(n) for n in shape) * numbers
 
     def __set_name__(self, owner: Any, name: str) -> None:
         self.owner, self.name = owner, name

@@ -38,7 +38,12 @@ def summary(turbine: Any) -> str:
 
 def key_figures(turbine: Any) -> list[tuple[str, str]]:
     """Names and values of the key figures in engineering units."""
-    to_degrees, torque, gears = display("rad")[1], turbine.control.torque, turbine.drivetrain.gear_ratio
+    rpm, to_degrees, torque, gears = (
+        display("rad/s")[1],
+        display("rad")[1],
+        turbine.control.torque,
+        turbine.drivetrain.gear_ratio,
+    )
     actuator = turbine.pitch_actuator
     lowest, highest, rate = (x * to_degrees for x in (actuator.minimum, actuator.maximum, actuator.rate_limit))
     found = [
@@ -46,7 +51,7 @@ def key_figures(turbine: Any) -> list[tuple[str, str]]:
         ("rotor diameter", f"{turbine.rotor_diameter:.4g} m"),
         ("hub height", f"{turbine.hub_height:.4g} m"),
         ("wind speeds", f"{turbine.cut_in:g} to {turbine.cut_out:g} m/s"),
-        ("rated rotor speed", f"{turbine.rated_rotor_speed * display("rad/s")[1]:.4g} rpm"),
+        ("rated rotor speed", f"{turbine.rated_rotor_speed * rpm:.4g} rpm"),
         ("rated generator torque", f"{torque.rated_power / torque.rated_speed / 1e3:.5g} kN m, gear ratio {gears:.4g}"),
         ("pitch", f"{lowest:.3g} to {highest:.3g} deg, at most {rate:.3g} deg/s"),
         ("specific power", f"{turbine.rated_power / (math.pi * turbine.rotor_radius**2):.4g} W/m^2"),
