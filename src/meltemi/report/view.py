@@ -1,0 +1,149 @@
+"""The three-dimensional view: one HTML file that opens without network.
+
+The scripts, their style and three.js (MIT licence) are files in ``viewer`` beside this module; the page holds them all.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from meltemi.core.errors import InputError
+from meltemi.core.files import text_of, write_text
+from meltemi.report.interactive import stored
+from meltemi.report.palette import COLOURS
+from meltemi.simulation.result import Result
+from meltemi.simulation.scene.record import Scene, packed, track_arrays
+
+FOLDER = Path(__file__).with_name("viewer")
+SCRIPTS = ("three.min", "data", "pose", "turbine", "wind", "plots", "viewer")
+TIP_COLOURS = tuple(COLOURS[i] for i in (0, 1, 6))
+"""Of blades 1 to 3, and of their lines in the plots."""
+PLOT_RATE = 20.0
+"""[Hz] largest rate of the plotted channels."""
+PLOTS: Mapping[str, Sequence[str]] = {
+    "Wind speed at the hub": ["wind_x"],
+    "Electrical power": ["generator_power"],
+    "Rotor speed": ["rotor_speed"],
+    "Pitch angle": ["pitch_1", "pitch_2", "pitch_3"],
+    "Out-of-plane root moment": [f"root_moment_out_of_plane_{b}" for b in (1, 2, 3)],
+    "Out-of-plane tip deflection": ["tip_out_of_plane_1"],
+    "Fore-aft tower-base moment": ["tower_base_moment_fore_aft"],
+}
+"""Channels of the plots by default; those that are not recorded are left out."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a view begins.
+
+    Attributes:
+      theme: "light", "dark", or that of the reader's system.
+      begin: [s] time.
+      state: settings of the viewer by name, such as ``{"loads": "arrows", "wind": "off", "playing": False}``.
+    """
+
+    theme: str = ""
+    begin: float = 0.0
+    state: Mapping[str, Any] | None = None
+
+
+def write_view(path: str | Path, results: Mapping[str, Result], channels: Sequence[str] = (), look: Look = Look()) -> Path:
+    """Write the view of a run, or of two runs together, as one HTML file.
+
+    Args:
+      path: of the file.
+      results: one or two, by name, of runs with ``view=True``.
+      channels: to plot, each on its own; by default wind, power, speed, pitch and main loads.
+      look: how it begins.
+
+    Raises:
+      InputError: a result has no recorded motion, or the file cannot be written.
+    """
+    return write_text(Path(path), result_view(results, channels, look))
+
+
+def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), look: Look = Look()) -> str:
+    """HTML text of the page of :func:`write_view`."""
+    if not 1 <= len(results) <= 2:
+        raise InputError(f"a view shows one or two results, found {len(results)}")
+    scenes = []
+    for name, result in results.items():
+        if result.scene is None:
+            raise InputError(
+                f"{name}: the motion of the turbine is not recorded; repeat the run with: meltemi run ... --view "
+                "(view: true in a case file, view=True in Python)"
+            )
+        scenes.append(with_plots(result.scene, result, channels))
+    about = scenes[0].about
+    same = {scene.about["turbine"]["name"] for scene in scenes}
+    words = f"{about['wind']['label']}" if len(scenes) == 1 else ""
+    accuracy = 1e3 * max(scene.about["accuracy"] for scene in scenes)
+    note = (
+        f"Drawn positions differ from those of the simulation by at most {accuracy:.0f} mm; nacelle and hub have usual "
+        "proportions, sections the relative thickness of their airfoils."
+    )
+    return page(" and ".join(same), words, scenes, names=list(results), note=note, look=look)
+
+
+def with_plots(scene: Scene, result: Result, channels: Sequence[str]) -> Scene:
+    """The scene with the series of plots."""
+    wanted: Mapping[str, Sequence[str]] = PLOTS
+    if channels:
+        found = [result.channel(name) for name in channels]
+        wanted = {channel.description[:1].upper() + channel.description[1:]: [channel.name] for channel in found}
+    plots, columns = [], []
+    step = float(result.time[1] - result.time[0]) if len(result.time) > 1 else 1.0
+    every = max(1, round(1.0 / (PLOT_RATE * step) - 1e-6))
+    for title, names in wanted.items():
+        present = [name for name in names if name in result]
+        if not present:
+            continue
+        values = np.stack([result[name] for name in present], axis=1)[::every]
+        unit, factor = result.channel(present[0]).display_unit
+        if unit[:1] == "k" and np.nanmax(np.abs(values)) * factor >= 1e3:
+            unit, factor = "M" + unit[1:], 1e-3 * factor
+        lines = [{"name": name, "column": len(columns) + i} for i, name in enumerate(present)]
+        plots.append({"title": title, "unit": unit, "lines": lines})
+        columns += list(factor * values.T)
+    about = scene.about | {"plots": plots, "steps": scene.about["steps"] | {"plot": every * step}}
+    if not columns:
+        return replace(scene, about=about)
+    return Scene(about, scene.arrays | track_arrays("plot", np.nan_to_num(np.stack(columns, axis=1))))
+
+
+def page(
+    title: str, subtitle: str, scenes: Sequence[Scene], *, names: Sequence[str] = (), note: str = "", look: Look = Look()
+) -> str:
+    """HTML text of a view of scenes, which are all of one kind."""
+    places = [f"scene-{i + 1}" for i in range(len(scenes))]
+    spec = {
+        "title": title,
+        "subtitle": subtitle,
+        "names": list(names),
+        "scenes": places,
+        "words": note,
+        "colours": TIP_COLOURS,
+        "theme": look.theme,
+        "begin": look.begin,
+        "state": dict(look.state or {}),
+    }
+    script = "\n".join(text_of(FOLDER / f"{name}.js") for name in SCRIPTS)
+    data = "\n".join(
+        f'<script type="text/plain" id="{place}">{base64.b64encode(packed(scene)).decode()}</script>'
+        for place, scene in zip(places, scenes, strict=True)
+    )
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title>\n<style>{text_of(FOLDER / 'view.css')}</style>\n</head>\n<body>\n"
+        f"{text_of(FOLDER / 'page.html')}{stored('spec', spec)}\n{data}\n"
+        f'<script type="text/plain" id="licence">{text_of(FOLDER / "three-licence.txt")}</script>\n'
+        f"<script>\n{script}</script>\n</body>\n</html>\n"
+    )
