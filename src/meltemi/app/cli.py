@@ -35,6 +35,7 @@ from meltemi.app.options import (
 from meltemi.app.scans import default_speeds, finish, speeds_of
 from meltemi.app.stability import flutter, parked
 from meltemi.app.terminal import OutOption, print_table, progress_bar, remove_empty_folders, results_in, say
+from meltemi.app.view import view
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
 
@@ -111,6 +112,7 @@ def run(
         float | None, typer.Option("--transient", help="Initial transient, excluded from statistics [s] [0].")
     ] = None,
     outb: Annotated[bool, typer.Option("--outb", help="Also write the result as OpenFAST's binary output.")] = False,
+    seen: Annotated[bool, typer.Option("--view", help="Also write the turbine in three dimensions (HTML).")] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate a case; writes a table, a plot and a result file."""
@@ -125,6 +127,7 @@ def run(
         case, folder = _case_of_deck(path, given), Path()
     else:
         case, folder = _case_of_options(target, given), Path()
+    from dataclasses import replace
     from tempfile import TemporaryDirectory
 
     from meltemi.core.errors import Status
@@ -140,12 +143,16 @@ def run(
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None), results_in(out):
-        described = case_run(case, turbine, folder, Path(kept))
+        described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
         with progress_bar(f"{turbine.name}, {case.duration:g} s") as progress:
             simulation = Simulation(described)
             march(simulation, progress)
         result = simulation.result()
         files = _write(result, out, outb) + _library_files(Path(kept), out)
+        if result.scene is not None:
+            from meltemi.report.view import write_view
+
+            files.append(write_view(out / "turbine.html", {turbine.name: result}))
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
             files.append(out / "case.yaml")
@@ -367,6 +374,7 @@ app.command("import", help=IMPORT_HELP)(import_)
 app.command()(inspect)
 app.command()(export)
 app.command()(diff)
+app.command()(view)
 app.command()(flutter)
 app.command()(parked)
 app.add_typer(loads, name="loads")
@@ -382,6 +390,7 @@ def campbell(
         str | None, typer.Option("--rotor-speeds", help="Instead: rotor speeds [rpm], in vacuum; 0 is standstill.")
     ] = None,
     vacuum: Annotated[bool, typer.Option("--vacuum", help="Structure in vacuum, generator speed constant.")] = False,
+    seen: Annotated[bool, typer.Option("--view", help="Also write the moving mode shapes (HTML).")] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute natural frequencies and damping ratios: table, plot, CSV."""
@@ -404,8 +413,9 @@ def campbell(
 
     with results_in(out):
         with progress_bar("Campbell diagram") as progress:
+            model = build(described)
             diagram = diagram_of(
-                build(described),
+                model,
                 wind_speeds=None if turns else winds,
                 rotor_speeds=turns,
                 air=not (vacuum or turns),
@@ -427,6 +437,11 @@ def campbell(
         )
         print(f"wrote {write_csv(out / 'campbell.csv', *campbell_rows(diagram))}")
         print(f"wrote {save(plot_campbell(diagram), out / 'campbell.png')}")
+        if seen:
+            from meltemi.core.files import write_text
+            from meltemi.report.view import modes_view
+
+            print(f"wrote {write_text(out / 'modes.html', modes_view(model, diagram))}")
     finish(
         {u * 30.0 / pi: why for u, why in diagram.failures.items()} if turns else diagram.failures,
         unit="rpm" if turns else "m/s",

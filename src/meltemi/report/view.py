@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,11 @@ from meltemi.report.interactive import stored
 from meltemi.report.palette import COLOURS
 from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, packed, track_arrays
+
+if TYPE_CHECKING:
+    from meltemi.simulation.campbell import Campbell
+    from meltemi.simulation.model import Model
+    from meltemi.wind.fields import Wind
 
 FOLDER = Path(__file__).with_name("viewer")
 SCRIPTS = ("three.min", "data", "pose", "turbine", "wind", "plots", "viewer")
@@ -90,6 +95,23 @@ def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), loo
         "proportions, sections the relative thickness of their airfoils."
     )
     return page(" and ".join(same), words, scenes, names=list(results), note=note, look=look)
+
+
+def modes_view(model: Model[Any], diagram: Campbell, look: Look = Look()) -> str:
+    """HTML text of the view of the modes of a Campbell diagram."""
+    from meltemi.simulation.scene.modes import modes_scene
+
+    air = "with air" if diagram.air else "in vacuum"
+    note = "One period of a mode takes two seconds, and the rotor turns as slowly; damping is not drawn."
+    return page(f"{model.turbine.name}: modes {air}", "", [modes_scene(model, diagram)], note=note, look=look)
+
+
+def wind_view(wind: Wind, look: Look = Look()) -> str:
+    """HTML text of the view of a wind alone."""
+    from meltemi.simulation.scene.air import wind_scene
+
+    note = "The section is through the tower's axis; travelling, it moves with the mean wind and keeps its pattern."
+    return page("Wind", wind.label, [wind_scene(wind)], note=note, look=look)
 
 
 def with_plots(scene: Scene, result: Result, channels: Sequence[str]) -> Scene:

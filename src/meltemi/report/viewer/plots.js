@@ -2,7 +2,7 @@
 // Plots of channels over time, with a cursor that all of them and the turbine share.
 
 class Plot {
-  /** ``spec``: title, unit, lines of {name, colour, dash, at: (time) => value, times: [begin, end, step]}. */
+  /** ``spec``: title, unit, lines as of plotLine. */
   constructor(parent, spec, seek) {
     Object.assign(this, spec);
     const figure = document.createElement("figure");
@@ -12,7 +12,7 @@ class Plot {
     figure.querySelector(".unit").textContent = this.unit;
     this.values = this.lines.map((line) => {
       const value = document.createElement("span");
-      value.style.color = line.colour;
+      value.style.color = `var(${line.colour})`;
       value.title = line.name;
       return value;
     });
@@ -54,10 +54,9 @@ class Plot {
       pen.fillText(tickText(tick, step), left - 6, Math.min(Math.max(y(tick), 6), height - 6));
     }
     curves.forEach((curve, i) => {
-      pen.strokeStyle = this.lines[i].colour;
+      pen.strokeStyle = style.getPropertyValue(this.lines[i].colour);
       pen.lineWidth = 1.3;
       pen.lineJoin = "round";
-      pen.setLineDash(this.lines[i].dash || []);
       pen.beginPath();
       curve.points.forEach(([x, v]) => pen.lineTo(left + x, y(v)));
       pen.stroke();

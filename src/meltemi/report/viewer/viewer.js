@@ -45,7 +45,7 @@ const scenes = spec.scenes.map((id) => readScene(find(id).textContent));
 view.scenes = scenes;
 const kind = scenes[0].about.kind, alone = kind === "wind", modes = kind === "modes";
 const first = scenes[0].about, size = alone ? first.wind.half_width : first.turbine.rotor_radius;
-const hub = alone ? first.wind.height : first.turbine.hub_height, high = hub + size;
+const hub = alone ? first.wind.height : first.turbine.hub_height, high = hub + (alone ? first.wind.half_height : size);
 
 const world = new THREE.Scene(), camera = new THREE.PerspectiveCamera(32, 1, 0.02 * size, 60 * size);
 camera.up.set(0, 0, 1);
@@ -91,6 +91,7 @@ const turbines = alone ? [] : scenes.map((scene, i) => {
 });
 const winds = modes ? [] : scenes.map((scene) => new WindView(scene));
 winds.forEach((wind) => world.add(wind.group));
+if (alone) [...find("wind").options].forEach((option, i) => { option.text = ["standing", "travelling", "off"][i]; });
 const duration = alone ? first.duration : Math.max(...turbines.map((each) => each.motion.duration));
 const begin = first.begin || 0;
 state.t = Math.min(spec.begin || 0, duration);
@@ -125,9 +126,9 @@ function look(name) {
   state.dirty = true;
   if (name === "blade" || !name) return;
   const direction = new THREE.Vector3(...CAMERAS[name][1]).normalize(), spread = scenes.length > 1 && state.pairs === "beside" ? 1.25 * size : 0;
-  const tall = name === "above" ? 2.3 * size : 1.1 * high, across = 2.25 * size + (name === "side" ? 0 : 2 * spread);
+  const tall = name === "above" ? 2.3 * size : 1.14 * high, across = 2.25 * size + (name === "side" ? 0 : 2.6 * spread);
   const half = Math.tan((camera.fov * Math.PI) / 360);
-  const away = Math.max(tall / 2 / half, across / 2 / half / camera.aspect) + (name === "side" ? spread : 0.35 * size);
+  const away = (alone ? 1.2 : 1) * Math.max(tall / 2 / half, across / 2 / half / camera.aspect) + (name === "side" ? 1.6 * spread : 0.35 * size);
   orbit.target.set(0, 0, name === "above" ? hub : 0.515 * high);
   camera.position.copy(orbit.target).addScaledVector(direction, away);
   orbit.update();
@@ -151,7 +152,7 @@ function press() {
 function build() {
   document.querySelector("h1").textContent = spec.title;
   document.querySelector("header .about").textContent = spec.subtitle;
-  if (scenes.length > 1) document.querySelector(".key").append(...spec.names.map((name, i) => Object.assign(document.createElement("span"), { innerHTML: `<i style="background:${spec.colours[i]}"></i>`, title: name })));
+  if (scenes.length > 1) document.querySelector(".key").append(...spec.names.map((name, i) => Object.assign(document.createElement("span"), { innerHTML: `<i style="background:var(--c${i})"></i>`, title: name })));
   document.querySelectorAll(".key span").forEach((each) => each.append(each.title));
   find("help").querySelector(".words").textContent = spec.words;
   find("help").querySelector("pre").textContent = find("licence").textContent;
@@ -177,6 +178,7 @@ function build() {
   find("theme").onclick = () => setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
   find("ask").onclick = () => { find("help").hidden = !find("help").hidden; };
   if (matchMedia("(max-width: 60rem)").matches) find("settings").open = false;
+  for (const name of ["wind", "loads", "pairs"]) find(name).value = state[name];
   if (modes) buildModes(bind);
   setFactor(state.factor);
 }
@@ -208,7 +210,7 @@ function buildModes(bind) {
   motion.point = Math.floor(points.length / 2);
   find("point").selectedIndex = motion.point;
   list();
-  find("seek").disabled = true;
+  find("seek").style.visibility = "hidden";
 }
 const bar = (colours) => `<div style="background:linear-gradient(90deg,${colours.join(",")})"></div>`;
 function legends() {
@@ -232,7 +234,7 @@ const plots = (first.plots || []).map((plot) => new Plot(find("plots"), {
   lines: scenes.flatMap((scene, i) => {
     const own = scene.about.plots.find((other) => other.title === plot.title);
     const chosen = own ? (scenes.length > 1 ? own.lines.slice(0, 1) : own.lines) : [];
-    return chosen.map((line, k) => plotLine(scene, line.column, { name: line.name, colour: spec.colours[scenes.length > 1 ? i : k] }));
+    return chosen.map((line, k) => plotLine(scene, line.column, { name: line.name, colour: `--c${scenes.length > 1 ? i : k}` }));
   }),
 }, (t) => { state.t = t; state.playing = false; state.dirty = true; }));
 if (!plots.length) document.body.classList.add("bare");
@@ -305,11 +307,16 @@ function render() {
 }
 function resize() {
   const box = stage.getBoundingClientRect();
+  if (box.width === resize.width && box.height === resize.height) return;
+  [resize.width, resize.height] = [box.width, box.height];
   renderer.setSize(box.width, box.height, false);
+  const aside = box.width > 700 ? -0.07 * box.width : 0; // of the panel
+  camera.setViewOffset(box.width, box.height, aside, 0, box.width, box.height);
   camera.aspect = box.width / Math.max(box.height, 1);
   camera.updateProjectionMatrix();
   if (state.camera) look(state.camera);
   state.dirty = state.redraw = true;
+  render(); // at once: the new size has cleared the picture
 }
 let last = 0, slow = 0;
 function frame(now) {
@@ -323,7 +330,7 @@ function frame(now) {
     // a slow computer draws no shadows, then fewer points
     slow = past > 1 / 24 ? slow + 1 : Math.max(slow - 1, 0);
     if (slow > 40 && sun.castShadow) { sun.castShadow = false; slow = 0; }
-    else if (slow > 40 && renderer.getPixelRatio() > 1) { renderer.setPixelRatio(1); resize(); slow = 0; }
+    else if (slow > 40 && renderer.getPixelRatio() > 1) { renderer.setPixelRatio(1); slow = 0; }
   }
   if (state.camera !== "blade") orbit.update();
   if (state.redraw || (state.dirty && state.window < duration)) drawPlots();
@@ -338,14 +345,10 @@ function frame(now) {
   view.frames += 1;
   view.first ||= performance.now();
 }
+Object.assign(state, spec.state || {});
 paintWorld();
 build();
 arrange();
-legends();
-look("corner");
-Object.assign(state, spec.state || {});
-for (const name of ["wind", "loads"]) find(name).value = state[name];
-setFactor(state.factor);
 legends();
 resize();
 new ResizeObserver(resize).observe(stage);

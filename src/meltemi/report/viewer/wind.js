@@ -20,7 +20,7 @@ class WindView {
     this.texture = new THREE.DataTexture(this.pixels, n, n, THREE.RGBAFormat);
     this.texture.magFilter = this.texture.minFilter = THREE.LinearFilter;
     this.texture.colorSpace = THREE.SRGBColorSpace;
-    const box = about.kind === "wind", half = w.half_width, section = box ? new THREE.PlaneGeometry(2 * half, 2 * half) : new THREE.CircleGeometry(half, 96);
+    const box = about.kind === "wind", half = w.half_width, section = box ? new THREE.PlaneGeometry(2 * half, 2 * w.half_height) : new THREE.CircleGeometry(half, 96);
     const uv = section.attributes.uv;
     for (let i = 0; i < uv.count; i++) uv.setXY(i, 0.5 / n + uv.getX(i) * (1 - 1 / n), 0.5 / n + uv.getY(i) * (1 - 1 / n));
     // its plane is y and z: from -y to y, up

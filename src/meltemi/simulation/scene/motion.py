@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.maths.vectors import Vec
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model, Stations
+from meltemi.simulation.scene.air import Section, wind_section
 from meltemi.simulation.scene.record import Scene, track_arrays
 from meltemi.simulation.scene.shape import beam_axis, blade_skin, machine, sections
 from meltemi.structure.kinematics import YAW, blade_motion
-from meltemi.wind.fields import SteadyWind, Wind, WindSeries, wind_field
-from meltemi.wind.velocity import series_now, wind_velocity
+from meltemi.wind.fields import SteadyWind, Wind
 
 Float = NDArray[np.float64]
 
@@ -141,9 +140,12 @@ class Recorder:
             "air_position": [round(float(v), 3) for v in self.model.rotor.blade_layout.position],
             "cuts": [round(float(v), 3) for v in self.cuts.blade],
             "tower_cuts": [0.0, *(round(float(v), 3) for v in self.cuts.tower)],
-            "wind": wind_about(wind, turbine),
         }
-        arrays |= wind_arrays_of(wind, time, about)
+        size = WIND_SIZE * turbine.rotor_radius
+        section = Section(turbine.hub_height, size, size, WIND_POINTS, turbine.rotor_diameter)
+        about["wind"], air = wind_section(wind, section, float(time[0]), float(time[-1]), WIND_RATE)
+        steps["wind"] = 1.0 / WIND_RATE
+        arrays |= air
         found = Scene(about, arrays)
         about["accuracy"] = float(np.abs(found.track("blade")[..., :3] - moved[..., :3]).max())
         return found
@@ -185,43 +187,4 @@ def blade_arrays(model: BladedModel, s: Float) -> dict[str, NDArray[Any]]:
     return {
         "axis": beam_axis(blade, s, turbine.hub.radius).astype(np.float32),
         "skin": blade_skin(turbine, blade, s).astype(np.float32),
-    }
-
-
-def wind_about(wind: Wind, turbine: Any) -> dict[str, Any]:
-    """Where the wind of a scene is drawn: a square across the mean wind through the tower's axis."""
-    return {
-        "label": wind.label,
-        "points": WIND_POINTS,
-        "half_width": WIND_SIZE * turbine.rotor_radius,
-        "height": turbine.hub_height,
-        "direction": float(wind.direction[0] if isinstance(wind, WindSeries) else wind.direction),
-        "diameter": turbine.rotor_diameter,
-    }
-
-
-def wind_arrays_of(wind: Wind, time: Float, about: dict[str, Any]) -> dict[str, NDArray[Any]]:
-    """Wind velocities (T, Z, Y, 3) of a scene in 8 bits, inertial axes; its speed and time step go to ``about``."""
-    where, steady = about["wind"], isinstance(wind, SteadyWind)
-    n, half = where["points"], where["half_width"]
-    times = time[:1] if steady else np.arange(time[0], time[-1] + 1.0 / WIND_RATE, 1.0 / WIND_RATE)
-    about["steps"]["wind"] = 1.0 / WIND_RATE
-    field = wind_field(wind, where["height"], where["diameter"])
-    across, up = np.linspace(-half, half, n), np.maximum(where["height"] + np.linspace(-half, half, n), 1.0)
-    c, s = np.cos(where["direction"]), np.sin(where["direction"])
-    points = [Vec(float(y * s), float(y * c), float(z)) for z in up for y in across]
-    values = np.empty((len(times), n * n, 3))
-    for i, t in enumerate(times):
-        series_now(float(t), field)
-        for j, point in enumerate(points):
-            u = wind_velocity(point, float(t), field)
-            values[i, j] = u.x, u.y, u.z
-    mean = values.mean(axis=(0, 1))
-    where["speed"] = float(np.hypot(mean[0], mean[1]))
-    where["heights"] = [round(float(z), 2) for z in up]
-    scale = np.maximum(np.abs(values - mean).max(axis=(0, 1)) / 127.0, 1e-6)
-    return {
-        "wind.amplitude": np.round((values - mean) / scale).astype(np.int8).reshape(len(times), n, n, 3),
-        "wind.scale": scale.astype(np.float32),
-        "wind.mean": mean.astype(np.float32),
     }
