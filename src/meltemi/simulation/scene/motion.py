@@ -18,10 +18,10 @@ from meltemi.wind.fields import SteadyWind, Wind
 
 Float = NDArray[np.float64]
 
-RATE, LOAD_RATE, AIR_RATE, WIND_RATE = 20.0, 10.0, 5.0, 2.5
+RATE, LOAD_RATE, AIR_RATE, WIND_RATE = 20.0, 10.0, 5.0, 2.0
 """[Hz] largest rates of motion, section loads, distributed loads and wind."""
-POSITION_ERROR, LOAD_ERROR = 0.01, 0.02
-"""[m] largest error of a drawn position; largest error of loads over their largest value."""
+POSITION_ERROR, LOAD_ERROR = 2e-4, 0.02
+"""Largest errors: of a drawn position over the rotor radius, of loads over their largest value."""
 WIND_POINTS, WIND_SIZE = 9, 1.15
 """Points of the drawn wind along each side, and its half width over the rotor radius."""
 BLADE_CUTS, TOWER_CUTS = 9, 6
@@ -117,7 +117,7 @@ class Recorder:
         moved = deformed(self.model, q, part("tip", B, 6), s)
         chord = float(np.max(turbine.blade.aerodynamics.chord))
         weight = np.array([1.0, 1.0, 1.0, chord, chord, chord])
-        arrays |= track_arrays("blade", moved, POSITION_ERROR, weight)
+        arrays |= track_arrays("blade", moved, POSITION_ERROR * turbine.rotor_radius, weight)
         arrays |= blade_arrays(self.model, s)
         largest = {}
         for name, series, points, rate in (
@@ -163,17 +163,19 @@ def deformed(model: BladedModel, q: Float, tip: Float | None, s: Float) -> Float
     from scipy.spatial.transform import Rotation
 
     case = Case(model, SteadyWind(speed=0.0))
-    motion = case.view("motion")
     B, N = case["motion"].shape[1:]
-    nodes = np.zeros((len(q), B, N + 1 + (tip is not None), 6))
+    position, orientation = (case.view("motion").rows(name) for name in ("position", "orientation"))
+    nodes = np.zeros((len(q), B, N + 1 + (tip is not None), 6), dtype=np.float32)
+    matrices = np.empty((len(q), 9, B, N))
     blade_motion(case.system)
-    rest = motion["position"].copy()
+    rest = case["motion"][position].copy()
     for i, row in enumerate(q):
         case["q"][:] = row
         blade_motion(case.system)
-        nodes[i, :, 1 : N + 1, :3] = np.moveaxis(motion["position"] - rest, 0, -1)
-        matrices = np.moveaxis(motion["orientation"], 0, -1).reshape(-1, 3, 3)
-        nodes[i, :, 1 : N + 1, 3:] = Rotation.from_matrix(matrices).as_rotvec().reshape(B, N, 3)
+        nodes[i, :, 1 : N + 1, :3] = np.moveaxis(case["motion"][position] - rest, 0, -1)
+        matrices[i] = case["motion"][orientation]
+    turned = Rotation.from_matrix(np.moveaxis(matrices, 1, -1).reshape(-1, 3, 3)).as_rotvec()
+    nodes[:, :, 1 : N + 1, 3:] = turned.reshape(len(q), B, N, 3)
     z = np.concatenate([[0.0], model.rotor.blade_layout.position, [model.turbine.blade.length]])
     if tip is not None:
         nodes[:, :, -1] = tip
