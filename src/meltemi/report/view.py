@@ -78,17 +78,18 @@ def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), loo
     """HTML text of the page of :func:`write_view`."""
     if not 1 <= len(results) <= 2:
         raise InputError(f"a view shows one or two results, found {len(results)}")
-    scenes = []
     for name, result in results.items():
         if result.scene is None:
             raise InputError(
                 f"{name}: the motion of the turbine is not recorded; repeat the run with: meltemi run ... --view "
                 "(view: true in a case file, view=True in Python)"
             )
-        scenes.append(with_plots(result.scene, result, channels))
-    about = scenes[0].about
-    same = {scene.about["turbine"]["name"] for scene in scenes}
-    words = f"{about['wind']['label']}" if len(scenes) == 1 else ""
+    plots = [plot for title, names in _titles(results, channels).items() if (plot := _plot(title, names, results))]
+    scenes = [with_plots(result.scene, result, plots) for result in results.values() if result.scene is not None]
+    largest = {k: max(scene.about["largest"][k] for scene in scenes) for k in scenes[0].about["largest"]}
+    scenes = [replace(scene, about=scene.about | {"largest": largest}) for scene in scenes]
+    same = dict.fromkeys(scene.about["turbine"]["name"] for scene in scenes)
+    words = scenes[0].about["wind"]["label"] if len(scenes) == 1 else ""
     accuracy = 1e3 * max(scene.about["accuracy"] for scene in scenes)
     note = (
         f"Drawn positions differ from those of the simulation by at most {accuracy:.0f} mm; nacelle and hub have usual "
@@ -114,30 +115,49 @@ def wind_view(wind: Wind, look: Look = Look()) -> str:
     return page("Wind", wind.label, [wind_scene(wind)], note=note, look=look)
 
 
-def with_plots(scene: Scene, result: Result, channels: Sequence[str]) -> Scene:
+def _titles(results: Mapping[str, Result], channels: Sequence[str]) -> Mapping[str, Sequence[str]]:
+    if not channels:
+        return PLOTS
+    found = [result.channel(name) for name in channels for result in results.values()]
+    return {channel.description[:1].upper() + channel.description[1:]: [channel.name] for channel in found}
+
+
+@dataclass(frozen=True)
+class _Plot:
+    """Channels in one plot, in a unit that suits all results."""
+
+    title: str
+    names: Sequence[str]
+    unit: str
+    factor: float
+
+
+def _plot(title: str, names: Sequence[str], results: Mapping[str, Result]) -> _Plot | None:
+    """The plot of channels that all results have; None if there are none."""
+    present = [name for name in names if all(name in result for result in results.values())]
+    if not present:
+        return None
+    one = next(iter(results.values()))
+    unit, factor = one.channel(present[0]).display_unit
+    highest = max(float(np.nanmax(np.abs(result[present[0]]), initial=0.0)) for result in results.values())
+    if unit[:1] == "k" and highest * factor >= 1e3:
+        unit, factor = "M" + unit[1:], 1e-3 * factor
+    return _Plot(title, present, unit, factor)
+
+
+def with_plots(scene: Scene, result: Result, plots: Sequence[_Plot]) -> Scene:
     """The scene with the series of plots."""
-    wanted: Mapping[str, Sequence[str]] = PLOTS
-    if channels:
-        found = [result.channel(name) for name in channels]
-        wanted = {channel.description[:1].upper() + channel.description[1:]: [channel.name] for channel in found}
-    plots, columns = [], []
     step = float(result.time[1] - result.time[0]) if len(result.time) > 1 else 1.0
     every = max(1, round(1.0 / (PLOT_RATE * step) - 1e-6))
-    for title, names in wanted.items():
-        present = [name for name in names if name in result]
-        if not present:
-            continue
-        values = np.stack([result[name] for name in present], axis=1)[::every]
-        unit, factor = result.channel(present[0]).display_unit
-        if unit[:1] == "k" and np.nanmax(np.abs(values)) * factor >= 1e3:
-            unit, factor = "M" + unit[1:], 1e-3 * factor
-        lines = [{"name": name, "column": len(columns) + i} for i, name in enumerate(present)]
-        plots.append({"title": title, "unit": unit, "lines": lines})
-        columns += list(factor * values.T)
-    about = scene.about | {"plots": plots, "steps": scene.about["steps"] | {"plot": every * step}}
-    if not columns:
-        return replace(scene, about=about)
-    return Scene(about, scene.arrays | track_arrays("plot", np.nan_to_num(np.stack(columns, axis=1))))
+    told: list[dict[str, Any]] = []
+    columns: list[Any] = []
+    for plot in plots:
+        lines = [{"name": name, "column": len(columns) + i} for i, name in enumerate(plot.names)]
+        told.append({"title": plot.title, "unit": plot.unit, "lines": lines})
+        columns += [plot.factor * result[name][::every] for name in plot.names]
+    about = scene.about | {"plots": told, "steps": scene.about["steps"] | {"plot": every * step}}
+    series = track_arrays("plot", np.nan_to_num(np.stack(columns, axis=1))) if columns else {}
+    return Scene(about, scene.arrays | series)
 
 
 def page(

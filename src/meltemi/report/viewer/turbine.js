@@ -174,8 +174,8 @@ class TurbineView {
     this.towerBending = new Track(scene, "tower_bending", steps.tower_bending);
     this.values = { air: new Float32Array(this.air.size), bending: new Float32Array(this.bending.size), tower: new Float32Array(this.towerBending.size) };
     this.nodes = scene.about.air_position.map((s, n) => [s, n]).filter((_, n, all) => n % Math.ceil(all.length / 14) === 0 || n === all.length - 1);
-    this.airArrows = this.frames.map((frame) => new Arrows(frame.cone, this.nodes.length, "#0b6e99"));
-    this.momentArrows = [...this.frames.map((frame) => new Arrows(frame.pitched, 1, "#882255")), new Arrows(this.group, 1, "#882255")];
+    this.airArrows = this.frames.map((frame) => new Arrows(frame.cone, this.nodes.length, "#1f8fc9"));
+    this.momentArrows = [...this.frames.map((frame) => new Arrows(frame.pitched, 1, "#a83277")), new Arrows(this.group, 1, "#a83277")];
   }
 
   /** Move everything to a pose, with deflections times ``factor``. */

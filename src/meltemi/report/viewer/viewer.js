@@ -90,7 +90,11 @@ const turbines = alone ? [] : scenes.map((scene, i) => {
   return { view: body, motion: modes ? new ModeMotion(scene) : new RunMotion(scene), pose: null };
 });
 const winds = modes ? [] : scenes.map((scene) => new WindView(scene));
-winds.forEach((wind) => world.add(wind.group));
+const extremes = [Math.min(...winds.map((wind) => wind.range[0])), Math.max(...winds.map((wind) => wind.range[1]))];
+winds.forEach((wind) => {
+  wind.range = extremes;
+  world.add(wind.group);
+});
 if (alone) [...find("wind").options].forEach((option, i) => { option.text = ["standing", "travelling", "off"][i]; });
 const duration = alone ? first.duration : Math.max(...turbines.map((each) => each.motion.duration));
 const begin = first.begin || 0;
@@ -215,8 +219,8 @@ function buildModes(bind) {
 const bar = (colours) => `<div style="background:linear-gradient(90deg,${colours.join(",")})"></div>`;
 function legends() {
   if (winds.length) {
-    const [low, high_] = winds[0].range;
-    find("wind-legend").innerHTML = `${bar(WIND_COLOURS)}<p><span>${short(low)}</span><span>along the wind, m/s</span><span>${short(high_)}</span></p>`;
+    const [low, most] = extremes;
+    find("wind-legend").innerHTML = `${bar(WIND_COLOURS)}<p><span>${short(low)}</span><span>along the wind, m/s</span><span>${short(most)}</span></p>`;
     find("wind-legend").hidden = state.wind === "off";
   }
   if (kind !== "run") return;
@@ -248,11 +252,8 @@ function picture() {
   render();
   const from = renderer.domElement, to = document.createElement("canvas"), pen = to.getContext("2d"), style = getComputedStyle(document.documentElement);
   [to.width, to.height] = [from.width, from.height];
-  const stops = style.getPropertyValue("--sky").match(/#[0-9a-f]{6}\s*[\d.]*%?/g), paint = pen.createLinearGradient(0, 0, 0, to.height);
-  stops.forEach((stop, i) => {
-    const [colour, share] = stop.split(/\s+/);
-    paint.addColorStop(share ? parseFloat(share) / 100 : i && 1, colour);
-  });
+  const level = horizon() * to.height, paint = pen.createLinearGradient(0, level - 0.9 * to.height, 0, level + 0.5 * to.height);
+  [["sky-top", -0.9], ["sky-low", -0.12], ["haze", 0], ["ground", 0.01], ["near", 0.5]].forEach(([name, at]) => paint.addColorStop((at + 0.9) / 1.4, style.getPropertyValue(`--${name}`)));
   pen.fillStyle = paint;
   pen.fillRect(0, 0, to.width, to.height);
   pen.drawImage(from, 0, 0);
@@ -294,6 +295,11 @@ addEventListener("keydown", (event) => {
 });
 
 // ---------------------------------------------------------------- clock
+/** Place of the horizon on the picture, from its top, as a share of the height. */
+function horizon() {
+  const down = -camera.getWorldDirection(new THREE.Vector3()).z, slope = down / Math.sqrt(Math.max(1 - down * down, 1e-6));
+  return 0.5 - (0.5 * slope) / Math.tan((camera.fov * Math.PI) / 360);
+}
 function render() {
   const { t, factor } = state;
   turbines.forEach((each) => {
@@ -303,6 +309,7 @@ function render() {
   });
   winds.forEach((wind) => wind.update(t, wind.hidden ? "off" : state.wind));
   if (state.camera === "blade") follow();
+  stage.style.setProperty("--horizon", `${(100 * horizon()).toFixed(1)}%`);
   renderer.render(world, camera);
 }
 function resize() {
@@ -310,7 +317,7 @@ function resize() {
   if (box.width === resize.width && box.height === resize.height) return;
   [resize.width, resize.height] = [box.width, box.height];
   renderer.setSize(box.width, box.height, false);
-  const aside = box.width > 700 ? -0.07 * box.width : 0; // of the panel
+  const aside = box.width > 700 && find("settings").open ? -0.07 * box.width : 0; // of the panel
   camera.setViewOffset(box.width, box.height, aside, 0, box.width, box.height);
   camera.aspect = box.width / Math.max(box.height, 1);
   camera.updateProjectionMatrix();
@@ -352,6 +359,7 @@ arrange();
 legends();
 resize();
 new ResizeObserver(resize).observe(stage);
+find("settings").ontoggle = () => { resize.width = 0; resize(); };
 if (matchMedia("(prefers-reduced-motion: reduce)").matches) state.playing = false;
 view.began = began;
 frame(began);

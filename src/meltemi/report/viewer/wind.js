@@ -29,7 +29,7 @@ class WindView {
     this.plane.position.z = w.height;
     this.group.add(this.plane);
     this.shown = Array.from({ length: count }, (_, i) => i).filter((i) => box || Math.hypot((i % n) - (n - 1) / 2, Math.floor(i / n) - (n - 1) / 2) <= (n - 1) / 2 + 0.01);
-    this.arrows = new Arrows(this.group, this.shown.length, "#5b6873");
+    this.arrows = new Arrows(this.group, this.shown.length, "#6f7e8a");
     this.group.rotation.z = -w.direction;
     this.table = new Uint8Array(3 * 256);
     const colours = WIND_COLOURS.map((name) => [1, 3, 5].map((k) => parseInt(name.slice(k, k + 2), 16)));
