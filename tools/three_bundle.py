@@ -28,13 +28,12 @@ def main(version: str) -> None:
         folder = Path(name)
         (folder / "entry.js").write_text(entry, encoding="utf-8")
         (folder / "package.json").write_text("{}", encoding="utf-8")
-        run = dict(cwd=folder, check=True)
-        subprocess.run(["npm", "install", f"three@{version}", "esbuild@0.28"], **run)
-        subprocess.run(["node", "node_modules/esbuild/install.js"], **run)
+        subprocess.run(["npm", "install", f"three@{version}", "esbuild@0.28"], cwd=folder, check=True)
+        subprocess.run(["node", "node_modules/esbuild/install.js"], cwd=folder, check=True)
         banner = f"/* three.js {version}, MIT licence: see three-licence.txt */"
         command = ["npx", "esbuild", "entry.js", "--bundle", "--minify", "--format=iife", "--global-name=THREE"]
         command += ["--legal-comments=none", f"--banner:js={banner}", f"--outfile={VIEWER / 'three.min.js'}"]
-        subprocess.run(command, **run)
+        subprocess.run(command, cwd=folder, check=True)
         licence = (folder / "node_modules/three/LICENSE").read_text(encoding="utf-8")
         (VIEWER / "three-licence.txt").write_text(f"three.js {version}\n\n{licence}", encoding="utf-8")
     print(f"wrote {VIEWER / 'three.min.js'}: {len(names) + 1} names")

@@ -182,7 +182,7 @@ def test_modes_move_what_they_are_named_after(model: Model) -> None:
     tip = np.abs(flap[M + 3 :: 3] @ basis[1, :, -1, :3])
     assert 0.9 < tip[0] <= 1.001
     assert tip[0] > 3.0 * tip[1]
-    assert "modes in vacuum" in view.modes_view(model, diagram)
+    assert "modes in vacuum" in view.modes_view(model, diagram).html
 
 
 # ---------------------------------------------------------------- in a browser
@@ -196,7 +196,8 @@ REPORT = """
 const waiting = setInterval(() => {
   if (view.frames < %d) return;
   clearInterval(waiting);
-  const told = { frames: view.frames, first: view.first, errors: faults, theme: document.documentElement.dataset.theme };
+  const told = { frames: view.frames, first: view.first - view.began, errors: faults };
+  told.theme = document.documentElement.dataset.theme;
   Object.assign(state, { playing: false, t: %f, wind: "off", factor: 1 });
   render();
   told.tips = view.tips();
@@ -210,9 +211,11 @@ const waiting = setInterval(() => {
 FAULTS = '<script>const faults = []; addEventListener("error", (e) => faults.push(String(e.message)));</script>'
 
 
-def browse(page: str, folder: Path, now: float = NOW) -> dict[str, Any]:
+def browse(page: view.View, folder: Path, now: float = NOW) -> dict[str, Any]:
     """What a page reports from a browser without screen when it has drawn some frames, at ``now`` [s]."""
-    text = page.replace("<body>", "<body>" + FAULTS).replace("</body>", REPORT % (FRAMES, now) + "</body>").encode()
+    text = (
+        page.html.replace("<body>", "<body>" + FAULTS).replace("</body>", REPORT % (FRAMES, now) + "</body>").encode()
+    )
     told: Queue[bytes] = Queue()
 
     class Handler(BaseHTTPRequestHandler):
@@ -234,7 +237,12 @@ def browse(page: str, folder: Path, now: float = NOW) -> dict[str, Any]:
         Thread(target=server.serve_forever, daemon=True).start()
         command = [
             *(str(BROWSER), "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
-            *("--no-first-run", "--disable-extensions", "--window-size=700,480", f"--user-data-dir={folder / 'profile'}"),
+            *(
+                "--no-first-run",
+                "--disable-extensions",
+                "--window-size=700,480",
+                f"--user-data-dir={folder / 'profile'}",
+            ),
             f"http://127.0.0.1:{server.server_port}/page",
         ]
         with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as browser:
@@ -257,7 +265,7 @@ def pixels(found: dict[str, Any]) -> Any:
 @needs_browser
 def test_a_browser_draws_the_tips_where_the_simulation_has_them(seen: Result, model: Model, tmp_path: Path) -> None:
     page = view.result_view({"run": seen}, look=view.Look("light"))
-    assert "http" not in re.sub(r"<script>.*|http://www\.w3\.org/\S+", "", page, flags=re.DOTALL)
+    assert "http" not in re.sub(r"<script>.*|http://www\.w3\.org/\S+", "", page.html, flags=re.DOTALL)
     found = browse(page, tmp_path)
     assert found["frames"] >= FRAMES
     assert found["plots"] == len(view.PLOTS)
@@ -279,7 +287,9 @@ def test_a_browser_draws_the_tips_where_the_simulation_has_them(seen: Result, mo
         x, y, _ = found["seen"][0][b]
         at = (round((0.5 - 0.5 * y) * picture.shape[0]), round((0.5 + 0.5 * x) * picture.shape[1]))
         near = picture[at[0] - 9 : at[0] + 10, at[1] - 9 : at[1] + 10]
-        red, green, blue = np.median(near[near[..., 3] > 0.9][:, :3], axis=0) if (near[..., 3] > 0.9).any() else (0, 0, 0)
+        red, green, blue = (
+            np.median(near[near[..., 3] > 0.9][:, :3], axis=0) if (near[..., 3] > 0.9).any() else (0, 0, 0)
+        )
         assert ((blue > 1.3 * red), (red > 1.3 * blue), (red > 1.2 * green and blue > green))[b]
     drawn = (picture[..., 3] > 0.9).mean()
     assert 0.01 < drawn < 0.2

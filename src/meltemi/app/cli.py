@@ -150,9 +150,9 @@ def run(
         result = simulation.result()
         files = _write(result, out, outb) + _library_files(Path(kept), out)
         if result.scene is not None:
-            from meltemi.report.view import write_view
+            from meltemi.report.view import view as view_of
 
-            files.append(write_view(out / "turbine.html", {turbine.name: result}))
+            files.append(view_of(result).write(out / "turbine.html"))
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
             files.append(out / "case.yaml")
@@ -438,10 +438,9 @@ def campbell(
         print(f"wrote {write_csv(out / 'campbell.csv', *campbell_rows(diagram))}")
         print(f"wrote {save(plot_campbell(diagram), out / 'campbell.png')}")
         if seen:
-            from meltemi.core.files import write_text
             from meltemi.report.view import modes_view
 
-            print(f"wrote {write_text(out / 'modes.html', modes_view(model, diagram))}")
+            print(f"wrote {modes_view(model, diagram).write(out / 'modes.html')}")
     finish(
         {u * 30.0 / pi: why for u, why in diagram.failures.items()} if turns else diagram.failures,
         unit="rpm" if turns else "m/s",

@@ -32,22 +32,21 @@ def view(
         raise InputError(f"--theme {theme!r}: expected light or dark")
     if len(files) > 2:
         raise InputError(f"a view shows one or two results, found {len(files)}")
-    from meltemi.core.files import write_text
-    from meltemi.report.view import Look, wind_view, write_view
+    from meltemi.report.view import Look, result_view, wind_view
     from meltemi.simulation.result import Result
 
     look, found = Look(theme=theme or ""), [_read(path) for path in files]
     results = {name: r for name, r in zip(_names(files), found, strict=True) if isinstance(r, Result)}
     if len(results) == len(found):
         wanted = [name.strip() for name in (channels or "").split(",") if name.strip()]
-        print(f"wrote {write_view(out, results, wanted, look)}")
+        print(f"wrote {result_view(results, wanted, look).write(out)}")
         return
     winds = [r for r in found if not isinstance(r, Result)]
     if len(found) > 1:
         raise InputError(f"{files[found.index(winds[0])]}: a wind is viewed alone; leave the other file out")
     if channels:
         raise InputError("--channels: only available for results; leave it out")
-    print(f"wrote {write_text(out, wind_view(winds[0], look))}")
+    print(f"wrote {wind_view(winds[0], look).write(out)}")
 
 
 def _names(files: list[Path]) -> list[str]:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
@@ -59,23 +59,69 @@ class Look:
     state: Mapping[str, Any] | None = None
 
 
-def write_view(path: str | Path, results: Mapping[str, Result], channels: Sequence[str] = (), look: Look = Look()) -> Path:
-    """Write the view of a run, or of two runs together, as one HTML file.
+@dataclass(frozen=True)
+class View:
+    """A page with a turbine or a wind in three dimensions.
+
+    Notebooks show it in place; :meth:`write` makes a file of it.
+
+    Attributes:
+      html: the page, which needs no other file and no network.
+    """
+
+    html: str
+
+    def write(self, path: str | Path) -> Path:
+        """Write the page as one HTML file.
+
+        Raises:
+          InputError: the file cannot be written.
+        """
+        return write_text(Path(path), self.html)
+
+    def _repr_html_(self) -> str:
+        frame = 'style="width: 100%; height: 620px; border: 0; border-radius: 8px" title="View in three dimensions"'
+        return f'<iframe srcdoc="{escape(self.html)}" {frame}></iframe>'
+
+    def __repr__(self) -> str:
+        return f"<View: page of {len(self.html) / 1e6:.1f} MB; write(path) makes a file of it>"
+
+
+def view(
+    what: Result | Mapping[str, Result] | Model[Any] | Wind, *, channels: Sequence[str] = (), look: Look = Look()
+) -> View:
+    """A run, two runs, the modes of a model at standstill, or a wind, in three dimensions.
 
     Args:
-      path: of the file.
-      results: one or two, by name, of runs with ``view=True``.
-      channels: to plot, each on its own; by default wind, power, speed, pitch and main loads.
-      look: how it begins.
+      what: a result of a run with ``view=True``; two of them by name; a model; or a wind.
+      channels: of results, to plot, each on its own; by default wind, power, speed, pitch and main loads.
+      look: how the page begins.
 
     Raises:
-      InputError: a result has no recorded motion, or the file cannot be written.
+      InputError: a result has no recorded motion or lacks a channel, or the model is a power-coefficient turbine.
     """
-    return write_text(Path(path), result_view(results, channels, look))
+    if isinstance(what, Result):
+        return result_view({"result": what}, channels, look)
+    if isinstance(what, Mapping):
+        return result_view(what, channels, look)
+    from meltemi.simulation.model import Model
+    from meltemi.wind.fields import Wind
+
+    if isinstance(what, Model):
+        from meltemi.simulation.campbell import campbell
+
+        return modes_view(what, campbell(what, rotor_speeds=[0.0], air=False), look)
+    if not isinstance(what, get_args(Wind)):
+        raise InputError(
+            f"view: expected a result, two results by name, a model or a wind, found {type(what).__name__}"
+            + "; a turbulent wind has a field only in a run, or from meltemi.wind.generate_field"
+            * hasattr(what, "intensity")
+        )
+    return wind_view(what, look)
 
 
-def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), look: Look = Look()) -> str:
-    """HTML text of the page of :func:`write_view`."""
+def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), look: Look = Look()) -> View:
+    """The view of one or two results by name; see :func:`view`."""
     if not 1 <= len(results) <= 2:
         raise InputError(f"a view shows one or two results, found {len(results)}")
     for name, result in results.items():
@@ -98,8 +144,8 @@ def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), loo
     return page(" and ".join(same), words, scenes, names=list(results), note=note, look=look)
 
 
-def modes_view(model: Model[Any], diagram: Campbell, look: Look = Look()) -> str:
-    """HTML text of the view of the modes of a Campbell diagram."""
+def modes_view(model: Model[Any], diagram: Campbell, look: Look = Look()) -> View:
+    """The view of the modes of a Campbell diagram."""
     from meltemi.simulation.scene.modes import modes_scene
 
     air = "with air" if diagram.air else "in vacuum"
@@ -107,8 +153,8 @@ def modes_view(model: Model[Any], diagram: Campbell, look: Look = Look()) -> str
     return page(f"{model.turbine.name}: modes {air}", "", [modes_scene(model, diagram)], note=note, look=look)
 
 
-def wind_view(wind: Wind, look: Look = Look()) -> str:
-    """HTML text of the view of a wind alone."""
+def wind_view(wind: Wind, look: Look = Look()) -> View:
+    """The view of a wind alone."""
     from meltemi.simulation.scene.air import wind_scene
 
     note = "The section is through the tower's axis; travelling, it moves with the mean wind and keeps its pattern."
@@ -161,9 +207,15 @@ def with_plots(scene: Scene, result: Result, plots: Sequence[_Plot]) -> Scene:
 
 
 def page(
-    title: str, subtitle: str, scenes: Sequence[Scene], *, names: Sequence[str] = (), note: str = "", look: Look = Look()
-) -> str:
-    """HTML text of a view of scenes, which are all of one kind."""
+    title: str,
+    subtitle: str,
+    scenes: Sequence[Scene],
+    *,
+    names: Sequence[str] = (),
+    note: str = "",
+    look: Look = Look(),
+) -> View:
+    """The page of scenes, which are all of one kind."""
     places = [f"scene-{i + 1}" for i in range(len(scenes))]
     spec = {
         "title": title,
@@ -181,7 +233,7 @@ def page(
         f'<script type="text/plain" id="{place}">{base64.b64encode(packed(scene)).decode()}</script>'
         for place, scene in zip(places, scenes, strict=True)
     )
-    return (
+    return View(
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{escape(title)}</title>\n<style>{text_of(FOLDER / 'view.css')}</style>\n</head>\n<body>\n"

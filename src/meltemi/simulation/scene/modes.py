@@ -58,8 +58,7 @@ def modes_scene(model: Model[Any], diagram: Campbell) -> Scene:
         where = f"{speed:g} m/s, {turns:.1f} rpm" if np.isfinite(speed) else f"{turns:.1f} rpm"
         numbers = {"rotor_speed": diagram.rotor_speed[i], "pitch": diagram.pitch[i]}
         points.append(
-            {"name": where, "modes": found}
-            | {name: float(np.nan_to_num(value)) for name, value in numbers.items()}
+            {"name": where, "modes": found} | {name: float(np.nan_to_num(value)) for name, value in numbers.items()}
         )
     about = {
         "kind": "modes",

@@ -59,11 +59,14 @@ class Recorder:
         first, low = len(self.own.blade), len(self.own.tower)
         span = range(first, first + len(self.cuts.blade))
         up = (0, *range(1 + low, 1 + low + len(self.cuts.tower)))
-        wanted = {
+        wanted: dict[str, list[tuple[str, str | None, tuple[int, ...]]]] = {
             "q": [("q", None, (i,)) for i in range(len(self.model.coordinates))],
             "pitch": [("pitch", "angle", (b,)) for b in blades],
-            "top": [("machine", f"top_position_{x}", ()) for x in "xyz"]
-            + [("chain", f"top_rotation_{x}", ()) for x in "xyz"],
+            "top": [
+                (f, f"top_{name}_{x}", ())
+                for f, name in (("machine", "position"), ("chain", "rotation"))
+                for x in "xyz"
+            ],
             "tip": [
                 ("root", f"{name}_{x}", (b,)) for b in blades for name in ("pitched_tip", "tip_rotation") for x in "xyz"
             ],
