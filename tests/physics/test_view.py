@@ -91,11 +91,11 @@ def test_loads_are_those_of_the_channels(seen: Result, scene: Scene) -> None:
     bending, tower = scene.track("bending"), scene.track("tower_bending")[:, 0]
     largest = scene.about["largest"]
     every = round(scene.about["steps"]["bending"] / 0.05)
-    assert np.abs(bending[:, 0, 0, 1] - seen["root_moment_flap_1"][::every]).max() < 0.025 * largest["bending"]
-    assert np.abs(tower[:, 0, 1] - seen["tower_base_moment_fore_aft"][::every]).max() < 0.025 * largest["tower_bending"]
+    assert np.abs(bending[:, 0, 0, 1] - seen["root_moment_flap_1"][::every]).max() < 0.032 * largest["bending"]
+    assert np.abs(tower[:, 0, 1] - seen["tower_base_moment_fore_aft"][::every]).max() < 0.032 * largest["tower_bending"]
     every = round(scene.about["steps"]["air"] / 0.05)
     force = scene.track("air")[:, 1, 14, 0] - seen["node_15_normal_force_2"][::every]
-    assert np.abs(force).max() < 0.025 * largest["air"]
+    assert np.abs(force).max() < 0.032 * largest["air"]
 
 
 def test_wind_is_that_of_the_run(seen: Result, scene: Scene, model: Model) -> None:

@@ -106,7 +106,7 @@ def unpacked(content: bytes) -> Scene:
     """
     try:
         if not content.startswith(BEGIN):
-            raise ValueError
+            raise ValueError("another format")
         at = len(BEGIN) + 4
         size = int.from_bytes(content[at - 4 : at], "little")
         head, at, arrays = json.loads(content[at : at + size]), at + size, {}
