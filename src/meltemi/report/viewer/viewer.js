@@ -359,6 +359,7 @@ arrange();
 legends();
 resize();
 new ResizeObserver(resize).observe(stage);
+new ResizeObserver(drawPlots).observe(find("plots"));
 find("settings").ontoggle = () => { resize.width = 0; resize(); };
 if (matchMedia("(prefers-reduced-motion: reduce)").matches) state.playing = false;
 view.began = began;
