@@ -13,12 +13,27 @@ from pydantic import BaseModel
 
 from meltemi.maths.tables import Table, TableType
 
+RUN = "turbine-run.nc"
+"""Of ``docs/images``: the result that the guide shows in three dimensions, by the command on its page."""
 PLACE = re.compile(r"^\{\{ (\w+)(?: ([\w.]+))? \}\}$", re.MULTILINE)
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Called by mkdocs for every page."""
     return PLACE.sub(lambda m: MAKERS[m[1]](m[2]) if m[2] else MAKERS[m[1]](), markdown)
+
+
+def on_files(files: Any, *, config: Any, **_: Any) -> Any:
+    """Called by mkdocs with the files of the site: adds the page of the three-dimensional view."""
+    from mkdocs.structure.files import File
+
+    import meltemi
+
+    run = next(file for file in files if file.src_uri == f"images/{RUN}")
+    page = meltemi.plots.view(meltemi.read_result(run.abs_src_path), look=meltemi.plots.Look("light"))
+    files.append(File.generated(config, "guide/turbine.html", content=page.html))
+    files.remove(run)
+    return files
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:

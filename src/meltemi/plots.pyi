@@ -11,4 +11,8 @@ from meltemi.report.stability import plot_parked as plot_parked
 from meltemi.report.state_diagram import plot_states as plot_states
 from meltemi.report.tuning_plots import plot_tuning as plot_tuning
 from meltemi.report.turbine_plots import plot_turbine as plot_turbine
+from meltemi.report.view import Look as Look
+from meltemi.report.view import View as View
+from meltemi.report.view import modes_view as modes_view
+from meltemi.report.view import view as view
 from meltemi.report.wind_plots import plot_wind as plot_wind

@@ -33,6 +33,7 @@ PAGES = (
         "docs/guide/load-base.md", marks=pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
     ),
     "docs/guide/results.md",
+    "docs/guide/view.md",
     "docs/guide/events.md",
     "docs/guide/electrical.md",
     "docs/guide/operating-points.md",
@@ -68,7 +69,7 @@ def test_code_on_the_page_runs(
         sys.modules.pop(path.stem, None)
     out = capsys.readouterr().out
     assert all(text in out for text in texts)
-    plots = re.findall(r'savefig\("(.*?)"\)', code)
+    plots = re.findall(r'(?:savefig|\.write)\("(.*?)"\)', code)
     assert plots
     for plot in plots:
         assert (tmp_path / plot).stat().st_size > 10_000

@@ -47,6 +47,7 @@ from meltemi.app.terminal import (
     suggest,
     wrote,
 )
+from meltemi.app.view import view
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
 
@@ -126,6 +127,7 @@ def run(
         float | None, typer.Option("--transient", help="Initial transient, excluded from statistics [s] [0].")
     ] = None,
     outb: Annotated[bool, typer.Option("--outb", help="Also write the result as OpenFAST's binary output.")] = False,
+    seen: Annotated[bool, typer.Option("--view", help="Also write the turbine in three dimensions (HTML).")] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate a case; writes a table, a plot and a result file."""
@@ -140,6 +142,7 @@ def run(
         case, folder = _case_of_deck(path, given), Path()
     else:
         case, folder = _case_of_options(target, given), Path()
+    from dataclasses import replace
     from tempfile import TemporaryDirectory
 
     from meltemi.core.errors import Status
@@ -155,12 +158,16 @@ def run(
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None), results_in(out):
-        described = case_run(case, turbine, folder, Path(kept))
+        described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
         with progress_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
             simulation = Simulation(described)
             march(simulation, progress)
         result = simulation.result()
         files = _write(result, out, outb) + _library_files(Path(kept), out)
+        if result.scene is not None:
+            from meltemi.report.view import view as view_of
+
+            files.append(view_of(result).write(out / "turbine.html"))
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
             files.append(out / "case.yaml")
@@ -201,7 +208,7 @@ def _after_run(case: LoadCase, folder: Path, out: Path) -> tuple[object, ...]:
     if case.wind.kind != "steady":
         return ("power-curve", turbine, "--out", out)
     wind = ("--wind-speed", f"{case.wind.speed:g}", "--turbulence", 0.14)
-    return ("run", turbine, *wind, "--duration", 660, "--transient", 60, "--out", f"{out}-turbulent")
+    return ("run", turbine, *wind, "--duration", 660, "--transient", 60, "--view", "--out", f"{out}-turbulent")
 
 
 @contextmanager
@@ -402,6 +409,7 @@ app.command("import", help=IMPORT_HELP)(import_)
 app.command()(inspect)
 app.command()(export)
 app.command()(diff)
+app.command()(view)
 app.command()(flutter)
 app.command()(parked)
 app.add_typer(loads, name="loads")
@@ -417,6 +425,7 @@ def campbell(
         str | None, typer.Option("--rotor-speeds", help="Instead: rotor speeds [rpm], in vacuum; 0 is standstill.")
     ] = None,
     vacuum: Annotated[bool, typer.Option("--vacuum", help="Structure in vacuum, generator speed constant.")] = False,
+    seen: Annotated[bool, typer.Option("--view", help="Also write the moving mode shapes (HTML).")] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute natural frequencies and damping ratios: table, plot, CSV."""
@@ -439,8 +448,9 @@ def campbell(
 
     with results_in(out):
         with progress_bar("Campbell diagram", len(turns or winds), "points") as progress:
+            model = build(described)
             diagram = diagram_of(
-                build(described),
+                model,
                 wind_speeds=None if turns else winds,
                 rotor_speeds=turns,
                 air=not (vacuum or turns),
@@ -463,6 +473,10 @@ def campbell(
         )
         wrote(write_csv(out / "campbell.csv", *campbell_rows(diagram)))
         wrote(save(plot_campbell(diagram), out / "campbell.png"))
+        if seen:
+            from meltemi.report.view import modes_view
+
+            wrote(modes_view(model, diagram).write(out / "modes.html"))
     suggest("flutter", turbine, "--out", out)
     finish(
         {u * 30.0 / pi: why for u, why in diagram.failures.items()} if turns else diagram.failures,

@@ -232,6 +232,8 @@ class LoadCase(Record):
     """[s] between records."""
     transient: float = Field(default=0.0, ge=0.0)
     """[s] initial transient, recorded, but excluded from statistics and equivalent loads."""
+    view: bool = False
+    """Record the motion for the three-dimensional view (`meltemi view`)."""
     blade_stations: tuple[float, ...] = ()
     """[m] from the blade root: additional stations for section loads."""
     tower_stations: tuple[float, ...] = ()
@@ -420,7 +422,7 @@ def case_run(
 
     ``model`` is that of the turbine with the case's options and environment, if it is built already.
     """
-    same = ("duration", "channels", "output_step", "transient", "events", "grid")
+    same = ("duration", "channels", "output_step", "transient", "view", "events", "grid")
     return Run(
         model or build(turbine, case.options, case.environment),
         case_wind(case, turbine, folder),
@@ -459,6 +461,7 @@ controller: {kind: baseline}
 
 output_step: 0.05            # s between outputs
 transient: 0.0               # s initial transient, excluded from statistics
+view: false                  # true records the motion for `meltemi view`
 channels:                    # listed by `meltemi channels`; OpenFAST's names are accepted
   - wind_x
   - rotor_speed

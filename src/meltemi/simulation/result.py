@@ -13,6 +13,7 @@ from meltemi.core.errors import RunError, Status
 from meltemi.core.representation import MOST_ROWS, Card, Section, Shown, badge, sparkline
 from meltemi.core.units import display
 from meltemi.simulation.channels import Channel, find
+from meltemi.simulation.scene.record import Scene
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,6 +62,7 @@ class Result(Shown):
       status: outcome of the run.
       message: reason for the end of the run.
       meta: data to repeat the run: version, hashes, options, computer, times; ``warnings``, ``findings``.
+      scene: shapes, motion and wind for the three-dimensional view, of runs with ``view=True``.
     """
 
     time: Float
@@ -69,6 +71,7 @@ class Result(Shown):
     status: Status = Status.OK
     message: str = ""
     meta: dict[str, Any] = field(default_factory=dict)
+    scene: Scene | None = field(default=None, repr=False)
 
     @property
     def names(self) -> list[str]:

@@ -43,6 +43,7 @@ class Run:
       grid: voltage, frequency, reactive power, and power reference, which needs a controller that follows it; by
         default a stiff grid that takes all power.
       transient: [s] initial transient, recorded, but excluded from statistics and equivalent loads.
+      view: record the motion for the three-dimensional view (``meltemi view``), in ``result.scene``.
       name: name of the run in a batch, for messages and files; by default ``case_0001`` and so on.
       progress: callback with the completed fraction.
     """
@@ -59,5 +60,6 @@ class Run:
     events: Iterable[BaseEvent | Mapping[str, Any]] = ()
     grid: PowerGrid | None = None
     transient: float = 0.0
+    view: bool = False
     name: str = ""
     progress: Callable[[float], None] | None = field(default=None, repr=False, compare=False)

@@ -43,6 +43,7 @@ from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Finding, Result
 from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.run import Run
+from meltemi.simulation.scene.motion import Recorder
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.simulation.validity import notices, violations
@@ -135,6 +136,8 @@ class Simulation:
         every_output = _multiple(output_step, dt, "output_step")
         stations = run.stations or Stations()
         chosen = choose(model, run.channels, stations)
+        self.recorder = Recorder(model, stations) if run.view else None
+        stations = self.recorder.stations if self.recorder else stations
         n_steps = round(duration / dt) + 1
         self.events, self.grid = read_events(run.events), grid
         check_grid(grid, model.has_electrical, turbine.rated_power)
@@ -201,10 +204,12 @@ class Simulation:
         self.n_steps = n_steps
         self.interrupted = False
         self.output_step = every_output * dt
-        self._output = np.full(((self.n_steps - 1) // every_output + 1, len(chosen)), np.nan)
+        places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
+        if self.recorder:
+            places = np.concatenate([places, self.recorder.places(case)])
+        self._output = np.full(((self.n_steps - 1) // every_output + 1, len(places)), np.nan)
         if numbers == "duals":
             case.slopes["output"] = np.zeros((*self._output.shape, N_DERIVATIVES))
-        places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
         self._run = case.run(places, self._output)
         self._arguments = (entry.function, self._run, case.control, case.system, case.one, case.plain, case.sections)
         self._march = compiled_advance(*self._arguments)
@@ -340,7 +345,8 @@ class Simulation:
     def result(self) -> Result:
         """Result up to now."""
         rows = int(self.case.clock.row)
-        data = self._output[:rows].copy()
+        data = self._output[:rows, : len(self.channels)].copy()
+        time = np.arange(rows, dtype=float) * self.output_step
         for j, channel in enumerate(self.channels):
             if channel.wrap:
                 data[:, j] %= 2.0 * math.pi
@@ -363,12 +369,13 @@ class Simulation:
             meta["findings"] = findings
         told = [explain(self.case, self.status, self.time, self.dt), *(str(Finding(**each)) for each in findings)]
         return Result(
-            time=np.arange(rows, dtype=float) * self.output_step,
+            time=time,
             data=data,
             channels=self.channels,
             status=self.status,
             message="; ".join(filter(None, told)),
             meta=meta,
+            scene=self.recorder.scene(self._output[:rows, data.shape[1] :], time, self.wind) if self.recorder else None,
         )
 
 

@@ -13,6 +13,7 @@ from meltemi.core.files import replacing
 from meltemi.core.hdf5 import attributes, read_hdf5, to_netcdf
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
+from meltemi.simulation.scene.record import packed, unpacked
 
 if TYPE_CHECKING:
     import h5py
@@ -27,6 +28,9 @@ def write_netcdf(result: Result, path: str | Path) -> Path:
     path = Path(path)
     data = result.to_xarray()
     data.attrs["channels"] = json.dumps([_plain(c) for c in result.channels])
+    if result.scene is not None:
+        scene = np.frombuffer(packed(result.scene), np.uint8)
+        data["scene"] = ("scene_bytes", scene, {"long_name": "motion and wind for meltemi view"})
     with replacing(path) as (partial,):
         to_netcdf(data, partial)
     return path
@@ -52,6 +56,7 @@ def _result(file: h5py.File) -> Result:
         status=Status(about["status"]),
         message=about["message"],
         meta=json.loads(about["meta"]),
+        scene=unpacked(file["scene"][:].tobytes()) if "scene" in file else None,
     )
 
 

@@ -1,0 +1,243 @@
+"""The three-dimensional view: one HTML file that opens without network.
+
+The scripts, their style and three.js (MIT licence) are files in ``viewer`` beside this module; the page holds them all.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
+
+from meltemi.core.errors import InputError
+from meltemi.core.files import text_of, write_text
+from meltemi.report.interactive import stored
+from meltemi.report.palette import COLOURS
+from meltemi.simulation.result import Result
+from meltemi.simulation.scene.record import Scene, packed, track_arrays
+
+if TYPE_CHECKING:
+    from meltemi.simulation.campbell import Campbell
+    from meltemi.simulation.model import Model
+    from meltemi.wind.fields import Wind
+
+FOLDER = Path(__file__).with_name("viewer")
+SCRIPTS = ("three.min", "data", "pose", "turbine", "wind", "plots", "viewer")
+TIP_COLOURS = tuple(COLOURS[i] for i in (0, 1, 6))
+"""Of blades 1 to 3, and of their lines in the plots."""
+PLOT_RATE = 20.0
+"""[Hz] largest rate of the plotted channels."""
+PLOTS: Mapping[str, Sequence[str]] = {
+    "Wind speed at the hub": ["wind_x"],
+    "Electrical power": ["generator_power"],
+    "Rotor speed": ["rotor_speed"],
+    "Pitch angle": ["pitch_1", "pitch_2", "pitch_3"],
+    "Out-of-plane root moment": [f"root_moment_out_of_plane_{b}" for b in (1, 2, 3)],
+    "Out-of-plane tip deflection": ["tip_out_of_plane_1"],
+    "Fore-aft tower-base moment": ["tower_base_moment_fore_aft"],
+}
+"""Channels of the plots by default; those that are not recorded are left out."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a view begins.
+
+    Attributes:
+      theme: "light", "dark", or that of the reader's system.
+      begin: [s] time.
+      state: settings of the viewer by name, such as ``{"loads": "arrows", "wind": "off", "playing": False}``.
+    """
+
+    theme: str = ""
+    begin: float = 0.0
+    state: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class View:
+    """A page with a turbine or a wind in three dimensions.
+
+    Notebooks show it in place; :meth:`write` makes a file of it.
+
+    Attributes:
+      html: the page, which needs no other file and no network.
+    """
+
+    html: str
+
+    def write(self, path: str | Path) -> Path:
+        """Write the page as one HTML file.
+
+        Raises:
+          InputError: the file cannot be written.
+        """
+        return write_text(Path(path), self.html)
+
+    def _repr_html_(self) -> str:
+        frame = 'style="width: 100%; height: 620px; border: 0; border-radius: 8px" title="View in three dimensions"'
+        return f'<iframe srcdoc="{escape(self.html)}" {frame}></iframe>'
+
+    def __repr__(self) -> str:
+        return f"<View: page of {len(self.html) / 1e6:.1f} MB; write(path) makes a file of it>"
+
+
+def view(
+    what: Result | Mapping[str, Result] | Model[Any] | Wind, *, channels: Sequence[str] = (), look: Look = Look()
+) -> View:
+    """A run, two runs, the modes of a model at standstill, or a wind, in three dimensions.
+
+    Args:
+      what: a result of a run with ``view=True``; two of them by name; a model; or a wind.
+      channels: of results, to plot, each on its own; by default wind, power, speed, pitch and main loads.
+      look: how the page begins.
+
+    Raises:
+      InputError: a result has no recorded motion or lacks a channel, or the model is a power-coefficient turbine.
+    """
+    if isinstance(what, Result):
+        return result_view({"result": what}, channels, look)
+    if isinstance(what, Mapping):
+        return result_view(what, channels, look)
+    from meltemi.simulation.model import Model
+    from meltemi.wind.fields import Wind
+
+    if isinstance(what, Model):
+        from meltemi.simulation.campbell import campbell
+
+        return modes_view(what, campbell(what, rotor_speeds=[0.0], air=False), look)
+    if not isinstance(what, get_args(Wind)):
+        raise InputError(
+            f"view: expected a result, two results by name, a model or a wind, found {type(what).__name__}"
+            + "; a turbulent wind has a field only in a run, or from meltemi.wind.generate_field"
+            * hasattr(what, "intensity")
+        )
+    return wind_view(what, look)
+
+
+def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), look: Look = Look()) -> View:
+    """The view of one or two results by name; see :func:`view`."""
+    if not 1 <= len(results) <= 2:
+        raise InputError(f"a view shows one or two results, found {len(results)}")
+    for name, result in results.items():
+        if result.scene is None:
+            raise InputError(
+                f"{name}: the motion of the turbine is not recorded; repeat the run with: meltemi run ... --view "
+                "(view: true in a case file, view=True in Python)"
+            )
+    plots = [plot for title, names in _titles(results, channels).items() if (plot := _plot(title, names, results))]
+    scenes = [with_plots(result.scene, result, plots) for result in results.values() if result.scene is not None]
+    largest = {k: max(scene.about["largest"][k] for scene in scenes) for k in scenes[0].about["largest"]}
+    scenes = [replace(scene, about=scene.about | {"largest": largest}) for scene in scenes]
+    same = dict.fromkeys(scene.about["turbine"]["name"] for scene in scenes)
+    words = scenes[0].about["wind"]["label"] if len(scenes) == 1 else ""
+    accuracy = 1e3 * max(scene.about["accuracy"] for scene in scenes)
+    note = (
+        f"Drawn positions differ from those of the simulation by at most {accuracy:.0f} mm; nacelle and hub have usual "
+        "proportions, sections the relative thickness of their airfoils."
+    )
+    return page(" and ".join(same), words, scenes, names=list(results), note=note, look=look)
+
+
+def modes_view(model: Model[Any], diagram: Campbell, look: Look = Look()) -> View:
+    """The view of the modes of a Campbell diagram."""
+    from meltemi.simulation.scene.modes import modes_scene
+
+    air = "with air" if diagram.air else "in vacuum"
+    note = "One period of a mode takes two seconds, and the rotor turns as slowly; damping is not drawn."
+    return page(f"{model.turbine.name}: modes {air}", "", [modes_scene(model, diagram)], note=note, look=look)
+
+
+def wind_view(wind: Wind, look: Look = Look()) -> View:
+    """The view of a wind alone."""
+    from meltemi.simulation.scene.air import wind_scene
+
+    note = "The section is through the tower's axis; travelling, it moves with the mean wind and keeps its pattern."
+    return page("Wind", wind.label, [wind_scene(wind)], note=note, look=look)
+
+
+def _titles(results: Mapping[str, Result], channels: Sequence[str]) -> Mapping[str, Sequence[str]]:
+    if not channels:
+        return PLOTS
+    found = [result.channel(name) for name in channels for result in results.values()]
+    return {channel.description[:1].upper() + channel.description[1:]: [channel.name] for channel in found}
+
+
+@dataclass(frozen=True)
+class _Plot:
+    """Channels in one plot, in a unit that suits all results."""
+
+    title: str
+    names: Sequence[str]
+    unit: str
+    factor: float
+
+
+def _plot(title: str, names: Sequence[str], results: Mapping[str, Result]) -> _Plot | None:
+    """The plot of channels that all results have; None if there are none."""
+    present = [name for name in names if all(name in result for result in results.values())]
+    if not present:
+        return None
+    one = next(iter(results.values()))
+    unit, factor = one.channel(present[0]).display_unit
+    highest = max(float(np.nanmax(np.abs(result[present[0]]), initial=0.0)) for result in results.values())
+    if unit[:1] == "k" and highest * factor >= 1e3:
+        unit, factor = "M" + unit[1:], 1e-3 * factor
+    return _Plot(title, present, unit, factor)
+
+
+def with_plots(scene: Scene, result: Result, plots: Sequence[_Plot]) -> Scene:
+    """The scene with the series of plots."""
+    step = float(result.time[1] - result.time[0]) if len(result.time) > 1 else 1.0
+    every = max(1, round(1.0 / (PLOT_RATE * step) - 1e-6))
+    told: list[dict[str, Any]] = []
+    columns: list[Any] = []
+    for plot in plots:
+        lines = [{"name": name, "column": len(columns) + i} for i, name in enumerate(plot.names)]
+        told.append({"title": plot.title, "unit": plot.unit, "lines": lines})
+        columns += [plot.factor * result[name][::every] for name in plot.names]
+    about = scene.about | {"plots": told, "steps": scene.about["steps"] | {"plot": every * step}}
+    series = track_arrays("plot", np.nan_to_num(np.stack(columns, axis=1))) if columns else {}
+    return Scene(about, scene.arrays | series)
+
+
+def page(
+    title: str,
+    subtitle: str,
+    scenes: Sequence[Scene],
+    *,
+    names: Sequence[str] = (),
+    note: str = "",
+    look: Look = Look(),
+) -> View:
+    """The page of scenes, which are all of one kind."""
+    places = [f"scene-{i + 1}" for i in range(len(scenes))]
+    spec = {
+        "title": title,
+        "subtitle": subtitle,
+        "names": list(names),
+        "scenes": places,
+        "words": note,
+        "colours": TIP_COLOURS,
+        "theme": look.theme,
+        "begin": look.begin,
+        "state": dict(look.state or {}),
+    }
+    script = "\n".join(text_of(FOLDER / f"{name}.js") for name in SCRIPTS)
+    data = "\n".join(
+        f'<script type="text/plain" id="{place}">{base64.b64encode(packed(scene)).decode()}</script>'
+        for place, scene in zip(places, scenes, strict=True)
+    )
+    return View(
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title>\n<style>{text_of(FOLDER / 'view.css')}</style>\n</head>\n<body>\n"
+        f"{text_of(FOLDER / 'page.html')}{stored('spec', spec)}\n{data}\n"
+        f'<script type="text/plain" id="licence">{text_of(FOLDER / "three-licence.txt")}</script>\n'
+        f"<script>\n{script}</script>\n</body>\n</html>\n"
+    )

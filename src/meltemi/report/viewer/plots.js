@@ -1,0 +1,120 @@
+"use strict";
+// Plots of channels over time, with a cursor that all of them and the turbine share.
+
+class Plot {
+  /** ``spec``: title, unit, lines as of plotLine. */
+  constructor(parent, spec, seek) {
+    Object.assign(this, spec);
+    const figure = document.createElement("figure");
+    figure.className = "plot";
+    figure.innerHTML = '<figcaption><b></b> <span class="unit"></span><span class="values"></span></figcaption><div><canvas></canvas><i class="cursor"></i></div>';
+    figure.querySelector("b").textContent = this.title;
+    figure.querySelector(".unit").textContent = this.unit;
+    this.values = this.lines.map((line) => {
+      const value = document.createElement("span");
+      value.style.color = `var(${line.colour})`;
+      value.title = line.name;
+      return value;
+    });
+    figure.querySelector(".values").append(...this.values);
+    this.canvas = figure.querySelector("canvas");
+    this.cursor = figure.querySelector(".cursor");
+    parent.append(figure);
+    const drag = (event) => {
+      if (event.type === "pointermove" && !event.buttons) return;
+      const box = this.canvas.getBoundingClientRect();
+      seek(this.begin + (this.end - this.begin) * Math.min(Math.max((event.clientX - box.left - this.left) / (box.width - this.left), 0), 1));
+    };
+    this.canvas.addEventListener("pointerdown", drag);
+    this.canvas.addEventListener("pointermove", drag);
+    this.left = 44;
+  }
+
+  /** Draw the lines between two times [s]. */
+  draw(begin, end) {
+    Object.assign(this, { begin, end });
+    const { canvas, left } = this, ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth, height = canvas.clientHeight;
+    if (!width) return;
+    canvas.width = width * ratio;
+    canvas.height = height * ratio;
+    const pen = canvas.getContext("2d"), style = getComputedStyle(document.documentElement);
+    pen.scale(ratio, ratio);
+    const columns = Math.max(Math.round(width - left), 2), curves = this.lines.map((line) => line.envelope(begin, end, columns));
+    let [low, high] = curves.reduce(([a, b], c) => [Math.min(a, c.low), Math.max(b, c.high)], [Infinity, -Infinity]);
+    if (!(high - low > 1e-6 * Math.max(Math.abs(high), Math.abs(low), 1e-3))) [low, high] = [low - Math.max(0.05 * Math.abs(low), 0.5), high + Math.max(0.05 * Math.abs(high), 0.5)];
+    const margin = 0.06 * (high - low), y = (v) => height - 3 - ((height - 8) * (v - low + margin)) / (high - low + 2 * margin);
+    pen.font = "10px system-ui, sans-serif";
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    const { found, step } = ticks(low, high);
+    for (const tick of found) {
+      pen.fillStyle = style.getPropertyValue("--line");
+      pen.fillRect(left, Math.round(y(tick)), width - left, 1);
+      pen.fillStyle = style.getPropertyValue("--soft");
+      pen.fillText(tickText(tick, step), left - 6, Math.min(Math.max(y(tick), 6), height - 6));
+    }
+    curves.forEach((curve, i) => {
+      pen.strokeStyle = style.getPropertyValue(this.lines[i].colour);
+      pen.lineWidth = 1.3;
+      pen.lineJoin = "round";
+      pen.beginPath();
+      curve.points.forEach(([x, v]) => pen.lineTo(left + x, y(v)));
+      pen.stroke();
+    });
+  }
+
+  /** Move the cursor, and show the values there. */
+  at(t) {
+    const share = (t - this.begin) / (this.end - this.begin), width = this.canvas.clientWidth - this.left;
+    this.cursor.style.transform = `translateX(${this.left + Math.min(Math.max(share, 0), 1) * width}px)`;
+    this.values.forEach((value, i) => { value.textContent = short(this.lines[i].at(t)); });
+  }
+}
+
+/** A line of a plot from a track with one value per channel. */
+function plotLine(scene, column, look) {
+  const track = new Track(scene, "plot", scene.about.steps.plot), K = track.count, { amplitude, rows, step } = track;
+  const value = (i) => track.mean[column] + track.scale[column] * amplitude[i * K + column];
+  return {
+    ...look,
+    at(t) {
+      const [i, j, w] = place(t, step, rows);
+      return t > (rows - 0.5) * step ? NaN : (1 - w) * value(i) + w * value(j);
+    },
+    // where there are more samples than columns: the least and the largest of each
+    envelope(begin, end, columns) {
+      const first = Math.max(Math.floor(begin / step), 0), last = Math.min(Math.ceil(end / step), rows - 1), points = [];
+      const x = (i) => ((i * step - begin) / (end - begin)) * columns, each = Math.max(1, Math.floor((last - first) / columns / 2));
+      let low = Infinity, high = -Infinity;
+      for (let i = first; i <= last; i += each) {
+        let a = i, b = i;
+        for (let j = i; j < Math.min(i + each, last + 1); j++) {
+          if (value(j) < value(a)) a = j;
+          if (value(j) > value(b)) b = j;
+        }
+        low = Math.min(low, value(a));
+        high = Math.max(high, value(b));
+        for (const j of a === b ? [a] : [Math.min(a, b), Math.max(a, b)]) points.push([x(j), value(j)]);
+      }
+      return { points, low, high };
+    },
+  };
+}
+
+/** At least two round numbers within an interval, and their step. */
+function ticks(low, high) {
+  let power = 10 ** Math.ceil(Math.log10(high - low)), found = [], step = power;
+  for (; found.length < 2; power /= 10) {
+    for (const f of [1, 0.5, 0.2]) {
+      step = f * power;
+      found = [];
+      for (let i = Math.ceil(low / step - 1e-9); i * step <= high * (1 + 1e-12); i++) found.push(i * step);
+      if (found.length >= 2) return { found, step };
+    }
+  }
+  return { found, step };
+}
+
+function tickText(value, step) {
+  return grouped(value.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))));
+}

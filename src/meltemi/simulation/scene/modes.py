@@ -1,0 +1,123 @@
+"""Scene of a Campbell diagram: mode shapes at each operating point."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import MeltemiError
+from meltemi.simulation.bladed.rotor import with_blades
+from meltemi.simulation.campbell import Campbell
+from meltemi.simulation.linear import PARTS
+from meltemi.simulation.model import Model
+from meltemi.simulation.modes import Mode
+from meltemi.simulation.scene.motion import blade_arrays, deformed
+from meltemi.simulation.scene.record import Scene
+from meltemi.simulation.scene.shape import machine, sections
+from meltemi.simulation.trim import operating_point
+
+Float = NDArray[np.float64]
+
+STEP = 1e-3
+"""[m or rad] of the differences that make the shapes of the coordinates."""
+
+
+def modes_scene(model: Model[Any], diagram: Campbell) -> Scene:
+    """Scene of the modes of a diagram, each of unit amplitude [m] where it moves most.
+
+    A mode moves the blades about their mean shape in steady operation, without air about the undeformed one; its blade
+    coordinates are collective, cosine and sine components.
+    """
+    model = with_blades(model, "view")
+    turbine, core, names = model.turbine, model.n_core, model.rotor.blade.names
+    K, M, R = len(names), len(model.rotor.tower.names), turbine.rotor_radius
+    s = sections(turbine.blade.length)
+    heights = np.array(machine(turbine)["tower_height"])
+    tower = model.rotor.tower.modes.at(heights)
+    order = [*model.coordinates[:core], *(f"{name} {part}" for name in names for part in PARTS)]
+    points, steady, bases = [], [], []
+    shapes = np.zeros((len(diagram.pitch), len(diagram.labels), len(order), 2))
+    for i in range(len(diagram.pitch)):
+        mean = mean_shape(model, float(diagram.wind_speed[i])) if diagram.air else np.zeros(K)
+        rest, basis = blade_basis(model, mean, s)
+        steady.append(rest)
+        bases.append(basis)
+        found = []
+        for j, label in enumerate(diagram.labels):
+            mode = diagram.modes[j][i]
+            if mode is None:
+                found.append({"label": label, "frequency": 0.0, "damping": 0.0})
+                continue
+            shape = ordered(mode, order)
+            shape = shape / max(largest(shape, tower[:, -1, :3], basis[:, -1, :3], M, R), 1e-12)
+            shapes[i, j] = np.stack([shape.real, shape.imag], axis=1)
+            found.append({"label": label, "frequency": mode.frequency, "damping": mode.damping})
+        speed, turns = diagram.wind_speed[i], diagram.rotor_speed[i] * 30.0 / np.pi
+        where = f"{speed:g} m/s, {turns:.1f} rpm" if np.isfinite(speed) else f"{turns:.1f} rpm"
+        numbers = {"rotor_speed": diagram.rotor_speed[i], "pitch": diagram.pitch[i]}
+        points.append(
+            {"name": where, "modes": found} | {name: float(np.nan_to_num(value)) for name, value in numbers.items()}
+        )
+    about = {
+        "kind": "modes",
+        "turbine": machine(turbine),
+        "sections": [round(float(v), 3) for v in s],
+        "points": points,
+        "steps": {},
+    }
+    arrays = {
+        "tower_shape": tower.astype(np.float32),
+        "steady": np.array(steady, dtype=np.float32),
+        "basis": np.array(bases, dtype=np.float32),
+        "shapes": shapes.astype(np.float32),
+    }
+    return Scene(about, arrays | blade_arrays(model, s))
+
+
+def ordered(mode: Mode, names: list[str]) -> NDArray[np.complex128]:
+    """Amplitudes of a mode in the order of ``names``; zero of coordinates that it lacks."""
+    given = dict(zip(mode.coordinates, mode.shape, strict=True))
+    return np.array([given.get(name, 0.0) for name in names], dtype=complex)
+
+
+def largest(shape: NDArray[np.complex128], top: Float, tip: Float, n_tower: int, radius: float) -> float:
+    """[m] largest displacement of tower top and blade tips in a mode.
+
+    Args:
+      shape: amplitudes: tower, yaw, generator, drivetrain, blades.
+      top: (M, 3) displacement of the tower top by its coordinates.
+      tip: (K, 3) displacement of the tip by those of a blade.
+      n_tower: number of coordinates of the tower.
+      radius: [m].
+    """
+    moved = [np.linalg.norm(shape[:n_tower] @ top)]
+    turned = radius * abs(shape[n_tower]), radius * abs(shape[n_tower + 1] + shape[n_tower + 2])
+    collective, cosine, sine = shape[n_tower + 3 :].reshape(-1, 3).T
+    for azimuth in 2.0 * np.pi / 12.0 * np.arange(12):
+        q = collective + cosine * np.cos(azimuth) + sine * np.sin(azimuth)
+        moved.append(np.linalg.norm(q @ tip))
+    return float(max(*moved, *turned))
+
+
+def mean_shape(model: Model[Any], speed: float) -> Float:
+    """(K,) coordinates of a blade, averaged over a revolution of steady operation; zero where there is none."""
+    K, core = len(model.rotor.blade.names), model.n_core
+    try:
+        q = operating_point(model, speed).revolution[:, core : core + K]
+    except MeltemiError:
+        return np.zeros(K)
+    return np.asarray(q.mean(axis=0))
+
+
+def blade_basis(model: Model[Any], mean: Float, s: Float) -> tuple[Float, Float]:
+    """Displacement and rotation (S, 6) of the blade sections at coordinates (K,), and (K, S, 6) by each of them."""
+    K, core = len(mean), model.n_core
+    q = np.zeros((2 * K + 1, len(model.coordinates)))
+    q[:, core : core + K] = mean
+    for k in range(K):
+        q[2 * k + 1, core + k] += STEP
+        q[2 * k + 2, core + k] -= STEP
+    moved = deformed(model, q, None, s)[:, 0]
+    return moved[0], (moved[1::2] - moved[2::2]) / (2.0 * STEP)

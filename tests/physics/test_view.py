@@ -1,0 +1,316 @@
+"""The three-dimensional view: what a run records for it, and what a browser draws of it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from io import BytesIO
+from pathlib import Path
+from queue import Queue
+from threading import Thread
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import meltemi
+from meltemi import Model, Result
+from meltemi.core.errors import InputError
+from meltemi.maths.tables import View
+from meltemi.maths.vectors import Vec
+from meltemi.postprocess.files import read_netcdf, write_netcdf
+from meltemi.report import view
+from meltemi.simulation.campbell import campbell
+from meltemi.simulation.case import Case
+from meltemi.simulation.scene.modes import modes_scene
+from meltemi.simulation.scene.motion import POSITION_ERROR
+from meltemi.simulation.scene.record import Scene, packed, track_arrays, unpacked
+from meltemi.turbine.exchange import BladeFrame
+from meltemi.wind.fields import SteadyWind, WindSeries, wind_field
+from meltemi.wind.velocity import series_now, wind_velocity
+
+DURATION = 8.0
+NOW = 6.3
+"""[s] instant at which pictures are compared."""
+
+
+@pytest.fixture(scope="module")
+def seen(model: Model) -> Result:
+    """A run in a gust, so that everything moves."""
+    wind = WindSeries(time=[0.0, 3.0, 6.0], speed=[10.0, 14.0, 11.0], direction=[0.1, 0.1, 0.1], exponent=0.2)
+    return meltemi.simulate(model, wind, duration=DURATION, view=True, channels=["all"])
+
+
+@pytest.fixture(scope="module")
+def scene(seen: Result) -> Scene:
+    assert seen.scene is not None
+    return seen.scene
+
+
+def body(scene: Scene) -> Any:
+    """Tower top (T, 3), its rotation (T, 3), yaw (T,) and pitch (T, B)."""
+    values = scene.track("body")
+    return values[:, :3], values[:, 3:6], values[:, 6], values[:, 7:]
+
+
+def test_tips_are_those_of_the_channels(seen: Result, scene: Scene) -> None:
+    tip, (_, _, _, pitch) = scene.track("blade")[:, :, -1], body(scene)
+    for b in range(3):
+        # pitched axes are coned axes turned by the pitch angle about -z
+        turned = Rotation.from_rotvec(np.outer(-pitch[:, b], [0.0, 0.0, 1.0])).apply(tip[:, b, :3])
+        for k, name in enumerate(("out_of_plane", "in_plane")):
+            expected = seen[f"tip_{name}_{b + 1}"]
+            assert np.abs(turned[:, k] - expected).max() < 2e-3 + scene.about["accuracy"]
+            assert np.ptp(expected) > 0.1
+        assert np.abs(tip[:, b, 5] - seen[f"tip_twist_{b + 1}"]).max() < 0.004
+
+
+def test_positions_are_within_the_stated_accuracy(scene: Scene) -> None:
+    assert 0.0 < scene.about["accuracy"] <= POSITION_ERROR * scene.about["turbine"]["rotor_radius"]
+
+
+def test_frames_are_those_of_the_channels(seen: Result, scene: Scene) -> None:
+    top, _, yaw, pitch = body(scene)
+    azimuth = np.remainder(scene.arrays["azimuth"].astype(float) - seen["azimuth"] + 1.0, 2.0 * np.pi) - 1.0
+    assert np.abs(azimuth).max() < 1e-4
+    assert np.all(np.diff(scene.arrays["azimuth"]) > 0.0)
+    assert np.abs(pitch - np.stack([seen[f"pitch_{b}"] for b in (1, 2, 3)], axis=1)).max() < 1e-4
+    assert np.abs(yaw - seen["nacelle_yaw"]).max() < 1e-5
+    assert np.abs(top[:, 0] - seen["tower_top_fore_aft"]).max() < 1e-3
+    shape = scene.arrays["tower_shape"][:, -1, 0]
+    assert np.abs(scene.track("tower") @ shape - seen["tower_top_fore_aft"]).max() < 2e-3
+
+
+def test_loads_are_those_of_the_channels(seen: Result, scene: Scene) -> None:
+    bending, tower = scene.track("bending"), scene.track("tower_bending")[:, 0]
+    largest = scene.about["largest"]
+    every = round(scene.about["steps"]["bending"] / 0.05)
+    assert np.abs(bending[:, 0, 0, 1] - seen["root_moment_flap_1"][::every]).max() < 0.032 * largest["bending"]
+    assert np.abs(tower[:, 0, 1] - seen["tower_base_moment_fore_aft"][::every]).max() < 0.032 * largest["tower_bending"]
+    every = round(scene.about["steps"]["air"] / 0.05)
+    force = scene.track("air")[:, 1, 14, 0] - seen["node_15_normal_force_2"][::every]
+    assert np.abs(force).max() < 0.032 * largest["air"]
+
+
+def test_wind_is_that_of_the_run(seen: Result, scene: Scene, model: Model) -> None:
+    where, i, j, t = scene.about["wind"], 7, 2, 4.0
+    wind = WindSeries(time=[0.0, 3.0, 6.0], speed=[10.0, 14.0, 11.0], direction=[0.1, 0.1, 0.1], exponent=0.2)
+    field = wind_field(wind, model.turbine.hub_height, model.turbine.rotor_diameter)
+    across = np.linspace(-where["half_width"], where["half_width"], where["points"])[j]
+    point = Vec(across * np.sin(0.1), across * np.cos(0.1), where["heights"][i])
+    series_now(t, field)
+    expected = wind_velocity(point, t, field)
+    found = scene.track("wind")[round(t / scene.about["steps"]["wind"]), i, j]
+    assert np.abs(found - [expected.x, expected.y, expected.z]).max() < 0.06
+    assert where["direction"] == pytest.approx(0.1)
+
+
+def test_only_runs_that_ask_for_it_record_it(model: Model, seen: Result) -> None:
+    plain = meltemi.simulate(model, 10.0, duration=1.0)
+    assert plain.scene is None
+    with pytest.raises(InputError, match="motion of the turbine is not recorded; repeat the run with: meltemi run"):
+        view.result_view({"plain": plain})
+    with pytest.raises(InputError, match="one or two results, found 3"):
+        view.result_view({"a": seen, "b": seen, "c": seen})
+
+
+def test_recording_changes_no_other_channel(model: Model) -> None:
+    own = meltemi.Stations(blade=(20.0,), tower=(40.0,))
+    runs = [meltemi.simulate(model, 10.0, duration=1.0, stations=own, view=on) for on in (False, True)]
+    assert runs[0].names == runs[1].names
+    assert np.array_equal(runs[0].data, runs[1].data)
+
+
+def test_turbines_without_blades_are_refused() -> None:
+    disk = meltemi.build(meltemi.load_turbine("pmsg20mw"))
+    with pytest.raises(InputError, match="view"):
+        meltemi.simulate(disk, 10.0, duration=1.0, view=True)
+
+
+def test_files_keep_the_scene(seen: Result, scene: Scene, tmp_path: Path) -> None:
+    few = replace(seen, channels=seen.channels[:3], data=seen.data[:, :3])
+    again = read_netcdf(write_netcdf(few, tmp_path / "result.nc")).scene
+    assert again is not None
+    assert again.about == json.loads(json.dumps(scene.about))
+    assert all(np.array_equal(again.arrays[name], array) for name, array in scene.arrays.items())
+    for damaged in (b"", packed(scene)[:-400], b"meltemi scene 9\n" + packed(scene)[16:]):
+        with pytest.raises(InputError, match="scene of the view is damaged"):
+            unpacked(damaged)
+
+
+def test_ten_minutes_take_at_most_three_megabytes(seen: Result, scene: Scene) -> None:
+    """By the bytes of a second; those of turbulence have twice as many directions of the air forces."""
+    plots = [view._plot(title, names, {"": seen}) for title, names in view.PLOTS.items()]
+    full = view.with_plots(scene, seen, [plot for plot in plots if plot])
+    assert full.arrays["plot.amplitude"].shape[1] == 11
+    of_time = sum(a.nbytes for n, a in full.arrays.items() if n.endswith(".amplitude") or n == "azimuth")
+    of_time += full.arrays["air.amplitude"].nbytes + full.arrays["wind.amplitude"].nbytes // 8
+    fixed = len(packed(full)) - of_time
+    assert (600.0 / DURATION * of_time + fixed) * 4 / 3 < 3e6
+    assert {a.dtype.itemsize for n, a in full.arrays.items() if n.endswith(".amplitude")} == {1, 2}
+
+
+def test_tracks_keep_their_tolerance() -> None:
+    rng = np.random.default_rng(1)
+    values = np.einsum("tk,kpn->tpn", rng.normal(size=(200, 4)), rng.normal(size=(4, 9, 2)))[:, None]
+    values = values + 1e-4 * rng.normal(size=values.shape)
+    for tolerance, directions in ((1e-2, 4), (1e-3, 4), (1e-4, 18)):
+        arrays = track_arrays("x", values, tolerance)
+        resolution = 18 * 10.0 / 32767  # of the amplitudes
+        assert np.abs(Scene({}, arrays).track("x") - values).max() < tolerance + resolution
+        assert len(arrays["x.scale"]) <= directions
+    assert np.abs(Scene({}, track_arrays("x", values)).track("x") - values).max() < 1e-3
+
+
+def test_modes_move_what_they_are_named_after(model: Model) -> None:
+    diagram = campbell(model, rotor_speeds=[0.0, 1.2], air=False)
+    found = modes_scene(model, diagram)
+    names = [mode["label"] for mode in found.about["points"][1]["modes"]]
+    M, basis, tower = 4, found.arrays["basis"], found.arrays["tower_shape"]
+    for label, column in (("1st tower fore-aft", 0), ("1st tower side-side", 1)):
+        shape = found.arrays["shapes"][1, names.index(label)] @ [1.0, 1.0j]
+        top = np.abs(shape[:M] @ tower[:, -1, :3])
+        assert np.argmax(top) == column
+        assert top.max() > 0.3
+    flap = found.arrays["shapes"][1, names.index("1st flap collective")] @ [1.0, 1.0j]
+    tip = np.abs(flap[M + 3 :: 3] @ basis[1, :, -1, :3])
+    assert 0.9 < tip[0] <= 1.001
+    assert tip[0] > 3.0 * tip[1]
+    assert "modes in vacuum" in view.modes_view(model, diagram).html
+
+
+# ---------------------------------------------------------------- in a browser
+
+FRAMES = 10
+"""Drawn before the page reports."""
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
+needs_browser = pytest.mark.skipif(BROWSER is None, reason="needs chromium or google-chrome")
+REPORT = """
+<script>
+const waiting = setInterval(() => {
+  if (view.frames < %d) return;
+  clearInterval(waiting);
+  const told = { frames: view.frames, first: view.first - view.began, errors: faults };
+  told.theme = document.documentElement.dataset.theme;
+  Object.assign(state, { playing: false, t: %f, wind: "off", factor: 1 });
+  render();
+  told.tips = view.tips();
+  told.seen = told.tips.map((tips) => tips.map((tip) => new THREE.Vector3(...tip).project(camera).toArray()));
+  told.picture = renderer.domElement.toDataURL();
+  told.plots = document.querySelectorAll(".plot").length;
+  fetch("told", { method: "POST", body: JSON.stringify(told) });
+}, 50);
+</script>
+"""
+FAULTS = '<script>const faults = []; addEventListener("error", (e) => faults.push(String(e.message)));</script>'
+
+
+def browse(page: view.View, folder: Path, now: float = NOW) -> dict[str, Any]:
+    """What a page reports from a browser without screen when it has drawn some frames, at ``now`` [s]."""
+    text = (
+        page.html.replace("<body>", "<body>" + FAULTS).replace("</body>", REPORT % (FRAMES, now) + "</body>").encode()
+    )
+    told: Queue[bytes] = Queue()
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200 if self.path == "/page" else 404)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(text if self.path == "/page" else b"")
+
+        def do_POST(self) -> None:
+            content = self.rfile.read(int(self.headers["Content-Length"]))
+            self.send_response(204)
+            self.end_headers()
+            told.put(content)
+
+        def log_message(self, *_: Any) -> None: ...
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        command = [
+            *(str(BROWSER), "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+            *(
+                "--no-first-run",
+                "--disable-extensions",
+                "--window-size=700,480",
+                f"--user-data-dir={folder / 'profile'}",
+            ),
+            f"http://127.0.0.1:{server.server_port}/page",
+        ]
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as browser:
+            try:
+                found: dict[str, Any] = json.loads(told.get(timeout=100.0))
+            finally:
+                browser.terminate()
+                server.shutdown()
+    assert found["errors"] == []
+    return found
+
+
+def pixels(found: dict[str, Any]) -> Any:
+    """(rows, columns, 4) picture of the canvas."""
+    import matplotlib.image
+
+    return matplotlib.image.imread(BytesIO(base64.b64decode(found["picture"].split(",")[1])))
+
+
+@needs_browser
+def test_a_browser_draws_the_tips_where_the_simulation_has_them(seen: Result, model: Model, tmp_path: Path) -> None:
+    page = view.result_view({"run": seen}, look=view.Look("light"))
+    assert "http" not in re.sub(r"<script>.*|http://www\.w3\.org/\S+", "", page.html, flags=re.DOTALL)
+    found = browse(page, tmp_path)
+    assert found["frames"] >= FRAMES
+    assert found["plots"] == len(view.PLOTS)
+    # the simulation's own kinematics, at the sample of this instant
+    row = round(NOW / 0.05)
+    case = Case(model, SteadyWind(speed=10.0))
+    for i, name in enumerate(model.coordinates):
+        case["q"][i] = seen["nacelle_yaw" if name == "yaw" else f"q {name}"][row]
+    case.view("pitch")["angle"] = [seen[f"pitch_{b}"][row] for b in (1, 2, 3)]
+    case.evaluate(0.0)
+    hub, frames = case.view("machine")["hub_position"], View(BladeFrame, case["frame"])["orientation"]
+    rest = np.array([0.0, 0.0, model.turbine.rotor_radius])
+    picture = pixels(found)
+    for b in range(3):
+        deflection = [seen[f"tip_{name}_{b + 1}"][row] for name in ("flap", "edge", "axial")]
+        expected = hub + frames[:, b].reshape(3, 3) @ (rest + deflection)
+        assert np.abs(np.array(found["tips"][0][b]) - expected).max() < 0.03
+        # the tip is drawn there, in its colour: blue, orange, purple
+        x, y, _ = found["seen"][0][b]
+        at = (round((0.5 - 0.5 * y) * picture.shape[0]), round((0.5 + 0.5 * x) * picture.shape[1]))
+        near = picture[at[0] - 9 : at[0] + 10, at[1] - 9 : at[1] + 10]
+        red, green, blue = (
+            np.median(near[near[..., 3] > 0.9][:, :3], axis=0) if (near[..., 3] > 0.9).any() else (0, 0, 0)
+        )
+        assert ((blue > 1.3 * red), (red > 1.3 * blue), (red > 1.2 * green and blue > green))[b]
+    drawn = (picture[..., 3] > 0.9).mean()
+    assert 0.01 < drawn < 0.2
+
+
+@needs_browser
+@pytest.mark.slow
+def test_a_browser_draws_pairs_modes_and_winds(seen: Result, model: Model, tmp_path: Path) -> None:
+    pages = {
+        "pair": view.result_view({"a": seen, "b": replace(seen)}, look=view.Look(state={"pairs": "over"})),
+        "modes": view.modes_view(model, campbell(model, rotor_speeds=[0.0, 1.2], air=False)),
+        "wind": view.wind_view(SteadyWind(speed=9.0, shear_exponent=0.2)),
+        "loads": view.result_view({"a": seen}, look=view.Look("dark", state={"loads": "arrows"})),
+    }
+    found = {}
+    for name, page in pages.items():
+        (tmp_path / name).mkdir()
+        found[name] = browse(page, tmp_path / name)
+        assert found[name]["frames"] >= FRAMES
+    assert len(found["pair"]["tips"]) == 2
+    assert np.allclose(found["pair"]["tips"][0], found["pair"]["tips"][1])
+    assert found["loads"]["theme"] == "dark"
+    assert found["wind"]["tips"] == []
+    assert np.ptp(found["modes"]["tips"]) > 50.0
