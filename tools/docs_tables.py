@@ -326,6 +326,24 @@ def measured(what: str) -> str:
     return _table(["wind speed", "measured", *labels], lines)
 
 
+def notebooks() -> str:
+    """Gallery of the notebooks."""
+    from pathlib import Path
+    from runpy import run_path
+
+    made: str = run_path(str(Path(__file__).with_name("notebooks.py")))["gallery"]()
+    return made
+
+
+def turbine_view() -> str:
+    """The moving turbine of ``docs/images/turbine.html``, or a picture where that file is missing."""
+    from pathlib import Path
+
+    if (Path(__file__).parents[1] / "docs/images/turbine.html").is_file():
+        return '<iframe class="turbine" src="images/turbine.html" title="A turbine in turbulent wind"></iframe>'
+    return "![Summary page of a turbine](images/inspect_nrel5mw.png)"
+
+
 MAKERS: dict[str, Any] = {
     f.__name__: f
     for f in (
@@ -342,8 +360,10 @@ MAKERS: dict[str, Any] = {
         arrays,
         load_cases,
         measured,
+        notebooks,
         schemes,
         swap,
         supervisor,
+        turbine_view,
     )
 }
