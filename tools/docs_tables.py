@@ -341,7 +341,8 @@ def turbine_view() -> str:
 
     if (Path(__file__).parents[1] / "docs/images/turbine.html").is_file():
         return '<iframe class="turbine" src="images/turbine.html" title="A turbine in turbulent wind"></iframe>'
-    return "![Summary page of a turbine](images/inspect_nrel5mw.png)"
+    picture = "![Summary page of a turbine](images/inspect_nrel5mw.png)"
+    return f"[{picture}](guide/turbine-file.md#turbine-summary-page){{ .still }}"
 
 
 MAKERS: dict[str, Any] = {

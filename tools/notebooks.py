@@ -102,9 +102,9 @@ def gallery() -> str:
     """Cards with picture, title and first paragraph of every notebook."""
     cards = []
     for name in names():
-        text, pictures = page(name)
+        text, _ = page(name)
         title, about = re.findall(r"\A# (.*)\n\n((?:.+\n)+)", text)[0]
-        picture = f"[![]({name}-{len(pictures) - 1}.png)]({name}.md)"
+        picture = f"[![]({name}-0.png)]({name}.md)"
         cards.append(f"-   {picture}\n\n    **[{title}]({name}.md)**\n\n    {' '.join(about.split())}")
     return '<div class="grid cards gallery" markdown>\n\n' + "\n\n".join(cards) + "\n\n</div>"
 
