@@ -1,4 +1,4 @@
-"""Code of the pages that tests/docs/test_documentation.py does not run: commands, notebooks, long or special blocks."""
+"""Code of the pages that tests/docs/test_pages.py does not run: commands, notebooks, long or special blocks."""
 
 from __future__ import annotations
 

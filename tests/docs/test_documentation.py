@@ -33,6 +33,17 @@ def test_tables_of_pages_are_made(page: str, monkeypatch: pytest.MonkeyPatch) ->
     assert "{{ " not in import_module("docs_tables").on_page_markdown((ROOT / page).read_text(encoding="utf-8"))
 
 
+def test_the_start_page_shows_a_turbine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The moving one where its file exists, otherwise a picture."""
+    monkeypatch.syspath_prepend(ROOT / "tools")
+    tables = import_module("docs_tables")
+    monkeypatch.setattr(tables, "__file__", str(tmp_path / "tools" / "docs_tables.py"))
+    assert tables.turbine_view().startswith("[![")
+    (tmp_path / "docs" / "images").mkdir(parents=True)
+    (tmp_path / "docs" / "images" / "turbine.html").touch()
+    assert 'src="images/turbine.html"' in tables.turbine_view()
+
+
 def test_pages_take_nothing_from_the_web() -> None:
     """Formulas are read offline, too."""
     text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
