@@ -24,9 +24,7 @@ collective = baseline.update
 # which damps the motion.
 
 # %%
-own = len(
-    baseline.state_names
-)  # our number stands behind those of the baseline controller
+own = len(baseline.state_names)  # index of our state, behind those of the baseline
 
 
 def damper(state, measurements, demands, dt):
