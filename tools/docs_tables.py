@@ -341,6 +341,15 @@ def measured(what: str) -> str:
     return _table(["wind speed", "measured", *labels], lines)
 
 
+def notebooks() -> str:
+    """Gallery of the notebooks."""
+    from pathlib import Path
+    from runpy import run_path
+
+    made: str = run_path(str(Path(__file__).with_name("notebooks.py")))["gallery"]()
+    return made
+
+
 MAKERS: dict[str, Any] = {
     f.__name__: f
     for f in (
@@ -357,6 +366,7 @@ MAKERS: dict[str, Any] = {
         arrays,
         load_cases,
         measured,
+        notebooks,
         schemes,
         swap,
         supervisor,

@@ -19,6 +19,7 @@ from meltemi.app.commands import Commands
 from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
 from meltemi.app.diff import diff
+from meltemi.app.docs import docs
 from meltemi.app.export import export
 from meltemi.app.importing import HELP as IMPORT_HELP
 from meltemi.app.importing import import_
@@ -412,6 +413,7 @@ app.command()(diff)
 app.command()(view)
 app.command()(flutter)
 app.command()(parked)
+app.command()(docs)
 app.add_typer(loads, name="loads")
 
 

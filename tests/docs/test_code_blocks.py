@@ -1,0 +1,198 @@
+"""Code of the pages that tests/docs/test_pages.py does not run: commands, notebooks, long or special blocks."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import json
+import re
+import shlex
+from importlib.util import find_spec
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any
+
+import pytest
+import typer
+
+import meltemi
+from meltemi.app.cli import app
+
+ROOT = Path(__file__).parents[2]
+DOCS = sorted((ROOT / "docs").rglob("*.md"))
+TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *DOCS)}
+NOTEBOOKS = sorted(path.stem for path in (ROOT / "examples" / "notebooks").glob("*.py"))
+
+
+def blocks(page: str, kind: str) -> list[str]:
+    return re.findall(rf"^```{kind}\n(.*?)^```", TEXTS[page], re.MULTILINE | re.DOTALL)
+
+
+def calls(text: str) -> list[list[str]]:
+    """Arguments of every ``meltemi`` in shell blocks and between backticks."""
+    shell = "\n".join(re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL)).replace("\\\n", " ")
+    prose = re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+    lines = [*shell.splitlines(), *(" ".join(code.split()) for code in re.findall(r"`(meltemi\s[^`]+)`", prose))]
+    found = []
+    for line in lines:
+        for part in re.split(r"&&|\||;", line):
+            words = shlex.split(part, comments=True)
+            here = [i for i, word in enumerate(words) if Path(word).name == "meltemi"]
+            if here and words[here[-1] + 1 :]:
+                found.append(words[here[-1] + 1 :])
+    return found
+
+
+@pytest.mark.parametrize("page", [page for page, text in TEXTS.items() if calls(text)])
+def test_commands_and_options_exist(page: str) -> None:
+    for words in calls(TEXTS[page]):
+        command: Any = typer.main.get_command(app)
+        rest = [word for word in words if word not in ("--help", "--version", "--debug")]
+        if not rest or rest[0] == "COMMAND":
+            continue
+        while hasattr(command, "commands") and rest:
+            name = rest.pop(0)
+            command = command.get_command(command.context_class(command), name)
+            assert command is not None, f"{page}: meltemi {' '.join(words)}: no command {name}"
+        if "..." in rest or hasattr(command, "commands"):
+            continue
+        command.make_parser(command.context_class(command)).parse_args(rest)  # an unknown option raises
+
+
+def test_the_finder_of_commands_finds() -> None:
+    text = "```sh\npip install . && .venv/bin/meltemi run x \\\n  --out y   # simulate\n```\n`meltemi\nturbines`"
+    assert calls(text) == [["run", "x", "--out", "y"], ["turbines"]]
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_notebook_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its reduced values."""
+    monkeypatch.syspath_prepend(ROOT / "tools")
+    monkeypatch.chdir(tmp_path)
+    import matplotlib.pyplot as plt
+
+    text = (ROOT / "examples" / "notebooks" / f"{name}.py").read_text(encoding="utf-8")
+    code = [source for kind, source in importlib.import_module("notebooks").cells(text, reduced=True) if kind == "code"]
+    exec(compile("\n".join(code), name, "exec"), {"__name__": "notebook"})
+    plt.close("all")
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_notebook_is_that_of_its_script(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Remade by ``python tools/notebooks.py`` after a change; with at least one picture, below 400 kB."""
+    monkeypatch.syspath_prepend(ROOT / "tools")
+    tool = importlib.import_module("notebooks")
+    script = (ROOT / "examples" / "notebooks" / f"{name}.py").read_text(encoding="utf-8")
+    file = ROOT / "docs" / "tutorials" / f"{name}.ipynb"
+    cells = json.loads(file.read_text(encoding="utf-8"))["cells"]
+    assert [(cell["cell_type"], "".join(cell["source"])) for cell in cells] == tool.cells(script)
+    assert not [o for cell in cells for o in cell.get("outputs", ()) if o["output_type"] == "error"]
+    text, pictures = tool.page(name)
+    assert text.startswith("# ") and pictures and file.stat().st_size < 400_000
+    assert name in tool.names() and f"]({name}.md)" in tool.gallery()
+
+
+def test_all_python_of_the_pages_is_in_a_test() -> None:
+    """By the name of its page, and by its title where it has one other than that of a file that the page imports."""
+    tests = "".join(path.read_text(encoding="utf-8") for path in Path(__file__).parent.glob("test_*.py"))
+    tests = tests.replace("\\", "")
+    for page, text in TEXTS.items():
+        if re.search(r"^```python$", text, re.MULTILINE):
+            assert Path(page).name in tests, f"{page}: no test runs its code"
+        if page.endswith(("development/extensions.md", "development/file-formats.md")):
+            continue  # every block is used there
+        code = "".join(blocks(page, "python"))
+        for title in re.findall(r'^```python title="(.*?)"$', text, re.MULTILINE):
+            tested = title in tests or f"from {Path(title).stem} import" in code
+            assert tested, f"{page}: no test runs {title}"
+
+
+def test_wind_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of docs/guide/wind-files.md, with a smaller box than that of the page."""
+    from matplotlib import pyplot as plt
+
+    page = "docs/guide/wind-files.md"
+    monkeypatch.chdir(tmp_path)
+    turbine = meltemi.load_turbine("nrel5mw")
+    field = meltemi.wind.generate_field(meltemi.TurbulentWind(speed=12.0, intensity=0.14, points=8), turbine, 20.0)
+    meltemi.io.write_bts(field, "field.bts")
+    code = "\n".join(blocks(page, "python"))
+    small = code.replace("planes=8192, columns=32, rows=32", "planes=64, columns=8, rows=8")
+    assert small != code
+    for name in "uvw":
+        (tmp_path / f"turb_{name}.bin").write_bytes(bytes(4 * 64 * 8 * 8))
+    exec(compile(small, page, "exec"), {"__name__": "page"})
+    plt.close("all")
+    assert (tmp_path / "small.nc").stat().st_size < (tmp_path / "field.nc").stat().st_size
+
+
+@pytest.mark.slow
+def test_stability(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    page = "docs/guide/stability.md"
+    monkeypatch.chdir(tmp_path)
+    exec(compile("\n".join(blocks(page, "python")), page, "exec"), {"__name__": "page"})
+    assert blocks(page, 'text title="printed"')[0] in capsys.readouterr().out
+    assert (tmp_path / "flutter.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_the_twin_of_the_power_turbines_page() -> None:
+    (code,) = blocks("docs/guide/power-turbines.md", 'python title="takes some seconds"')
+    found: dict[str, Any] = {"meltemi": meltemi}
+    exec(code, found)
+    assert found["twin"].rated_power == pytest.approx(5e6, rel=1e-3)
+
+
+@pytest.mark.long
+@pytest.mark.skipif(find_spec("windIO") is None, reason="needs windIO")
+def test_the_iced_turbine_of_the_icing_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (code,) = blocks("docs/guide/icing.md", 'python title="iea22mw.py"')
+    monkeypatch.chdir(tmp_path)
+    exec(code, {"meltemi": meltemi})
+    assert (tmp_path / "icing-iea22mw.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("page", "kind"),
+    [
+        ("docs/guide/load-base.md", 'python title="cluster.py"'),
+        ("docs/migrate/rosco.md", 'python title="rosco_1p.py"'),
+        ("docs/development.md", "python"),
+    ],
+)
+def test_names_of_sketches_exist(page: str, kind: str) -> None:
+    """What needs a cluster, ROSCO or a study is not run; the names are those of the packages."""
+    (code,) = blocks(page, kind)
+    tree = ast.parse(code)
+    used = {ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    for name in used:
+        if name.startswith("meltemi."):
+            resolve_name(name)
+    if "STUDY" in code:
+        study = vars(importlib.import_module("meltemi_papers.study"))
+        capitals = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and node.id.istitle()}
+        assert capitals and capitals <= set(study) | set(vars(importlib.import_module("meltemi_papers.claim"))), (
+            capitals
+        )
+
+
+def test_changes_of_a_load_case_table(tmp_path: Path) -> None:
+    """Of docs/guide/load-case-tables.md."""
+    from meltemi.core.yamlfile import read_mapping
+    from meltemi.loadbase.table import load_table
+
+    (text,) = blocks("docs/guide/load-case-tables.md", 'yaml title="changes.yaml"')
+    path = tmp_path / "changes.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert set(load_table(4, read_mapping(path)).rows) - set(load_table(4).rows) == {"1.3b"}
+
+
+@pytest.mark.skipif(find_spec("pandas") is None, reason="needs pandas")
+def test_limits_of_a_load_base(tmp_path: Path) -> None:
+    """Of docs/guide/load-base.md."""
+    from meltemi.loadbase.report import read_limits
+
+    (text,) = blocks("docs/guide/load-base.md", 'yaml title="limits.yaml"')
+    path = tmp_path / "limits.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert set(read_limits(path)) == {"ultimate", "fatigue"}
