@@ -34,6 +34,6 @@ def series(
         for colour, (name, result) in zip(COLOURS, results.items(), strict=False):
             ax.plot(result.time, of(result), color=colour, linewidth=1.0, label=name)
         panel(ax, title, unit)
-    axes[0, 0].legend(fontsize=8, ncols=len(results), **legend)
+    axes[0, 0].legend(ncols=len(results), **legend)
     axes[-1, 0].set_xlabel("time [s]")
     return figure

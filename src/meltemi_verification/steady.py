@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import new_figure
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.rotors import build
@@ -94,9 +94,8 @@ def _plot_steady(table: dict[float, dict[str, float]], points: dict[float, Opera
         ax.plot(list(points), [p[name] * factor for p in points.values()], color=COLOURS[0], label="meltemi")
         ax.plot(list(table), [v[name] * factor for v in table.values()], "o", ms=4, mfc="none", color=COLOURS[1],
                 label=f"OpenFAST, {label}")  # fmt: skip
-        ax.set_ylabel(f"{name} [{unit}]", fontsize=8)
-        style(ax)
-    axes[0, 0].legend(fontsize=8)
+        ax.set_ylabel(f"{name} [{unit}]")
+    axes[0, 0].legend()
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
     return figure
@@ -145,11 +144,10 @@ def _plot_nodes(table: dict[str, dict[int, float]], point: OperatingPoint) -> Fi
         ax.plot(radius[1:-1], [table[quantity][n] * factor for n in inner], "o", ms=4, mfc="none", color=COLOURS[1],
                 label="OpenFAST")  # fmt: skip
         ax.set_ylabel(f"{quantity} [{'deg' if unit == 'rad' else unit}]")
-        style(ax)
     for ax in axes[-1]:
         ax.set_xlabel("radius [m]")
-    axes[0, 0].legend(fontsize=8)
-    figure.suptitle("12 m/s, means over a revolution", fontsize=10)
+    axes[0, 0].legend()
+    figure.suptitle("12 m/s, means over a revolution")
     return figure
 
 
@@ -186,11 +184,10 @@ def periodic(aero: str, cases: Sequence[str]) -> Comparison:
                 label, factor = result.channel(channel).display_unit
                 ax.plot(np.degrees(PSI), ours * factor, color=COLOURS[0], label="meltemi")
                 ax.plot(np.degrees(PSI), theirs * factor, "o", ms=3, mfc="none", color=COLOURS[1], label="OpenFAST")
-                ax.set_ylabel(f"{channel} [{label}]", fontsize=8)
-                ax.set_title(name, fontsize=8, loc="left", pad=2)
-                style(ax)
+                ax.set_ylabel(f"{channel} [{label}]")
+                ax.set_title(name)
     for ax in axes[-1]:
         ax.set_xlabel("azimuth of blade 1 [deg]")
-    axes[0, 0].legend(fontsize=7)
+    axes[0, 0].legend()
     title = f"Over the azimuth, in shear and in yaw, against OpenFAST set {aero}"
     return Comparison(f"periodic {aero}", title, source_of("azimuth"), rows, figures={f"periodic_{aero}": figure})

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SHADE, SOFT
-from meltemi.report.plots import corner, note, style
+from meltemi.report.plots import corner, note
 from meltemi.report.turbine_facts import turbine_facts
 from meltemi.simulation.portrait import Portrait, beam_mass, line_mass, portrait, principal_stiffness
 from meltemi.structure.beam import Modes
@@ -105,16 +105,15 @@ def _figure(size: tuple[float, float], layout: Literal["constrained"] | None = "
 
 
 def _title(ax: Axes, text: str) -> None:
-    ax.set_title(text, fontsize=9, loc="left", color=INK, pad=4, fontweight="bold")
+    ax.set_title(text, pad=4, fontweight="bold")
 
 
 def _label(ax: Axes, title: str, x: str, y: str, **look: Any) -> None:
     """Set title, axis labels and style of a panel, and the legend if curves have labels."""
     _title(ax, title)
-    ax.set_xlabel(x, fontsize=8, labelpad=1.5)
-    ax.set_ylabel(y, fontsize=8, labelpad=2)
+    ax.set_xlabel(x, labelpad=1.5)
+    ax.set_ylabel(y, labelpad=2)
     ax.tick_params(labelsize=7.5)
-    style(ax)
     if ax.get_legend_handles_labels()[0]:
         ax.legend(**{"fontsize": 7, "frameon": False, "borderpad": 0.1, "handlelength": 1.6, **look})
 
@@ -416,7 +415,7 @@ def torsion(ax: Axes, seen: Portrait) -> None:
         twin.tick_params(labelsize=7, direction="in", pad=-26)  # inside, for want of room
         twin.spines["top"].set_visible(False)
         lines = [*ax.get_legend_handles_labels()[0], *twin.get_legend_handles_labels()[0]]
-        ax.legend(handles=lines, fontsize=7, frameon=False, loc="center left")
+        ax.legend(handles=lines, loc="center left")
     else:
         corner(ax, 0.03, 0.8, "no twist in the bending modes", fontsize=7, color=SOFT)
     return None
