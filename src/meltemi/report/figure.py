@@ -97,7 +97,7 @@ def _styled(method: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(method)
     def within(*arguments: P.args, **keywords: P.kwargs) -> R:
-        with rc_context(STYLE):
+        with rc_context(STYLE):  # type: ignore[arg-type]
             return method(*arguments, **keywords)
 
     return within
@@ -126,7 +126,7 @@ class StyledAxes(Axes):
         style(self)
 
     plot = _styled(Axes.plot)
-    legend = _styled(Axes.legend)
+    legend = _styled(Axes.legend)  # type: ignore[assignment]
     set_title = _styled(Axes.set_title)
 
 
@@ -148,7 +148,7 @@ class ShownFigure(Figure):
 
     colorbar = _styled(Figure.colorbar)
     draw = _styled(Figure.draw)
-    legend = _styled(Figure.legend)
+    legend = _styled(Figure.legend)  # type: ignore[assignment]
     suptitle = _styled(Figure.suptitle)
 
     def _repr_png_(self) -> bytes:

@@ -87,7 +87,7 @@ def name_curves(ax: Axes, size: float = 7.5) -> None:
         if 0.0 <= at[1] <= 1.02:
             ends.append((float(at[1]), float(at[1]), float(at[0]), line))
     ends.sort(key=lambda end: end[0])
-    height = ax.get_position().height * ax.figure.get_figheight()  # [in]
+    height = ax.get_position().height * ax.figure.bbox.height / ax.figure.dpi  # [in]
     step = LINE * size / 72.0 / height
     placed = apart([end[0] for end in ends], step)
     for place, (_, height, right, line) in zip(placed, ends, strict=True):
@@ -97,7 +97,7 @@ def name_curves(ax: Axes, size: float = 7.5) -> None:
         ax.annotate(
             str(line.get_label()),
             (right, height),
-            (1.015 + 0.02 * moved, place),
+            (1.03, place),
             xycoords="axes fraction",
             textcoords="axes fraction",
             arrowprops=arrow,
@@ -338,7 +338,8 @@ def plot_campbell(diagram: Campbell) -> Figure:
     for n in (1, 3, 6, 9):
         axes[0, 0].plot(x, n * rpm / 60.0, color=FAINT, linewidth=0.8, linestyle="--")
         if n * rpm[-1] / 60.0 < top:
-            note(axes[0, 0], f"{n}P", (x[0], n * rpm[0] / 60.0), (3, 2))
+            middle, box = len(x) // 2, {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+            note(axes[0, 0], f"{n}P", (x[middle], n * rpm[middle] / 60.0), ha="center", va="center", bbox=box)
     for j, label in enumerate(diagram.labels):
         look = curve(j) | {"markersize": 4.5, "linewidth": 1.0}
         axes[0, 0].plot(x, frequency[j], label=label, **look)
