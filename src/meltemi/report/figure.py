@@ -58,7 +58,8 @@ STYLE: dict[str, Any] = {
     "lines.markersize": 4.5,
     "axes.formatter.useoffset": False,
     "axes.unicode_minus": True,
-    "axes.formatter.use_mathtext": True,
+    "axes.formatter.use_mathtext": False,
+    "axes.formatter.limits": (-4, 8),
     "legend.fontsize": 8.0,
     "legend.title_fontsize": 8.0,
     "legend.frameon": True,
@@ -82,7 +83,7 @@ STYLE: dict[str, Any] = {
 
 def grouped(text: str) -> str:
     """A number with thin spaces between its thousands, if it has at least five digits before the point."""
-    return re.sub(r"\d{5,}(?![\d.]*\})", lambda found: f"{int(found[0]):,}".replace(",", THIN), text, count=1)
+    return re.sub(r"(?<![\d.])\d{5,}", lambda found: f"{int(found[0]):,}".replace(",", THIN), text, count=1)
 
 
 class Thousands(ScalarFormatter):

@@ -225,7 +225,7 @@ SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w|ref|opt|res|in|out|ave|maint)(?![
 """A letter and its index, such as C_p and I_ref, but not a name such as x_max."""
 TIED = re.compile(r"(?<=\d) (?=%|±)|(?<=±) |(?<=\b\w) (?== \d)|(?<=\b\w =) (?=\d)")
 """Spaces at which a number is not broken."""
-THOUSANDS = re.compile(r"[-+]?\d{5,}(?:\.\d*)?(?: ± \d+(?:\.\d*)?)?")
+THOUSANDS = re.compile(r"[-+]?\d{5,}(?:\.\d*)?(?: ± \d+(?:\.\d*)?)?(?: [^\W\d]\S*)?")
 """A cell whose thousands stand apart."""
 
 
@@ -236,7 +236,7 @@ def plain(text: str) -> str:
 
 def apart(text: str) -> str:
     """A number whose thousands stand apart; without spaces, so that it is copied and sorted as a number."""
-    return re.sub(r"\d{5,}", lambda found: re.sub(r"(\d{3})(?=(?:\d{3})*$)", r"<i>\1</i>", found[0]), text)
+    return re.sub(r"(?<![\d.])\d{5,}", lambda found: re.sub(r"(?<=\d)(\d{3})(?=(?:\d{3})*$)", r"<i>\1</i>", found[0]), text)
 
 
 def shown(value: Cell) -> str:

@@ -49,6 +49,7 @@
     const number = parseFloat(cell.textContent);
     return Number.isNaN(number) ? cell.textContent : number;
   };
+  const belongs = (row) => /^(\s|$)/.test(row.cells[0].textContent); // to the row above: its first cell is empty or indented
   for (const table of all("table.sortable")) {
     const body = table.tBodies[0], rows = [...body.rows];
     all("thead tr:last-child th", table).forEach((head, column) => {
@@ -57,19 +58,23 @@
         const down = head.getAttribute("aria-sort") === "ascending";
         all("th[aria-sort]", table).forEach((other) => other.removeAttribute("aria-sort"));
         head.setAttribute("aria-sort", down ? "descending" : "ascending");
-        const keyed = [...body.rows].map((row) => [row.cells[column] ? value(row.cells[column]) : "", row]);
+        const keyed = [];
+        for (const row of body.rows) {
+          if (keyed.length && belongs(row)) keyed.at(-1).push(row);
+          else keyed.push([row.cells[column] ? value(row.cells[column]) : "", row]);
+        }
         keyed.sort(([a], [b]) => {
           if (a === "" || b === "") return (a === "") - (b === "");
           const order = typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b), "en", { numeric: true });
           return down ? -order : order;
         });
-        body.append(...keyed.map(([, row]) => row));
+        body.append(...keyed.flatMap(([, ...rows]) => rows));
       };
       head.onclick = sort;
       head.onkeydown = (event) => { if (event.key === "Enter") sort(); };
     });
     if (rows.length <= 25) continue;
-    const field = make("input", { type: "search", placeholder: "filter, e.g. 1.3 failed", "aria-label": "Filter rows" });
+    const field = make("input", { type: "search", placeholder: "filter rows", "aria-label": "Filter rows" });
     const count = make("span", {}, `${rows.length} rows`);
     const texts = rows.map((row) => [...row.cells].map((cell) => cell.textContent).join(" ").toLowerCase());
     field.oninput = () => {

@@ -91,7 +91,7 @@ def _draw(
     figure, grid = new_figure(1, size=size)
     axes = grid[0, 0]
     xs, ys = [x for x, _ in places.values()], [y for _, y in places.values()]
-    axes.set_xlim(min(xs) - 1.2, max(xs) + 1.5)
+    axes.set_xlim(min(xs) - 1.6, max(xs) + 1.5)
     axes.set_ylim(min(ys) - 0.6, max(ys) + 0.9)
     axes.set_axis_off()
     face, edge = FACES["plant"]

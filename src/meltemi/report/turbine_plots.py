@@ -251,6 +251,8 @@ def _arrow(ax: Axes, begin: tuple[float, float], end: tuple[float, float], text:
 
 def facts(ax: Axes, seen: Portrait) -> None:
     """Main data in two columns."""
+    from meltemi.report.figure import grouped
+
     ax.set_axis_off()
     groups = turbine_facts(seen)
     half = sum(len(rows) + 1.6 for _, rows in groups) / 2.0
@@ -262,7 +264,7 @@ def facts(ax: Axes, seen: Portrait) -> None:
         y -= 1.15 * step
         for what, value in rows:
             corner(ax, x, y, what, fontsize=7.8, color=SOFT, va="top")
-            corner(ax, x + 0.185, y, value, fontsize=7.8, va="top")
+            corner(ax, x + 0.185, y, grouped(value), fontsize=7.8, va="top")
             y -= step
         y -= 0.45 * step
 
@@ -343,13 +345,15 @@ def stiffness(ax: Axes, seen: Portrait) -> None:
 
 def mass(ax: Axes, seen: Portrait) -> None:
     """Mass per length."""
+    from meltemi.report.figure import grouped
+
     beam = blade_beam(seen.turbine.blade.structure)
     total, centre = beam_mass(beam)
     ax.fill_between(beam.position, line_mass(beam), color=FLAP, alpha=0.18, linewidth=0.0)
     ax.plot(beam.position, line_mass(beam), color=FLAP, linewidth=1.4)
     ax.axvline(centre, color=INK, linewidth=0.9, linestyle="--")
     ax.set_ylim(0.0, 1.12 * float(np.quantile(line_mass(beam), 0.97)))
-    text = f"{total:,.0f} kg\ncentre at {centre:.4g} m".replace(",", " ")
+    text = f"{grouped(f'{total:.0f}')} kg\ncentre at {centre:.4g} m"
     corner(ax, 0.97, 0.93, text, ha="right", va="top")
     _label(ax, "blade mass", SPAN, "[kg/m]")
 
