@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
-from meltemi.report.plots import new_figure
+from meltemi.report.plots import ABOVE, new_figure, panel
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.rotors import build
@@ -94,8 +94,8 @@ def _plot_steady(table: dict[float, dict[str, float]], points: dict[float, Opera
         ax.plot(list(points), [p[name] * factor for p in points.values()], color=COLOURS[0], label="meltemi")
         ax.plot(list(table), [v[name] * factor for v in table.values()], "o", ms=4, mfc="none", color=COLOURS[1],
                 label=f"OpenFAST, {label}")  # fmt: skip
-        ax.set_ylabel(f"{name} [{unit}]")
-    axes[0, 0].legend()
+        panel(ax, name, unit)
+    axes[0, 0].legend(ncols=2, **ABOVE)
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
     return figure
@@ -161,6 +161,11 @@ PERIODIC = {
 }
 
 
+def _words(case: str) -> str:
+    kind, speed = case.split("_")
+    return f"{'shear' if kind == 'shear' else 'yaw 20 deg'}, {speed} m/s"
+
+
 def periodic(aero: str, cases: Sequence[str]) -> Comparison:
     """First harmonic over the azimuth of root moments and tip deflection in shear and in yaw."""
     rows: list[Row] = []
@@ -184,10 +189,9 @@ def periodic(aero: str, cases: Sequence[str]) -> Comparison:
                 label, factor = result.channel(channel).display_unit
                 ax.plot(np.degrees(PSI), ours * factor, color=COLOURS[0], label="meltemi")
                 ax.plot(np.degrees(PSI), theirs * factor, "o", ms=3, mfc="none", color=COLOURS[1], label="OpenFAST")
-                ax.set_ylabel(f"{channel} [{label}]")
-                ax.set_title(name)
+                panel(ax, f"{channel}, {_words(name)}", label)
     for ax in axes[-1]:
         ax.set_xlabel("azimuth of blade 1 [deg]")
-    axes[0, 0].legend()
+    axes[0, 0].legend(ncols=2, **ABOVE)
     title = f"Over the azimuth, in shear and in yaw, against OpenFAST set {aero}"
     return Comparison(f"periodic {aero}", title, source_of("azimuth"), rows, figures={f"periodic_{aero}": figure})

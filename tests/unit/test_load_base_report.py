@@ -19,7 +19,8 @@ from meltemi.loadbase.plan import Plan
 from meltemi.loadbase.report import LOADS, limit_ratios, write_report
 from meltemi.loadbase.report_comparison import write_base_comparison
 from meltemi.loadbase.report_loads import slopes_of, title_of, unit_of_driver
-from meltemi.report.interactive import Axis, Curve, chart, grid, rounded, stored
+from meltemi.report.charts import Axis, Curve, chart, rounded
+from meltemi.report.html import Table, html_of, stored
 from meltemi.report.turbine_facts import number
 
 NASTY = 'blade <1> "struck" & </script> broke'
@@ -175,7 +176,7 @@ def test_comparison_has_both_bases(base: tuple[Plan, Path], tmp_path: Path) -> N
 
 
 def test_blocks_of_pages() -> None:
-    html = grid(["name", "value\nkN"], [["<b>", 1234.5678], ["x", None]]).html
+    html = html_of(Table(["name", "value\nkN"], [["<b>", 1234.5678], ["x", None]]))
     assert "&lt;b&gt;" in html and ">1235<" in html.replace("1234.6", "1235") and "<b>" not in html
     drawn = chart("t", Axis("x"), Axis("y", log=True), [Curve("a", [1.0, math.nan], [2.0, 1 / 3], dots=True)]).html
     content = json.loads(re.search(r">({.*?})<", drawn)[1])  # type: ignore[index]

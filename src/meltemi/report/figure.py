@@ -126,6 +126,20 @@ class StyledAxes(Axes):
         super().clear()
         style(self)
 
+    def imshow(self, *arguments: Any, **keywords: Any) -> Any:
+        self.grid(False)
+        return super().imshow(*arguments, **keywords)
+
+    def pcolormesh(self, *arguments: Any, **keywords: Any) -> Any:
+        self.grid(False)
+        return super().pcolormesh(*arguments, **keywords)
+
+    def twinx(self, *arguments: Any, **keywords: Any) -> Any:
+        twin = super().twinx(*arguments, **keywords)
+        twin.grid(False)
+        twin.spines["right"].set_visible(True)
+        return twin
+
     plot = _styled(Axes.plot)
     legend = _styled(Axes.legend)  # type: ignore[assignment]
     set_title = _styled(Axes.set_title)

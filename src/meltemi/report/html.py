@@ -236,7 +236,9 @@ def plain(text: str) -> str:
 
 def apart(text: str) -> str:
     """A number whose thousands stand apart; without spaces, so that it is copied and sorted as a number."""
-    return re.sub(r"(?<![\d.])\d{5,}", lambda found: re.sub(r"(?<=\d)(\d{3})(?=(?:\d{3})*$)", r"<i>\1</i>", found[0]), text)
+    return re.sub(
+        r"(?<![\d.])\d{5,}", lambda found: re.sub(r"(?<=\d)(\d{3})(?=(?:\d{3})*$)", r"<i>\1</i>", found[0]), text
+    )
 
 
 def shown(value: Cell) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.report.palette import COLOURS, INK
-from meltemi.report.plots import new_figure, panel
+from meltemi.report.plots import ABOVE, new_figure, panel
 from meltemi.report.spectra_plots import plot_spectra
 from meltemi.studies.compare import hub_moments
 from meltemi.turbine.flaps import DEFLECTION, naca64618_flap
@@ -69,7 +69,7 @@ def shown(*panels: Panel) -> Callable[[Runs], Figure]:
     def draw(runs: Runs) -> Figure:
         c = runs.readings[CLASS_B]
         results = {scheme.upper(): c.results(scheme).between(*c.windows[PAPER]) for scheme in THREE}
-        return series(panels, results, height=2.1, rest=0.7, loc="upper right")
+        return series(panels, results, height=2.1, rest=0.7)
 
     return draw
 
@@ -91,13 +91,13 @@ def actuators(runs: Runs) -> Figure:
     for i, scheme in enumerate(THREE):
         part = c.results(scheme).between(*c.windows[PAPER])
         axes[0, 0].plot(part.time, np.degrees(part["pitch_1"]), linewidth=1.0, color=COLOURS[i], label=scheme.upper())
-    axes[0, 0].legend(ncols=3, loc="upper right")
+    axes[0, 0].legend(ncols=3, **ABOVE)
     panel(axes[0, 0], "Fig. 11a: pitch of blade 1", "deg")
     part = c.results("cpfc").between(*c.windows[PAPER])
     for b in (1, 2, 3):
         flap = np.degrees(part[f"flap_1_angle_{b}"])
         axes[1, 0].plot(part.time, flap, linewidth=0.9, color=COLOURS[b - 1], label=f"blade {b}")
-    axes[1, 0].legend(ncols=3, loc="upper right")
+    axes[1, 0].legend(ncols=3, **ABOVE)
     panel(axes[1, 0], "Fig. 11b: flaps of CPFC", "deg")
     axes[1, 0].set_xlabel("time [s]")
     return figure

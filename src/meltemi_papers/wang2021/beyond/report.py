@@ -237,7 +237,7 @@ def by_gust(rows: pd.DataFrame, column: str) -> tuple[Float, Float, Float]:
 
 def page(found: Beyond) -> Figure:
     """Page of figures for the choice of a strategy."""
-    figure, axes = new_figure(3, 3, size=(14.0, 11.0), share=False)
+    figure, axes = new_figure(3, 3, size=(12.0, 10.0), share=False)
     some = longest(found.grid)
     middle = sorted(found.grid.grid.yaw_rates)[len(found.grid.grid.yaw_rates) // 2]
     at = some[some["yaw_rate"] == middle]
@@ -260,8 +260,6 @@ def page(found: Beyond) -> Figure:
     figure.suptitle(
         f"Derate or stop? {len(found.grid.rows)} runs; maps at {np.degrees(middle):.1f} deg/s, means over "
         "wind speeds, seeds, begins",
-        fontsize=11,
-        color=INK,
     )
     return figure
 
