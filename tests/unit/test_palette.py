@@ -50,6 +50,14 @@ def test_many_curves_look_different() -> None:
     assert len(looks) == 110
 
 
+@pytest.mark.parametrize("sight", SIGHT)
+def test_colours_differ_on_a_dark_page(sight: str) -> None:
+    seen = [lab(c, sight) for c in ON_DARK]
+    assert len(ON_DARK) == len(COLOURS)
+    assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) > 13.0
+    assert all(lab(c, sight)[0] > 50.0 for c in ON_DARK), "too dark on black"
+
+
 def test_no_colour_stands_elsewhere() -> None:
     """Figures take their colours from the palette."""
     files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "tools").glob("*.py")]

@@ -161,10 +161,15 @@ class ShownFigure(Figure):
     def add_axes(self, *arguments: Any, **keywords: Any) -> Any:
         return super().add_axes(*arguments, **({"axes_class": StyledAxes} | keywords))
 
+    @_styled
+    def suptitle(self, *arguments: Any, **keywords: Any) -> Any:
+        keywords.setdefault("x", 0.01)
+        keywords.setdefault("ha", "left")
+        return super().suptitle(*arguments, **keywords)
+
     colorbar = _styled(Figure.colorbar)
     draw = _styled(Figure.draw)
     legend = _styled(Figure.legend)  # type: ignore[assignment]
-    suptitle = _styled(Figure.suptitle)
 
     def _repr_png_(self) -> bytes:
         file = BytesIO()

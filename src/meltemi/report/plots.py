@@ -124,8 +124,7 @@ ON_TOP: dict[str, Any] = {"xycoords": ("data", "axes fraction")}
 def figure_title(figure: Figure, text: str, more: str = "", longest: int = 90) -> None:
     """Set the title of a figure: a text, shortened if there is not enough room for it, and what follows it."""
     room = longest - len(more)
-    shown = (text if len(text) <= room else f"{text[: room - 3]}...") + more
-    figure.suptitle(shown, x=0.01, ha="left")
+    figure.suptitle((text if len(text) <= room else f"{text[: room - 3]}...") + more)
 
 
 MANY = 1e4
