@@ -183,7 +183,7 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
         kind, heading = "bad", f"Not complete: {without} of {total} cases have no loads"
     elif counts["doubtful"] or counts["warned"]:
         kind = "bad" if strikes else "doubtful"
-        words = {"doubtful": "are doubtful", "warned": "have warnings"}
+        words = {"doubtful": "doubtful", "warned": "with warnings"}
         heading = f"All {total} cases have loads; " + ", ".join(
             f"{counts[s]} {w}" for s, w in words.items() if counts[s]
         )
