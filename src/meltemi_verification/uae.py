@@ -308,12 +308,12 @@ def _plot_sections(winds: tuple[float, ...]) -> Figure:
             ax.plot([float(r["position"]) for r in table], measured, "s", ms=4, color=INK, label="measured")
             ax.set_xlim(0.2, 1.0)
         column[0].set_title(f"{wind:g} m/s")
-        column[1].set_xlabel("radius over rotor radius [-]")
+        column[1].set_xlabel("$r/R$ [-]")
     for ax in axes[0]:
         ax.set_ylim(0.0, 3.0)
     for ax in axes[1]:
         ax.set_ylim(-0.2, 0.6)
     axes[0, 0].set_ylabel("normal coefficient [-]")
     axes[1, 0].set_ylabel("tangential coefficient [-]")
-    axes[0, 0].legend()
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=4)
     return figure

@@ -92,7 +92,7 @@ def name_curves(ax: Axes, size: float = 7.5) -> None:
     placed = apart([end[0] for end in ends], step)
     for place, (_, height, right, line) in zip(placed, ends, strict=True):
         moved = abs(place - height) > 0.3 * step
-        arrow = {"arrowstyle": "-", "color": FAINT, "linewidth": 0.5, "shrinkA": 0.0, "shrinkB": 2.0} if moved else None
+        leader = {"arrowstyle": "-", "color": FAINT, "linewidth": 0.5, "relpos": (0.0, 0.5), "shrinkB": 2.0}
         look: dict[str, Any] = {"fontsize": size, "color": line.get_color(), "va": "center", "annotation_clip": False}
         ax.annotate(
             str(line.get_label()),
@@ -100,7 +100,7 @@ def name_curves(ax: Axes, size: float = 7.5) -> None:
             (1.03, place),
             xycoords="axes fraction",
             textcoords="axes fraction",
-            arrowprops=arrow,
+            arrowprops=leader if moved else None,
             **look,
         )
 
