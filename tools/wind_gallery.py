@@ -156,7 +156,7 @@ def save(figure: Any, name: str) -> None:
 
     figure.savefig(IMAGES / name, dpi=95 if "fields" in name else 110)
     with Image.open(IMAGES / name) as image:  # a palette makes it a third
-        small = image.convert("RGB").quantize(64, dither=Image.Dither.NONE)
+        small = image.convert("RGB").quantize(160 if "fields" in name else 64, dither=Image.Dither.NONE)
     small.save(IMAGES / name, optimize=True)
     print(name, (IMAGES / name).stat().st_size // 1000, "kB")
 
