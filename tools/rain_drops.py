@@ -8,7 +8,7 @@ import numpy as np
 
 from meltemi.environment.rain import RAIN_CLASSES, Rain, rain_parameters, rain_power_loss
 from meltemi.report.palette import COLOURS
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import new_figure
 from meltemi.turbine.library import load_turbine
 from meltemi_papers.palanimuthu2022.rain_drops import drops_energy, rain_loads
 
@@ -47,12 +47,11 @@ def main() -> None:
         ax.text(1.05, power / 1e3 * 1.15, "power in dry air", fontsize=8)
         for rate in RAIN_CLASSES.values():
             ax.axvline(rate, color="0.85", linewidth=0.6, zorder=0)
-        style(ax)
-        ax.set_title(f"{turbine.name}, {WIND:g} m/s", fontsize=9, loc="left")
-        ax.set_xlabel("rain [mm/h]", fontsize=9)
-        ax.set_ylabel("power [kW]", fontsize=9)
+        ax.set_title(f"{turbine.name}, {WIND:g} m/s")
+        ax.set_xlabel("rain [mm/h]")
+        ax.set_ylabel("power [kW]")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=3)
     figure.savefig(IMAGES / "rain_power.png", dpi=110)
 
 

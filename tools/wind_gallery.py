@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS, INK
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import new_figure
 from meltemi.wind.turbulence import mann
 from meltemi.wind.turbulence.field import generate_field, mean_profile
 from meltemi.wind.turbulence.grid import WindGrid
@@ -69,11 +69,10 @@ def draw_spectra(found: dict[str, Complex], f: Float) -> None:
         ax.loglog(x, 1.1 * (x / x[0]) ** (-2 / 3), color=INK, linewidth=0.9)
         ax.text(0.9, 0.85, "slope -2/3", fontsize=7.5, color=INK)
         ax.set(xlim=(1.4e-3, 2.2), ylim=(4e-3, 1.6))
-        ax.set_title(name, fontsize=10, loc="left", color=INK)
-        ax.set_xlabel("frequency f [Hz]", fontsize=9)
-        style(ax)
-        ax.legend(frameon=False, fontsize=8, loc="lower center", ncols=4, handletextpad=0.1, columnspacing=1.0)
-    axes[0, 0].set_ylabel("f S(f) [m$^2$/s$^2$]", fontsize=9)
+        ax.set_title(name)
+        ax.set_xlabel("frequency f [Hz]")
+        ax.legend(loc="lower center", ncols=4, handletextpad=0.1, columnspacing=1.0)
+    axes[0, 0].set_ylabel("f S(f) [m$^2$/s$^2$]")
     save(figure, "wind_spectra.png")
 
 
@@ -119,11 +118,10 @@ def draw_coherence(found: dict[str, Complex], f: Float) -> None:
             ax.plot(middle, values, "o", color=COLOURS[i], markersize=3.6, markerfacecolor="white", label=f"{r:g} m")
         ax.axhline(0.0, color=INK, linewidth=0.6)
         ax.set(xlim=(1.4e-3, 0.6), ylim=(-0.4, 1.0))
-        ax.set_title(f"{MODELS[spectrum]}, {'uvw'[component]}", fontsize=10, loc="left", color=INK)
-        ax.set_xlabel("frequency f [Hz]", fontsize=9)
-        style(ax)
-    axes[0, 0].set_ylabel("coherence, real part [-]", fontsize=9)
-    axes[0, 0].legend(frameon=False, fontsize=8, title="lateral distance", title_fontsize=8)
+        ax.set_title(f"{MODELS[spectrum]}, {'uvw'[component]}")
+        ax.set_xlabel("frequency f [Hz]")
+    axes[0, 0].set_ylabel("coherence, real part [-]")
+    axes[0, 0].legend(title="lateral distance")
     save(figure, "wind_coherence.png")
 
 
@@ -139,14 +137,14 @@ def draw_fields() -> None:
         across, along = axes[:, column]
         image = across.pcolormesh(y, z, u[len(u) // 2], shading="gouraud", rasterized=True, **limits)
         across.set_aspect("equal")
-        across.set_title(name, fontsize=10, loc="left", color=INK)
-        across.set_xlabel("y [m], to the left looking downwind", fontsize=8)
+        across.set_title(name)
+        across.set_xlabel("y [m], to the left looking downwind")
         some = slice(0, 200)
         along.pcolormesh(-x[some], z, u[some, :, FINE.hub[1]].T, shading="gouraud", rasterized=True, **limits)
         along.axhline(z[row], color="white", linewidth=0.6, linestyle=":")
-        along.set_xlabel("x [m], downwind; the first plane is at 0", fontsize=8)
+        along.set_xlabel("x [m], downwind; the first plane is at 0")
     for ax in axes[:, 0]:
-        ax.set_ylabel("height z [m]", fontsize=8)
+        ax.set_ylabel("height z [m]")
     for ax in axes.flat:
         ax.tick_params(labelsize=8)
     figure.colorbar(image, ax=axes, label="u [m/s]", shrink=0.7)
@@ -158,7 +156,7 @@ def save(figure: Any, name: str) -> None:
 
     figure.savefig(IMAGES / name, dpi=95 if "fields" in name else 110)
     with Image.open(IMAGES / name) as image:  # a palette makes it a third
-        small = image.convert("RGB").quantize(64, dither=Image.Dither.NONE)
+        small = image.convert("RGB").quantize(160 if "fields" in name else 64, dither=Image.Dither.NONE)
     small.save(IMAGES / name, optimize=True)
     print(name, (IMAGES / name).stat().st_size // 1000, "kB")
 

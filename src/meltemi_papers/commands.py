@@ -57,7 +57,7 @@ def reproduce(
                 page.STUDY, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
             )
     for table in found.tables:
-        print_table(table.caption, table.head, table.rows, text_columns=len(table.head))
+        print_table(table.caption, table.head, table.texts, text_columns=len(table.head))
     print(found.lead)
     for cell, why in found.failed.items():
         say(f"failed: {cell}: {why}")
@@ -95,7 +95,7 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
             found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
         files = chapter(found).write("duel", out)
     for table in map(brief, duel_tables(found)):
-        print_table(table.caption, table.head, table.rows)
+        print_table(table.caption, table.head, table.texts)
     for line in findings(found):
         print(line)
     wrote(*files)

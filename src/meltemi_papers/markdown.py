@@ -36,7 +36,7 @@ def table_lines(table: Table) -> list[str]:
         head = [f"{name}: {h}" if name else h for name, h in zip(names, head, strict=True)]
     lines = [f"*{table.caption}*", "", "| " + " | ".join(head) + " |"]
     lines.append("|" + "|".join("---" if i < table.text_columns else "---:" for i in range(len(head))) + "|")
-    lines += ["| " + " | ".join(clean(cell) for cell in row) + " |" for row in table.rows]
+    lines += ["| " + " | ".join(clean(cell) for cell in row) + " |" for row in table.texts]
     return lines + (["", table.note] if table.note else [])
 
 
@@ -60,7 +60,7 @@ def plain(text: str) -> str:
 
 def plain_table(table: Table) -> Table:
     """The table with plain texts."""
-    rows = [[plain(cell) for cell in row] for row in table.rows]
+    rows = [[plain(cell) for cell in row] for row in table.texts]
     return replace(
         table, head=list(map(plain, table.head)), rows=rows, caption=plain(table.caption), note=plain(table.note)
     )

@@ -84,7 +84,7 @@ class Chapter:
             write_csv(
                 out / f"{name if len(tables) == 1 else f'{name}_{i}'}.csv",
                 [h.replace("\n", " ") for h in table.head],
-                table.rows,
+                table.texts,
             )
             for i, table in enumerate(tables, start=1)
         ]

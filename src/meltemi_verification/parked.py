@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.constant import ConstantController
 from meltemi.report.palette import COLOURS
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import new_figure
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
@@ -217,16 +217,15 @@ def _plot_yaw(found: dict[str, Result]) -> Figure:
             ):
                 ax.plot([yaw + shift] * 2, [low, high], color=colour, lw=1.2)
                 ax.plot([yaw + shift], [mean], "o", ms=5, mfc=fill or colour, color=colour)
-        ax.set_ylabel(f"{name} [MN m]", fontsize=8)
-        style(ax)
+        ax.set_ylabel(f"{name} [MN m]")
     for colour, fill, label in ((COLOURS[1], "w", "OpenFAST"), (COLOURS[0], COLOURS[0], "meltemi")):
         axes[0, 0].plot([], [], "o-", mfc=fill, color=colour, label=label)
-    axes[0, 0].legend(fontsize=8, title="mean, minimum to maximum", title_fontsize=8)
+    axes[0, 0].legend(title="mean, minimum to maximum")
     for ax in axes[-1]:
         ax.set_xlabel("yaw error [deg]")
     for ax in axes.flat:
         ax.set_xticks(np.arange(0.0, 181.0, 30.0))
-    figure.suptitle("Idling at 42.5 m/s, 30 to 70 s (30 deg: with dynamic stall)", fontsize=10)
+    figure.suptitle("Idling at 42.5 m/s, 30 to 70 s (30 deg: with dynamic stall)")
     return figure
 
 
@@ -243,6 +242,5 @@ def _plot_amplitudes(found: dict[tuple[str, str], tuple[Float, Float]]) -> Figur
     ax.set_yscale("log")
     ax.set_xlabel("time [s]")
     ax.set_ylabel("edgewise amplitude of the tips [m]")
-    ax.legend(fontsize=8, title="circles: OpenFAST; lines: meltemi; dashed: with OpenFAST's blades", title_fontsize=8)
-    style(ax)
+    ax.legend(title="circles: OpenFAST; lines: meltemi; dashed: with OpenFAST's blades")
     return figure

@@ -12,7 +12,7 @@ from meltemi.control.controller import Controller
 from meltemi.control.signals import Demands, Measurements
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import new_figure
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.performance import RIGID, rotor_performance
@@ -62,8 +62,7 @@ def performance() -> Comparison:
         ax.set_xlabel("tip-speed ratio [-]")
         ax.set_ylabel(f"{name} [-]")
         ax.set_ylim(bottom=0.0)
-        style(ax)
-    axes[0, 0].legend(fontsize=7, title="pitch (circles: OpenFAST)", title_fontsize=7)
+    axes[0, 0].legend(title="pitch (circles: OpenFAST)")
     title = "Rigid rotor against OpenFAST (aerodyn_driver)"
     return Comparison("performance", title, source_of("performance"), rows, figures={"performance": figure})
 
@@ -187,7 +186,6 @@ def pitch_steps() -> Comparison:
         axes[0, 0].plot([at], [low * 1e-3], "o", mfc="none", color=COLOURS[i])
     axes[0, 0].set_xlabel("time [s]")
     axes[0, 0].set_ylabel("thrust [kN]")
-    axes[0, 0].legend(fontsize=8, title="circles: OpenFAST's lowest value", title_fontsize=8)
-    style(axes[0, 0])
+    axes[0, 0].legend(title="circles: OpenFAST's lowest value")
     title = "Pitch steps of the rigid rotor against OpenFAST"
     return Comparison("pitch step", title, source_of("pitch_step"), rows, figures={"pitch_step": figure})

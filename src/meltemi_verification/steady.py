@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import ABOVE, new_figure, panel
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.rotors import build
@@ -94,9 +94,8 @@ def _plot_steady(table: dict[float, dict[str, float]], points: dict[float, Opera
         ax.plot(list(points), [p[name] * factor for p in points.values()], color=COLOURS[0], label="meltemi")
         ax.plot(list(table), [v[name] * factor for v in table.values()], "o", ms=4, mfc="none", color=COLOURS[1],
                 label=f"OpenFAST, {label}")  # fmt: skip
-        ax.set_ylabel(f"{name} [{unit}]", fontsize=8)
-        style(ax)
-    axes[0, 0].legend(fontsize=8)
+        panel(ax, name, unit)
+    axes[0, 0].legend(ncols=2, **ABOVE)
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
     return figure
@@ -145,11 +144,10 @@ def _plot_nodes(table: dict[str, dict[int, float]], point: OperatingPoint) -> Fi
         ax.plot(radius[1:-1], [table[quantity][n] * factor for n in inner], "o", ms=4, mfc="none", color=COLOURS[1],
                 label="OpenFAST")  # fmt: skip
         ax.set_ylabel(f"{quantity} [{'deg' if unit == 'rad' else unit}]")
-        style(ax)
     for ax in axes[-1]:
         ax.set_xlabel("radius [m]")
-    axes[0, 0].legend(fontsize=8)
-    figure.suptitle("12 m/s, means over a revolution", fontsize=10)
+    axes[0, 0].legend()
+    figure.suptitle("12 m/s, means over a revolution")
     return figure
 
 
@@ -161,6 +159,11 @@ PERIODIC = {
     "shear_20": SteadyWind(speed=20.0, shear_exponent=0.2),
     "yaw20_10": SteadyWind(speed=10.0, direction=float(np.radians(20.0))),
 }
+
+
+def _words(case: str) -> str:
+    kind, speed = case.split("_")
+    return f"{'shear' if kind == 'shear' else 'yaw 20 deg'}, {speed} m/s"
 
 
 def periodic(aero: str, cases: Sequence[str]) -> Comparison:
@@ -186,11 +189,9 @@ def periodic(aero: str, cases: Sequence[str]) -> Comparison:
                 label, factor = result.channel(channel).display_unit
                 ax.plot(np.degrees(PSI), ours * factor, color=COLOURS[0], label="meltemi")
                 ax.plot(np.degrees(PSI), theirs * factor, "o", ms=3, mfc="none", color=COLOURS[1], label="OpenFAST")
-                ax.set_ylabel(f"{channel} [{label}]", fontsize=8)
-                ax.set_title(name, fontsize=8, loc="left", pad=2)
-                style(ax)
+                panel(ax, f"{channel}, {_words(name)}", label)
     for ax in axes[-1]:
         ax.set_xlabel("azimuth of blade 1 [deg]")
-    axes[0, 0].legend(fontsize=7)
+    axes[0, 0].legend(ncols=2, **ABOVE)
     title = f"Over the azimuth, in shear and in yaw, against OpenFAST set {aero}"
     return Comparison(f"periodic {aero}", title, source_of("azimuth"), rows, figures={f"periodic_{aero}": figure})

@@ -23,7 +23,7 @@ from meltemi.control.signals import Demands, Measurements
 from meltemi.control.supervisor.settings import Supervision
 from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.report.palette import COLOURS
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import heading, new_figure, panel
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
@@ -324,13 +324,19 @@ def plot_stops() -> Figure:
         for ax, channel, counts in zip(column, SHOWN, z[f"shown_{name}"].T, strict=True):
             unit, factor = find(channel, standard()).display_unit
             series = np.cumsum(counts.astype(float)) * z["shown_steps"][SHOWN.index(channel)]
-            ax.plot(ours.time, series[: len(ours.time)] * factor, color=COLOURS[1], lw=1.8, label="OpenFAST, set B")
+            ax.plot(
+                ours.time,
+                series[: len(ours.time)] * factor,
+                color=COLOURS[1],
+                lw=2.4,
+                alpha=0.6,
+                label="OpenFAST, set B",
+            )
             ax.plot(ours.time, ours[channel] * factor, color=COLOURS[0], lw=0.9, label="meltemi")
-            ax.set_ylabel(f"{channel} [{unit}]", fontsize=8)
-            style(ax)
+            panel(ax, channel, unit)
     for ax, words in zip(axes[0], ("emergency stop at 25 m/s", "extreme coherent gust at 11.4 m/s"), strict=True):
-        ax.set_title(words, fontsize=9)
-    axes[0, 0].legend(fontsize=8)
+        heading(ax, words, "right")
+    axes[0, 0].legend()
     for ax in axes[-1]:
         ax.set_xlabel("time [s]")
     return figure

@@ -15,7 +15,7 @@ from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.postprocess.files.openfast import si_unit
 from meltemi.report.palette import COLOURS
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import ABOVE, new_figure, panel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import simulate
@@ -172,10 +172,9 @@ def _plot(ours: Result, theirs: Series, aero: str, between: tuple[float, float])
     for ax, name in zip(axes[:, 0], names, strict=True):
         unit, factor = find(name, standard()).display_unit
         label, time, series = f"OpenFAST, set {aero}", theirs["Time"][inside], theirs[name][inside]
-        ax.plot(time, series * factor, color=COLOURS[1], lw=1.6, label=label)
+        ax.plot(time, series * factor, color=COLOURS[1], lw=2.4, alpha=0.6, label=label)
         ax.plot(shown.time, shown[name] * factor, color=COLOURS[0], lw=0.8, label="meltemi")
-        ax.set_ylabel(f"{name} [{unit}]", fontsize=8)
-        style(ax)
-    axes[0, 0].legend(fontsize=8, ncols=2)
+        panel(ax, name, unit)
+    axes[0, 0].legend(ncols=2, **ABOVE)
     axes[-1, 0].set_xlabel("time [s]")
     return figure

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from meltemi.aero.rotational_augmentation import RotationalAugmentation
 from meltemi.aero.tables import AeroNode
 from meltemi.report.palette import COLOURS, INK, SHADE
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import new_figure
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
@@ -288,10 +288,9 @@ def _plot_torque() -> Figure:
     left.set_ylabel("torque [kN m]")
     right.set_ylabel("thrust [kN]")
     for ax in (left, right):
-        style(ax)
         ax.set_ylim(bottom=0.0)
         ax.set_xticks(wind)
-        ax.legend(fontsize=7, loc="upper left")
+        ax.legend(loc="upper left")
     return figure
 
 
@@ -308,14 +307,13 @@ def _plot_sections(winds: tuple[float, ...]) -> Figure:
             measured = [float(r[name]) for r in table]
             ax.plot([float(r["position"]) for r in table], measured, "s", ms=4, color=INK, label="measured")
             ax.set_xlim(0.2, 1.0)
-            style(ax)
-        column[0].set_title(f"{wind:g} m/s", fontsize=9)
-        column[1].set_xlabel("radius over rotor radius", fontsize=8)
+        column[0].set_title(f"{wind:g} m/s")
+        column[1].set_xlabel("$r/R$ [-]")
     for ax in axes[0]:
         ax.set_ylim(0.0, 3.0)
     for ax in axes[1]:
         ax.set_ylim(-0.2, 0.6)
-    axes[0, 0].set_ylabel("normal coefficient")
-    axes[1, 0].set_ylabel("tangential coefficient")
-    axes[0, 0].legend(fontsize=6)
+    axes[0, 0].set_ylabel("normal coefficient [-]")
+    axes[1, 0].set_ylabel("tangential coefficient [-]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=4)
     return figure

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import new_figure
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.wind.fields import SteadyWind
@@ -80,8 +80,7 @@ def power_in_yaw() -> Comparison:
         axes[0, 0].plot(fine, np.cos(np.radians(fine)) ** p, color=colour, label=f"cosine to the power of {p:.2f}")
     axes[0, 0].set_xlabel("yaw error [deg]")
     axes[0, 0].set_ylabel("power over that without yaw [-]")
-    axes[0, 0].legend(fontsize=8)
-    style(axes[0, 0])
+    axes[0, 0].legend()
     source = "cube of the cosine: the power of the wind across the disk, with an unchanged power coefficient"
     title, figures = "Power against the yaw error at 8 m/s", {"power_in_yaw": figure}
     return Comparison("power in yaw", title, source, rows, figures=figures)

@@ -13,14 +13,16 @@ import pytest
 from synthetic_base import small_plan, synthetic_base
 
 from meltemi.core.errors import InputError, Status
+from meltemi.loadbase import report
 from meltemi.loadbase.design import DesignLoads, design_loads
 from meltemi.loadbase.engine import base_table
 from meltemi.loadbase.plan import Plan
-from meltemi.loadbase.report import LOADS, limit_ratios, write_report
+from meltemi.loadbase.report import LOADS, limit_ratios, verdict, write_report
 from meltemi.loadbase.report_comparison import write_base_comparison
 from meltemi.loadbase.report_loads import slopes_of, title_of, unit_of_driver
 from meltemi.loadbase.settings import DesignSettings, read_settings
-from meltemi.report.interactive import Axis, Curve, chart, grid, rounded, stored
+from meltemi.report.charts import Axis, Curve, chart, rounded
+from meltemi.report.html import Table, html_of, stored
 from meltemi.report.turbine_facts import number
 
 NASTY = 'blade <1> "struck" & </script> broke'
@@ -91,6 +93,14 @@ def test_what_is_missing_comes_first(text: str, base: tuple[Plan, Path]) -> None
     names = [case.name for case in base[0].cases if case.dlc == "1.3"]
     assert f"Not complete: 2 of {len(base[0].cases)} cases have no loads" in top
     assert "1 cases are missing: DLC 1.3 (1)" in top and names[0] in top and names[1] in top and "too far" in top
+
+
+def test_a_long_list_of_problems_is_folded(design: DesignLoads, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Dozens of warned cases pushed the governing loads down the page."""
+    assert len(design.problems[design.problems["state"] != "missing"]) == 2
+    assert "<details open><summary>1 failed, 1 doubtful</summary>" in verdict(design, None).html
+    monkeypatch.setattr(report, "SHOWN", 1)
+    assert "<details><summary>1 failed, 1 doubtful</summary>" in verdict(design, None).html
 
 
 def test_extreme_loads_are_those_of_the_records(text: str, design: DesignLoads) -> None:
@@ -176,7 +186,7 @@ def test_comparison_has_both_bases(base: tuple[Plan, Path], tmp_path: Path) -> N
 
 
 def test_blocks_of_pages() -> None:
-    html = grid(["name", "value\nkN"], [["<b>", 1234.5678], ["x", None]]).html
+    html = html_of(Table(["name", "value\nkN"], [["<b>", 1234.5678], ["x", None]]))
     assert "&lt;b&gt;" in html and ">1235<" in html.replace("1234.6", "1235") and "<b>" not in html
     drawn = chart("t", Axis("x"), Axis("y", log=True), [Curve("a", [1.0, math.nan], [2.0, 1 / 3], dots=True)]).html
     content = json.loads(re.search(r">({.*?})<", drawn)[1])  # type: ignore[index]

@@ -37,8 +37,22 @@ from meltemi.loadbase.report_loads import (
     with_band,
 )
 from meltemi.postprocess.extremes import COMPONENTS
-from meltemi.report.html import Code, Markup, Section, plain
-from meltemi.report.interactive import CaseList, Cell, Look, beside, case_button, grid, together, write_interactive
+from meltemi.report.charts import beside
+from meltemi.report.html import (
+    Block,
+    CaseList,
+    Cell,
+    Code,
+    Markup,
+    Section,
+    Table,
+    case_button,
+    folded,
+    plain,
+    shown,
+    together,
+    write_page,
+)
 from meltemi.report.turbine_facts import number
 
 if TYPE_CHECKING:
@@ -47,6 +61,8 @@ if TYPE_CHECKING:
 FILE = "report.html"
 TABLES = "tables"
 """Folder beside it."""
+SHOWN = 10
+"""Cases with a problem up to which the list of them is unfolded."""
 NEAR = 0.95
 """Utilisation from which it is marked."""
 LOADS = (*COMPONENTS, "F_res", "M_res")
@@ -107,11 +123,11 @@ def write_report(
         Section("Assumptions", assumption_tables(plan, d)),
         Section("Files and commands", [files_text(folder, tables), *commands(str(folder))]),
     ]
-    page = write_interactive(
+    page = write_page(
         Path(folder) / FILE,
         f"Design loads: {Path(c.turbine).stem}",
         [section for section in sections if section.content],
-        [CaseList(str(folder), names)],
+        cases=[CaseList(str(folder), names)],
         facts=facts(plan),
         lead=verdict(d, ratios),
         footer=made(),
@@ -167,7 +183,7 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
         kind, heading = "bad", f"Not complete: {without} of {total} cases have no loads"
     elif counts["doubtful"] or counts["warned"]:
         kind = "bad" if strikes else "doubtful"
-        words = {"doubtful": "are doubtful", "warned": "have warnings"}
+        words = {"doubtful": "doubtful", "warned": "with warnings"}
         heading = f"All {total} cases have loads; " + ", ".join(
             f"{counts[s]} {w}" for s, w in words.items() if counts[s]
         )
@@ -179,9 +195,9 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
     if len(told):
         cases = [[case_button(str(name), base), p.row, p.state, p.message, p.meaning] for name, p in told.iterrows()]
         classes = {(i, 2): str(state) for i, state in enumerate(told["state"])}
-        table = grid(["case", "DLC", "state", "message", "meaning"], cases, Look(classes=classes))
+        table = Table(["case", "DLC", "state", "message", "meaning"], cases, classes=classes)
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
-        body += f"<details open><summary>{states}</summary>{table.html}</details>"
+        body += folded(states, table, unfolded=len(told) <= SHOWN).html
     return Markup(f'<div class="verdict {kind}"><h2>{plain(heading)}</h2>{body}</div>')
 
 
@@ -207,9 +223,9 @@ def governing_driver(own: pd.DataFrame, name: str) -> str:
 # ------------------------------------------------------------------------------------------------ governing loads
 
 
-def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[str | Markup]:
+def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
     """Key numbers, the governing ultimate load of each component and interface, and the largest fatigue loads."""
-    blocks: list[str | Markup] = [key_numbers(d)]
+    blocks: list[Block] = [key_numbers(d)]
     tables = []
     if len(d.ultimate):
         rows: list[list[Cell]] = []
@@ -217,8 +233,8 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[str | M
             own = d.ultimate.loc[place]
             rows.append([title_of(place), *(governing(place, own, name, ratios) for name in LOADS)])
         words = f" Bars: utilisation against {to}." if to else ""
-        look = Look(caption=f"Ultimate loads, {WITH}", sortable=False)
-        tables.append(grid(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS)], rows, look))
+        caption = f"Ultimate loads, {WITH}"
+        tables.append(Table(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS)], rows, caption))
         blocks.append(
             f"Each entry is the largest magnitude of its component with the case that governs it; (!): the case is "
             f"doubtful or has warnings.{words} Loads of one instant: extreme loads."
@@ -259,7 +275,7 @@ def governing(place: str, own: pd.DataFrame, name: str, ratios: pd.DataFrame | N
     mark = "" if row.state == "ok" else " (!)"
     label = case_button(str(row.case), text=f"DLC {row.row}{mark}")
     ratio = utilisation(ratios, "ultimate", place, driver)
-    return Markup(f"<b>{number(float(row[name]) * factor)}</b><small>{label.html}</small>{ratio}")
+    return Markup(f"<b>{shown(float(row[name]) * factor)}</b><small>{label.html}</small>{ratio}")
 
 
 def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -> str:
@@ -275,7 +291,7 @@ def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -
     return f'<small class="ratio{state}">{ratio:.2f}</small>{bar}'
 
 
-def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Markup:
+def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
     """The moment of each interface with the largest lifetime equivalent load."""
     slopes = slopes_of(d.fatigue)
     own = d.fatigue[d.fatigue["load"].isin(COMPONENTS[3:])]
@@ -285,13 +301,10 @@ def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Markup:
         cells: list[Cell] = []
         for m in slopes:
             bar = utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}")
-            cells.append(Markup(f"{number(float(best[m]) * MOMENT[1])}{bar}"))
+            cells.append(Markup(f"{shown(float(best[m]) * MOMENT[1])}{bar}"))
         rows.append([title_of(str(place)), str(best.load), *cells])
-    look = Look(
-        caption=f"Lifetime equivalent ranges of the largest moment [{MOMENT[0]}], {d.settings.reference:.3g} cycles",
-        sortable=False,
-    )
-    return grid(["interface", "moment", *(f"m = {m:g}" for m in slopes)], rows, look)
+    caption = f"Lifetime equivalent ranges of the largest moment [{MOMENT[0]}], {d.settings.reference:.3g} cycles"
+    return Table(["interface", "moment", *(f"m = {m:g}" for m in slopes)], rows, caption)
 
 
 def limit_ratios(d: DesignLoads, limits: Mapping[str, Any]) -> pd.DataFrame:

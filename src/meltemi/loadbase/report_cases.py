@@ -14,8 +14,8 @@ from meltemi.core.errors import InputError
 from meltemi.loadbase.design import DesignLoads
 from meltemi.loadbase.engine import base_table
 from meltemi.loadbase.plan import Plan, PlannedCase
-from meltemi.report.html import Markup, plain
-from meltemi.report.interactive import Cell, Look, case_button, grid, place_of, rounded, stored
+from meltemi.report.charts import place_of, rounded
+from meltemi.report.html import Block, Cell, Markup, Table, case_button, html_of, plain, stored
 from meltemi.simulation.channels import catalogue, find
 
 OF_BLADE = re.compile(r"_\d$")
@@ -62,7 +62,7 @@ def _unit(name: str, known: dict[str, Any]) -> tuple[str, float]:
         return "", 1.0
 
 
-def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[str | Markup]:
+def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Block]:
     """Chart of the statistics of all cases, of a channel that is chosen.
 
     Args:
@@ -109,7 +109,7 @@ def _select(label: str, names: Sequence[str], first: str = "") -> str:
     return f"<label>{label} <select>{''.join(options)}</select></label>"
 
 
-def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[str | Markup]:
+def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
     """All cases with conditions, state and main extremes; ``table``: their :func:`statistics`."""
     keys = {
         channel: table.loc[channel] for channel in KEY_CHANNELS if channel in table.index.get_level_values("channel")
@@ -137,9 +137,10 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[str | Ma
         if told["state"] != "ok":
             classes[i, 8 + len(keys)] = told["state"]
     head = ["case", "DLC", "wind", "speed\nm/s", "yaw\ndeg", "event", "seed", "factor", *heads, "state", "message"]
-    look = Look(classes=classes, ids=[f"case-0-{case.name}" for case in plan.cases])
+    ids = [f"case-0-{case.name}" for case in plan.cases]
     note = f'<p class="paper">All {len(rows)} cases are in plan.csv and tables/problems.csv.</p>'
-    return [Markup(f'{note}<div class="screen">{grid(head, rows, look).html}</div>')]
+    made = html_of(Table(head, rows, classes=classes, ids=ids))
+    return [Markup(f'{note}<div class="screen">{made}</div>')]
 
 
 def event_of(case: PlannedCase) -> str:
@@ -151,7 +152,7 @@ def event_of(case: PlannedCase) -> str:
     return " ".join(filter(None, (sense, azimuth, instant, (v.fault or "").replace("_", " "))))
 
 
-def assumption_tables(plan: Plan, d: DesignLoads) -> list[str | Markup]:
+def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
     """The load case table as it was computed, and values that come from practice."""
     rows: list[list[Cell]] = []
     classes = {}
@@ -180,12 +181,12 @@ def assumption_tables(plan: Plan, d: DesignLoads) -> list[str | Markup]:
         "doubtful",
         "failed",
     ]
-    table = grid([*head, "lacking"], rows, Look(caption="Design load cases", classes=classes))
+    table = Table([*head, "lacking"], rows, caption="Design load cases", classes=classes)
     practice = [[part, key, value] for part, key, value in plan.table.assumptions()]
     words = (
         f"Source of the table: {plan.table.source}. The following {len(practice)} values come from practice, not from "
         "the standard."
     )
     settings = [[key, str(value)] for key, value in d.settings.content().items()]
-    evaluation = grid(["setting", "value"], settings, Look(caption="Evaluation: settings"))
-    return [table, evaluation, words, grid(["part", "key", "value"], practice)]
+    evaluation = Table(["setting", "value"], settings, "Evaluation: settings", text_columns=2)
+    return [table, evaluation, words, Table(["part", "key", "value"], practice, text_columns=3)]

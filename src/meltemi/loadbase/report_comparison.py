@@ -14,21 +14,9 @@ from meltemi.loadbase.report import FILE, LOADS, facts, made, utilisation, verdi
 from meltemi.loadbase.report_cases import statistics, statistics_chart
 from meltemi.loadbase.report_loads import WITH, title_of, unit_of_driver, with_band
 from meltemi.loadbase.settings import STANDARD, DesignSettings
-from meltemi.report.html import Code, Markup, Section, plain
-from meltemi.report.interactive import (
-    Axis,
-    CaseList,
-    Cell,
-    Curve,
-    Look,
-    case_button,
-    chart,
-    grid,
-    part,
-    write_interactive,
-)
+from meltemi.report.charts import Axis, Curve, beside, chart, part
+from meltemi.report.html import Block, CaseList, Cell, Code, Markup, Section, Table, case_button, shown, write_page
 from meltemi.report.tables import write_csv
-from meltemi.report.turbine_facts import number
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,7 +49,7 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
     csv = write_csv(Path(out) / "comparison.csv", *_plain_rows(found, names))
     tables = [(folder, plan, statistics(plan, folder)) for folder, plan in bases]
     verdicts = [
-        part(folder, verdict(d, None, base)).html for base, (folder, d) in enumerate(zip(names, (a, b), strict=True))
+        part(folder, verdict(d, None, base)) for base, (folder, d) in enumerate(zip(names, (a, b), strict=True))
     ]
     sections = [
         Section("Ratios of loads", [_glance(found, names), *_energy(a, b, names)]),
@@ -70,27 +58,27 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
         Section("Input", [_input(bases)]),
         Section("Commands", [Code(f"meltemi loads compare {names[0]} {names[1]}")]),
     ]
-    page = write_interactive(
+    page = write_page(
         Path(out) / FILE,
         f"Design loads: {names[0]} and {names[1]}",
         sections,
-        [CaseList(folder, [case.name for case in plan.cases]) for folder, plan in bases],
+        cases=[CaseList(folder, [case.name for case in plan.cases]) for folder, plan in bases],
         facts=[("load base", names[0]), ("compared with", names[1])],
-        lead=Markup("".join(verdicts)),
+        lead=beside(*verdicts),
         footer=made(),
     )
     return [page, csv]
 
 
-def _input(bases: tuple[Base, Base]) -> Markup:
+def _input(bases: tuple[Base, Base]) -> Table:
     """What was computed, side by side."""
     (_, a), (_, b) = bases
     both = zip(facts(a), facts(b), strict=True)
     rows: list[list[Cell]] = [[name, one, other, "" if one == other else "differs"] for (name, one), (_, other) in both]
-    return grid(["", bases[0][0], bases[1][0], ""], rows, Look(sortable=False))
+    return Table(["", bases[0][0], bases[1][0], ""], rows)
 
 
-def _glance(found: pd.DataFrame, names: list[str]) -> Markup:
+def _glance(found: pd.DataFrame, names: list[str]) -> Table:
     """Ratio of the largest magnitude of each component and interface."""
     ultimate = found.loc["ultimate"] if "ultimate" in found.index.get_level_values(0) else found.iloc[:0]
     rows: list[list[Cell]] = []
@@ -101,16 +89,16 @@ def _glance(found: pd.DataFrame, names: list[str]) -> Markup:
             ends = [each for each in (f"{name} max", f"{name} min") if each in own.index]
             worst = max(ends, key=lambda each: abs(float(own.at[each, "value"])))
             factor, row = unit_of_driver(name)[1], own.loc[worst]
-            values = " / ".join(number(float(row[key]) * factor) for key in ("value", "reference"))
-            cells.append(Markup(f"{utilisation(found, 'ultimate', str(place), worst)}<small>{plain(values)}</small>"))
+            values = " / ".join(shown(float(row[key]) * factor) for key in ("value", "reference"))
+            cells.append(Markup(f"{utilisation(found, 'ultimate', str(place), worst)}<small>{values}</small>"))
         rows.append(cells)
     units = [f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS]
     caption = f"Governing ultimate loads of {names[0]} over those of {names[1]}, {WITH}"
-    return grid(["interface", *units], rows, Look(caption=caption, sortable=False))
+    return Table(["interface", *units], rows, caption=caption)
 
 
-def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[str | Markup]:
-    blocks: list[str | Markup] = []
+def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[Block]:
+    blocks: list[Block] = []
     if a.energy is not None and b.energy is not None:
         gwh, ratio = 1.0 / 3.6e12, a.energy.energy / b.energy.energy
         words = [f"{with_band(e.energy * gwh, e.half_width * gwh)} GWh" for e in (a.energy, b.energy)]
@@ -132,7 +120,7 @@ def _unit(kind: str, load: str) -> tuple[str, float]:
     return ("m", 1.0) if kind == "clearance" else unit_of_driver(load)
 
 
-def _all(found: pd.DataFrame, names: list[str]) -> Markup:
+def _all(found: pd.DataFrame, names: list[str]) -> Table:
     rows: list[list[Cell]] = []
     classes = {}
     for i, ((kind, place, load), row) in enumerate(found.iterrows()):
@@ -148,7 +136,7 @@ def _all(found: pd.DataFrame, names: list[str]) -> Markup:
         if row.ratio > 1.0 and kind in ("ultimate", "fatigue"):
             classes[i, 6] = "over"
     head = ["kind", "interface", "load", "unit", *names, "ratio", f"case\n{names[0]}", f"case\n{names[1]}"]
-    return grid(head, rows, Look(classes=classes))
+    return Table(head, rows, classes=classes)
 
 
 def _plain_rows(found: pd.DataFrame, names: list[str]) -> tuple[list[str], list[list[str]]]:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from itertools import count
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,8 +11,8 @@ from meltemi.core.units import display
 from meltemi.loadbase.design import DesignLoads
 from meltemi.loadbase.ultimate import ExtrapolatedLoad
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
-from meltemi.report.html import Markup
-from meltemi.report.interactive import Axis, Cell, Curve, Look, beside, case_button, chart, choice, grid, part
+from meltemi.report.charts import Axis, Curve, beside, chart, chosen
+from meltemi.report.html import Block, Cell, Markup, Table, case_button
 from meltemi.report.turbine_facts import number
 
 if TYPE_CHECKING:
@@ -26,9 +24,6 @@ WITH, WITHOUT = "with partial safety factor", "without partial safety factor"
 SMALL_SHARE = 0.005
 """Shares of damage below it are not printed."""
 HOUR = 3600.0
-Block = str | Markup
-
-_number_of_choices = count(1)
 
 
 def title_of(name: str) -> str:
@@ -51,14 +46,6 @@ def slopes_of(table: pd.DataFrame) -> list[float]:
     return [name for name in table.columns if isinstance(name, float | int)]
 
 
-def chosen(label: str, parts: Iterable[tuple[str, list[Markup]]]) -> list[Block]:
-    """Parts of which the screen shows the one that is chosen, paper all."""
-    of, given = f"choice-{next(_number_of_choices)}", list(parts)
-    if len(given) == 1:
-        return [part(given[0][0], *given[0][1])]
-    return [choice(label, [name for name, _ in given], of), *(part(name, *blocks, of=of) for name, blocks in given)]
-
-
 # ------------------------------------------------------------------------------------------------ extreme loads
 
 
@@ -71,14 +58,14 @@ def extreme_blocks(d: DesignLoads) -> list[Block]:
         "are transverse resultants. Where the characteristic value is a mean over runs, the line is that of the run "
         "nearest to it, scaled."
     )
-    parts = []
+    parts: list[tuple[str, list[Block]]] = []
     for place in d.ultimate.index.unique("interface"):
         tables = [_extremes(d.ultimate.loc[place], WITH), _extremes(d.characteristic.loc[place], WITHOUT)]
         parts.append((title_of(place), [*tables, _by_row(d, place)]))
-    return [words, *chosen("Interface", parts)]
+    return [words, *chosen("Interface", parts, print_all=True)]
 
 
-def _extremes(own: pd.DataFrame, words: str) -> Markup:
+def _extremes(own: pd.DataFrame, words: str) -> Table:
     heads = [*COMPONENTS, "F_res", "M_res"]
     names = [f"{h}\n{unit_of_driver(h)[0]}" for h in heads] + ["F_res angle\ndeg", "M_res angle\ndeg"]
     rows: list[list[Cell]] = []
@@ -98,10 +85,10 @@ def _extremes(own: pd.DataFrame, words: str) -> Markup:
         if note:
             classes[i, len(rows[-1]) - 1] = "doubtful"
     head = ["extreme", *names, "factor", "DLC", "case", "blade", "time\ns", "value", "note"]
-    return grid(head, rows, Look(caption=f"Extreme loads, {words}", classes=classes))
+    return Table(head, rows, caption=f"Extreme loads, {words}", classes=classes)
 
 
-def _by_row(d: DesignLoads, place: str) -> Markup:
+def _by_row(d: DesignLoads, place: str) -> Table:
     """Design loads of each row of the table."""
     own = d.by_row.loc[place]
     drivers = [driver for driver in DRIVERS if driver in own.index.unique("driver")]
@@ -116,7 +103,7 @@ def _by_row(d: DesignLoads, place: str) -> Markup:
         rows.append([f"DLC {row}", *(float(values[driver]) * unit_of_driver(driver)[1] for driver in drivers)])
         classes |= {(i, 1 + j): "own" for j, driver in enumerate(drivers) if severe[driver] == row}
     heads = [f"{driver}\n{unit_of_driver(driver)[0]}" for driver in drivers]
-    return grid(["row", *heads], rows, Look(caption=f"Extreme loads by design load case, {WITH}", classes=classes))
+    return Table(["row", *heads], rows, caption=f"Extreme loads by design load case, {WITH}", classes=classes)
 
 
 def extrapolation_blocks(d: DesignLoads) -> list[Block]:
@@ -141,7 +128,7 @@ def extrapolation_blocks(d: DesignLoads) -> list[Block]:
     drawn = [
         (f"{title_of(e.interface)} {e.driver}", [_exceedance(e)]) for e in d.extrapolations if e.gumbel or e.weibull
     ]
-    return [words, grid(head, rows), *(chosen("Plot of", drawn) if drawn else [])]
+    return [words, Table(head, rows), *(chosen("Plot of", drawn) if drawn else [])]
 
 
 def _exceedance(e: ExtrapolatedLoad) -> Markup:
@@ -189,7 +176,7 @@ def clearance_table(d: DesignLoads) -> list[Block]:
         "not deflected. Left with factors: undeflected distance less the deflection times the factors of load and "
         "material."
     )
-    return [words, grid([*head, "case", "runs", "lacking", "verdict"], rows, Look(classes=classes))]
+    return [words, Table([*head, "case", "runs", "lacking", "verdict"], rows, classes=classes)]
 
 
 def signal_table(d: DesignLoads) -> list[Block]:
@@ -200,7 +187,7 @@ def signal_table(d: DesignLoads) -> list[Block]:
         value, case = float(s.value) * factor, case_button(str(s.case))
         rows.append([title_of(str(channel)), str(end), value, unit, f"DLC {s.row}", case, str(s.runs)])
     head = ["channel", "end", "value", "unit", "DLC", "case", "runs"]
-    return [f"Characteristic values, {WITHOUT}.", grid(head, rows)] if rows else []
+    return [f"Characteristic values, {WITHOUT}.", Table(head, rows)] if rows else []
 
 
 # ------------------------------------------------------------------------------------------------------ fatigue
@@ -232,13 +219,13 @@ def fatigue_blocks(d: DesignLoads) -> list[Block]:
     ]
     return [
         words,
-        grid(head, rows),
+        Table(head, rows),
         *chosen("Damage by load case, slope", shares),
         *chosen("Damage by wind speed of", speeds),
     ]
 
 
-def _shares(d: DesignLoads, slope: float) -> Markup:
+def _shares(d: DesignLoads, slope: float) -> Table:
     """Share of each design load case in the damage of each channel."""
     table = d.shares[slope].groupby(level=["channel", "dlc"], sort=False).sum().unstack("dlc")
     table = table.loc[[name for name in d.fatigue.index if name in table.index]]
@@ -246,7 +233,7 @@ def _shares(d: DesignLoads, slope: float) -> Markup:
     for channel, shares in table.iterrows():
         rows.append([title_of(str(channel)), *(_share(float(x)) for x in shares)])
     head = ["channel", *(f"DLC {dlc}\n%" for dlc in table.columns)]
-    return grid(head, rows, Look(caption=f"Share in the damage, m = {slope:g}"))
+    return Table(head, rows, caption=f"Share in the damage, m = {slope:g}")
 
 
 def _share(x: float) -> Markup:
@@ -266,7 +253,7 @@ def _by_speed(d: DesignLoads, channel: str, slopes: list[float]) -> Markup:
 
 def rose_blocks(d: DesignLoads) -> list[Block]:
     """Moments by direction."""
-    parts = []
+    parts: list[tuple[str, list[Block]]] = []
     for place in d.roses.index.unique("interface") if len(d.roses) else ():
         own = d.roses.loc[place]
         angles, slopes = own.index.to_numpy(float), slopes_of(own)
@@ -297,9 +284,9 @@ def rose_blocks(d: DesignLoads) -> list[Block]:
         ]
         head = ["direction\ndeg", f"largest\n{MOMENT[0]}", "factor", "DLC", "case", *(f"m = {m:g}" for m in slopes)]
         both = beside(*drawn)
-        parts.append((title_of(str(place)), [both, grid(head, rows)]))
+        parts.append((title_of(str(place)), [both, Table(head, rows)]))
     words = "Moment in each direction, from the first transverse axis (0 deg) towards the second (90 deg)."
-    return [words, *chosen("Interface", parts)] if parts else []
+    return [words, *chosen("Interface", parts, print_all=True)] if parts else []
 
 
 # ------------------------------------------------------------------------------------- durations, energy, operation
@@ -324,7 +311,7 @@ def duration_blocks(d: DesignLoads) -> list[Block]:
         words = "in the lifetime, at each level of the load; levels are equal in the logarithm, 20 an octave"
         axes = Axis(title_of(str(load)), unit), Axis("time", "h", log=True)
         parts.append((title_of(str(load)), [chart(f"Duration of {title_of(str(load))}", *axes, curves, caption=words)]))
-    table = grid(head, rows, Look(caption="Equivalent loads of revolutions")) if rows else Markup("")
+    table = Table(head, rows, caption="Equivalent loads of revolutions") if rows else Markup("")
     return [table, *chosen("Plot of", parts)]
 
 
@@ -389,8 +376,8 @@ def operation_blocks(d: DesignLoads) -> list[Block]:
             "largest rate\ndeg/s",
             "case",
         ]
-        blocks.append(grid(head, rows, Look(caption="Duty of the drives in a year")))
+        blocks.append(Table(head, rows, caption="Duty of the drives in a year"))
     if len(d.stops):
         rows = [[f"DLC {row}", float(stops)] for row, stops in d.stops.iloc[:, 0].items()]
-        blocks.append(grid(["row", "stops"], rows, Look(caption="Stops in a year")))
+        blocks.append(Table(["row", "stops"], rows, caption="Stops in a year"))
     return blocks

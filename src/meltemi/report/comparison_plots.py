@@ -66,7 +66,7 @@ def plot_changes(
 def _finish(ax: Axes, title: str, unit: str) -> None:
     panel(ax, title, unit)
     ax.grid(False, axis="x")
-    ax.legend(fontsize=8)
+    ax.legend()
 
 
 def _bars(
@@ -82,4 +82,4 @@ def _bars(
         error = None if np.all(np.isnan(half)) else np.nan_to_num(half)
         bar: dict[str, Any] = {"ecolor": INK, "capsize": 2.0, "error_kw": {"linewidth": 0.9}}
         ax.bar(x, mean, 0.94 * width, yerr=error, label=scheme, color=colour[scheme], **bar)
-    ax.set_xticks(range(len(names)), [name.replace(" ", "\n", 1) for name in names], fontsize=8)
+    ax.set_xticks(range(len(names)), [name.replace(" ", "\n", 1) for name in names])

@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.postprocess.difference import ChannelDifference, ResultDifferences, gaps, most_different
 from meltemi.report.palette import COLOURS, FAINT, INK
-from meltemi.report.plots import EVERYBODY, heading, new_figure, style
+from meltemi.report.plots import EVERYBODY, heading, new_figure
 from meltemi.report.tables import number
 
 if TYPE_CHECKING:
@@ -97,15 +97,14 @@ def plot_differences(
         changes = f"mean {_percent(d.mean_change)} %, std {_percent(d.std_change)} %, rms/std {_fixed(d.distance)}"
         for ax, text in ((whole, d.channel.name.replace("_", " ")), (zoom, worst), (gap, f"difference: {changes}")):
             heading(ax, text, size=9 if ax is whole else 8)
-            style(ax)
             ax.tick_params(labelsize=7)
             ax.margins(x=0.01)
-        whole.set_ylabel(f"[{unit}]", fontsize=8)
+        whole.set_ylabel(f"[{unit}]")
     for ax in axes[-1]:
-        ax.set_xlabel("time [s]", fontsize=8)
+        ax.set_xlabel("time [s]")
     figure.align_ylabels(axes[:, 0])
     handles, names = axes[0, 0].get_legend_handles_labels()
-    legend = figure.legend(handles[::-1], names[::-1], loc="outside upper center", ncols=2, fontsize=9, frameon=False)
+    legend = figure.legend(handles[::-1], names[::-1], loc="outside upper center", ncols=2)
     for line in legend.get_lines():
         line.set_linewidth(2.0)
     return figure

@@ -15,6 +15,11 @@ COLOURS = (
     *("#009e73", "#882255", "#86cbb4", "#5c3a00", "#7f3ff0"),
 )
 """Colours of series, in this order."""
+ON_DARK = (
+    *("#3cb6d1", "#efa031", "#8f7bff", "#ace4ff", "#cc853d"),
+    *("#30c798", "#ff5fba", "#c5ecdb", "#a18a53", "#d1a0ff"),
+)
+"""The same on a dark page; they differ by at least 13."""
 DIVERGING = ("#882255", "#e9a3c4", "#ffffff", "#a8d5e5", "#0b6e99")
 """Colours of fields that are negative, zero and positive."""
 MARKERS = "osD^v<>P*Xp"

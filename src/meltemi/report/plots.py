@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
-from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SOFT, curve
+from meltemi.report.palette import COLOURS, FAINT, INK, SOFT, curve
 from meltemi.report.tables import DISK_CURVE, is_disk
 from meltemi.simulation.channels import Channel
 
@@ -44,26 +44,21 @@ def new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share:
     return figure, figure.subplots(rows, columns, squeeze=False, sharex=share)
 
 
-def style(ax: Axes) -> None:
-    """Apply the common axes style: light grid, no frame."""
-    ax.grid(True, color=GRID, linewidth=0.6)
-    ax.set_axisbelow(True)
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(False)
-
-
 def heading(ax: Axes, text: str, side: Literal["left", "right"] = "left", size: float = 9.0) -> None:
     """Set the title of axes, at their left or right end."""
-    ax.set_title(text, fontsize=size, loc=side, color=INK, pad=3)
+    ax.set_title(text, fontsize=size, loc=side)
 
 
 def panel(ax: Axes, title: str, unit: str, x: str = "") -> None:
-    """Set title, unit, label of the abscissa and style of axes."""
+    """Set title, unit and label of the abscissa of axes."""
+    from meltemi.report.figure import StyledAxes, style
+
     heading(ax, title)
-    ax.set_ylabel(f"[{unit}]", fontsize=8)
+    ax.set_ylabel(f"[{unit}]")
     if x:
         ax.set_xlabel(x)
-    style(ax)
+    if not isinstance(ax, StyledAxes):  # of a figure of the caller
+        style(ax)
 
 
 def note(ax: Axes, text: str, at: tuple[float, float], shift: tuple[float, float] = (0.0, 0.0), **look: Any) -> None:
@@ -76,6 +71,52 @@ def corner(ax: Axes, x: float, y: float, text: str, **look: Any) -> None:
     ax.text(x, y, text, **{"transform": ax.transAxes, "fontsize": 8, "color": INK, **look})
 
 
+LINE = 1.25
+"""Distance of two names at the ends of curves, over the size of their letters."""
+
+
+def name_curves(ax: Axes, size: float = 7.5) -> None:
+    """Write the label of each curve at its right end, in its colour, names apart from each other: no legend needed."""
+    ends: list[tuple[float, float, float, Any]] = []
+    for line in ax.get_lines():
+        x, y = (np.asarray(values, dtype=float) for values in line.get_data())
+        shown = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+        if str(line.get_label()).startswith("_") or not len(shown):
+            continue
+        at = ax.transLimits.transform(ax.transScale.transform((x[shown[-1]], y[shown[-1]])))
+        if 0.0 <= at[1] <= 1.02:
+            ends.append((float(at[1]), float(at[1]), float(at[0]), line))
+    ends.sort(key=lambda end: end[0])
+    height = ax.get_position().height * ax.figure.bbox.height / ax.figure.dpi  # [in]
+    step = LINE * size / 72.0 / height
+    placed = apart([end[0] for end in ends], step)
+    for place, (_, height, right, line) in zip(placed, ends, strict=True):
+        moved = abs(place - height) > 0.3 * step
+        leader = {"arrowstyle": "-", "color": FAINT, "linewidth": 0.5, "relpos": (0.0, 0.5), "shrinkB": 2.0}
+        look: dict[str, Any] = {"fontsize": size, "color": line.get_color(), "va": "center", "annotation_clip": False}
+        ax.annotate(
+            str(line.get_label()),
+            (right, height),
+            (1.03, place),
+            xycoords="axes fraction",
+            textcoords="axes fraction",
+            arrowprops=leader if moved else None,
+            **look,
+        )
+
+
+def apart(places: Sequence[float], step: float) -> list[float]:
+    """Sorted places, moved as little as it takes to keep a distance of ``step`` between them."""
+    groups: list[list[float]] = []  # of touching places: their number and the sum of the first places they ask for
+    for place in places:
+        groups.append([1.0, place])
+        while len(groups) > 1 and groups[-2][1] / groups[-2][0] + groups[-2][0] * step > groups[-1][1] / groups[-1][0]:
+            n, wanted = groups.pop()
+            groups[-1][1] += wanted - n * groups[-1][0] * step
+            groups[-1][0] += n
+    return [wanted / n + i * step for n, wanted in groups for i in range(round(n))]
+
+
 ON_TOP: dict[str, Any] = {"xycoords": ("data", "axes fraction")}
 """Coordinates of a :func:`note` whose ordinate is a fraction of the axes."""
 
@@ -83,7 +124,7 @@ ON_TOP: dict[str, Any] = {"xycoords": ("data", "axes fraction")}
 def figure_title(figure: Figure, text: str, more: str = "", longest: int = 90) -> None:
     """Set the title of a figure: a text, shortened if there is not enough room for it, and what follows it."""
     room = longest - len(more)
-    figure.suptitle((text if len(text) <= room else f"{text[: room - 3]}...") + more, fontsize=10, color=INK)
+    figure.suptitle((text if len(text) <= room else f"{text[: room - 3]}...") + more)
 
 
 MANY = 1e4
@@ -150,7 +191,7 @@ def mark_log(result: Result, axes: Sequence[Axes]) -> None:
     if (more := len(handles) - MOST_MARKS + 1) > 1:
         handles = [*handles[: MOST_MARKS - 1], Line2D([], [], label=f"and {more} more", alpha=0.0)]
     columns = min(2, len(handles))
-    axes[0].figure.legend(handles=handles, loc="outside lower left", ncols=columns, fontsize=7, frameon=False)
+    axes[0].figure.legend(handles=handles, loc="outside lower left", ncols=columns)
 
 
 ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "borderpad": 0.0}
@@ -192,13 +233,13 @@ def plot(
         if blades:
             heading(axes[i, 0], name.removesuffix("_1").replace("_", " "))
             handles = axes[i, 0].get_lines()[::-1]
-            axes[i, 0].legend(handles=handles, fontsize=7, ncols=len(blades), frameon=False, **ABOVE)
+            axes[i, 0].legend(handles=handles, ncols=len(blades), **ABOVE)
     axes[-1, 0].set_xlabel("time [s]")
     if len(several) == 1 and len(several[0].time):
         mark_log(several[0], axes[:, 0])
     if len(several) > 1:
         handles = axes[0, 0].get_lines()[::-1]
-        axes[0, 0].legend(handles=handles, fontsize=8, ncols=len(several), frameon=False, **ABOVE)
+        axes[0, 0].legend(handles=handles, ncols=len(several), **ABOVE)
     first = several[0]
     figure_title(figure, f"{first.meta.get('turbine', '')}: {first.meta.get('wind', '')}".strip(": "))
     return figure
@@ -239,7 +280,7 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
             panel(ax, name.replace("_", " "), text)
         if len(names) > 1:
             heading(ax, "tip deflection")
-            ax.legend(fontsize=7)
+            ax.legend()
     if model is not None and blades:
         pressure = 0.5 * model.environment.density * speeds**2 * np.pi * model.turbine.rotor_radius**2
         power = np.array([p["rotor_aero_torque"] * p["rotor_speed"] for p in points]) / (pressure * speeds)
@@ -274,8 +315,7 @@ def plot_performance(performance: RotorPerformance) -> Figure:
         ax.set_xlabel("tip-speed ratio [-]")
         ax.set_ylabel(f"${name}$ [-]")
         ax.set_ylim(bottom=0.0)
-        style(ax)
-    axes[0, 0].legend(title="pitch", fontsize=8)
+    axes[0, 0].legend(title="pitch")
     return figure
 
 
@@ -297,11 +337,12 @@ def plot_campbell(diagram: Campbell) -> Figure:
     for n in (1, 3, 6, 9):
         axes[0, 0].plot(x, n * rpm / 60.0, color=FAINT, linewidth=0.8, linestyle="--")
         if n * rpm[-1] / 60.0 < top:
-            note(axes[0, 0], f"{n}P", (x[-1], n * rpm[-1] / 60.0), (3, 0))
+            middle, box = len(x) // 2, {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+            note(axes[0, 0], f"{n}P", (x[middle], n * rpm[middle] / 60.0), ha="center", va="center", bbox=box)
     for j, label in enumerate(diagram.labels):
         look = curve(j) | {"markersize": 4.5, "linewidth": 1.0}
         axes[0, 0].plot(x, frequency[j], label=label, **look)
-        axes[0, 1].plot(x, damping[j], **look)
+        axes[0, 1].plot(x, damping[j], label=label, **look)
     axes[0, 0].set_ylim(0.0, top)
     high = float(np.nanmax(damping, initial=1.0))
     low = min(0.0, 1.05 * float(np.nanmin(damping, initial=0.0)))
@@ -310,7 +351,7 @@ def plot_campbell(diagram: Campbell) -> Figure:
     axes[0, 1].axhline(0.0, color=INK, linewidth=0.8)
     for ax, what, unit in ((axes[0, 0], "natural frequency", "Hz"), (axes[0, 1], f"damping ratio{cut}", "%")):
         panel(ax, what, unit, "rotor speed [rpm]" if windless else "wind speed [m/s]")
-    figure.legend(loc="outside lower center", ncols=5, fontsize=8, frameon=False)
+        name_curves(ax)
     figure_title(figure, f"Campbell diagram, {'with air' if diagram.air else 'in vacuum'}")
     return figure
 

@@ -13,7 +13,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.units import display
 from meltemi.environment.site import STANDARD
 from meltemi.report.palette import COLOURS, FAINT, INK
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,15 +61,14 @@ def plot_speed_power(
         top.axhline(1e-6 * power, color=INK, lw=1.0, ls="--", label="reference")
         top.plot(speed, 1e-6 * run["generator_power"], ".", ms=2, color=COLOURS[i % len(COLOURS)])
         bottom.plot(speed, np.degrees(run["pitch_1"]), ".", ms=2, color=COLOURS[i % len(COLOURS)])
-        top.set_title(name.replace("_", " "), fontsize=9, loc="left", color=INK)
+        top.set_title(name.replace("_", " "))
         bottom.set_xlabel("rotor speed [rpm]")
         for ax in (top, bottom):
-            style(ax)
             for at in (lower, rated):
                 ax.axvline(at * rpm, color=FAINT, lw=0.8, ls=":")
         top.set_ylim(0.0, 1.3e-6 * power)
         bottom.set_ylim(bottom=-0.5)
     axes[0, 0].set_ylabel("power [MW]")
     axes[1, 0].set_ylabel("pitch [deg]")
-    axes[0, 0].legend(fontsize=8, loc="lower right")
+    axes[0, 0].legend(loc="lower right")
     return figure

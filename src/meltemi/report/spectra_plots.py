@@ -81,7 +81,7 @@ def plot_spectra(
         ax.set_ylim(0.5 * min(shown), 3.0 * max(shown))
     panel(ax, f"{about.name.replace('_', ' ')}, power spectral density", f"({unit})$^2$/Hz", "frequency [Hz]")
     if len(results) > 1:
-        ax.legend(fontsize=8)
+        ax.legend()
     return ax
 
 

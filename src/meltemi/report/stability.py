@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from meltemi.report.palette import COLOURS, DIVERGING, FAINT, INK, curve
-from meltemi.report.plots import ON_TOP, figure_title, heading, new_figure, note, panel
+from meltemi.report.plots import ON_TOP, figure_title, heading, name_curves, new_figure, note, panel
 from meltemi.report.tables import number
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def plot_flutter(found: Flutter, name: str = "") -> Figure:
     for j, label in enumerate(found.labels):
         look = curve(j) | {"markersize": 4.0, "linewidth": 1.0}
         axes[0, 0].plot(rpm, frequency[j], label=label, **look)
-        axes[0, 1].plot(rpm, damping[j], **look)
+        axes[0, 1].plot(rpm, damping[j], label=label, **look)
     least = 100.0 * found.least
     axes[0, 1].plot(rpm, least, color=INK, linewidth=2.0, marker="o" if len(rpm) == 1 else None, label=LEAST)
     axes[0, 0].set_ylim(bottom=0.0)
@@ -79,7 +79,8 @@ def plot_flutter(found: Flutter, name: str = "") -> Figure:
     if found.limit is not None:
         at = found.limit.rotor_speed * TO_RPM
         note(axes[0, 1], f"limit {at:.2f} rpm", (at, 0.02), (-5, 0), ha="right", fontsize=9, **ON_TOP)
-    figure.legend(loc="outside lower center", ncols=5, fontsize=8, frameon=False)
+    for ax in axes[0]:
+        name_curves(ax)
     figure_title(
         figure,
         f"{name}: stability over rotor speed, wind {found.wind_speed:g} m/s, pitch {math.degrees(found.pitch):.3g} deg",
@@ -130,8 +131,8 @@ def plot_parked(found: ParkedStability, name: str = "") -> Figure:
                 colour = INK if 100.0 * found.damping[i, j] > -0.5 * MOST_GROWTH else "white"
                 ax.text(i, j, letter, fontsize=8, color=colour, ha="center", va="center")
     every = max(1, round(len(yaw) / 18))
-    ax.set_xticks(range(0, len(yaw), every), [f"{angle:.4g}" for angle in yaw[::every]], fontsize=8)
-    ax.set_yticks(range(len(pitch)), [f"{angle:.4g}" for angle in pitch], fontsize=8)
+    ax.set_xticks(range(0, len(yaw), every), [f"{angle:.4g}" for angle in yaw[::every]])
+    ax.set_yticks(range(len(pitch)), [f"{angle:.4g}" for angle in pitch])
     ax.set_xlabel("yaw misalignment [deg]")
     ax.set_ylabel("pitch [deg]")
     figure.colorbar(image, ax=ax, extend="both", label="smallest damping ratio [%]")

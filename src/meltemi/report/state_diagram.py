@@ -91,7 +91,7 @@ def _draw(
     figure, grid = new_figure(1, size=size)
     axes = grid[0, 0]
     xs, ys = [x for x, _ in places.values()], [y for _, y in places.values()]
-    axes.set_xlim(min(xs) - 1.2, max(xs) + 1.5)
+    axes.set_xlim(min(xs) - 1.6, max(xs) + 1.5)
     axes.set_ylim(min(ys) - 0.6, max(ys) + 0.9)
     axes.set_axis_off()
     face, edge = FACES["plant"]
@@ -108,7 +108,7 @@ def _draw(
         x1, y1 = places[target]
         if source == "running":  # from the frame across to the state
             bend = 0.0
-            x0, y0 = places["start_up"][0] - 1.1, y1
+            x0, y0 = places["start_up"][0] - 1.25, y1
             _arrow(axes, (x0, y0), (x1, y1), None, boxes[target], bend)
         else:
             x0, y0 = places[source]
@@ -140,7 +140,7 @@ def _frame(axes: Any, x0: float, y0: float, x1: float, y1: float) -> None:
     from matplotlib.patches import FancyBboxPatch
 
     style = "round,pad=0.02,rounding_size=0.15"
-    corner, width, height = (x1 - 1.1, y1 - 0.5), x0 - x1 + 2.2, y0 - y1 + 1.15
+    corner, width, height = (x1 - 1.25, y1 - 0.5), x0 - x1 + 2.5, y0 - y1 + 1.15
     axes.add_patch(FancyBboxPatch(corner, width, height, boxstyle=style, facecolor="none", edgecolor=FAINT, ls="--"))
     axes.text(x0 + 1.0, y0 + 0.4, "running", fontsize=SMALL, color=SOFT, ha="right")
 

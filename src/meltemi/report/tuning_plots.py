@@ -75,7 +75,7 @@ def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
     handles, labels = axes[0, 0].get_legend_handles_labels()
     handles += [Line2D([], [], color=INK, linewidth=1.1), Line2D([], [], color=INK, linewidth=1.1, linestyle="--")]
     labels += ["positive frequencies", "negative frequencies"]
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     return figure
 
 

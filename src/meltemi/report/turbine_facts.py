@@ -52,7 +52,7 @@ def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
         ("rated torque", f"{number(torque.rated_power / torque.rated_speed / 1e3)} kN m"),
         ("efficiency", f"{number(100.0 * d.generator_efficiency * d.gearbox_efficiency)} %"),
         ("generator inertia", f"{number(d.generator_inertia)} kg m²"),
-        ("shaft stiffness", f"{number(d.stiffness)} N m/rad"),
+        ("shaft stiffness", prefixed(d.stiffness, "N m/rad")),
     ]
     control = [("speed filter", f"{number(t.control.filter_frequency / (2.0 * math.pi))} Hz"), *_control(t)]
     weights = [(name, f"{number(value / 1e3)} t") for name, value in kg.items()]
@@ -84,7 +84,7 @@ def _power_facts(seen: PowerPortrait) -> Groups:
     drive = [
         ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
         ("inertia", f"{number(d.inertia)} kg m², {number(stored / t.rated_power)} s of rated power"),
-        ("shaft", "rigid" if d.stiffness is None else f"{number(d.stiffness)} N m/rad"),
+        ("shaft", "rigid" if d.stiffness is None else prefixed(d.stiffness, "N m/rad")),
         ("rated torque", f"{number(law.rated_power / law.rated_speed / 1e3)} kN m"),
         ("efficiency", f"{number(100.0 * d.generator_efficiency)} %"),
     ]
@@ -145,6 +145,12 @@ def number(value: float) -> str:
     """Format with four significant digits, without trailing zeros."""
     text = tables.number(value)
     return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
+
+
+def prefixed(value: float, unit: str) -> str:
+    """A value with the prefix of its unit that leaves one to three digits before the point."""
+    steps = 0 if abs(value) < 1e3 else min(int(math.log10(abs(value)) // 3), 3)
+    return f"{number(value / 1e3**steps)} {('', 'k', 'M', 'G')[steps]}{unit}"
 
 
 def _degrees(angle: float) -> str:

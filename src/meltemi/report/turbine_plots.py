@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SHADE, SOFT
-from meltemi.report.plots import corner, note, style
+from meltemi.report.plots import corner, note
 from meltemi.report.turbine_facts import turbine_facts
 from meltemi.simulation.portrait import Portrait, beam_mass, line_mass, portrait, principal_stiffness
 from meltemi.structure.beam import Modes
@@ -105,16 +105,15 @@ def _figure(size: tuple[float, float], layout: Literal["constrained"] | None = "
 
 
 def _title(ax: Axes, text: str) -> None:
-    ax.set_title(text, fontsize=9, loc="left", color=INK, pad=4, fontweight="bold")
+    ax.set_title(text, pad=4, fontweight="bold")
 
 
 def _label(ax: Axes, title: str, x: str, y: str, **look: Any) -> None:
     """Set title, axis labels and style of a panel, and the legend if curves have labels."""
     _title(ax, title)
-    ax.set_xlabel(x, fontsize=8, labelpad=1.5)
-    ax.set_ylabel(y, fontsize=8, labelpad=2)
+    ax.set_xlabel(x, labelpad=1.5)
+    ax.set_ylabel(y, labelpad=2)
     ax.tick_params(labelsize=7.5)
-    style(ax)
     if ax.get_legend_handles_labels()[0]:
         ax.legend(**{"fontsize": 7, "frameon": False, "borderpad": 0.1, "handlelength": 1.6, **look})
 
@@ -252,6 +251,8 @@ def _arrow(ax: Axes, begin: tuple[float, float], end: tuple[float, float], text:
 
 def facts(ax: Axes, seen: Portrait) -> None:
     """Main data in two columns."""
+    from meltemi.report.figure import grouped
+
     ax.set_axis_off()
     groups = turbine_facts(seen)
     half = sum(len(rows) + 1.6 for _, rows in groups) / 2.0
@@ -263,7 +264,7 @@ def facts(ax: Axes, seen: Portrait) -> None:
         y -= 1.15 * step
         for what, value in rows:
             corner(ax, x, y, what, fontsize=7.8, color=SOFT, va="top")
-            corner(ax, x + 0.185, y, value, fontsize=7.8, va="top")
+            corner(ax, x + 0.185, y, grouped(value), fontsize=7.8, va="top")
             y -= step
         y -= 0.45 * step
 
@@ -344,13 +345,15 @@ def stiffness(ax: Axes, seen: Portrait) -> None:
 
 def mass(ax: Axes, seen: Portrait) -> None:
     """Mass per length."""
+    from meltemi.report.figure import grouped
+
     beam = blade_beam(seen.turbine.blade.structure)
     total, centre = beam_mass(beam)
     ax.fill_between(beam.position, line_mass(beam), color=FLAP, alpha=0.18, linewidth=0.0)
     ax.plot(beam.position, line_mass(beam), color=FLAP, linewidth=1.4)
     ax.axvline(centre, color=INK, linewidth=0.9, linestyle="--")
     ax.set_ylim(0.0, 1.12 * float(np.quantile(line_mass(beam), 0.97)))
-    text = f"{total:,.0f} kg\ncentre at {centre:.4g} m".replace(",", " ")
+    text = f"{grouped(f'{total:.0f}')} kg\ncentre at {centre:.4g} m"
     corner(ax, 0.97, 0.93, text, ha="right", va="top")
     _label(ax, "blade mass", SPAN, "[kg/m]")
 
@@ -416,7 +419,7 @@ def torsion(ax: Axes, seen: Portrait) -> None:
         twin.tick_params(labelsize=7, direction="in", pad=-26)  # inside, for want of room
         twin.spines["top"].set_visible(False)
         lines = [*ax.get_legend_handles_labels()[0], *twin.get_legend_handles_labels()[0]]
-        ax.legend(handles=lines, fontsize=7, frameon=False, loc="center left")
+        ax.legend(handles=lines, loc="center left")
     else:
         corner(ax, 0.03, 0.8, "no twist in the bending modes", fontsize=7, color=SOFT)
     return None

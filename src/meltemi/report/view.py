@@ -16,7 +16,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import text_of, write_text
-from meltemi.report.interactive import stored
+from meltemi.report.html import stored
 from meltemi.report.palette import COLOURS
 from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, packed, track_arrays

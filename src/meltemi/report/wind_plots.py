@@ -14,7 +14,7 @@ from scipy.special import gammaincinv
 
 from meltemi.core.errors import InputError
 from meltemi.report.palette import COLOURS, FAINT, INK
-from meltemi.report.plots import ABOVE, ON_TOP, figure_title, heading, new_figure, note, panel, style
+from meltemi.report.plots import ABOVE, ON_TOP, figure_title, heading, new_figure, note, panel
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
 from meltemi.wind.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
@@ -41,7 +41,7 @@ TWO_THIRDS = (0.16, 0.84)
 
 def _title(figure: Figure, label: str, what: str = "") -> None:
     """Figure title: label of the wind, shortened to the width, and the content."""
-    figure_title(figure, label, what, int(12.0 * figure.get_figwidth()))
+    figure_title(figure, label, what, int(11.0 * figure.get_figwidth()))
 
 
 def _profile_panel(ax: Axes, what: str, x: str) -> None:
@@ -173,7 +173,7 @@ def plot_spectra(box: WindBox, turbine: AnyTurbine | None = None, target: Turbul
             ax.set_xscale("log")
             ax.set_yscale("log")
         panel(ax, NAMES[name], "m²/s²", "frequency [Hz]")
-        ax.legend(fontsize=7, loc="upper right")
+        ax.legend(loc="upper right")
     together = np.concatenate(levels)
     if np.any(together > 0.0):
         top = float(together.max())
@@ -277,11 +277,11 @@ def plot_section(box: WindBox, turbine: AnyTurbine | None = None, time: float | 
     left.invert_xaxis()
     left.set_aspect("equal")
     left.set_xlabel("y [m], looking downwind")
-    left.set_ylabel("height [m]", fontsize=8)
+    left.set_ylabel("height [m]")
     heading(left, f"u across the wind at {passing[plane]:.1f} s")
     image = right.pcolormesh(x[shown], y, along.T, **look)
     right.set_xlabel("x [m], from the section; wind from left to right")
-    right.set_ylabel("y [m]", fontsize=8)
+    right.set_ylabel("y [m]")
     heading(right, f"u at {z[row]:.1f} m, seen from above")
     if turbine is not None:
         radius, hub = 0.5 * turbine.rotor_diameter, turbine.hub_height
@@ -331,7 +331,7 @@ def plot_profile(
         intensity_panel.set_xlim(left=0.0)
         title = "turbulence intensity, and the range of the row's points"
         _profile_panel(intensity_panel, title, "standard deviation over speed at hub [%]")
-        intensity_panel.legend(fontsize=8)
+        intensity_panel.legend()
         if target is not None:
             described = WindGrid(
                 points_y=2,
@@ -345,22 +345,21 @@ def plot_profile(
             speed_panel.plot(np.hypot(wanted[:, 0], wanted[:, 1]), z, label="target", zorder=3, **TARGET)
             turned = target.direction - np.arctan2(wanted[:, 1], wanted[:, 0])
             direction_panel.plot(np.degrees(turned), z, label="target", zorder=3, **TARGET)
-            direction_panel.legend(fontsize=8)
+            direction_panel.legend()
     else:
         z, speed, direction = _steady_profile(wind, turbine)
     label = "mean of a row, and the range of its points" if field else None
     speed_panel.plot(speed, z, color=COLOURS[0], label=label)
     if field:
-        speed_panel.legend(fontsize=7, loc="upper left")
+        speed_panel.legend(loc="upper left")
     _profile_panel(speed_panel, "mean speed", "horizontal speed [m/s]")
     direction_panel.plot(np.degrees(direction), z, color=COLOURS[0])
     middle, half = np.degrees(0.5 * (direction.min() + direction.max())), np.degrees(0.5 * np.ptp(direction))
     direction_panel.set_xlim(middle - max(1.1 * half, 5.0), middle + max(1.1 * half, 5.0))
     _profile_panel(direction_panel, "mean direction", "direction, clockwise from above [deg]")
     for ax in axes[0]:
-        style(ax)
         ax.set_ylim(0.0, float(z[-1]))
-        ax.set_ylabel("height [m]", fontsize=8)
+        ax.set_ylabel("height [m]")
         if turbine is not None:
             radius = 0.5 * turbine.rotor_diameter
             ax.axhspan(turbine.hub_height - radius, turbine.hub_height + radius, color=FAINT, alpha=0.12, linewidth=0.0)
@@ -413,7 +412,7 @@ def plot_series(wind: WindSeries) -> Figure:
         elif len(lines) == 1:
             heading(ax, f"from {_clean(low):.4g} to {_clean(high):.4g} {unit}", "right", 8)
         if len(lines) > 1:
-            ax.legend(fontsize=7, ncols=3, frameon=False, **ABOVE)
+            ax.legend(ncols=3, **ABOVE)
     axes[-1, 0].set_xlabel("time [s]")
     _title(figure, wind.label)
     return figure

@@ -229,15 +229,15 @@ def plot_icing(effects: IcingEffects) -> Figure:
         loss.plot(effects.speeds, 100.0 * (values / effects.power[CLEAN] - 1.0), color=colour)
     for ax, title, unit in ((power, f"{effects.turbine}: power in steady wind", "MW"), (loss, "change by ice", "%")):
         panel(ax, title, unit)
-        ax.set_xlabel("wind speed [m/s]", fontsize=8)
-    power.legend(fontsize=8)
+        ax.set_xlabel("wind speed [m/s]")
+    power.legend()
     place = np.arange(len(effects.frequencies))
     for shift, colour, label in ((-0.2, COLOURS[0], CLEAN), (0.2, COLOURS[3], "iced")):
         heights = [pair[label == "iced"] for pair in effects.frequencies.values()]
         modes.bar(place + shift, heights, 0.38, color=colour, label=label)
-    modes.set_xticks(place, [name.replace(" ", "\n") for name in effects.frequencies], fontsize=8)
+    modes.set_xticks(place, [name.replace(" ", "\n") for name in effects.frequencies])
     panel(modes, "natural frequencies of a blade at rest", "Hz")
-    modes.legend(fontsize=8)
+    modes.legend()
     middle = len(effects.load_speeds) // 2
     place = np.arange(len(LOADS))
     names = [name for name in effects.loads if name != CLEAN]
@@ -245,7 +245,7 @@ def plot_icing(effects: IcingEffects) -> Figure:
         found = [load_changes(effects, name, load)[middle] for load in LOADS]
         mean, half = ([100.0 * getattr(e, part) for e in found] for part in ("mean", "half_width"))
         loads.barh(place + 0.27 * (i - 1), mean, 0.25, xerr=half, color=colour, error_kw={"linewidth": 0.8})
-    loads.set_yticks(place, list(LOADS.values()), fontsize=8)
+    loads.set_yticks(place, list(LOADS.values()))
     loads.invert_yaxis()
     panel(loads, f"equivalent loads against the clean turbine at {effects.load_speeds[middle]:g} m/s [%]", "load")
     loads.set_ylabel("")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.report.palette import COLOURS, INK
-from meltemi.report.plots import new_figure, panel
+from meltemi.report.plots import ABOVE, new_figure, panel
 from meltemi.report.spectra_plots import plot_spectra
 from meltemi.studies.compare import hub_moments
 from meltemi.turbine.flaps import DEFLECTION, naca64618_flap
@@ -36,7 +36,7 @@ def polars(runs: Runs) -> Figure:
     for j, delta in enumerate(DEFLECTION):
         colour = COLOURS[j] if j < len(COLOURS) else INK
         axes[0, 0].plot(rows[:, 0], rows[:, j + 1], marker=".", label=f"{delta:+g} deg", color=colour)
-    axes[0, 0].legend(title="flap", fontsize=8)
+    axes[0, 0].legend(title="flap")
     axes[0, 0].set_xlabel("angle of attack [deg]")
     panel(axes[0, 0], "Fig. 4: lift coefficient of NACA 64-618 with a flap of 10 % chord", "-")
     increments, angles = naca64618_flap().increments, np.array(DEFLECTION)
@@ -45,7 +45,7 @@ def polars(runs: Runs) -> Figure:
         axes[0, 1].plot(angles, added, marker=".", color=colour, label=f"increments at {alpha:g} deg")
     ideal = thin_airfoil(naca64618_flap().chord_fraction)[0] * np.radians(angles)
     axes[0, 1].plot(angles, ideal, color=INK, linestyle="--", label="thin-airfoil theory (Glauert)")
-    axes[0, 1].legend(fontsize=8)
+    axes[0, 1].legend()
     axes[0, 1].set_xlabel("flap [deg]")
     panel(axes[0, 1], "Lift that the flap adds, by angle of attack", "-")
     return figure
@@ -69,7 +69,7 @@ def shown(*panels: Panel) -> Callable[[Runs], Figure]:
     def draw(runs: Runs) -> Figure:
         c = runs.readings[CLASS_B]
         results = {scheme.upper(): c.results(scheme).between(*c.windows[PAPER]) for scheme in THREE}
-        return series(panels, results, height=2.1, rest=0.7, loc="upper right")
+        return series(panels, results, height=2.1, rest=0.7)
 
     return draw
 
@@ -80,7 +80,7 @@ def spectra(runs: Runs) -> Figure:
     for ax, (reading, c) in zip(axes[0], runs.readings.items(), strict=True):
         found = {scheme.upper(): c.spectrum("RootMyc1", scheme) for scheme in THREE}
         plot_spectra(found, "RootMyc1", rotor=c.rotor_frequency(), harmonics=(1, 2, 3, 4), highest=HIGHEST, ax=ax)
-        ax.set_title(f"Fig. 9: PSD of RootMyc1, {reading}", fontsize=9, loc="left", color=INK, pad=3)
+        ax.set_title(f"Fig. 9: PSD of RootMyc1, {reading}")
     return figure
 
 
@@ -91,13 +91,13 @@ def actuators(runs: Runs) -> Figure:
     for i, scheme in enumerate(THREE):
         part = c.results(scheme).between(*c.windows[PAPER])
         axes[0, 0].plot(part.time, np.degrees(part["pitch_1"]), linewidth=1.0, color=COLOURS[i], label=scheme.upper())
-    axes[0, 0].legend(fontsize=8, ncols=3, loc="upper right")
+    axes[0, 0].legend(ncols=3, **ABOVE)
     panel(axes[0, 0], "Fig. 11a: pitch of blade 1", "deg")
     part = c.results("cpfc").between(*c.windows[PAPER])
     for b in (1, 2, 3):
         flap = np.degrees(part[f"flap_1_angle_{b}"])
         axes[1, 0].plot(part.time, flap, linewidth=0.9, color=COLOURS[b - 1], label=f"blade {b}")
-    axes[1, 0].legend(fontsize=8, ncols=3, loc="upper right")
+    axes[1, 0].legend(ncols=3, **ABOVE)
     panel(axes[1, 0], "Fig. 11b: flaps of CPFC", "deg")
     axes[1, 0].set_xlabel("time [s]")
     return figure
@@ -119,8 +119,8 @@ def numbers(runs: Runs) -> Figure:
     axes[0, 0].plot([paper for *_, paper in names], color=INK, marker="D", linestyle="", label="paper")
     axes[0, 0].axhline(0.0, color=INK, linewidth=0.8)
     labels = [f"{name}\n{scheme.upper()}" for name, scheme, _ in names]
-    axes[0, 0].set_xticks(range(len(names)), labels, fontsize=7, rotation=45, ha="right")
-    axes[0, 0].legend(fontsize=8, loc="lower right")
+    axes[0, 0].set_xticks(range(len(names)), labels, rotation=45, ha="right")
+    axes[0, 0].legend(loc="lower right")
     panel(axes[0, 0], "Fig. 12 and Tables 2 to 5: change against CPC", "%")
     return figure
 
@@ -139,7 +139,7 @@ def over_speeds(runs: Runs) -> Figure:
         ax.axhline(0.0, color=INK, linewidth=0.8)
         ax.set_xlabel("wind speed [m/s]")
         panel(ax, f"{name}, change against CPC", "%")
-    axes[0, 0].legend(fontsize=8)
+    axes[0, 0].legend()
     return figure
 
 

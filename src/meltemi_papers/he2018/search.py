@@ -227,6 +227,6 @@ def surface(runs: Runs) -> Figure:
     ax.set_yticks([0.5, 1.0, 2.0], ["0.5", "1", "2"])
     ax.minorticks_off()
     ax.set_xlabel("turbulence intensity [%]")
-    ax.legend(fontsize=8, loc="upper right")
+    ax.legend(loc="upper right")
     panel(ax, "Regions of likelihood; dots: simulated", "lengths over those of edition 3")
     return figure

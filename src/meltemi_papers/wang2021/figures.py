@@ -46,7 +46,7 @@ def table2(tables: dict[str, Table2]) -> Figure:
                 low, high = table.column(name, "min"), table.column(name, "max")
                 ax.fill_between(speed, low, high, color=colour, alpha=0.10, linewidth=0.0)
         panel(ax, title, unit)
-    axes[0, 0].legend(fontsize=8)
+    axes[0, 0].legend()
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
     return figure
@@ -78,10 +78,10 @@ def validation(results: Sequence[Result], title: str, spans: Sequence[tuple[floa
         if name == "B: electrical power":
             for (begin, end, words, value), colour in zip(spans, COLOURS[1:], strict=False):
                 ax.plot([begin, end], [value, value], color=colour, linewidth=2.0, label=f"{words}: {value:g} kW")
-            ax.legend(fontsize=7, loc="lower right")
+            ax.legend(loc="lower right")
         panel(ax, name, unit)
     axes[-1, 0].set_xlabel("time [s]")
-    figure.suptitle(title, fontsize=10, color=INK)
+    figure.suptitle(title)
     return figure
 
 
@@ -97,7 +97,7 @@ def thresholds() -> Figure:
     ax.plot(base.wind_speeds, np.degrees(base.thresholds), "o", color=COLOURS[1], label="base points")
     ax.set_xlabel("wind speed, mean over 30 s [m/s]")
     ax.set_ylim(0.0, 65.0)
-    ax.legend(fontsize=8)
+    ax.legend()
     panel(ax, "Table 3, Figs 6 and 7: limit of the yaw error", "deg")
     return figure
 
@@ -114,7 +114,7 @@ def gust_wind(gust: Gust) -> Figure:
         result.time, np.degrees(np.abs(result["yaw_error"])), color=COLOURS[1], label="yaw error, filtered, of S2"
     )
     axes[1, 0].plot(result.time, np.degrees(result["yaw_threshold"]), color=COLOURS[2], label="threshold, interpolated")
-    axes[1, 0].legend(fontsize=8)
+    axes[1, 0].legend()
     panel(axes[1, 0], "Fig. 9: wind direction; yaw error and its threshold", "deg")
     axes[-1, 0].set_xlabel("time [s]")
     return figure

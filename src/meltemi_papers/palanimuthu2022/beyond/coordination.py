@@ -243,7 +243,7 @@ def coordination_figure(tables: Tables) -> Figure:
         _bars(right, table, SHOWN)
         panel(left, f"{100.0 * level:.0f} % of power asked for", "%")
         panel(right, f"changes against '{table.schemes[0]}', {100.0 * level:.0f} % of power asked for", "%")
-    axes[0, 1].legend(fontsize=8, frameon=False, ncols=3)
+    axes[0, 1].legend(ncols=3)
     return figure
 
 

@@ -178,8 +178,8 @@ def costs_figure(tables: Tables) -> Figure:
             panel(ax, f"{quantity}, {signal}", unit)
             ax.set_ylim(bottom=0.0)
             if signal == FOLLOWING:
-                ax.set_xlabel("asked for [% of rated power]", fontsize=8)
-    axes[0, 0].legend(fontsize=8, frameon=False)
+                ax.set_xlabel("asked for [% of rated power]")
+    axes[0, 0].legend()
     return figure
 
 

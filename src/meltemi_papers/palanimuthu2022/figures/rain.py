@@ -51,7 +51,7 @@ def _wet(
             ax.plot(dry, wetness(dry, paper.RADIUS, HALF, **components) / disc, "o", color=colour, markersize=4)
         ax.semilogy(s, wetness(s, paper.RADIUS, HALF, **components) / disc, color=colour, label=f"{name} m/s")
     label(ax, "speed s [m/s]", "W / πR² [-]", title)
-    ax.legend(fontsize=7, loc="lower right")
+    ax.legend(loc="lower right")
 
 
 def wetted() -> Figure:

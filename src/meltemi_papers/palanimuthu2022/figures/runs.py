@@ -73,12 +73,12 @@ def _steps(
         last.plot(window, [printed * 1e-3] * 2, color=INK, linestyle="--", linewidth=1.1)
     panel(last, "gain of $P_a$ against case i" + ("; dashed: means in the paper" if stated else ""), "kW")
     for ax in (last, axes[-2, 1]):
-        ax.set_xlabel("time [s]", fontsize=8)
+        ax.set_xlabel("time [s]")
         ax.tick_params(labelbottom=True)
     handles, labels = axes[0, 1].get_legend_handles_labels()
     axes[-1, 1].set_axis_off()
-    axes[-1, 1].legend(handles, labels, loc="center", fontsize=9, frameon=False)
-    figure.suptitle(title, fontsize=10, color=INK)
+    axes[-1, 1].legend(handles, labels, loc="center")
+    figure.suptitle(title)
     return figure
 
 
@@ -125,9 +125,9 @@ def _in_winds(columns: Sequence[tuple[str, Mapping[str, Result]]], lines: Mappin
                         name, (0.995, value), xycoords=("axes fraction", "data"), fontsize=7, ha="right", va="bottom"
                     )
             panel(ax, f"{what}; {title}" if i == 0 else what, unit)
-        axes[-1, j].set_xlabel("time [s]", fontsize=8)
+        axes[-1, j].set_xlabel("time [s]")
     handles, labels = axes[1, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     return figure
 
 

@@ -226,7 +226,7 @@ def _heat(ax: Axes, x: Float, y: Float, values: Float, title: str, *, text: str,
                 ax.text(j, i, format(values[i, j], text), ha="center", va="center", fontsize=7.5, color=colour)
     ax.set_xticks(range(len(x)), [f"{v:g}" for v in x])
     ax.set_yticks(range(len(y)), [f"{v:g}" for v in y])
-    ax.set_title(title, fontsize=9, loc="left", color=INK, pad=3)
+    ax.set_title(title)
 
 
 def by_gust(rows: pd.DataFrame, column: str) -> tuple[Float, Float, Float]:
@@ -237,7 +237,7 @@ def by_gust(rows: pd.DataFrame, column: str) -> tuple[Float, Float, Float]:
 
 def page(found: Beyond) -> Figure:
     """Page of figures for the choice of a strategy."""
-    figure, axes = new_figure(3, 3, size=(14.0, 11.0), share=False)
+    figure, axes = new_figure(3, 3, size=(12.0, 10.0), share=False)
     some = longest(found.grid)
     middle = sorted(found.grid.grid.yaw_rates)[len(found.grid.grid.yaw_rates) // 2]
     at = some[some["yaw_rate"] == middle]
@@ -252,16 +252,14 @@ def page(found: Beyond) -> Figure:
         title = f"{name}: extreme bending at the yaw bearing against S3 [%]"
         _heat(ax, *by_gust(part, "percent"), title, text="+.0f", low=-60.0, high=60.0)
     for ax in axes[:2].flat:
-        ax.set_xlabel("direction change [deg]", fontsize=8)
-        ax.set_ylabel("rise [m/s]", fontsize=8)
+        ax.set_xlabel("direction change [deg]")
+        ax.set_ylabel("rise [m/s]")
     _recheck(axes[2, 0], found.grid)
     _limits(axes[2, 1], found.limits)
     _years(axes[2, 2], found.years)
     figure.suptitle(
         f"Derate or stop? {len(found.grid.rows)} runs; maps at {np.degrees(middle):.1f} deg/s, means over "
         "wind speeds, seeds, begins",
-        fontsize=11,
-        color=INK,
     )
     return figure
 
@@ -271,8 +269,8 @@ def _recheck(ax: Axes, grid: Found) -> None:
     rates = np.degrees(grid.grid.yaw_rates).round(2)
     title = "derated runs that stop all the same [%]"
     _heat(ax, np.array(grid.grid.rechecks), rates, values, title, text=".0f", low=0.0, high=100.0)
-    ax.set_xlabel("recheck after [s]", fontsize=8)
-    ax.set_ylabel("yaw rate [deg/s]", fontsize=8)
+    ax.set_xlabel("recheck after [s]")
+    ax.set_ylabel("yaw rate [deg/s]")
 
 
 def _limits(ax: Axes, limits: Limits) -> None:
@@ -289,10 +287,10 @@ def _limits(ax: Axes, limits: Limits) -> None:
     ax.plot(limits.speeds, np.degrees(limits.allowed()), "o-", color=INK, label="ours: loads within limits")
     for colour, law in zip((COLOURS[4], COLOURS[2]), ("interpolated", "stepwise"), strict=True):
         ax.plot(c, np.degrees(yaw_threshold(YawProtection(law=law), c)), color=colour, label=f"paper, {law}")  # type: ignore[arg-type]
-    ax.set_title("limit of the yaw error and the loads there", fontsize=9, loc="left", color=INK, pad=3)
-    ax.set_xlabel("wind speed [m/s]", fontsize=8)
-    ax.set_ylabel("yaw error [deg]", fontsize=8)
-    ax.legend(fontsize=7)
+    ax.set_title("limit of the yaw error and the loads there")
+    ax.set_xlabel("wind speed [m/s]")
+    ax.set_ylabel("yaw error [deg]")
+    ax.legend()
 
 
 def _years(ax: Axes, years: tuple[Year, ...]) -> None:
@@ -302,8 +300,8 @@ def _years(ax: Axes, years: tuple[Year, ...]) -> None:
             [y.fronts for y in part], [(y.energy - y.stopped) / 3.6e9 for y in part], "o-", color=colour, label=name
         )
     panel(ax, "energy won in a year against stopping", "MWh")
-    ax.set_xlabel("fronts a year", fontsize=8)
-    ax.legend(fontsize=7)
+    ax.set_xlabel("fronts a year")
+    ax.legend()
 
 
 def better(grid: Found) -> Table:

@@ -129,7 +129,7 @@ def years_figure(found: Found) -> Figure:
     response = found.response
     _over_speed(axes[0, 0], found, response.power, {name: response.states[name].power for name in (ICED, SHED)}, 1e6)
     panel(axes[0, 0], f"{response.turbine.name}: mean power in turbulence", "MW")
-    axes[0, 0].legend(fontsize=7)
+    axes[0, 0].legend()
     for ax, name in ((axes[0, 1], ROOT), (axes[0, 2], TOWER)):
         iced = {state: response.states[state].loads[name] for state in (ICED, SHED)}
         _over_speed(ax, found, response.loads[name], iced, 1e6)
@@ -138,9 +138,9 @@ def years_figure(found: Found) -> Figure:
     for colour, (name, year) in zip(COLOURS, found.years.items(), strict=False):
         axes[1, 0].plot(months, year.density, "o-", color=colour, markersize=3, label=words(name))
     axes[1, 0].axhline(STANDARD, color=COLOURS[8], linewidth=0.8, linestyle="--")
-    axes[1, 0].set_xlabel("month", fontsize=8)
+    axes[1, 0].set_xlabel("month")
     panel(axes[1, 0], "air density", "kg/m³")
-    axes[1, 0].legend(fontsize=7)
+    axes[1, 0].legend()
     effects = {name: {what: of_standard(y, what) for what in STEPS} for name, y in found.years.items()}
     _bars(axes[1, 1], effects)
     panel(axes[1, 1], "what each effect adds to the year's energy at 1.225 kg/m³", "%")
@@ -162,7 +162,7 @@ def _over_speed(ax: Axes, found: Found, clean: Float, iced: dict[str, Float], un
     for line, state in ((":", ICED), ("--", SHED)):
         label = f"{state}, {setup.icing_density:g} kg/m³"
         ax.plot(setup.speeds, iced[state].mean(axis=1) / unit, line, color=COLOURS[4], label=label)
-    ax.set_xlabel("wind speed [m/s]", fontsize=8)
+    ax.set_xlabel("wind speed [m/s]")
 
 
 def _bars(ax: Axes, groups: dict[str, dict[str, MeanEstimate]]) -> None:
@@ -178,7 +178,7 @@ def _bars(ax: Axes, groups: dict[str, dict[str, MeanEstimate]]) -> None:
             label=words(name),
             error_kw={"linewidth": 0.8},
         )
-    ax.set_xticks(place, [label.replace(", ", ",\n") for label in labels], fontsize=8)
+    ax.set_xticks(place, [label.replace(", ", ",\n") for label in labels])
     ax.axhline(0.0, color="black", linewidth=0.6)
     ax.margins(y=0.25)  # room for the legend
-    ax.legend(fontsize=7, ncols=len(groups), loc="upper center")
+    ax.legend(ncols=len(groups), loc="upper center")

@@ -1,5 +1,5 @@
 "use strict";
-// Tables that sort and filter, charts that name what is under the pointer, and the command of a case.
+// Tables that sort and filter, pictures that enlarge, charts that name what is under the pointer, the command of a case.
 (() => {
   const all = (selector, within = document) => [...within.querySelectorAll(selector)];
   const make = (name, attributes = {}, ...children) => {
@@ -9,7 +9,9 @@
     node.append(...children);
     return node;
   };
-  const short = (x) => (Math.abs(x) >= 1e6 || (x && Math.abs(x) < 1e-3) ? x.toExponential(3) : String(+x.toPrecision(4)));
+  const grouped = (text) => text.replace(/^-?\d{5,}/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, "\u202f"));
+  const short = (x) => (Math.abs(x) >= 1e6 || (x && Math.abs(x) < 1e-3) ? x.toExponential(3) : grouped(String(+x.toPrecision(Math.abs(x) >= 1e3 ? 6 : 4))));
+  const colour = (s, i) => `var(--c${(s.colour ?? i) % 10})`;
   const data = (id) => JSON.parse(document.getElementById(id).textContent);
   const page = data("page-data");
 
@@ -47,6 +49,7 @@
     const number = parseFloat(cell.textContent);
     return Number.isNaN(number) ? cell.textContent : number;
   };
+  const belongs = (row) => /^(\s|$)/.test(row.cells[0].textContent); // to the row above: its first cell is empty or indented
   for (const table of all("table.sortable")) {
     const body = table.tBodies[0], rows = [...body.rows];
     all("thead tr:last-child th", table).forEach((head, column) => {
@@ -55,19 +58,23 @@
         const down = head.getAttribute("aria-sort") === "ascending";
         all("th[aria-sort]", table).forEach((other) => other.removeAttribute("aria-sort"));
         head.setAttribute("aria-sort", down ? "descending" : "ascending");
-        const keyed = [...body.rows].map((row) => [row.cells[column] ? value(row.cells[column]) : "", row]);
+        const keyed = [];
+        for (const row of body.rows) {
+          if (keyed.length && belongs(row)) keyed.at(-1).push(row);
+          else keyed.push([row.cells[column] ? value(row.cells[column]) : "", row]);
+        }
         keyed.sort(([a], [b]) => {
           if (a === "" || b === "") return (a === "") - (b === "");
           const order = typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b), "en", { numeric: true });
           return down ? -order : order;
         });
-        body.append(...keyed.map(([, row]) => row));
+        body.append(...keyed.flatMap(([, ...rows]) => rows));
       };
       head.onclick = sort;
       head.onkeydown = (event) => { if (event.key === "Enter") sort(); };
     });
     if (rows.length <= 25) continue;
-    const field = make("input", { type: "search", placeholder: "filter, e.g. 1.3 failed", "aria-label": "Filter rows" });
+    const field = make("input", { type: "search", placeholder: "filter rows", "aria-label": "Filter rows" });
     const count = make("span", {}, `${rows.length} rows`);
     const texts = rows.map((row) => [...row.cells].map((cell) => cell.textContent).join(" ").toLowerCase());
     field.oninput = () => {
@@ -80,15 +87,37 @@
   }
 
   // ---------------------------------------------------------------- one of several parts
-  for (const choice of all("select.choose")) {
-    const parts = all(`[data-part="${choice.dataset.of}"]`);
+  for (const group of all(".choose")) {
+    const choice = group.querySelector("select"), parts = all(":scope > .part", group);
     const show = () => {
       parts.forEach((part, i) => part.classList.toggle("aside", i !== choice.selectedIndex));
-      parts.forEach((part) => all("figure[data-chart]", part).forEach((figure) => figure.draw && figure.draw()));
+      parts.forEach((part) => all("figure.chart", part).forEach((figure) => figure.draw && figure.draw()));
     };
     choice.onchange = show;
     show();
   }
+
+  // ---------------------------------------------------------------- contents and figures
+  const links = new Map(all("nav a").map((link) => [link.hash.slice(1), link]));
+  const seen = new IntersectionObserver((entries) => entries.forEach(({ target, isIntersecting }) => {
+    if (isIntersecting) links.forEach((link, id) => link.classList.toggle("here", id === target.id));
+  }), { rootMargin: "-10% 0px -80%" });
+  all("section[id]").forEach((section) => links.has(section.id) && seen.observe(section));
+  function enlarge(figure, large) {
+    figure.classList.toggle("large", large);
+    figure.classList.toggle("fit", large);
+    figure.querySelector(".enlarge").textContent = large ? "×" : "⤢";
+    document.body.style.overflow = large ? "hidden" : "";
+  }
+  for (const figure of all("figure")) {
+    const button = make("button", { class: "enlarge", "aria-label": "Enlarge or close", title: "Enlarge" }, "⤢");
+    button.onclick = () => enlarge(figure, !figure.classList.contains("large"));
+    figure.append(button);
+    const image = figure.querySelector("img");
+    // first to the size of the window, then to that of the picture
+    if (image) image.onclick = () => (figure.classList.contains("large") ? figure.classList.toggle("fit") : enlarge(figure, true));
+  }
+  document.addEventListener("keydown", (event) => { if (event.key === "Escape") all("figure.large").forEach((figure) => enlarge(figure, false)); });
 
   // ---------------------------------------------------------------- charts
   function ticks(low, high, log) {
@@ -102,10 +131,11 @@
   }
   const off = new WeakMap();
   function draw(figure, spec) {
-    const width = Math.max(300, Math.min(figure.clientWidth || 700, spec.polar ? 460 : 1000));
-    const height = spec.polar ? width : Math.min(400, Math.max(250, 0.5 * width));
+    const large = figure.classList.contains("large"), room = (figure.clientWidth || 700) - (large ? 40 : 0);
+    const width = Math.max(300, large ? (spec.polar ? Math.min(room, innerHeight - 130) : room) : Math.min(room, spec.polar ? 460 : 1000));
+    const height = spec.polar ? width : large ? innerHeight - 150 : Math.min(400, Math.max(250, 0.5 * width));
     const hidden = off.get(figure) || off.set(figure, new Set()).get(figure);
-    const series = spec.series.map((s, i) => ({ ...s, colour: page.colours[(s.colour ?? i) % page.colours.length] })).filter((s) => !hidden.has(s.name));
+    const series = spec.series.map((s, i) => ({ ...s, colour: colour(s, i) })).filter((s) => !hidden.has(s.name));
     const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": spec.title });
     const plot = spec.polar ? polar(svg, spec, series, width) : axes(svg, spec, series, width, height);
     const found = [];
@@ -114,10 +144,10 @@
       const line = (of) => of.map(([p], i) => `${i ? "L" : "M"}${p[0].toFixed(1)} ${p[1].toFixed(1)}`).join("");
       if (s.y2) {
         const back = s.x.map((x, i) => [plot(x, s.y2[i])]).filter(([p]) => p).reverse();
-        svg.append(make("path", { d: `${line([...points, ...back])}Z`, fill: s.colour, class: "band" }));
+        svg.append(make("path", { d: `${line([...points, ...back])}Z`, style: `fill:${s.colour}`, class: "band" }));
       } else if (s.dots) {
-        svg.append(make("path", { d: points.map(([p]) => `M${p[0].toFixed(1)} ${p[1].toFixed(1)}h0`).join(""), stroke: s.colour, class: "dots" }));
-      } else svg.append(make("path", { d: line(points) + (spec.polar ? "Z" : ""), stroke: s.colour, class: "line", "stroke-dasharray": s.dash || "none" }));
+        svg.append(make("path", { d: points.map(([p]) => `M${p[0].toFixed(1)} ${p[1].toFixed(1)}h0`).join(""), style: `stroke:${s.colour}`, class: "dots" }));
+      } else svg.append(make("path", { d: line(points) + (spec.polar ? "Z" : ""), style: `stroke:${s.colour}`, class: "line", "stroke-dasharray": s.dash || "none" }));
       if (!s.y2) found.push(...points.map(([p, i]) => [p, s, i]));
     }
     const mark = make("circle", { r: 5, class: "mark", visibility: "hidden" }), tip = make("div", { class: "tip", hidden: "" });
@@ -148,7 +178,7 @@
     svg.onclick = () => { if (now && now[1].cases) showCase(page.cases[now[1].base || 0][now[1].cases[now[2]]], now[1].base || 0); };
     const legend = make("div", { class: "legend" });
     spec.series.forEach((s, i) => {
-      const key = make("button", { "aria-pressed": !hidden.has(s.name) }, make("i", { style: `background:${page.colours[(s.colour ?? i) % page.colours.length]}` }), s.name);
+      const key = make("button", { "aria-pressed": !hidden.has(s.name) }, make("i", { style: `background:${colour(s, i)}` }), s.name);
       key.onclick = () => { hidden.has(s.name) ? hidden.delete(s.name) : hidden.add(s.name); draw(figure, spec); };
       if (spec.series.findIndex((other) => other.name === s.name) === i) legend.append(key);
     });
