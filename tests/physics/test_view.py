@@ -247,7 +247,7 @@ def browse(page: view.View, folder: Path, now: float = NOW) -> dict[str, Any]:
         ]
         with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as browser:
             try:
-                found: dict[str, Any] = json.loads(told.get(timeout=100.0))
+                found: dict[str, Any] = json.loads(told.get(timeout=60.0))
             finally:
                 browser.terminate()
                 server.shutdown()
