@@ -35,7 +35,7 @@ def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
         for line in (line for line in out.splitlines() if line.startswith("next: ")):
             check_next(line)
             assert out.endswith(f"{line}\n")
-        silent = {"--help", "-h", "--version", "--json", "template", "greet"} & set(map(str, arguments))
+        silent = {"--help", "-h", "--version", "--json", "template", "greet", "docs"} & set(map(str, arguments))
         assert status or silent or not arguments or "next: meltemi " in out, out
         return Ran(status, out, err.replace(COLD + "\n", ""))
 

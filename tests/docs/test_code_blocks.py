@@ -8,6 +8,7 @@ import json
 import re
 import shlex
 from importlib.util import find_spec
+from itertools import groupby
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
@@ -28,6 +29,10 @@ def blocks(page: str, kind: str) -> list[str]:
     return re.findall(rf"^```{kind}\n(.*?)^```", TEXTS[page], re.MULTILINE | re.DOTALL)
 
 
+OF_ALL = ("--help", "--version", "--debug", "--install-completion", "--show-completion")
+"""Options of ``meltemi`` itself."""
+
+
 def calls(text: str) -> list[list[str]]:
     """Arguments of every ``meltemi`` in shell blocks and between backticks."""
     shell = "\n".join(re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL)).replace("\\\n", " ")
@@ -35,8 +40,10 @@ def calls(text: str) -> list[list[str]]:
     lines = [*shell.splitlines(), *(" ".join(code.split()) for code in re.findall(r"`(meltemi\s[^`]+)`", prose))]
     found = []
     for line in lines:
-        for part in re.split(r"&&|\||;", line):
-            words = shlex.split(part, comments=True)
+        lexer = shlex.shlex(line, posix=True, punctuation_chars=True)
+        lexer.whitespace_split = True
+        for ends, part in groupby(lexer, key=lambda word: set(word) <= set("();<>|&")):
+            words = [] if ends else list(part)
             here = [i for i, word in enumerate(words) if Path(word).name == "meltemi"]
             if here and words[here[-1] + 1 :]:
                 found.append(words[here[-1] + 1 :])
@@ -47,7 +54,7 @@ def calls(text: str) -> list[list[str]]:
 def test_commands_and_options_exist(page: str) -> None:
     for words in calls(TEXTS[page]):
         command: Any = typer.main.get_command(app)
-        rest = [word for word in words if word not in ("--help", "--version", "--debug")]
+        rest = [word for word in words if word not in OF_ALL]
         if not rest or rest[0] == "COMMAND":
             continue
         while hasattr(command, "commands") and rest:
@@ -185,6 +192,16 @@ def test_changes_of_a_load_case_table(tmp_path: Path) -> None:
     path = tmp_path / "changes.yaml"
     path.write_text(text, encoding="utf-8")
     assert set(load_table(4, read_mapping(path)).rows) - set(load_table(4).rows) == {"1.3b"}
+
+
+def test_settings_of_a_load_base(tmp_path: Path) -> None:
+    """Of docs/guide/load-base.md."""
+    from meltemi.loadbase.settings import STANDARD, read_settings
+
+    (text,) = blocks("docs/guide/load-base.md", 'yaml title="settings.yaml"')
+    path = tmp_path / "settings.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert all(value != getattr(STANDARD, key) for key, value in read_settings(path) if key in text)
 
 
 @pytest.mark.skipif(find_spec("pandas") is None, reason="needs pandas")

@@ -113,5 +113,5 @@ def test_errors_name_what_is_wrong(model: Model) -> None:
 def test_plot_draws_every_mode(vacuum: Campbell, air: Campbell) -> None:
     for diagram in (vacuum, air):
         figure = meltemi.plots.plot_campbell(diagram)
-        (legend,) = figure.legends
-        assert [text.get_text() for text in legend.get_texts()] == list(diagram.labels)
+        frequencies, _ = figure.axes  # high damping is cut off
+        assert {*diagram.labels} <= {text.get_text() for text in frequencies.texts}
