@@ -211,10 +211,10 @@ def _notes(results: Results, coverage: pd.DataFrame, evaluation: Evaluation) -> 
     for row, line in coverage.iterrows():
         if line["meaning"]:
             yield f"DLC {line['dlc']} ({row}): {line['meaning']}."
-    words = {"doubtful": "are outside the range of validity of the model", "warned": "have warnings"}
+    words = {"doubtful": "outside the range of validity of the model", "warned": "with warnings"}
     for state, text in words.items():
         if n := sum(results.states[case.name] == state for case in results.present):
-            yield f"{n} cases that {text} take part."
+            yield f"{n} cases {text} take part." if n > 1 else f"1 case {text} takes part."
     for runs in evaluation.runs:
         if runs.rule == EXTRAPOLATED:
             least = LEAST["weibull" if evaluation.way == "weibull" else "gumbel"]
