@@ -18,7 +18,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.baseline import parameters
 from meltemi.core.errors import InputError
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
@@ -138,7 +137,7 @@ def _rest_azimuth(
 def _idle(orbit: CarefulOrbit, way: float, pitch: float, torque: float) -> None:
     """Bring an orbit to the speed, in one sense of rotation, at which its mean torque balances."""
     model, wind = orbit.model, orbit.wind
-    reference = float(parameters(model.turbine.control).reference_speed) / model.turbine.drivetrain.gear_ratio
+    reference = model.turbine.rated_rotor_speed
 
     def drives(x: float) -> float:
         return way * orbit.sweep(way * x, pitch, torque)

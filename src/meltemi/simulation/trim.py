@@ -221,7 +221,7 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
     control = model.turbine.control
     law = parameters(control)
     ratio = model.turbine.drivetrain.gear_ratio
-    reference = float(law.reference_speed) / ratio
+    reference = model.turbine.rated_rotor_speed
     free = model.locked[model.coordinates.index("generator")] == 0.0
 
     def left_over(speed: float, angle: float) -> float:
@@ -818,8 +818,7 @@ class CarefulOrbit(_Orbit):
                 return self.left
             except NotConverged:
                 pass
-        turbine = self.model.turbine
-        reference = float(parameters(turbine.control).reference_speed) / turbine.drivetrain.gear_ratio
+        reference = self.model.turbine.rated_rotor_speed
         self.begin(float(np.clip(speed, -reference, reference)), pitch, torque)
         self.follow(goal)
         return self.left
