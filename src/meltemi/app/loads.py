@@ -301,12 +301,12 @@ def report(
     """Write the report of a load base: one HTML file, and its tables as CSV and Excel."""
     from meltemi.loadbase.design import design_loads
     from meltemi.loadbase.report import read_limits, write_report
-    from meltemi.loadbase.settings import STANDARD, read_settings
+    from meltemi.loadbase.settings import read_settings
 
     if against is not None and limits is not None:
         raise InputError("give either --against or --limits")
     planned, given = _planned(base), None if limits is None else read_limits(limits)
-    of = STANDARD if settings is None else read_settings(settings)
+    of = read_settings(settings)
     other = None if against is None else (str(against), design_loads(_planned(against), against, of))
     with results_in(base), progress_bar("report", compiles=False):
         files = write_report(planned, base, against=other, limits=given, design=design_loads(planned, base, of))
@@ -324,10 +324,10 @@ def compare(
 ) -> None:
     """Compare two load bases: two controllers, two turbines, or a change."""
     from meltemi.loadbase.report_comparison import write_base_comparison
-    from meltemi.loadbase.settings import STANDARD, read_settings
+    from meltemi.loadbase.settings import read_settings
 
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
-    of = STANDARD if settings is None else read_settings(settings)
+    of = read_settings(settings)
     with results_in(out), progress_bar("comparison", compiles=False):
         files = write_base_comparison(bases[0], bases[1], out, of)
     wrote(*files)

@@ -42,10 +42,10 @@ class DesignSettings(Record):
 STANDARD = DesignSettings()
 
 
-def read_settings(path: str | Path) -> DesignSettings:
-    """Settings of a YAML file, such as ``extrapolation: weibull``.
+def read_settings(path: str | Path | None) -> DesignSettings:
+    """Settings of a YAML file, such as ``extrapolation: weibull``; the standard ones without a file.
 
     Raises:
       InputError: the file cannot be read or names what is not a setting.
     """
-    return read_record(path, DesignSettings)
+    return STANDARD if path is None else read_record(path, DesignSettings)
