@@ -310,7 +310,7 @@ def compare(
 
     def cases() -> Iterator[Run]:
         for k, wind in enumerate(winds):
-            shared = _Shared(wind, model, duration, len(controllers))
+            shared = SharedField(wind, model, duration, len(controllers))
             for scheme, controller in controllers.items():
                 yield Run(
                     model, shared, duration=duration, controller=controller, channels=channels, name=f"{k}:{scheme}"
@@ -379,7 +379,7 @@ def failure_line(outcome: Outcome) -> str:
     return f"scheme {scheme!r} in wind {int(k) + 1}: {outcome.message}"
 
 
-class _Shared:
+class SharedField:
     """A wind field that is generated for the first run that needs it and released after the last one."""
 
     def __init__(self, wind: AnyWind, model: BladedModel, duration: float, takers: int) -> None:

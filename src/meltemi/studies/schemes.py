@@ -28,10 +28,12 @@ class SchemeDesign:
 
     Attributes:
       controllers: by name of the scheme.
+      settings: of their load control; none for files of the user.
       tunings: by scheme and loop, such as ``cpfc: 2P flap``; once for schemes that share all loops.
     """
 
     controllers: Mapping[str, Controller]
+    settings: Mapping[str, LoadControl]
     tunings: Mapping[str, LoopTuning]
 
 
@@ -73,15 +75,15 @@ def design_controllers(
         wanted: tune_loops(model, wanted, linear=linear) for wanted in dict.fromkeys(s.loops for s in schemes.values())
     }
     feedforward = FeedForward(shear_exponent=shear_exponent)
-    controllers = {}
+    controllers, settings = {}, {}
     for name in names:
         if name in schemes:
-            settings = LoadControl(
+            settings[name] = LoadControl(
                 feedforward=feedforward if schemes[name].feedforward else None,
                 loops=tuple(tuning.loop for tuning in tuned[schemes[name].loops]),
                 notch=notch,
             )
-            controllers[name] = LoadController(model.turbine, settings, name=name)
+            controllers[name] = LoadController(model.turbine, settings[name], name=name)
         else:
             controllers[label(name)] = own[name]
     tunings = {
@@ -89,7 +91,7 @@ def design_controllers(
         for wanted, found in tuned.items()
         for (actuator, harmonic), tuning in zip(wanted, found, strict=True)
     }
-    return SchemeDesign(controllers, tunings)
+    return SchemeDesign(controllers, settings, tunings)
 
 
 def own_controller(path: str, turbine: Turbine) -> Controller:
@@ -101,12 +103,21 @@ def own_controller(path: str, turbine: Turbine) -> Controller:
     found: Callable[[Turbine], object] | None = getattr(_module(path), "controller", None)
     if not callable(found):
         raise InputError(f"{path}: expected a function controller(turbine) that returns a meltemi.Controller")
+    return checked_controller(path, found, turbine)
+
+
+def checked_controller(where: str, make: Callable[[Turbine], object], turbine: Turbine) -> Controller:
+    """The controller that a user's function makes for a turbine.
+
+    Raises:
+      InputError: the function raises, or returns no controller.
+    """
     try:
-        made = found(turbine)
+        made = make(turbine)
     except Exception as error:
-        raise InputError(f"{path}: controller(turbine) raised {type(error).__name__}: {error}") from error
+        raise InputError(f"{where}: controller(turbine) raised {type(error).__name__}: {error}") from error
     if not isinstance(made, Controller):
-        raise InputError(f"{path}: controller(turbine) must return a meltemi.Controller, found {type(made).__name__}")
+        raise InputError(f"{where}: controller(turbine) must return a meltemi.Controller, found {type(made).__name__}")
     return made
 
 

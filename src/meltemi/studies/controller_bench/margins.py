@@ -1,0 +1,143 @@
+"""Margins of the speed loop of any controller, measured in the closed loop.
+
+A multisine of small amplitude is added to the measured generator speed in steady wind, once with either sign. Half the
+difference of the two runs is the response to it alone, without the periodic motion of the rotor: with the speed y(w) and
+the measured speed y(w) + d(w), the loop opened at the sensor is L = -y / (y + d). It needs no knowledge of the
+controller, and contains torque and pitch, actuators, filters and sampling.
+
+Reference: docs/guide/controller-bench.md; Pintelon and Schoukens (2012), System Identification, chapter 2.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+AMPLITUDE = 3e-4
+"""Of a line at low frequency, over the speed: small enough for the linear range, large against rounding."""
+CORNER = 0.2
+"""[Hz] above which amplitudes fall, so that pitch rates stay small."""
+LOWEST, HIGHEST, LINES = 0.02, 2.0, 40
+"""[Hz] range of the lines, and about how many."""
+REPEATABLE = 0.05
+"""Largest difference of two successive periods over the response: beyond, the loop is not linear or not damped."""
+STEP = 0.05
+"""[s] between recorded samples."""
+
+
+@dataclass(frozen=True)
+class Multisine:
+    """Test signal.
+
+    Attributes:
+      period: [s] of the signal, of which two are evaluated.
+      settling: [s] before.
+      sign: of the signal.
+    """
+
+    period: float = 100.0
+    settling: float = 100.0
+    sign: float = 1.0
+
+    @property
+    def duration(self) -> float:
+        """[s] of a run."""
+        return self.settling + 2.0 * self.period
+
+    @property
+    def lines(self) -> Float:
+        """(F,) frequencies [Hz], multiples of 1 / period, about evenly spaced in their logarithm."""
+        return np.unique(np.round(np.geomspace(LOWEST, HIGHEST, LINES) * self.period)) / self.period
+
+    def __call__(self, time: float) -> float:
+        """Share of the speed at a time [s]."""
+        f = self.lines
+        phase = math.pi * np.arange(len(f)) ** 2 / len(f)
+        size = AMPLITUDE / (1.0 + f / CORNER)
+        return self.sign * float(np.sum(size * np.cos(2.0 * math.pi * f * time + phase)))
+
+
+@dataclass(frozen=True)
+class SpeedLoop:
+    """The measured speed loop at a wind speed.
+
+    Attributes:
+      wind_speed: [m/s].
+      frequency: (F,) [rad/s].
+      response: (F,) L, opened at the speed sensor.
+      repeatability: difference of two periods over the response.
+    """
+
+    wind_speed: float
+    frequency: Float = field(repr=False)
+    response: Complex = field(repr=False)
+    repeatability: float
+
+    @property
+    def linear(self) -> bool:
+        """Whether the response is that of a damped, linear loop, so that there are margins."""
+        return bool(np.all(np.isfinite(self.response))) and self.repeatability < REPEATABLE
+
+    @property
+    def crossover(self) -> float:
+        """[rad/s] highest frequency at which the gain is one; 0 if it is below one everywhere."""
+        at, share = self._passings(np.log(np.abs(self.response)))
+        return float((self.frequency[at] + share * np.diff(self.frequency)[at]).max(initial=0.0)) if self.linear else math.nan
+
+    @property
+    def phase_margin(self) -> float:
+        """[rad] smallest distance of the phase from half a turn where the gain is one; infinite if it never is."""
+        return float(self._phases()[1].min(initial=math.inf)) if self.linear else math.nan
+
+    @property
+    def delay_margin(self) -> float:
+        """[s] further delay that the loop tolerates."""
+        w, late = self._phases(lags=True)
+        return float((late / w).min(initial=math.inf)) if self.linear else math.nan
+
+    @property
+    def gain_margin(self) -> float:
+        """Smallest factor, up or down, on the gain at which the loop oscillates; infinite if there is none."""
+        at, share = self._passings(self.response.imag)
+        real = self.response.real[at] + share * np.diff(self.response.real)[at]
+        factors = np.abs(1.0 / real[real < 0.0])
+        return float(np.maximum(factors, 1.0 / factors).min(initial=math.inf)) if self.linear else math.nan
+
+    def _phases(self, *, lags: bool = False) -> tuple[Float, Float]:
+        """Frequencies [rad/s] where the gain is one, and distances of the phase from half a turn [rad], or lags to it."""
+        at, share = self._passings(np.log(np.abs(self.response)))
+        phase = np.unwrap(np.angle(self.response))
+        there = phase[at] + share * np.diff(phase)[at]
+        w = self.frequency[at] + share * np.diff(self.frequency)[at]
+        lag = np.mod(there + math.pi, 2.0 * math.pi)
+        return w, lag if lags else np.minimum(lag, 2.0 * math.pi - lag)
+
+    def _passings(self, x: Float) -> tuple[NDArray[np.int64], Float]:
+        """Indices after which x changes its sign, and the shares of the steps at which it does."""
+        at = np.flatnonzero(x[:-1] * x[1:] < 0.0)
+        return at, x[at] / (x[at] - x[at + 1])
+
+
+def speed_loop(wind_speed: float, signal: Multisine, up: Float, down: Float) -> SpeedLoop:
+    """The loop from the speeds of two runs.
+
+    Args:
+      wind_speed: [m/s].
+      signal: of the first run.
+      up, down: (T,) [rad/s] generator speed of the runs with either sign, from 0 on in steps of ``STEP``.
+    """
+    n = round(signal.period / STEP)
+    time = STEP * np.arange(len(up))
+    lines = np.round(signal.lines * signal.period).astype(int)
+    y = 0.5 * (up - down) / (0.5 * (up + down)[-2 * n :].mean())
+    d = np.array([signal(t) for t in time[-n - 1 : -1]])
+    first, last = (np.fft.rfft(x)[lines] for x in (y[-2 * n - 1 : -n - 1], y[-n - 1 : -1]))
+    spread = float(np.linalg.norm(last - first) / max(np.linalg.norm(last), 1e-300))
+    Y, D = 0.5 * (first + last), np.fft.rfft(d)[lines]
+    return SpeedLoop(wind_speed, 2.0 * math.pi * signal.lines, -Y / (Y + D), spread)
