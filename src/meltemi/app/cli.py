@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from meltemi.app.bench_controller import bench_controller
 from meltemi.app.commands import Commands
 from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
@@ -406,6 +407,7 @@ def power_curve(
 
 app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
+app.command()(bench_controller)
 app.command("import", help=IMPORT_HELP)(import_)
 app.command()(inspect)
 app.command()(export)

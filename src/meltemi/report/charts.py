@@ -58,8 +58,22 @@ def place_of(kind: str) -> str:
     return f"{kind}-{next(_numbers)}"
 
 
-def chart(title: str, x: Axis, y: Axis, curves: Sequence[Curve], *, caption: str = "", polar: bool = False) -> Markup:
-    """A chart of lines, dots and bands; ``polar``: x are angles [deg], anticlockwise from the right."""
+def chart(
+    title: str,
+    x: Axis,
+    y: Axis,
+    curves: Sequence[Curve],
+    *,
+    caption: str = "",
+    polar: bool = False,
+    spokes: Sequence[str] = (),
+) -> Markup:
+    """A chart of lines, dots and bands; ``polar``: x are angles [deg], anticlockwise from the right.
+
+    ``spokes`` are names of evenly spaced angles, the first to the right: then it is polar, with a value of each curve
+    on every spoke.
+    """
+    polar = polar or bool(spokes)
     place = place_of("chart")
     series = []
     for c in curves:
@@ -70,7 +84,7 @@ def chart(title: str, x: Axis, y: Axis, curves: Sequence[Curve], *, caption: str
         key: {"label": a.label, "unit": a.unit, "log": a.log} | ({} if a.start is None else {"from": a.start})
         for key, a in (("x", x), ("y", y))
     }
-    spec = {"title": title, "polar": polar, "series": series} | axes
+    spec = {"title": title, "polar": polar, "series": series} | axes | ({"spokes": list(spokes)} if spokes else {})
     words = f"<figcaption><b>{plain(title)}</b> {plain(caption)}</figcaption>"
     kind = "chart polar" if polar else "chart"
     return Markup(f'{stored(place, spec)}<figure class="{kind}" data-chart="{place}">{words}</figure>')

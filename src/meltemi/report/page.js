@@ -170,7 +170,7 @@
       mark.setAttribute("cy", p[1]);
       const name = s.cases ? page.cases[s.base || 0][s.cases[i]] : "";
       tip.replaceChildren(make("b", {}, name || s.name), ` ${name ? s.name : ""}`, make("br"),
-        `${spec.x.label} ${short(s.x[i])} ${spec.x.unit}`, make("br"), `${spec.y.label} ${short(s.y[i])} ${spec.y.unit}`);
+        spec.spokes ? spec.spokes[i] : `${spec.x.label} ${short(s.x[i])} ${spec.x.unit}`, make("br"), `${spec.y.label} ${short(s.y[i])} ${spec.y.unit}`);
       tip.style.top = `${p[1] / scale + 12}px`;
       tip.style.left = `${Math.min(p[0] / scale, box.width - 190)}px`;
     };
@@ -209,13 +209,14 @@
     return (x, y) => (x === null || y === null || (spec.y.log && y <= 0) || (spec.x.log && x <= 0) ? null : [px(x), py(y)]);
   }
   function polar(svg, spec, series, width) {
-    const centre = width / 2, radius = centre - 34;
+    const centre = width / 2, radius = centre - (spec.spokes ? 70 : 34), n = spec.spokes ? spec.spokes.length : 12;
     const largest = Math.max(...series.flatMap((s) => s.y), 1e-9), rings = ticks(0, largest, false).filter((v) => v > 0);
     for (const v of rings) svg.append(make("circle", { cx: centre, cy: centre, r: (v / largest) * radius, class: "ring" }), make("text", { x: centre + 3, y: centre - (v / largest) * radius - 2 }, short(v)));
-    for (let a = 0; a < 360; a += 30) {
+    for (let i = 0; i < n; i++) {
+      const a = (360 * i) / n;
       const [s, c] = [Math.sin((a * Math.PI) / 180), Math.cos((a * Math.PI) / 180)];
       svg.append(make("path", { d: `M${centre} ${centre}L${centre + radius * c} ${centre - radius * s}`, class: "grid" }));
-      svg.append(make("text", { x: centre + (radius + 16) * c, y: centre - (radius + 16) * s + 4, "text-anchor": "middle" }, `${a}°`));
+      svg.append(make("text", { x: centre + (radius + (spec.spokes ? 8 : 16)) * c, y: centre - (radius + 16) * s + 4, "text-anchor": spec.spokes && Math.abs(c) > 0.3 ? (c > 0 ? "start" : "end") : "middle" }, spec.spokes ? spec.spokes[i] : `${a}°`));
     }
     svg.append(make("text", { x: 4, y: 14 }, `${spec.y.label} [${spec.y.unit}]`));
     return (x, y) => (y === null ? null : [centre + (y / largest) * radius * Math.cos((x * Math.PI) / 180), centre - (y / largest) * radius * Math.sin((x * Math.PI) / 180)]);

@@ -154,7 +154,12 @@ class Bench(Brief):
         }
         share = weights / weights.sum()
         found["energy"] = HOURS * 3600.0 * float(weights @ [r["power mean"] for r in by_speed])
-        for name in ("power std", "generator speed std", "pitch travel", *(["flap travel"] if "flap travel" in by_speed[0] else [])):
+        for name in (
+            "power std",
+            "generator speed std",
+            "pitch travel",
+            *(["flap travel"] if "flap travel" in by_speed[0] else []),
+        ):
             found[name] = float(share @ [r[name] for r in by_speed])
         return found
 
@@ -350,7 +355,12 @@ def verdicts(bench: Bench, controller: str, limits: Limits) -> list[Verdict]:
             tests.append(Verdict(name, 100.0 * value, 100.0 * limit, "%", ok, case.name))
 
     worst("generator speed", grid, "generator speed max", limits.over_speed)
-    worst("generator speed after grid loss", bench.of(controller, situation="grid loss"), "generator speed max", limits.grid_loss_speed)
+    worst(
+        "generator speed after grid loss",
+        bench.of(controller, situation="grid loss"),
+        "generator speed max",
+        limits.grid_loss_speed,
+    )
     producing = {c: n for c, n in found.items() if c.situation.group != "operation"}
     worst("tower clearance", producing, "tower clearance", limits.clearance, least=True)
     tests += _margin_verdicts(bench.loops[controller], limits)
@@ -360,7 +370,9 @@ def verdicts(bench: Bench, controller: str, limits: Limits) -> list[Verdict]:
         travel = table.entry("pitch travel", controller).value
         rate = math.degrees(travel.mean)
         most = math.degrees(limits.pitch_travel)
-        tests.append(Verdict("pitch travel", rate, most, "deg/s", rate <= most, "lifetime", math.degrees(travel.half_width)))
+        tests.append(
+            Verdict("pitch travel", rate, most, "deg/s", rate <= most, "lifetime", math.degrees(travel.half_width))
+        )
     return [*tests, *_operation(bench, controller, limits)]
 
 
@@ -390,11 +402,27 @@ def _changes(bench: Bench, controller: str, limits: Limits) -> Iterator[Verdict]
         energy = table.entry("energy", controller).change
         assert energy is not None
         least = -limits.energy_loss
-        yield Verdict("energy", 100.0 * energy.mean, 100.0 * least, "%", energy.mean >= least, "lifetime", 100.0 * energy.half_width)
+        yield Verdict(
+            "energy",
+            100.0 * energy.mean,
+            100.0 * least,
+            "%",
+            energy.mean >= least,
+            "lifetime",
+            100.0 * energy.half_width,
+        )
         changes = {load: table.entry(f"{load} DEL", controller).change for load in SLOPES}
         load, change = max(((n, c) for n, c in changes.items() if c), key=lambda pair: pair[1].mean)
         limit = limits.load_increase
-        yield Verdict("lifetime loads", 100.0 * change.mean, 100.0 * limit, "%", change.mean <= limit, load, 100.0 * change.half_width)
+        yield Verdict(
+            "lifetime loads",
+            100.0 * change.mean,
+            100.0 * limit,
+            "%",
+            change.mean <= limit,
+            load,
+            100.0 * change.half_width,
+        )
     base, own = bench.extremes(bench.reference), bench.extremes(controller)
     if base and own:
         growth, load = max((own[n][0] / base[n][0] - 1.0, n) for n in SLOPES)
@@ -409,7 +437,14 @@ def _operation(bench: Bench, controller: str, limits: Limits) -> Iterator[Verdic
             time, follows = found[case]["stop time"], found[case]["end speed"] < LEFT
             none = not follows and controller not in bench.supervised
             passed = None if none else time <= limits.stop_time
-            yield Verdict(situation, math.nan if none else time, limits.stop_time, "s", passed, "not offered" if none else case.name)
+            yield Verdict(
+                situation,
+                math.nan if none else time,
+                limits.stop_time,
+                "s",
+                passed,
+                "not offered" if none else case.name,
+            )
     if found := bench.of(controller, situation="start"):
         connected = {case: n["end power"] > 0.0 for case, n in found.items()}
         none = not any(connected.values()) and controller not in bench.supervised

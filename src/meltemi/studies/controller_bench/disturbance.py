@@ -61,7 +61,9 @@ def disturbed(
         return replace(inner, update=update, fresh=None)
 
     words = f"{controller.name}, noise {noise:g}, delay {delay:g} s, seed {seed}"
-    return Controller(update=_unbound, name=words, sample_time=controller.sample_time, yaws=controller.yaws, fresh=fresh)
+    return Controller(
+        update=_unbound, name=words, sample_time=controller.sample_time, yaws=controller.yaws, fresh=fresh
+    )
 
 
 def _unbound(*_: Any) -> None:

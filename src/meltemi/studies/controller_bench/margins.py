@@ -88,7 +88,11 @@ class SpeedLoop:
     def crossover(self) -> float:
         """[rad/s] highest frequency at which the gain is one; 0 if it is below one everywhere."""
         at, share = self._passings(np.log(np.abs(self.response)))
-        return float((self.frequency[at] + share * np.diff(self.frequency)[at]).max(initial=0.0)) if self.linear else math.nan
+        return (
+            float((self.frequency[at] + share * np.diff(self.frequency)[at]).max(initial=0.0))
+            if self.linear
+            else math.nan
+        )
 
     @property
     def phase_margin(self) -> float:

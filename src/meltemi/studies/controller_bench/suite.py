@@ -30,7 +30,7 @@ TWENTY = 0.2
 """Share by which inertia and stiffness of the plant differ from those of the design."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Situation:
     """Cases that differ in wind speed, sign and seed only.
 

@@ -1,0 +1,114 @@
+"""``meltemi bench-controller``: controllers through a fixed suite of cases, against a reference and limits."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from meltemi.app.options import TURBINES
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
+from meltemi.core.errors import InputError
+
+MOST_WORKERS = 1000
+
+
+def bench_controller(
+    controllers: Annotated[
+        list[str],
+        typer.Argument(
+            help="Controllers: baseline, rosco, cpc, ipc, cpfc ..., A0 to A3, a library (.so, with its input file after @), "
+            "a Python file with controller(turbine), or module:function."
+        ),
+    ],
+    turbine: Annotated[
+        str, typer.Option("--turbine", help="A turbine's name or YAML file.", autocompletion=TURBINES)
+    ] = ("nrel5mw"),
+    reference: Annotated[str, typer.Option("--reference", help="Controller against which changes are formed.")] = (
+        "baseline"
+    ),
+    wind_class: Annotated[str, typer.Option("--wind-class", "--class", help="Class of IEC 61400-1, e.g. IIB.")] = "IB",
+    limits: Annotated[
+        Path | None, typer.Option("--limits", help="YAML file with other limits, e.g. over_speed: 1.2.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer speeds and seeds, shorter runs: a minute.")] = False,
+    workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Test controllers in a fixed suite of cases against a reference; writes a page, tables and a leaderboard."""
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
+    names = list(dict.fromkeys((reference, *controllers)))
+    from meltemi.core.yamlfile import read_record
+    from meltemi.studies.controller_bench.contenders import check_names, contenders
+    from meltemi.studies.controller_bench.suite import Limits, cases_of, suite_of
+    from meltemi.wind.iec.classes import as_class
+
+    check_names(names)
+    as_class(wind_class, None)
+    bounds = Limits() if limits is None else read_record(limits, Limits)
+    from meltemi.studies.schemes import equipped
+    from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
+
+    described = equipped(aeroelastic(load_turbine(turbine), "meltemi bench-controller"), names)
+    suite = suite_of(described, quick=quick)
+    from meltemi.simulation.rotors import build
+    from meltemi.studies.controller_bench.bench import QUICK_SINE, run_bench, verdicts
+    from meltemi.studies.controller_bench.report import leaderboard_rows, verdict_rows, write_bench
+    from meltemi.studies.run_store import run_store
+
+    began = time.perf_counter()
+    model = build(described)
+    with progress_bar("tuning") as progress:
+        entries = contenders(names, model, Path(turbine).stem, progress=progress)
+    inputs = repr(("bench-controller", wind_class, quick, [(e.name, e.digest) for e in entries]))
+    cases = list(cases_of(suite))
+    with results_in(out), run_store(out, inputs):
+        total = len(cases) * len(entries)
+        with progress_bar(f"{len(entries)} controllers, {len(cases)} cases", total, "runs") as progress:
+            sine = QUICK_SINE if quick else None
+            bench = run_bench(
+                model, entries, suite, wind_class=wind_class, sine=sine, workers=workers, progress=progress
+            )
+        import meltemi
+
+        facts = [
+            ("Turbine", described.name),
+            ("Class", wind_class),
+            ("Reference", bench.reference),
+            ("Suite", f"{'reduced' if quick else 'complete'}, {len(cases)} cases a controller"),
+            *((f"Controller {e.name}", e.about) for e in entries),
+        ]
+        files = write_bench(
+            bench,
+            out,
+            bounds,
+            facts=facts,
+            repeat=shlex.join(["meltemi", *sys.argv[1:]]),
+            footer=f"meltemi {meltemi.__version__}",
+        )
+    found = {name: verdicts(bench, name, bounds) for name in bench.controllers}
+    print_table(f"{described.name}, class {wind_class}", *leaderboard_rows(bench, found))
+    print(
+        "changes against the reference in the same winds, with 95 % intervals; speed over its reference, clearance over"
+    )
+    print("that of the undeflected blade: worst case; margins of the speed loop: smallest of all wind speeds")
+    failing = {name: [v for v in own if v.passed is False] for name, own in found.items()}
+    print_table(
+        "Criteria that fail",
+        *verdict_rows(failing),
+        text_columns=2,
+        all_rows=verdict_rows(found),
+    )
+    seconds = sum(case.duration for case in cases) * len(entries)
+    print(f"{seconds:.0f} s simulated in {time.perf_counter() - began:.0f} s")
+    wrote(*files)
+    suggest("compare", turbine, "--ntm", "--wind-class", wind_class, "--wind-speed", 18)
+    if bench.failures:
+        say(f"{len(bench.failures)} runs did not reach their end: see {out / 'bench.html'}")
+        raise typer.Exit(1)

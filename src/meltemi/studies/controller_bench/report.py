@@ -1,0 +1,446 @@
+"""Files of the test bench: HTML page, tables as CSV, Parquet and JSON, and the leaderboard in Markdown."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from meltemi.core.files import write_text
+from meltemi.core.units import display
+from meltemi.postprocess.ensemble import MeanEstimate
+from meltemi.report.charts import Axis, Curve, beside, chart, part
+from meltemi.report.ensemble_tables import change_text
+from meltemi.report.html import Block, Code, Markup, Section, Table, plain, write_page
+from meltemi.report.tables import number, write_csv
+from meltemi.studies.controller_bench.bench import SLOPES, Bench, Verdict, verdicts
+from meltemi.studies.controller_bench.suite import Limits
+
+Rows = tuple[list[str], list[list[str]]]
+Verdicts = Mapping[str, Sequence[Verdict]]
+
+NAMES = {
+    "RootMyc1": "blade root, out of plane",
+    "RootMxc1": "blade root, in plane",
+    "TwrBsMyt": "tower base, fore-aft",
+    "TwrBsMxt": "tower base, side-side",
+    "YawBrMyp": "yaw bearing, tilt",
+    "YawBrMzp": "yaw bearing, yaw",
+}
+MOMENT = display("N m")
+RATE = display("rad/s", angular_rate_in_degrees=True)
+UNITS: dict[str, tuple[str, float]] = {
+    **{f"{load} {what}": MOMENT for load in SLOPES for what in ("DEL", "max")},
+    "energy": ("GWh/year", 1.0 / 3.6e12),
+    "power std": ("kW", 1e-3),
+    "power mean": ("kW", 1e-3),
+    "end power": ("kW", 1e-3),
+    "generator speed std": ("%", 100.0),
+    "generator speed max": ("%", 100.0),
+    "end speed": ("%", 100.0),
+    "tower clearance": ("%", 100.0),
+    "pitch travel": RATE,
+    "flap travel": RATE,
+    "pitch rate max": RATE,
+    "stop time": ("s", 1.0),
+}
+"""Engineering units of the numbers of runs, and factors from SI or shares."""
+RADAR = (*(f"{load} DEL" for load in SLOPES), "power std", "generator speed std")
+COMPARED = ("RootMyc1 DEL", "TwrBsMyt DEL", "power mean")
+"""Quantities of the table of robustness."""
+
+
+def named(quantity: str) -> str:
+    """A quantity in words."""
+    channel, _, rest = quantity.partition(" ")
+    return f"{NAMES[channel]}, {rest}" if channel in NAMES else quantity
+
+
+def verdict_rows(found: Verdicts) -> Rows:
+    """Header and rows of all verdicts, one per controller and criterion."""
+    head = ["controller", "criterion", "value", "± 95 %", "limit", "unit", "verdict", "where"]
+    rows = [
+        [name, v.criterion, _value(v.value), _value(v.half_width), _value(v.limit), v.unit, v.word, v.where]
+        for name, own in found.items()
+        for v in own
+    ]
+    return head, rows
+
+
+def _value(x: float) -> str:
+    return "" if math.isnan(x) else number(x) if math.isfinite(x) else "none"
+
+
+def criteria_table(found: Verdicts) -> Table:
+    """Criteria as rows, controllers as columns."""
+    criteria = list(dict.fromkeys(v.criterion for own in found.values() for v in own))
+    by_name = {name: {v.criterion: v for v in own} for name, own in found.items()}
+    rows, classes = [], {}
+    for i, criterion in enumerate(criteria):
+        first = next(own[criterion] for own in by_name.values() if criterion in own)
+        sign = "≥" if criterion in LEAST else "≤"
+        row = [criterion, f"{sign} {number(first.limit)} {first.unit}".strip()]
+        for j, own in enumerate(by_name.values()):
+            v = own.get(criterion)
+            if v is None:
+                row.append("reference")
+                continue
+            width = "" if math.isnan(v.half_width) else f" ± {number(v.half_width)}"
+            row.append(f"{_value(v.value)}{width}" if v.passed is not None or v.value == v.value else v.where)
+            if v.passed is not None:
+                doubtful = "limit" in v.word
+                classes[i, j + 2] = "doubtful" if doubtful else "good" if v.passed else "bad"
+        rows.append(row)
+    note = "Green: passes. Red: fails. Amber: the limit lies within the 95 % interval. Energy and loads are changes."
+    return Table(["criterion", "limit", *found], rows, text_columns=2, classes=classes, note=note)
+
+
+LEAST = ("tower clearance", "phase margin", "gain margin", "delay margin", "energy", "start")
+"""Criteria whose limit is a lower bound."""
+
+
+def leaderboard_rows(bench: Bench, found: Verdicts) -> Rows:
+    """Header and rows of the leaderboard: a row a controller, those with fewest failed criteria first."""
+    head = (
+        "controller,failed,energy %,blade DEL %,tower DEL %,travel deg/s,speed %,clearance %,phase deg,gain dB".split(
+            ","
+        )
+    )
+    rows = []
+    order = sorted(bench.controllers, key=lambda name: sum(v.passed is False for v in found[name]))
+    for name in order:
+        own = {v.criterion: v for v in found[name]}
+        table = bench.lifetime(name)
+        base = name == bench.reference
+
+        def change(quantity: str, table: Any = table, name: str = name, base: bool = base) -> str:
+            return "0" if base else change_text(table.entry(quantity, name).change) if table else "-"
+
+        value = {
+            k: _value(own[k].value) if k in own else "-"
+            for k in ("generator speed", "tower clearance", "pitch travel", "phase margin", "gain margin")
+        }
+        failed = sum(v.passed is False for v in found[name])
+        judged = sum(v.passed is not None for v in found[name])
+        row = [name + (" (reference)" if base else ""), f"{failed} of {judged}"]
+        row += [change(q) for q in ("energy", "RootMyc1 DEL", "TwrBsMyt DEL")]
+        rows.append(
+            [
+                *row,
+                *(
+                    value[k] or "-"
+                    for k in ("pitch travel", "generator speed", "tower clearance", "phase margin", "gain margin")
+                ),
+            ]
+        )
+    return head, rows
+
+
+def lifetime_rows(bench: Bench) -> Rows:
+    """Header and rows of lifetime quantities: means, and changes against the reference, paired by seed."""
+    others = [name for name in bench.controllers if name != bench.reference]
+    tables = {name: bench.lifetime(name) for name in bench.controllers}
+    base = tables[bench.reference]
+    head = ["quantity", "unit", bench.reference, *(f"{name}\nchange %" for name in others)]
+    rows = []
+    for quantity in base.quantities if base else ():
+        assert base is not None
+        unit, factor = UNITS[quantity]
+        row = [named(quantity), unit, number(base.entry(quantity, bench.reference).value.mean * factor)]
+        for name in others:
+            table = tables[name]
+            row.append(change_text(table.entry(quantity, name).change) if table else "-")
+        rows.append(row)
+    return head, rows
+
+
+def extreme_rows(bench: Bench) -> Rows:
+    """Header and rows of the largest loads of production and extreme events."""
+    found = {name: bench.extremes(name) for name in bench.controllers}
+    head = ["load", "unit", *(text for name in bench.controllers for text in (name, "case"))]
+    unit, factor = MOMENT
+    rows = []
+    for load in SLOPES:
+        row = [NAMES[load], unit]
+        for name in bench.controllers:
+            value = found[name].get(load)
+            row += [number(value[0] * factor), value[1]] if value else ["-", "-"]
+        rows.append(row)
+    return head, rows
+
+
+def situation_rows(bench: Bench, group: str) -> Rows:
+    """Header and rows of the situations of a group: extremes of each controller, and changes against the reference."""
+    operation = group == "operation"
+    head = ["situation", "controller", "runs", "speed %", "clearance %", *(f"{named(q)}\nchange %" for q in COMPARED)]
+    if operation:
+        head = ["situation", "controller", "runs", "speed %", "stop s", "end speed %", "end power kW"]
+    rows = []
+    for situation in dict.fromkeys(c.situation for c in bench.cases if c.situation.group == group):
+        total = sum(c.situation is situation for c in bench.cases)
+        for name in bench.controllers:
+            own = bench.of(name, situation=situation.name)
+            row = [situation.name, name, f"{len(own)} of {total}"]
+            if own:
+                row.append(number(100.0 * max(n["generator speed max"] for n in own.values())))
+                if operation:
+                    times = max(n["stop time"] for n in own.values())
+                    row += ["-" if situation.starts or not math.isfinite(times) else number(times)]
+                    row += [number(100.0 * max(n["end speed"] for n in own.values()))]
+                    row += [number(1e-3 * min(n["end power"] for n in own.values()))]
+                else:
+                    row.append(number(100.0 * min(n["tower clearance"] for n in own.values())))
+                    row += [_change(bench, name, situation.name, q) for q in COMPARED]
+            rows.append(row + [""] * (len(head) - len(row)))
+    return head, rows
+
+
+def _change(bench: Bench, controller: str, situation: str, quantity: str) -> str:
+    if controller == bench.reference:
+        return "reference"
+    found: MeanEstimate | None = bench.paired(controller, situation, quantity)
+    return change_text(found)
+
+
+def margin_rows(bench: Bench) -> Rows:
+    """Header and rows of the margins of the speed loop by controller and wind speed."""
+    head = [
+        "controller",
+        "wind m/s",
+        "crossover rad/s",
+        "phase margin deg",
+        "gain margin dB",
+        "delay margin s",
+        "repeatability %",
+    ]
+    rows = []
+    for name, loops in bench.loops.items():
+        for loop in loops:
+            gain = 20.0 * math.log10(loop.gain_margin) if math.isfinite(loop.gain_margin) else loop.gain_margin
+            values = [
+                loop.crossover,
+                math.degrees(loop.phase_margin),
+                gain,
+                loop.delay_margin,
+                100.0 * loop.repeatability,
+            ]
+            texts = ["no linear response" if math.isnan(x) else "none" if math.isinf(x) else number(x) for x in values]
+            rows.append([name, f"{loop.wind_speed:g}", *texts])
+    return head, rows
+
+
+def run_rows(bench: Bench) -> Rows:
+    """Header and rows of all runs: case, controller, status and numbers in SI or as shares."""
+    quantities = list(dict.fromkeys(q for numbers in bench.numbers.values() for q in numbers))
+    head = ["case", "situation", "group", "wind_speed", "seed", "controller", "message", *quantities]
+    rows = []
+    for case in bench.cases:
+        for name in bench.controllers:
+            own = bench.numbers.get((case.name, name), {})
+            first = [
+                case.name,
+                case.situation.name,
+                case.situation.group,
+                f"{case.speed:g}",
+                "" if case.seed is None else str(case.seed),
+            ]
+            values = [f"{own[q]:.9g}" if q in own and math.isfinite(own[q]) else "" for q in quantities]
+            rows.append([*first, name, bench.failures.get((case.name, name), ""), *values])
+    return head, rows
+
+
+def content(bench: Bench, found: Verdicts, limits: Limits) -> dict[str, Any]:
+    """Everything of a bench as plain data, for JSON."""
+
+    def table(rows: Rows) -> list[dict[str, str]]:
+        return [dict(zip((" ".join(h.split()) for h in rows[0]), row, strict=True)) for row in rows[1]]
+
+    return {
+        "turbine": bench.turbine,
+        "wind_class": bench.wind_class,
+        "reference": bench.reference,
+        "controllers": dict(bench.about),
+        "limits": limits.content(),
+        "verdicts": table(verdict_rows(found)),
+        "lifetime": table(lifetime_rows(bench)),
+        "margins": table(margin_rows(bench)),
+        "runs": table(run_rows(bench)),
+    }
+
+
+def write_bench(
+    bench: Bench,
+    out: Path,
+    limits: Limits,
+    *,
+    facts: Iterable[tuple[str, str]] = (),
+    repeat: str = "",
+    footer: str = "",
+) -> list[Path]:
+    """Write page, tables, JSON and leaderboard into a folder; Parquet if pyarrow is installed.
+
+    Raises:
+      InputError: a file cannot be written.
+    """
+    found = {name: verdicts(bench, name, limits) for name in bench.controllers}
+    files = [
+        write_csv(out / "verdicts.csv", *verdict_rows(found)),
+        write_csv(out / "lifetime.csv", *lifetime_rows(bench)),
+        write_csv(out / "margins.csv", *margin_rows(bench)),
+        write_csv(out / "runs.csv", *run_rows(bench)),
+        write_text(out / "bench.json", json.dumps(content(bench, found, limits), indent=1, ensure_ascii=False) + "\n"),
+        write_text(out / "leaderboard.md", leaderboard(bench, found)),
+    ]
+    if find_spec("pyarrow") and find_spec("pandas"):
+        files.append(_parquet(bench, out / "runs.parquet"))
+    title = f"{bench.turbine}: controllers on the test bench"
+    sections = _sections(bench, found, limits, repeat)
+    lead = beside(*(_verdict_block(name, found[name], name == bench.reference) for name in bench.controllers))
+    return [*files, write_page(out / "bench.html", title, sections, facts=facts, lead=lead, footer=footer)]
+
+
+def _parquet(bench: Bench, path: Path) -> Path:
+    import pandas as pd
+
+    from meltemi.core.files import replacing
+
+    head, rows = run_rows(bench)
+    frame = pd.DataFrame(rows, columns=head)
+    for name in head[7:] + ["wind_speed"]:
+        frame[name] = pd.to_numeric(frame[name])
+    with replacing(path) as (partial,):
+        frame.to_parquet(partial, index=False)
+    return path
+
+
+def _verdict_block(name: str, own: Sequence[Verdict], base: bool) -> Markup:
+    failed = [v for v in own if v.passed is False]
+    judged = sum(v.passed is not None for v in own)
+    heading = f"{name}: {'passes' if not failed else f'fails {len(failed)} of'} {judged} criteria"
+    heading += " (reference)" if base else ""
+    lines = []
+    for v in failed:
+        where = f" ({v.where})" if v.where else ""
+        lines.append(f"{v.criterion} {_value(v.value)} {v.unit}, limit {number(v.limit)} {v.unit}{where}")
+    lines += [f"{v.criterion}: {v.where}" for v in own if v.passed is None]
+    body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
+    kind = "bad" if failed else "good"
+    return part("", Markup(f'<div class="verdict {kind}"><h2>{escape(heading)}</h2>{body}</div>'))
+
+
+def _sections(bench: Bench, found: Verdicts, limits: Limits, repeat: str) -> list[Section]:
+    text = "Changes are against {}, in the same winds, formed seed by seed, with their 95 % intervals."
+    lifetime = Table(*lifetime_rows(bench), text_columns=2, note=text.format(bench.reference) + LIFETIME)
+    overview: list[Block] = [criteria_table(found)]
+    sections = [
+        Section("Criteria", overview),
+        Section("Production", [*_radar(bench), lifetime]),
+        Section("Stability margins", [MARGINS, *_margin_charts(bench, limits), Table(*margin_rows(bench))]),
+        Section(
+            "Extreme events",
+            [Table(*situation_rows(bench, "extreme"), text_columns=2), Table(*extreme_rows(bench), text_columns=1)],
+        ),
+        Section("Robustness", [ROBUSTNESS, Table(*situation_rows(bench, "robustness"), text_columns=2)]),
+        Section("Operation", [OPERATION, Table(*situation_rows(bench, "operation"), text_columns=2)]),
+        Section("Suite", [_suite_table(bench)]),
+    ]
+    if bench.failures:
+        rows = [[case, name, message] for (case, name), message in bench.failures.items()]
+        sections.insert(1, Section("Failed runs", [Table(["case", "controller", "message"], rows, text_columns=3)]))
+    return [*sections, Section("Reproduction", [Code(repeat)])] if repeat else sections
+
+
+LIFETIME = (
+    " DEL: lifetime damage-equivalent load, 1 Hz, slope 10 for blades and 4 for tower and yaw bearing, weighted by the "
+    "Rayleigh distribution of the class. Speed and power: standard deviations; speeds over the reference speed."
+)
+MARGINS = (
+    "Measured in the closed loop: small sines are added to the measured generator speed in steady wind, and the loop is "
+    "opened at that sensor. It contains torque and pitch, filters, actuators and sampling. Loops on blade moments are not "
+    "opened."
+)
+ROBUSTNESS = "The controllers are made for the nominal turbine; the plant, its sensors or its actuators differ."
+OPERATION = (
+    "Controllers of meltemi run with its supervisor here. A controller that does not respond to a request does not offer "
+    "the function, which is neither a pass nor a failure."
+)
+
+
+def _radar(bench: Bench) -> list[Block]:
+    curves = []
+    angles = [360.0 * i / len(RADAR) for i in range(len(RADAR))]
+    for name in bench.controllers:
+        table = bench.lifetime(name)
+        if table is None:
+            continue
+        changes = [table.entry(q, name).change for q in RADAR]
+        curves.append(Curve(name, angles, [100.0 * (1.0 + (c.mean if c else 0.0)) for c in changes]))
+    spokes = [
+        NAMES[q[:8]].replace("blade root", "blade").replace("tower base", "tower").replace(", ", "\u00a0")
+        if q[:8] in NAMES
+        else q
+        for q in RADAR
+    ]
+    y = Axis("of the reference", "%")
+    return (
+        [
+            chart(
+                "Lifetime loads and variations",
+                Axis("quantity"),
+                y,
+                curves,
+                spokes=spokes,
+                caption="over those of the reference; smaller is better.",
+            )
+        ]
+        if curves
+        else []
+    )
+
+
+def _margin_charts(bench: Bench, limits: Limits) -> list[Block]:
+    wind = Axis("wind speed", "m/s")
+    shown = []
+    for title, unit, of, limit in (
+        ("Phase margin", "deg", lambda loop: math.degrees(loop.phase_margin), math.degrees(limits.phase_margin)),
+        ("Gain margin", "dB", lambda loop: 20.0 * math.log10(loop.gain_margin), 20.0 * math.log10(limits.gain_margin)),
+    ):
+        curves = []
+        for i, (name, loops) in enumerate(bench.loops.items()):
+            values = [v if math.isfinite(v := of(loop)) else math.nan for loop in loops]
+            curves.append(Curve(name, [loop.wind_speed for loop in loops], values, colour=i))
+        ends = [bench.speeds[0], bench.speeds[-1]]
+        curves.append(Curve("limit", ends, [limit, limit], dash="5 4", colour=len(curves)))
+        shown.append(chart(title, wind, Axis(title.lower(), unit, start=0.0), curves))
+    return [beside(*shown)]
+
+
+def _suite_table(bench: Bench) -> Table:
+    head = ["situation", "", "wind", "wind speeds m/s", "seeds", "evaluated s", "runs"]
+    rows = []
+    for s in dict.fromkeys(c.situation for c in bench.cases):
+        own = [c for c in bench.cases if c.situation is s]
+        speeds = ", ".join(f"{v:g}" for v in s.speeds)
+        rows.append([s.name, s.about, s.wind, speeds, str(s.seeds or "-"), f"{s.duration:g}", str(len(own))])
+    return Table(head, rows, text_columns=4)
+
+
+def leaderboard(bench: Bench, found: Verdicts) -> str:
+    """The leaderboard and the criteria as Markdown tables."""
+    head, rows = leaderboard_rows(bench, found)
+    table = criteria_table(found)
+    marks = {"good": "", "bad": " **fails**", "doubtful": " (limit within interval)"}
+    cells = [
+        [f"{cell}{marks.get(table.classes.get((i, j), ''), '')}" for j, cell in enumerate(row)]
+        for i, row in enumerate(table.texts)
+    ]
+    return "\n".join([*_markdown(head, rows), "", *_markdown(list(table.head), cells), ""])
+
+
+def _markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    lines = [list(head), ["---"] * len(head), *rows]
+    return [f"| {' | '.join(' '.join(cell.split()) for cell in line)} |" for line in lines]
