@@ -21,8 +21,8 @@ def bench_controller(
     controllers: Annotated[
         list[str],
         typer.Argument(
-            help="Controllers: baseline, rosco, cpc, ipc, cpfc ..., A0 to A3, a library (.so, with its input file after @), "
-            "a Python file with controller(turbine), or module:function."
+            help="baseline, rosco, cpc, ipc, cpfc ..., A0 to A3, a library (.so, its input file after @), a Python "
+            "file with controller(turbine), or module:function."
         ),
     ],
     turbine: Annotated[

@@ -209,7 +209,7 @@
     return (x, y) => (x === null || y === null || (spec.y.log && y <= 0) || (spec.x.log && x <= 0) ? null : [px(x), py(y)]);
   }
   function polar(svg, spec, series, width) {
-    const centre = width / 2, radius = centre - (spec.spokes ? 70 : 34), n = spec.spokes ? spec.spokes.length : 12;
+    const centre = width / 2, radius = centre - (spec.spokes ? 0.26 * width : 34), n = spec.spokes ? spec.spokes.length : 12;
     const largest = Math.max(...series.flatMap((s) => s.y), 1e-9), rings = ticks(0, largest, false).filter((v) => v > 0);
     for (const v of rings) svg.append(make("circle", { cx: centre, cy: centre, r: (v / largest) * radius, class: "ring" }), make("text", { x: centre + 3, y: centre - (v / largest) * radius - 2 }, short(v)));
     for (let i = 0; i < n; i++) {

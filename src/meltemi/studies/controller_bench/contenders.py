@@ -63,8 +63,8 @@ def contenders(
     """Controllers by name, in their order.
 
     Args:
-      names: ``baseline``, ``rosco``, a scheme of ``meltemi compare``, A0 to A3, the path of a library or of a Python file
-        with ``controller(turbine)``, or ``module:function``; libraries with their input file after ``@``.
+      names: ``baseline``, ``rosco``, a scheme of ``meltemi compare``, A0 to A3, the path of a library or of a Python
+        file with ``controller(turbine)``, or ``module:function``; libraries with their input file after ``@``.
       model: of the turbine with the actuators that the schemes require; controllers are made for it.
       turbine_name: in the library, which selects ROSCO's example input.
       progress: callback with the completed fraction of the tuning.

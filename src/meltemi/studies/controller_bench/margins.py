@@ -1,9 +1,9 @@
 """Margins of the speed loop of any controller, measured in the closed loop.
 
-A multisine of small amplitude is added to the measured generator speed in steady wind, once with either sign. Half the
-difference of the two runs is the response to it alone, without the periodic motion of the rotor: with the speed y(w) and
-the measured speed y(w) + d(w), the loop opened at the sensor is L = -y / (y + d). It needs no knowledge of the
-controller, and contains torque and pitch, actuators, filters and sampling.
+A multisine d of small amplitude is added to the measured generator speed in steady wind, once with either sign. Half
+the difference of the two runs is the response y to it alone, without the periodic motion of the rotor. The loop opened
+at the sensor is L = -y / (y + d). It needs no knowledge of the controller, and contains torque and pitch, actuators,
+filters and sampling.
 
 Reference: docs/guide/controller-bench.md; Pintelon and Schoukens (2012), System Identification, chapter 2.
 """
@@ -53,7 +53,7 @@ class Multisine:
     @property
     def lines(self) -> Float:
         """(F,) frequencies [Hz], multiples of 1 / period, about evenly spaced in their logarithm."""
-        return np.unique(np.round(np.geomspace(LOWEST, HIGHEST, LINES) * self.period)) / self.period
+        return np.unique(np.maximum(np.round(np.geomspace(LOWEST, HIGHEST, LINES) * self.period), 1.0)) / self.period
 
     def __call__(self, time: float) -> float:
         """Share of the speed at a time [s]."""
@@ -87,7 +87,7 @@ class SpeedLoop:
     @property
     def crossover(self) -> float:
         """[rad/s] highest frequency at which the gain is one; 0 if it is below one everywhere."""
-        at, share = self._passings(np.log(np.abs(self.response)))
+        at, share = self._passings(np.abs(self.response) - 1.0)
         return (
             float((self.frequency[at] + share * np.diff(self.frequency)[at]).max(initial=0.0))
             if self.linear
@@ -114,8 +114,8 @@ class SpeedLoop:
         return float(np.maximum(factors, 1.0 / factors).min(initial=math.inf)) if self.linear else math.nan
 
     def _phases(self, *, lags: bool = False) -> tuple[Float, Float]:
-        """Frequencies [rad/s] where the gain is one, and distances of the phase from half a turn [rad], or lags to it."""
-        at, share = self._passings(np.log(np.abs(self.response)))
+        """Frequencies [rad/s] where the gain is one, and distances of its phase from half a turn [rad], or lags."""
+        at, share = self._passings(np.abs(self.response) - 1.0)
         phase = np.unwrap(np.angle(self.response))
         there = phase[at] + share * np.diff(phase)[at]
         w = self.frequency[at] + share * np.diff(self.frequency)[at]

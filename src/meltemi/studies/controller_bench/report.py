@@ -310,7 +310,7 @@ def _parquet(bench: Bench, path: Path) -> Path:
 
     head, rows = run_rows(bench)
     frame = pd.DataFrame(rows, columns=head)
-    for name in head[7:] + ["wind_speed"]:
+    for name in (*head[7:], "wind_speed"):
         frame[name] = pd.to_numeric(frame[name])
     with replacing(path) as (partial,):
         frame.to_parquet(partial, index=False)
@@ -359,14 +359,14 @@ LIFETIME = (
     "Rayleigh distribution of the class. Speed and power: standard deviations; speeds over the reference speed."
 )
 MARGINS = (
-    "Measured in the closed loop: small sines are added to the measured generator speed in steady wind, and the loop is "
-    "opened at that sensor. It contains torque and pitch, filters, actuators and sampling. Loops on blade moments are not "
-    "opened."
+    "Measured in the closed loop: small sines are added to the measured generator speed in steady wind, and the loop "
+    "is opened at that sensor. It contains torque and pitch, filters, actuators and sampling. Loops on blade moments "
+    "are not opened."
 )
 ROBUSTNESS = "The controllers are made for the nominal turbine; the plant, its sensors or its actuators differ."
 OPERATION = (
-    "Controllers of meltemi run with its supervisor here. A controller that does not respond to a request does not offer "
-    "the function, which is neither a pass nor a failure."
+    "Controllers of meltemi run with its supervisor here. A controller that does not respond to a request does not "
+    "offer the function, which is neither a pass nor a failure."
 )
 
 
