@@ -30,6 +30,7 @@ COMMANDS = (
     "power-curve",
     "wind",
     "compare",
+    "bench-controller",
     "diff",
     "reproduce",
     "campbell",
@@ -438,7 +439,18 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
     stability = ("campbell", "flutter", "parked")
-    with_files = ("run", "power-curve", "wind", "compare", "diff", "reproduce", *stability, "verify", "template")
+    with_files = (
+        "run",
+        "power-curve",
+        "wind",
+        "compare",
+        "bench-controller",
+        "diff",
+        "reproduce",
+        *stability,
+        "verify",
+        "template",
+    )
     assert ("--out" in options) is (name in with_files)
 
 

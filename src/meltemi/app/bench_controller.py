@@ -42,6 +42,9 @@ def bench_controller(
     """Test controllers in a fixed suite of cases against a reference; writes a page, tables and a leaderboard."""
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
+    if len(set(controllers)) < len(controllers):
+        twice = next(name for name in controllers if controllers.count(name) > 1)
+        raise InputError(f"controllers: {twice!r} is named twice")
     names = list(dict.fromkeys((reference, *controllers)))
     from meltemi.core.yamlfile import read_record
     from meltemi.studies.controller_bench.contenders import check_names, contenders

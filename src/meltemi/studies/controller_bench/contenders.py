@@ -102,8 +102,6 @@ def check_names(names: Sequence[str]) -> None:
     if not names:
         raise InputError(f"controllers: name at least one of {', '.join(NAMES)}, a library, or module:function")
     for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"controllers: {name!r} is named twice")
         path = Path(name.partition("@")[0])
         if path.suffix in LIBRARIES or is_file(name):
             if not path.is_file():
