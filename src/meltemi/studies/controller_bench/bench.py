@@ -211,8 +211,8 @@ def run_bench(
     cases = tuple(cases_of(suite))
     speeds = next(s.speeds for s in suite if s.group == "production")
     plants = {s.name: s.plant(turbine) for s in suite}
-    models = {None: model}
-    by_situation = {}
+    models: dict[str | None, BladedModel] = {None: model}
+    by_situation: dict[str, BladedModel] = {}
     for s in suite:
         plant = plants[s.name]
         key = None if plant is turbine else plant.content_hash()
@@ -376,11 +376,16 @@ def verdicts(bench: Bench, controller: str, limits: Limits) -> list[Verdict]:
     return [*tests, *_operation(bench, controller, limits)]
 
 
+def decibel(factor: float) -> float:
+    """[dB] of a gain."""
+    return 20.0 * math.log10(factor)
+
+
 def _margin_verdicts(loops: Sequence[SpeedLoop], limits: Limits) -> Iterator[Verdict]:
     bent = [loop for loop in loops if not loop.linear]
     rows = (
         ("phase margin", "phase_margin", math.degrees, limits.phase_margin, "deg"),
-        ("gain margin", "gain_margin", lambda g: 20.0 * math.log10(g), limits.gain_margin, "dB"),
+        ("gain margin", "gain_margin", decibel, limits.gain_margin, "dB"),
         ("delay margin", "delay_margin", float, limits.delay_margin, "s"),
     )
     for name, attribute, shown, limit, unit in rows:

@@ -85,7 +85,7 @@ def contenders(
             operating = SupervisedController(turbine, load=settings)
             found.append(Contender(name, tuned.controllers[name], operating, SCHEMES[name].about))
         elif name.upper() in POWER_SCHEMES:
-            scheme = PowerControl(scheme=POWER_SCHEMES[name.upper()])
+            scheme = PowerControl.model_validate({"scheme": name.upper()})
             power = CoordinatedController(turbine, performance_of(turbine), power=scheme)
             found.append(Contender(name, power, power, f"power control, scheme {name.upper()}"))
         else:

@@ -142,6 +142,6 @@ def speed_loop(wind_speed: float, signal: Multisine, up: Float, down: Float) -> 
     y = 0.5 * (up - down) / (0.5 * (up + down)[-2 * n :].mean())
     d = np.array([signal(t) for t in time[-n - 1 : -1]])
     first, last = (np.fft.rfft(x)[lines] for x in (y[-2 * n - 1 : -n - 1], y[-n - 1 : -1]))
-    spread = float(np.linalg.norm(last - first) / max(np.linalg.norm(last), 1e-300))
+    spread = float(np.linalg.norm(last - first)) / max(float(np.linalg.norm(last)), 1e-300)
     Y, D = 0.5 * (first + last), np.fft.rfft(d)[lines]
     return SpeedLoop(wind_speed, 2.0 * math.pi * signal.lines, -Y / (Y + D), spread)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,7 +17,7 @@ from meltemi.report.charts import Axis, Curve, beside, chart, part
 from meltemi.report.ensemble_tables import change_text
 from meltemi.report.html import Block, Code, Markup, Section, Table, plain, write_page
 from meltemi.report.tables import number, write_csv
-from meltemi.studies.controller_bench.bench import SLOPES, Bench, Verdict, verdicts
+from meltemi.studies.controller_bench.bench import SLOPES, Bench, Verdict, decibel, verdicts
 from meltemi.studies.controller_bench.suite import Limits
 
 Rows = tuple[list[str], list[list[str]]]
@@ -220,7 +220,7 @@ def margin_rows(bench: Bench) -> Rows:
     rows = []
     for name, loops in bench.loops.items():
         for loop in loops:
-            gain = 20.0 * math.log10(loop.gain_margin) if math.isfinite(loop.gain_margin) else loop.gain_margin
+            gain = decibel(loop.gain_margin)
             values = [
                 loop.crossover,
                 math.degrees(loop.phase_margin),
@@ -405,16 +405,18 @@ def _radar(bench: Bench) -> list[Block]:
 def _margin_charts(bench: Bench, limits: Limits) -> list[Block]:
     wind = Axis("wind speed", "m/s")
     shown = []
-    for title, unit, of, limit in (
-        ("Phase margin", "deg", lambda loop: math.degrees(loop.phase_margin), math.degrees(limits.phase_margin)),
-        ("Gain margin", "dB", lambda loop: 20.0 * math.log10(loop.gain_margin), 20.0 * math.log10(limits.gain_margin)),
-    ):
+    kinds: tuple[tuple[str, str, str, Callable[[float], float], float], ...] = (
+        ("Phase margin", "deg", "phase_margin", math.degrees, limits.phase_margin),
+        ("Gain margin", "dB", "gain_margin", decibel, limits.gain_margin),
+    )
+    for title, unit, attribute, in_unit, limit in kinds:
         curves = []
         for i, (name, loops) in enumerate(bench.loops.items()):
-            values = [v if math.isfinite(v := of(loop)) else math.nan for loop in loops]
+            found = [getattr(loop, attribute) for loop in loops]
+            values = [in_unit(v) if math.isfinite(v) else math.nan for v in found]
             curves.append(Curve(name, [loop.wind_speed for loop in loops], values, colour=i))
         ends = [bench.speeds[0], bench.speeds[-1]]
-        curves.append(Curve("limit", ends, [limit, limit], dash="5 4", colour=len(curves)))
+        curves.append(Curve("limit", ends, [in_unit(limit)] * 2, dash="5 4", colour=len(curves)))
         shown.append(chart(title, wind, Axis(title.lower(), unit, start=0.0), curves))
     return [beside(*shown)]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from pydantic import Field
@@ -166,9 +166,15 @@ def suite_of(turbine: Turbine, *, quick: bool = False) -> tuple[Situation, ...]:
       turbine: gives cut-in and cut-out wind speed, and the offset of the speed sensor.
       quick: fewer speeds and seeds, and shorter runs.
     """
-    robust = {"group": "robustness", "wind": "NTM", "speeds": (8.0, 18.0), "seeds": 3, "duration": 300.0}
+    robust: dict[str, Any] = {
+        "group": "robustness",
+        "wind": "NTM",
+        "speeds": (8.0, 18.0),
+        "seeds": 3,
+        "duration": 300.0,
+    }
     bias = 0.01 * turbine.control.pitch.reference_speed
-    gust = {"group": "extreme", "duration": 60.0, "transient": 50.0}
+    gust: dict[str, Any] = {"group": "extreme", "duration": 60.0, "transient": 50.0}
     operation: dict[str, Any] = {"group": "operation", "wind": "steady", "duration": 90.0, "transient": 50.0}
     full = (
         Situation("normal turbulence", "NTM", "production", "NTM", SPEEDS, 6),
@@ -199,7 +205,7 @@ def suite_of(turbine: Turbine, *, quick: bool = False) -> tuple[Situation, ...]:
         Situation("grid loss", "no torque from 60 s on", speeds=(12.0, 24.0), events=_at("grid_loss"), **operation),
     )
     low, high = turbine.cut_in, turbine.cut_out
-    inside = [_changed(s, speeds=tuple(v for v in s.speeds if low <= v < high)) for s in full]
+    inside = [replace(s, speeds=tuple(v for v in s.speeds if low <= v < high)) for s in full]
     kept = [s for s in inside if s.speeds]
     return tuple(_quick(s) for s in kept) if quick else tuple(kept)
 
@@ -207,15 +213,9 @@ def suite_of(turbine: Turbine, *, quick: bool = False) -> tuple[Situation, ...]:
 def _quick(s: Situation) -> Situation:
     """Three speeds and three seeds in production, one speed and one seed elsewhere."""
     if s.group == "production":
-        return _changed(s, speeds=s.speeds[2::4], seeds=3, duration=120.0, transient=40.0)
-    short = {"duration": 80.0, "transient": 40.0} if s.seeds else {}
-    return _changed(s, speeds=s.speeds[-1:], senses=s.senses[:1], seeds=min(s.seeds, 1), **short)
-
-
-def _changed(s: Situation, **changes: Any) -> Situation:
-    from dataclasses import replace
-
-    return replace(s, **changes)
+        return replace(s, speeds=s.speeds[2::4], seeds=3, duration=120.0, transient=40.0)
+    short: dict[str, Any] = {"duration": 80.0, "transient": 40.0} if s.seeds else {}
+    return replace(s, speeds=s.speeds[-1:], senses=s.senses[:1], seeds=min(s.seeds, 1), **short)
 
 
 class Limits(Record):
