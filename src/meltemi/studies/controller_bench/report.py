@@ -72,7 +72,7 @@ def verdict_rows(found: Verdicts) -> Rows:
 
 
 def _value(x: float) -> str:
-    return "" if math.isnan(x) else number(x) if math.isfinite(x) else "none"
+    return "" if math.isnan(x) else f"{x:.3g}" if math.isfinite(x) else "none"
 
 
 def criteria_table(found: Verdicts) -> Table:
@@ -83,13 +83,13 @@ def criteria_table(found: Verdicts) -> Table:
     for i, criterion in enumerate(criteria):
         first = next(own[criterion] for own in by_name.values() if criterion in own)
         sign = "≥" if criterion in LEAST else "≤"
-        row = [criterion, f"{sign} {number(first.limit)} {first.unit}".strip()]
+        row = [criterion, f"{sign} {_value(first.limit)} {first.unit}".strip()]
         for j, own in enumerate(by_name.values()):
             v = own.get(criterion)
             if v is None:
                 row.append("reference")
                 continue
-            width = "" if math.isnan(v.half_width) else f" ± {number(v.half_width)}"
+            width = "" if math.isnan(v.half_width) else f" ± {v.half_width:.2g}"
             row.append(f"{_value(v.value)}{width}" if v.passed is not None or v.value == v.value else v.where)
             if v.passed is not None:
                 doubtful = "limit" in v.word
@@ -325,7 +325,7 @@ def _verdict_block(name: str, own: Sequence[Verdict], base: bool) -> Markup:
     lines = []
     for v in failed:
         where = f" ({v.where})" if v.where else ""
-        lines.append(f"{v.criterion} {_value(v.value)} {v.unit}, limit {number(v.limit)} {v.unit}{where}")
+        lines.append(f"{v.criterion} {_value(v.value)} {v.unit}, limit {_value(v.limit)} {v.unit}{where}")
     lines += [f"{v.criterion}: {v.where}" for v in own if v.passed is None]
     body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
     kind = "bad" if failed else "good"
