@@ -169,7 +169,8 @@ class Machine:
             state.leak, state.follows = self.settings.leak, float(self.task == "Power")
             state.efficiency = turbine.drivetrain.generator_efficiency
             state.last_torque = start.generator_torque
-            state.last_pitch[:] = start.pitch
+            for blade in range(turbine.n_blades):
+                state.last_pitch[blade] = start.pitch
             return x
 
         return Controller(update=update, init=init, name="environment", yaws=self.task == "Yaw")
@@ -182,9 +183,7 @@ class Machine:
         low, high = s.reference_range
         times = np.arange(0.0, end + s.reference_hold, s.reference_hold)
         levels = rng.uniform(low, high, len(times)) * self.turbine.rated_power
-        return PowerGrid(
-            power_reference=TimeSeries(time=np.repeat(times, 2)[1:], value=np.repeat(levels, 2)[:-1])
-        )
+        return PowerGrid(power_reference=TimeSeries(time=np.repeat(times, 2)[1:], value=np.repeat(levels, 2)[:-1]))
 
 
 class Episode:
@@ -219,10 +218,12 @@ class Episode:
         box = field(wind, machine.grid, length + s.wind_duration)
         passes = 1.5 * machine.grid.width / self.speed + 2.0
         planes = math.ceil((length + passes) / box.dt) + 1
-        first = min(max(int(float(drawn["begin"]) / box.dt), 0), len(box.velocity) - planes)
-        first = max(first, 0)
+        first = max(min(int(float(drawn["begin"]) / box.dt), len(box.velocity) - planes), 0)
         self.wind = replace(
-            box, velocity=box.velocity[first : first + planes], direction=float(drawn["misalignment"]), source=wind.label
+            box,
+            velocity=box.velocity[first : first + planes],
+            direction=float(drawn["misalignment"]),
+            source=wind.label,
         )
         self.start = replace(machine.point(self.speed), azimuth=float(drawn["azimuth"]))
         self.facts = {"wind_speed": self.speed, "turbulence_seed": self.seed, "begin": first * box.dt}
@@ -262,9 +263,7 @@ class Episode:
             if channel is None or slope is None:
                 raise InputError(f"loads: {name!r} is not the meltemi name of a load channel, see `meltemi channels`")
             scale = load_scale(turbine, name)
-            counters.append(
-                CounterState.of(column=names.index(name), slope=slope, scale=scale, weight=weight).array
-            )
+            counters.append(CounterState.of(column=names.index(name), slope=slope, scale=scale, weight=weight).array)
         arrays = {
             "law": case.controller_state,
             "measured": case.measured,
@@ -278,7 +277,11 @@ class Episode:
             "ring": np.zeros((1 + s.delay, len(machine.sensors))),
             "weights": machine.weights,
         }
-        self.slot, self.law, self.counters = Slot("floats", arrays), AgentState(case.controller_state), arrays["counters"]
+        self.slot, self.law, self.counters = (
+            Slot("floats", arrays),
+            AgentState(case.controller_state),
+            arrays["counters"],
+        )
         self.records = (*run._arguments[1:], self.slot)
 
     def close(self) -> None:

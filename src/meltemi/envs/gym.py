@@ -32,7 +32,7 @@ def _box(n: int) -> spaces.Box:
     return spaces.Box(-1.0, 1.0, (n,), np.float32)
 
 
-class TurbineEnv(gymnasium.Env[Observation, Observation]):
+class TurbineEnv(gymnasium.Env[Observation, Observation]):  # type: ignore[misc]
     """One turbine in turbulent wind that an agent controls.
 
     Args:
@@ -44,7 +44,7 @@ class TurbineEnv(gymnasium.Env[Observation, Observation]):
       InputError: a setting is not valid.
     """
 
-    metadata = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
 
     def __init__(self, task: str = "LoadControl", render_mode: str | None = None, **settings: Any) -> None:
         self.machine = Machine(task, EnvironmentSettings(**settings))
@@ -109,7 +109,7 @@ def _spaces(machine: Machine) -> tuple[spaces.Box, spaces.Box]:
     return _box(len(machine.action_names)), _box(len(machine.sensors))
 
 
-class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]]):
+class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]]):  # type: ignore[misc]
     """Turbines in one process; those whose episode has ended begin another one in the following step.
 
     Args:
@@ -122,7 +122,7 @@ class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]])
       InputError: a setting is not valid.
     """
 
-    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 - as Gymnasium has it
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 - as Gymnasium has it
 
     def __init__(self, task: str = "LoadControl", num_envs: int = 1, threads: int = 1, **settings: Any) -> None:
         if num_envs < 1 or threads < 1:
@@ -169,7 +169,7 @@ class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]])
         fleet = self.fleet
         again = self._ended
         if again.any():
-            for i in np.flatnonzero(again):
+            for i in np.flatnonzero(again).tolist():
                 fleet.begin(i, self._rngs[i])
                 fleet.terms[i] = 0.0
                 fleet.rewards[i] = 0.0

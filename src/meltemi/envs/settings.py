@@ -132,11 +132,10 @@ class EnvironmentSettings(Record):
     """[1/s] of the velocities of the tower top that are integrated from accelerations."""
     weights: Weights | None = None
     """Of the components of the reward; by default those of the task."""
-    loads: dict[str, float] = {"tower_base_moment_fore_aft": 1.0}
+    loads: dict[str, float] = Field(default={"tower_base_moment_fore_aft": 1.0})
     """Channels of the load component, and their weights."""
     load_measure: Literal["rate", "rainflow"] = "rate"
-    """Load component: mean square of the rate of the load, which is dense, or damage by rainflow counting, which is what
-    equivalent loads are made of."""
+    """Load component: mean square of the rate of the load, or damage by rainflow counting, as in equivalent loads."""
     overspeed: float = Field(default=1.3, gt=1.0)
     """Generator speed over its reference at which an episode is terminated."""
     misalignment: float | None = Field(default=None, ge=0.0, le=1.0)
@@ -153,7 +152,7 @@ class EnvironmentSettings(Record):
         for name in ("wind_speeds", "reference_range"):
             low, high = getattr(self, name)
             if not 0.0 < low <= high:
-                raise ValueError(f"{name} must be two positive numbers, the lower one first, found {low:g} and {high:g}")
+                raise ValueError(f"{name}: expected two positive numbers, the lower one first, found {low:g}, {high:g}")
         return self
 
     def of(self, task: str, name: str) -> Any:
