@@ -112,7 +112,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
       (microseconds a step, real-time factor and step of each variant, and with load control), ``floats`` and
       ``derivatives`` (the first variant one node at a time, and with eight derivatives), ``steps`` (of three turbines,
       see :mod:`meltemi_verification.steps`), ``controllers``, ``environments`` (see
-      :mod:`meltemi_verification.env_bench`), ``fields`` (seconds and peak memory of making turbulence), ``peak_memory_mb`` (the wind field not counted), ``cores``,
+      :mod:`meltemi_verification.env_bench`), ``fields`` (seconds and peak memory of making turbulence),
+      ``peak_memory_mb`` (the wind field not counted), ``cores``,
       ``batch_cases``, ``batch_real_time_factor``, ``batch_loss`` (share lost against cores times one core),
       ``batch_peak_memory_mb`` (all counted), ``case``.
     """

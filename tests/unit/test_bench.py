@@ -87,6 +87,7 @@ def test_the_report_shows_the_same() -> None:
         "23456 on all",
     ):
         assert text in report, text
+    assert report.count("of 0.1 s on one core, 23456 on all") == len(MODELS)
 
 
 def test_the_page_of_the_documentation_is_the_one_that_is_written() -> None:

@@ -105,7 +105,9 @@ def test_gymnasium_makes_the_same_vector() -> None:
     vector = gymnasium.make_vec(LOAD, num_envs=2, vectorization_mode="vector_entry_point", **SHORT)
     assert isinstance(vector, envs.TurbineVectorEnv)
     assert vector.metadata["autoreset_mode"] is gymnasium.vector.AutoresetMode.NEXT_STEP
-    assert vector.reset(seed=1)[0].shape == vector.observation_space.shape
+    seen, info = vector.reset(seed=1, options={"turbulence_seed": [2003, 2004], "begin": 1.0})
+    assert seen.shape == vector.observation_space.shape
+    assert info["turbulence_seed"].tolist() == [2003, 2004] and info["begin"].tolist() == [1.0, 1.0]
 
 
 def test_reward_is_the_sum_of_its_components() -> None:

@@ -144,14 +144,15 @@ class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]])
 
         Args:
           seed: of the first one, counted on for the others, or one each.
-          options: as of :meth:`TurbineEnv.reset`, for all.
+          options: as of :meth:`TurbineEnv.reset`, for all, or lists with one value each.
         """
         n = self.num_envs
         seeds = [seed + i for i in range(n)] if isinstance(seed, int | np.integer) else seed or [None] * n
         for i, each in enumerate(seeds):
             if each is not None:
                 self._rngs[i] = seeding.np_random(each)[0]
-            self.fleet.begin(i, self._rngs[i], options)
+            given = options or {}
+            self.fleet.begin(i, self._rngs[i], {k: v if np.ndim(v) == 0 else v[i] for k, v in given.items()})
         self._ended[:] = False
         return self.fleet.observations.copy(), self._facts()
 

@@ -118,10 +118,10 @@ class EnvironmentSettings(Record):
     """[s] under the baseline controller before an episode."""
     action: Literal["offset", "absolute"] = "offset"
     """Actions add to the demands of the baseline controller, or are the demands themselves."""
-    pitch_range: float = Field(default=0.0524, gt=0.0)
-    """[rad] largest offset of the pitch."""
-    torque_range: float = Field(default=0.1, gt=0.0, le=1.0)
-    """Largest offset of the torque over the largest torque."""
+    pitch_range: float = Field(default=0.0524, ge=0.0)
+    """[rad] largest offset of the pitch; 0: the action has no effect."""
+    torque_range: float = Field(default=0.1, ge=0.0, le=1.0)
+    """Largest offset of the torque over the largest torque; 0: the action has no effect."""
     sensors: tuple[str, ...] | None = Field(default=None, min_length=1)
     """Of the observation; by default those of the task."""
     noise: float = Field(default=0.0, ge=0.0, le=1.0)
