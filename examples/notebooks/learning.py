@@ -30,7 +30,7 @@ settings = {
         "fore_aft_velocity",
     ),
     "torque_range": 0.0,  # pitch only
-    "weights": {"power": 1.0, "speed": 0.1, "load": 10.0, "pitch_travel": 0.8},
+    "weights": {"power": 1.0, "speed": 0.1, "load": 10.0, "pitch_travel": 1.5},
 }
 
 # %% [markdown]
@@ -48,7 +48,7 @@ def one():
     return gymnasium.make(name, **settings, model="light", duration=60.0)
 
 
-steps = 240_000  # reduced: 256
+steps = 400_000  # reduced: 256
 rollout = 512  # reduced: 32
 agent = PPO(
     "MlpPolicy",
