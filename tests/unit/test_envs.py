@@ -101,6 +101,16 @@ def test_vector_is_as_single_environments(threads: int) -> None:
     vector.close()
 
 
+def test_an_ended_episode_does_not_march_on() -> None:
+    """Its arrays end with it."""
+    env = make(duration=1.0)
+    episode(env)
+    clock = env.fleet.episodes[0].simulation.case.clock
+    at = clock.step
+    env.fleet.step(np.zeros(1, dtype=np.int64), np.zeros((1, 2), dtype=np.float32), [])
+    assert clock.step == at == env.fleet.episodes[0].simulation.n_steps
+
+
 def test_gymnasium_makes_the_same_vector() -> None:
     vector = gymnasium.make_vec(LOAD, num_envs=2, vectorization_mode="vector_entry_point", **SHORT)
     assert isinstance(vector, envs.TurbineVectorEnv)

@@ -425,7 +425,7 @@ def step_turbines(
 
     Args:
       words: (n, WORDS) addresses.
-      which: indices of the turbines that march.
+      which: indices of the turbines that march; one whose episode has ended does not.
       actions, noise: (n, actions) within -1 and 1, and (n, sensors) of the observations.
       steps: time steps; 0 for those of the episode.
       first: no action, and a new episode from the observation on.
@@ -433,6 +433,8 @@ def step_turbines(
       run, control, m, one, plain, sections, slot: records of any of them, for their types.
     """
     for i in which:
+        if ended[i] != 0 and not first:
+            continue  # beyond its end the output has no rows
         w = words[i]
         s, clock = _record_at(slot, w[12]), _record_at(run, w[6]).clock
         if not first:
