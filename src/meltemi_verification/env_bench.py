@@ -14,7 +14,7 @@ from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.simulation.options import ModelOptions
 
 TURBINES, STEPS, REPEATS = 16, 100, 11
-"""Turbines that march together, timed steps of 0.1 s, and repetitions within an episode, of which the fastest counts."""
+"""Turbines that march together, timed steps of 0.1 s, and repetitions within an episode: the fastest counts."""
 LOADS = ("tower_base_moment_fore_aft", "root_moment_flap_1")
 """Channels whose equivalent loads are compared."""
 
