@@ -37,6 +37,8 @@ from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
+from meltemi_verification.env_bench import environment_rows
+from meltemi_verification.env_bench import timed_environments as timed_environments
 from meltemi_verification.steps import timed_steps as timed_steps
 
 CHANNELS = (
@@ -109,8 +111,9 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
       ``cold_compile_s``, ``signatures``, ``beyond`` (what compiles on first use), ``cached_start_s``, ``runs``
       (microseconds a step, real-time factor and step of each variant, and with load control), ``floats`` and
       ``derivatives`` (the first variant one node at a time, and with eight derivatives), ``steps`` (of three turbines,
-      see :mod:`meltemi_verification.steps`), ``controllers``, ``fields``
-      (seconds and peak memory of making turbulence), ``peak_memory_mb`` (the wind field not counted), ``cores``,
+      see :mod:`meltemi_verification.steps`), ``controllers``, ``environments`` (see
+      :mod:`meltemi_verification.env_bench`), ``fields`` (seconds and peak memory of making turbulence),
+      ``peak_memory_mb`` (the wind field not counted), ``cores``,
       ``batch_cases``, ``batch_real_time_factor``, ``batch_loss`` (share lost against cores times one core),
       ``batch_peak_memory_mb`` (all counted), ``case``.
     """
@@ -133,6 +136,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
         steps = _child(f"timed_steps({duration!r})", folder)
         say("controllers ...")
         controllers = _child(f"timed_controllers({min(duration, 120.0)!r})", folder)
+        say("learning environments ...")
+        environments = _child("timed_environments()", folder)
         say("turbulent fields ...")
         fields = {name: _child(f"timed_field({name!r})", folder) for name in FIELDS}
         say(f"a batch of runs of {duration:g} s on all cores ...")
@@ -148,6 +153,7 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
         **runs,
         "steps": steps,
         "controllers": controllers,
+        "environments": environments,
         "fields": fields,
         **batch,
         "case": (
@@ -484,6 +490,9 @@ def report_lines(figures: dict[str, Any]) -> list[str]:
     for name, value in f["controllers"].items():
         factor = "factor" in name
         lines.append(line(f"controller: {name}", value, "" if factor else "us", "" if factor else "a call more"))
+    for name, env in f["environments"].items():
+        note = f"of 0.1 s on one core, {env['per_second_all']:.0f} on all"
+        lines.append(line(f"environment steps a second, model {name}", env["per_second"], "", note, 0))
     for name, field in f["fields"].items():
         note = f"{FIELD_SECONDS:g} s at {1.0 / FIELD_STEP:g} Hz, {field['peak_memory_mb']} MB"
         lines.append(line(f"turbulence, {name}", field["seconds"], "s", note, 2))
@@ -518,6 +527,7 @@ def page(figures: dict[str, Any]) -> str:
             f"| {name} | **{field['seconds']:.2f}** | {field['peak_memory_mb']} |"
             for name, field in f["fields"].items()
         ],
+        "environments": environment_rows(f["environments"]),
         "stages": [f"| {name} | {seconds:.1f} | {n} |" for name, (seconds, n) in f["stages"].items()],
         "beyond": [f"| {name} | {seconds:.1f} |" for name, seconds in f["beyond"].items()],
     }

@@ -32,6 +32,9 @@ PAGES = (
     pytest.param(
         "docs/guide/load-base.md", marks=pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
     ),
+    pytest.param(
+        "docs/guide/learning.md", marks=pytest.mark.skipif(find_spec("gymnasium") is None, reason="needs gymnasium")
+    ),
     "docs/guide/results.md",
     "docs/guide/view.md",
     "docs/guide/events.md",

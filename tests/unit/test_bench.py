@@ -8,7 +8,9 @@ from typing import Any
 
 import pytest
 
+from meltemi.envs.settings import MODELS
 from meltemi_verification import bench
+from meltemi_verification.env_bench import LOADS, timed_environments
 from meltemi_verification.load_bench import load_benchmark, load_lines
 from meltemi_verification.steps import TURBINES, WAYS
 
@@ -41,6 +43,11 @@ def figures() -> dict[str, Any]:
             "individual pitch in plain Python at 80 Hz, real-time factor": next(numbers),
             "step() from Python": 34.5,
         },
+        "environments": {
+            name: {"time_step_s": 0.01, "per_second": 12345, "per_second_all": 23456, "reset_ms": 17.0}
+            | dict.fromkeys(LOADS, 0.0123)
+            for name in MODELS
+        },
         "fields": {name: {"seconds": 0.25 + i, "peak_memory_mb": 400 + i} for i, name in enumerate(bench.FIELDS)},
         "cores": 64,
         "batch_cases": next(numbers),
@@ -61,6 +68,7 @@ def test_the_page_shows_every_figure() -> None:
     shown += [f"**{run['real_time_factor']}** | 0.12 | 0.46 |" for ways in f["steps"].values() for run in ways.values()]
     shown += [name for name, _ in bench.OPENFAST]
     shown += [f"| {name} | **{i}.25** | {400 + i} |" for i, name in enumerate(f["fields"])]
+    shown += [f"| {name} | 10.0 | **12,345** | 23,456 | 17 | 1.2 | 1.2 |" for name in MODELS]
     for text in shown:
         assert text in page, text
 
@@ -68,8 +76,18 @@ def test_the_page_shows_every_figure() -> None:
 def test_the_report_shows_the_same() -> None:
     f = figures()
     report = "\n".join(bench.report_lines(f))
-    for text in (*f["runs"], *f["stages"], *f["beyond"], *f["controllers"], *f["fields"], "1.50 x floats", "7.9 %"):
+    for text in (
+        *f["runs"],
+        *f["stages"],
+        *f["beyond"],
+        *f["controllers"],
+        *f["fields"],
+        "1.50 x floats",
+        "7.9 %",
+        "23456 on all",
+    ):
         assert text in report, text
+    assert report.count("of 0.1 s on one core, 23456 on all") == len(MODELS)
 
 
 def test_the_page_of_the_documentation_is_the_one_that_is_written() -> None:
@@ -82,6 +100,14 @@ def test_the_page_of_the_documentation_is_the_one_that_is_written() -> None:
         assert f"| {name} |" in page, name
     for turbine in TURBINES:
         assert page.count(f"| {turbine} |") == len(WAYS)
+
+
+@pytest.mark.slow
+def test_environments_are_timed_and_their_models_compared() -> None:
+    found = timed_environments(seeds=(2001, 2002))
+    assert found["light"]["per_second"] > found["fast"]["per_second"] > found["full"]["per_second"] > 1000.0
+    for load in LOADS:
+        assert found["full"][load] == 0.0 and 0.0 < found["fast"][load] < 0.02 and found["light"][load] < 0.03
 
 
 @pytest.mark.long

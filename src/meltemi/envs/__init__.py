@@ -1,0 +1,15 @@
+"""Learning environments: turbines in turbulent wind that an agent controls, for Gymnasium."""
+
+from importlib.util import find_spec
+
+from meltemi.namespaces import public
+
+__getattr__, __dir__ = public(__name__)
+
+KERNELS = ()
+
+if find_spec("gymnasium"):
+    from meltemi.envs.gym import register
+
+    register()
+    del register

@@ -1,0 +1,470 @@
+"""The compiled part of the learning environments: demands of the agent, its sensors, its rewards, and the march.
+
+The agent acts through a controller that is called at every time step and adds its demands to those of the baseline
+controller. One compiled loop marches any number of turbines by one step of the environment each, and fills the rows of
+their observations and rewards. Rainflow cycles are counted while they close; what is left counts as half cycles, so
+that the sum over an episode is the damage that :func:`meltemi.loads.rainflow_cycles` gives.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import cos, exp, sin
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from meltemi.control.baseline import BaselineState, law
+from meltemi.control.controller import ENTRY
+from meltemi.control.signals import Demands, Measurements
+from meltemi.control.yaw import wrap
+from meltemi.core.kernel import kernel, kernel_for
+from meltemi.maths.generic import whole
+from meltemi.maths.records import Array1, Array2, Array3, Record
+from meltemi.maths.tables import Numbers, Table, blades, number, part
+from meltemi.simulation.tables import Clock
+
+FEATURE = "the learning environments"
+
+Float = NDArray[np.float64]
+
+COMMANDS = ("pitch_1", "pitch_2", "pitch_3", "torque", "yaw_rate")
+"""What the actions of an agent are converted to, in SI units."""
+TERMS = ("power", "speed", "reference", "yaw", "load", "pitch_travel", "yaw_travel", "failure")
+"""Components of the reward, before their weights."""
+DEPTH = 64
+"""Turning points of open cycles that are kept; beyond them the oldest one counts as half a cycle."""
+OVERSPEED, REFERENCE, YAW_ERROR, TRAVEL = 0.1, 0.1, np.radians(10.0), np.radians(1.0)
+"""Overspeed over reference speed, power error over rated power, yaw error [rad] and pitch rate [rad/s] at which the
+component is -1."""
+
+
+class AgentState(Table, title="learning environment"):
+    """Controller of an environment: the baseline law, the agent's demands, signals derived from sensors, sums."""
+
+    base: BaselineState = part(BaselineState, "the baseline controller")
+    pitch_share: float = number("-", "share of the baseline's pitch in the demand")
+    torque_share: float = number("-", "share of the baseline's torque in the demand")
+    pitch: Numbers = blades("rad", "the agent's part of the pitch demand")
+    torque: float = number("N m", "the agent's part of the torque demand")
+    yaw_rate: float = number("rad/s", "the agent's demand")
+    follows: float = number("-", "1: the torque keeps the power below the reference of the grid")
+    efficiency: float = number("-", "of the generator")
+    leak: float = number("1/s", "of the integrals of accelerations")
+    last_pitch: Numbers = blades("rad", "demands of the last call")
+    last_torque: float = number("N m", "demand of the last call")
+    azimuth_sine: float = number("-", "sine of the azimuth angle")
+    azimuth_cosine: float = number("-", "cosine of the azimuth angle")
+    tilt_moment: float = number("N m", "cosine component of the out-of-plane root moments")
+    yaw_moment: float = number("N m", "sine component of the out-of-plane root moments")
+    fore_aft_velocity: float = number("m/s", "leaking integral of the fore-aft acceleration")
+    side_side_velocity: float = number("m/s", "leaking integral of the side-side acceleration")
+    yaw_error: float = number("rad", "wind direction minus nacelle direction, clockwise from above")
+    power_error: float = number("W", "power reference minus power")
+    calls: float = number("-", "calls since the last observation; sums over them:")
+    power_sum: float = number("W", "of the power")
+    speed_sum: float = number("-", "of the squared overspeed")
+    reference_sum: float = number("W^2", "of the squared power error")
+    yaw_sum: float = number("rad^2", "of the squared yaw error")
+    pitch_travel: float = number("rad", "of pitch angles, mean of the blades")
+    yaw_travel: float = number("rad", "of the yaw angle")
+    measured_pitch: Numbers = blades("rad", "at the last call")
+    measured_yaw: float = number("rad", "at the last call")
+    started: float = number("-", "0 before the first call")
+
+
+class EpisodeState(Table, title="episode of an environment"):
+    """Settings and progress of an episode."""
+
+    substeps: float = number("-", "time steps in a step of the environment")
+    last_step: float = number("-", "instant at which the episode is truncated")
+    overspeed: float = number("rad/s", "generator speed at which it is terminated")
+    rated_power: float = number("W", "of the turbine")
+    rated_speed: float = number("rad/s", "reference of the generator speed")
+    yaw_drive: float = number("rad/s", "rate of the yaw drive")
+    time_step: float = number("s", "of the run")
+    output_step: float = number("s", "between rows of the output")
+    counting: float = number("-", "1: the load component is the rainflow damage; 0: the squared rate")
+    read: float = number("-", "rows of the output that have been read")
+    place: float = number("-", "place of the present observation in the ring of delayed ones")
+
+
+class CounterState(Table, title="load counter"):
+    """One load of the reward."""
+
+    column: float = number("-", "of the output")
+    slope: float = number("-", "of the S-N curve")
+    scale: float = number("N m", "range that counts as one")
+    weight: float = number("-", "in the load component")
+    depth: float = number("-", "turning points of open cycles")
+    end: float = number("N m", "present end of the series")
+    values: float = number("-", "values until now, as far as it matters: 0, 1, 2")
+    closed: float = number("-", "damage of closed cycles, in ranges of the scale to the power of the slope")
+    damage: float = number("-", "the same with open ones as half cycles, at the last observation")
+    rates: float = number("1/s^2", "sum of the squared rates since the last observation")
+
+
+class Slot(Record):
+    """One turbine of an environment.
+
+    Attributes:
+      law: state of its controller.
+      counters, points: (loads, fields) counters, and (loads, 2, DEPTH) turning points, and room for a copy.
+      sensors: (n, 4) place of the sensor: 0 measurements or 1 ``AgentState``, and row; values for -1 and 1.
+      commands: (5, 1 + actions) commands of actions: offset, gains.
+      ring: (1 + delay, n) observations.
+      weights: of the components of the reward.
+    """
+
+    law: AgentState
+    measured: Measurements
+    clock: Clock
+    episode: EpisodeState
+    output: Array2
+    counters: Array2
+    points: Array3
+    sensors: Array2
+    commands: Array2
+    ring: Array2
+    weights: Array1
+
+
+# the controller -------------------------------------------------------------------------------------------
+
+
+@kernel
+def update(state: Float, measurements: Float, demands: Float, dt: float) -> None:
+    """One call of the controller of an environment."""
+    x, measured, wanted = AgentState(state), Measurements(measurements), Demands(demands)
+    base, n = x.base, whole(measured.n_blades)
+    law(base, measured.generator_speed, measured, wanted, dt)
+    torque = x.torque_share * wanted.generator_torque + x.torque
+    if x.follows > 0.0:
+        torque = min(torque, measured.power_reference / (x.efficiency * max(measured.generator_speed, 1.0)))
+    step = base.torque_rate * dt
+    torque = min(max(torque, 0.0, x.last_torque - step), base.maximum_torque, x.last_torque + step)
+    wanted.generator_torque = torque
+    x.last_torque = torque
+    step = base.pitch_rate * dt
+    for b in range(n):
+        pitch = min(max(x.pitch_share * wanted.pitch[b] + x.pitch[b], base.minimum_pitch), base.maximum_pitch)
+        wanted.pitch[b] = min(max(pitch, x.last_pitch[b] - step), x.last_pitch[b] + step)
+        x.last_pitch[b] = wanted.pitch[b]
+    wanted.yaw_rate = x.yaw_rate
+    # signals
+    decay = exp(-dt * x.leak)
+    x.fore_aft_velocity = decay * x.fore_aft_velocity + dt * measured.fore_aft_acceleration
+    x.side_side_velocity = decay * x.side_side_velocity + dt * measured.side_side_acceleration
+    x.azimuth_sine, x.azimuth_cosine = sin(measured.azimuth), cos(measured.azimuth)
+    tilt, yaw = 0.0, 0.0
+    for b in range(n):
+        angle = measured.azimuth + 2.0 * np.pi * b / n
+        tilt += 2.0 / n * measured.out_of_plane_moment[b] * cos(angle)
+        yaw += 2.0 / n * measured.out_of_plane_moment[b] * sin(angle)
+    x.tilt_moment, x.yaw_moment = tilt, yaw
+    x.yaw_error = wrap(measured.wind_direction + measured.yaw)
+    x.power_error = measured.power_reference - measured.power
+    # sums
+    x.calls += 1.0
+    x.power_sum += measured.power
+    over = max(measured.generator_speed / base.reference_speed - 1.0, 0.0)
+    x.speed_sum += over * over
+    x.reference_sum += x.power_error * x.power_error
+    x.yaw_sum += x.yaw_error * x.yaw_error
+    for b in range(n):
+        if x.started > 0.0:
+            x.pitch_travel += abs(measured.pitch[b] - x.measured_pitch[b]) / n
+        x.measured_pitch[b] = measured.pitch[b]
+    if x.started > 0.0:
+        x.yaw_travel += abs(measured.yaw - x.measured_yaw)
+    x.measured_yaw = measured.yaw
+    x.started = 1.0
+
+
+# loads ----------------------------------------------------------------------------------------------------
+
+
+@kernel
+def pair(points: Float, n: int, slope: float) -> tuple[int, float]:
+    """Close cycles after a new turning point by the three-point rule (F-2): points left, damage."""
+    damage = 0.0
+    while n > 2:
+        last, before = abs(points[n - 1] - points[n - 2]), abs(points[n - 2] - points[n - 3])
+        if last < before:
+            break
+        if n == 3:  # the range contains the first point
+            damage += 0.5 * before**slope
+            points[0], points[1] = points[1], points[2]
+            n = 2
+        else:
+            damage += before**slope
+            points[n - 3] = points[n - 1]
+            n -= 2
+    return n, damage
+
+
+@kernel
+def count(x: CounterState, points: Float, value: float) -> None:
+    """Add a value, in ranges of the scale, to the series of a load."""
+    n = whole(x.depth)
+    if x.values == 0.0:
+        points[0] = value
+        x.depth, x.end, x.values = 1.0, value, 1.0
+        return
+    if value == x.end:
+        return
+    if x.values == 1.0 or (x.end - points[n - 1]) * (value - x.end) > 0.0:
+        x.end, x.values = value, 2.0
+        return
+    if n == DEPTH - 1:
+        x.closed += 0.5 * abs(points[1] - points[0]) ** x.slope
+        for i in range(1, n):
+            points[i - 1] = points[i]
+        n -= 1
+    points[n] = x.end
+    left, damage = pair(points, n + 1, x.slope)
+    x.depth, x.end = float(left), value
+    x.closed += damage
+
+
+@kernel
+def damage_until_now(x: CounterState, points: Float, spare: Float) -> float:
+    """Damage of the series of a load if it ended here, its open cycles counted as half."""
+    n = whole(x.depth)
+    for i in range(n):
+        spare[i] = points[i]
+    damage = x.closed
+    if x.values == 2.0:
+        spare[n] = x.end
+        n, more = pair(spare, n + 1, x.slope)
+        damage += more
+    for i in range(n - 1):
+        damage += 0.5 * abs(spare[i + 1] - spare[i]) ** x.slope
+    return damage
+
+
+@kernel
+def read_loads(s: Slot, first: bool) -> float:
+    """Read the rows of the output since the last observation; the load component of the reward."""
+    e, rows, load = s.episode, s.clock.row, 0.0
+    begin = whole(e.read)
+    for k in range(s.counters.shape[0]):
+        x, points = CounterState(s.counters[k]), s.points[k, 0]
+        column, rates = whole(x.column), 0.0
+        for row in range(max(rows - 1, 0) if first else begin, rows):
+            value = s.output[row, column] / x.scale
+            if x.values > 0.0 and row > 0:
+                rate = (value - s.output[row - 1, column] / x.scale) / e.output_step
+                rates += rate * rate
+            count(x, points, value)
+        damage = damage_until_now(x, points, s.points[k, 1])
+        if e.counting > 0.0:
+            seconds = max(rows - begin, 1) * e.output_step
+            load += x.weight * (damage - x.damage) / seconds
+        else:
+            load += x.weight * rates / max(rows - begin, 1)
+        x.rates, x.damage = rates, damage
+    e.read = float(rows)
+    return load
+
+
+# observations and rewards ---------------------------------------------------------------------------------
+
+
+@kernel
+def act(s: Slot, actions: NDArray[np.float32]) -> None:
+    """Set the demands of the agent."""
+    x = s.law
+    for k in range(s.commands.shape[0]):
+        value = s.commands[k, 0]
+        for j in range(actions.shape[0]):
+            value += s.commands[k, 1 + j] * min(max(float(actions[j]), -1.0), 1.0)
+        if k < 3:
+            x.pitch[k] = value
+        elif k == 3:
+            x.torque = value
+        else:
+            x.yaw_rate = value
+
+
+@kernel
+def observe(s: Slot, noise: Float, first: bool, row: NDArray[np.float32]) -> None:
+    """Fill a row of observations: the sensors, noise, delay, limits."""
+    e, size = s.episode, s.ring.shape[0]
+    now = (whole(e.place) + 1) % size
+    e.place = float(now)
+    for j in range(s.sensors.shape[0]):
+        at = int(s.sensors[j, 1])
+        value = s.law.array[at] if s.sensors[j, 0] > 0.0 else s.measured.array[at]
+        low, high = s.sensors[j, 2], s.sensors[j, 3]
+        value = 2.0 * (value - low) / (high - low) - 1.0 + noise[j]
+        value = min(max(value, -1.0), 1.0) if np.isfinite(value) else 0.0
+        s.ring[now, j] = value
+        if first:
+            for i in range(size):
+                s.ring[i, j] = value
+        row[j] = s.ring[(now + 1) % size, j]
+
+
+@kernel
+def reward(s: Slot, load: float, failed: bool, terms: Float) -> float:
+    """Fill a row with the weighted components of the reward, and clear the sums; their total."""
+    x, e = s.law, s.episode
+    n = max(x.calls, 1.0)
+    seconds = n * e.time_step
+    terms[0] = x.power_sum / n / e.rated_power
+    terms[1] = -x.speed_sum / n / OVERSPEED**2
+    terms[2] = -x.reference_sum / n / (REFERENCE * e.rated_power) ** 2
+    terms[3] = -x.yaw_sum / n / YAW_ERROR**2
+    terms[4] = -load
+    terms[5] = -x.pitch_travel / seconds / TRAVEL
+    terms[6] = -x.yaw_travel / seconds / e.yaw_drive
+    terms[7] = -1.0 if failed else 0.0
+    total = 0.0
+    for k in range(terms.shape[0]):
+        terms[k] *= s.weights[k]
+        total += terms[k]
+    x.calls = x.power_sum = x.speed_sum = x.reference_sum = x.yaw_sum = x.pitch_travel = x.yaw_travel = 0.0
+    return total
+
+
+# the march ------------------------------------------------------------------------------------------------
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _record_at(typing_context: Any, like: Any, address: Any) -> Any:
+    """The record, of the same type as ``like``, whose words are at an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[1], ir.IntType(64).as_pointer())
+
+    return like(like, types.int64), generate
+
+
+def _function(context: Any, builder: Any, kind: Any, addresses: Any) -> Any:
+    made = cgutils.create_struct_proxy(kind)(context, builder)
+    made.c_addr, made.py_addr, made.jit_addr = (builder.inttoptr(a, ir.IntType(8).as_pointer()) for a in addresses)
+    return made._getvalue()
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _entry_at(typing_context: Any, c: Any, py: Any, jit: Any) -> Any:
+    """The entry of a controller from its three addresses."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _function(context, builder, ENTRY, arguments)
+
+    return ENTRY(types.int64, types.int64, types.int64), generate
+
+
+def loop_type(*records: Any) -> Any:
+    """Type of the time loop for records of given types."""
+    return types.FunctionType(types.void(types.int64, ENTRY, *records))
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _loop_at(
+    typing_context: Any, c: Any, py: Any, jit: Any, run: Any, control: Any, m: Any, one: Any, plain: Any, sections: Any
+) -> Any:
+    """The time loop for records of the types of these, from its three addresses."""
+    records = (run, control, m, one, plain, sections)
+    kind = loop_type(*records)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _function(context, builder, kind, arguments[:3])
+
+    return kind(types.int64, types.int64, types.int64, *records), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _addresses(typing_context: Any, function: Any) -> Any:
+    """The three addresses of a function."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        given = cgutils.create_struct_proxy(function)(context, builder, arguments[0])
+        words = [builder.ptrtoint(a, ir.IntType(64)) for a in (given.c_addr, given.py_addr, given.jit_addr)]
+        return context.make_tuple(builder, signature.return_type, words)
+
+    return types.UniTuple(types.int64, 3)(function), generate
+
+
+WORDS = 13
+"""Addresses of a turbine: three of the controller, three of the time loop, and seven records."""
+
+
+def addresses(function: Any) -> Any:
+    """The three addresses of a compiled function."""
+    return _addresses(function)
+
+
+def step_turbines(
+    words: Any,
+    which: Any,
+    actions: Any,
+    noise: Any,
+    steps: int,
+    first: bool,
+    observations: Any,
+    rewards: Any,
+    terms: Any,
+    ended: Any,
+    run: Any,
+    control: Any,
+    m: Any,
+    one: Any,
+    plain: Any,
+    sections: Any,
+    slot: Any,
+) -> None:
+    """March turbines by one step of the environment, and fill their rows.
+
+    Args:
+      words: (n, WORDS) addresses.
+      which: indices of the turbines that march; one whose episode has ended does not.
+      actions, noise: (n, actions) within -1 and 1, and (n, sensors) of the observations.
+      steps: time steps; 0 for those of the episode.
+      first: no action, and a new episode from the observation on.
+      observations, rewards, terms, ended: (n, sensors), (n,), (n, TERMS), (n,) 1 for terminated, 2 for truncated.
+      run, control, m, one, plain, sections, slot: records of any of them, for their types.
+    """
+    for i in which:
+        if ended[i] != 0 and not first:
+            continue  # beyond its end the output has no rows
+        w = words[i]
+        s, clock = _record_at(slot, w[12]), _record_at(run, w[6]).clock
+        if not first:
+            act(s, actions[i])
+        loop = _loop_at(w[3], w[4], w[5], run, control, m, one, plain, sections)
+        loop(
+            steps if steps > 0 else whole(s.episode.substeps),
+            _entry_at(w[0], w[1], w[2]),
+            _record_at(run, w[6]),
+            _record_at(control, w[7]),
+            _record_at(m, w[8]),
+            _record_at(one, w[9]),
+            _record_at(plain, w[10]),
+            _record_at(sections, w[11]),
+        )
+        failed = clock.status != 0 or s.measured.generator_speed > s.episode.overspeed
+        load = read_loads(s, first)
+        observe(s, noise[i], first, observations[i])
+        rewards[i] = reward(s, load, failed, terms[i])
+        ended[i] = 1 if failed else 2 if clock.step >= s.episode.last_step else 0
+
+
+_F64, _F32, _I64 = types.float64, types.float32, types.int64
+_ROWS = (_I64[:, ::1], _I64[::1], _F32[:, ::1], _F64[:, ::1], _I64, types.boolean)
+_FILLED = (_F32[:, ::1], _F64[::1], _F64[:, ::1], _I64[::1])
+
+
+@cache
+def compiled(*records: Any) -> tuple[Any, Any, Any]:
+    """:func:`step_turbines`, and :func:`addresses` of entries and of time loops, for records of given types."""
+    three = types.UniTuple(_I64, 3)
+    step = kernel_for(types.void(*_ROWS, *_FILLED, *records))(step_turbines)
+    return step, kernel_for(three(ENTRY))(addresses), kernel_for(three(loop_type(*records[:-1])))(addresses)
