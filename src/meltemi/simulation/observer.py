@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.kalman import kalman_step
-from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.core.representation import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.channels import Channel, catalogue
@@ -45,12 +45,18 @@ BLADE = ("root_moment_out_of_plane", "root_moment_in_plane")
 HARMONICS = (1, 2, 3, 4)
 """Multiples of the rotor frequency of the turbulence in a rotating frame."""
 WIND = Channel(
-    "rotor_effective_wind", "", "m/s", "-", "downwind", "wind speed averaged over the rotor, estimated", ("observer", "")
+    "rotor_effective_wind",
+    "",
+    "m/s",
+    "-",
+    "downwind",
+    "wind speed averaged over the rotor, estimated",
+    ("observer", ""),
 )
 
 
 @dataclass(frozen=True)
-class Noise:
+class SensorNoise:
     """Standard deviations of white noise of the sensors, per sample.
 
     Attributes:
@@ -68,8 +74,8 @@ class Noise:
 
 
 @dataclass(frozen=True)
-class Turbulence:
-    """Turbulence that the filter expects: Kaimal's spectrum with exponential coherence.
+class ExpectedTurbulence:
+    """ExpectedTurbulence that the filter expects: Kaimal's spectrum with exponential coherence.
 
     Attributes:
       reference_intensity: I_ref of the class [-]: sigma = I_ref (0.75 V + 5.6 m/s), the normal turbulence model.
@@ -111,7 +117,8 @@ class Turbulence:
         variance, times = [], []
         for n in (0, *HARMONICS):
             share = [
-                np.einsum("i,j,ijk->", weight, weight, np.exp(-a * apart) * np.cos(n * theta)) / len(theta) for a in decay
+                np.einsum("i,j,ijk->", weight, weight, np.exp(-a * apart) * np.cos(n * theta)) / len(theta)
+                for a in decay
             ]
             density = (1.0 if n == 0 else 2.0) * S * np.array(share)
             variance.append(float(np.trapezoid(density, f)))
@@ -179,9 +186,9 @@ class Observer(Brief):
         """Place of the rotor-effective wind speed in the state."""
         return self.states.index("rotor-effective wind")
 
-    def start(self, wind_speed: float) -> Filter:
+    def start(self, wind_speed: float) -> ObserverFilter:
         """A filter in steady operation at a wind speed [m/s]."""
-        return Filter(self, wind_speed)
+        return ObserverFilter(self, wind_speed)
 
     def guess(self, speed: float, torque: float, pitch: float) -> float:
         """Wind speed [m/s] at which steady operation is closest to a generator speed, torque and pitch, SI."""
@@ -248,7 +255,7 @@ class Observer(Brief):
 
     def _channels(self) -> tuple[tuple[Channel, ...], list[str]]:
         known = catalogue(3)
-        places = [name for name in (*TOWER, *(f"{b}_{i}" for b in BLADE for i in (1, 2, 3)))]
+        places = [*TOWER, *(f"{b}_{i}" for b in BLADE for i in (1, 2, 3))]
         return (WIND, *(known[name] for name in places)), places
 
     def _signals(self, result: Result) -> tuple[Float, Float, Float, Float]:
@@ -262,7 +269,9 @@ class Observer(Brief):
             raise InputError("observer: neither 'generator_torque' nor 'generator_power' is given")
         spacing = float(np.median(np.diff(result.time)))
         if spacing > 0.1 + 1e-9:
-            raise InputError(f"observer: signals need a sample every 0.1 s or more often, found one every {spacing:g} s")
+            raise InputError(
+                f"observer: signals need a sample every 0.1 s or more often, found one every {spacing:g} s"
+            )
         time = np.arange(result.time[0], result.time[-1] + 0.25 * STEP, STEP)
 
         def at(name: str) -> Float:
@@ -287,7 +296,7 @@ class Observer(Brief):
         return time, np.column_stack([torque, pitch]), np.column_stack(measured), azimuth
 
 
-class Filter:
+class ObserverFilter:
     """The state of an observer in time.
 
     Attributes:
@@ -315,8 +324,6 @@ class Filter:
             return float(self.y[o.output_names.index(name)])
         if name in o.states:
             return float(self.z[o.states.index(name)])
-        from meltemi.core.errors import did_you_mean
-
         raise InputError(f"observer: no {name!r}: {did_you_mean(name, (*o.output_names, *o.states))}")
 
     def step(self, inputs: Sequence[float] | Float, measured: Sequence[float] | Float) -> Float:
@@ -375,8 +382,8 @@ def _deviations(names: Sequence[str], errors: Float, azimuth: Float, wanted: Seq
 def observer(
     model: Model[Any],
     *,
-    turbulence: Turbulence | None = None,
-    noise: Noise | None = None,
+    turbulence: ExpectedTurbulence | None = None,
+    noise: SensorNoise | None = None,
     shear_exponent: float = 0.2,
     spacing: float = 1.0,
     progress: Callable[[float], None] | None = None,
@@ -400,7 +407,7 @@ def observer(
     """
     if not 0.0 < spacing <= 5.0:
         raise InputError(f"observer: spacing must be above 0 and at most 5 m/s, found {spacing!r}")
-    turbulence, noise = turbulence or Turbulence(), noise or Noise()
+    turbulence, noise = turbulence or ExpectedTurbulence(), noise or SensorNoise()
     turbine = model.turbine
     turbine = turbine.replace(**{"pitch_actuator.kind": "ideal"})
     options = model.options.replace(inflow="quasi_steady", stall="static")
@@ -420,20 +427,27 @@ def observer(
             parts.append(_design(linear, turbine, turbulence, R))
         except np.linalg.LinAlgError as error:
             raise MeltemiError(f"observer: no gain at {speed:g} m/s: {error}") from None
-    columns = [np.ascontiguousarray(np.stack(c)) for c in zip(*parts, strict=True)]
+    arrays: dict[str, Any] = {
+        name: np.ascontiguousarray(np.stack(column))
+        for name, column in zip(ARRAYS, zip(*parts, strict=True), strict=True)
+    }
     harmonics = [f"harmonic {n} {part}" for n in HARMONICS for part in ("cosine", "sine")]
     states = (*linear.states, "rotor-effective wind", *harmonics)
-    return Observer(speeds, *columns, R, states, linear.outputs, model)
+    return Observer(wind_speed=speeds, R=R, states=states, output_names=linear.outputs, model=model, **arrays)
 
 
-def _design(linear: LinearModel, turbine: AnyTurbine, turbulence: Turbulence, R: Float) -> tuple[Float, ...]:
+ARRAYS = ("centre", "A", "B", "K", "C", "D", "inputs", "outputs", "covariance", "innovation", "Q")
+"""What :func:`_design` gives, as attributes of :class:`Observer`."""
+
+
+def _design(linear: LinearModel, turbine: AnyTurbine, turbulence: ExpectedTurbulence, R: Float) -> tuple[Float, ...]:
     """Discrete model, gain and covariances at one wind speed (O-1 to O-10)."""
     speed, omega = float(linear.u0[2]), linear.point.rotor_speed
     n, m = len(linear.states), len(INPUTS)
     variance, times = turbulence.harmonics(speed, turbine.hub_height, turbine.rotor_radius)
     # a shear of 1 changes the wind by V r / D; the harmonics are averages over r^2 of the wind, that of r is 3 R / 4
     shear = 1.0 / (speed * 3.0 / 8.0)
-    _, Bw, _, Dw = linear.A, linear.B[:, m:].copy(), linear.C, linear.D[:, m:].copy()
+    Bw, Dw = linear.B[:, m:], linear.D[:, m:]
     # the sine component is the wind at the side that blade 1 moves down: its moment has the sign of the sine
     gain = linear.response([1e-3j])[0].real
     row = linear.outputs.index("root_moment_out_of_plane_sine")
