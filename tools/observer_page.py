@@ -125,12 +125,9 @@ def main():
 
 def cells(runs):
     """Means over runs: correlation, bias; of each load correlation, error of the estimate, error of the expected."""
-    mean, found = runs.mean(axis=0), []
-    for i in range(len(LOADS)):
-        corr, alone, drawn = mean[2 + 3 * i : 5 + 3 * i]
-        worst = np.abs(runs[:, 4 + 3 * i]).mean()
-        found.append(f"{corr:.3f}; {alone:+.1f} %; {drawn:+.1f} % ({worst:.1f} %)")
-    return [f"{mean[0]:.3f}", f"{mean[1]:+.2f}", *found]
+    mean = runs.mean(axis=0)
+    loads = [f"{c:.3f}; {alone:+.1f} %; {drawn:+.1f} %" for c, alone, drawn in mean[2:].reshape(-1, 3)]
+    return [f"{mean[0]:.3f}", f"{mean[1]:+.2f}", *loads]
 
 
 if __name__ == "__main__":

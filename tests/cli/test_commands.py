@@ -31,6 +31,7 @@ COMMANDS = (
     "wind",
     "compare",
     "diff",
+    "observe",
     "reproduce",
     "campbell",
     "flutter",
