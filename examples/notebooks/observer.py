@@ -1,9 +1,8 @@
 # %% [markdown]
 # # Wind and loads from SCADA signals
 #
-# A Kalman filter estimates the wind averaged over the rotor and the loads, from the
-# speed, torque, pitch and tower-top acceleration of the turbine. A simulation provides
-# these signals, and the true loads to compare with.
+# A Kalman filter estimates wind and loads from generator speed, torque, pitch and
+# tower-top acceleration. A simulation provides these signals, and the true loads.
 
 # %%
 import meltemi
@@ -23,9 +22,8 @@ meltemi.plots.plot_estimate(found, result)
 
 # %% [markdown]
 # The tower's moments follow the true ones. The out-of-plane moment of a blade contains
-# turbulence that the other blades do not meet and these signals do not show, so its band
-# is wide. The damage-equivalent load of the estimate alone tends to be too small; samples
-# of estimate plus error contain the missing part.
+# turbulence that these signals do not show, so its band is wide. Samples of estimate
+# plus error contain the missing part of the damage-equivalent load.
 
 # %%
 true, alone = meltemi.equivalent_loads(result), meltemi.equivalent_loads(found.result)
