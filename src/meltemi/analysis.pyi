@@ -8,6 +8,12 @@ from meltemi.simulation.flutter import flutter as flutter
 from meltemi.simulation.linear import LinearModel as LinearModel
 from meltemi.simulation.linear import linearise as linearise
 from meltemi.simulation.modes import natural_modes as natural_modes
+from meltemi.simulation.observer import Estimate as Estimate
+from meltemi.simulation.observer import ExpectedTurbulence as ExpectedTurbulence
+from meltemi.simulation.observer import Observer as Observer
+from meltemi.simulation.observer import ObserverFilter as ObserverFilter
+from meltemi.simulation.observer import SensorNoise as SensorNoise
+from meltemi.simulation.observer import observer as observer
 from meltemi.simulation.parked import parked_point as parked_point
 from meltemi.simulation.parked_modes import ParkedStability as ParkedStability
 from meltemi.simulation.parked_modes import parked_stability as parked_stability

@@ -5,6 +5,7 @@ from meltemi.postprocess.files import read_netcdf as read_netcdf
 from meltemi.postprocess.files import read_result as read_result
 from meltemi.postprocess.files import write_netcdf as write_netcdf
 from meltemi.postprocess.files import write_result as write_result
+from meltemi.postprocess.files.signals import read_signals as read_signals
 from meltemi.report.ensemble_tables import ensemble_rows as ensemble_rows
 from meltemi.report.tables import rich_table as rich_table
 from meltemi.report.tables import write_csv as write_csv

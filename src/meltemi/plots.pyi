@@ -1,5 +1,6 @@
 from meltemi.report.comparison_plots import plot_changes as plot_changes
 from meltemi.report.difference_plots import plot_differences as plot_differences
+from meltemi.report.observer_plots import plot_estimate as plot_estimate
 from meltemi.report.plots import plot as plot
 from meltemi.report.plots import plot_campbell as plot_campbell
 from meltemi.report.plots import plot_performance as plot_performance

@@ -32,6 +32,7 @@ COMMANDS = (
     "compare",
     "bench-controller",
     "diff",
+    "observe",
     "reproduce",
     "campbell",
     "flutter",

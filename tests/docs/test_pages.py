@@ -42,6 +42,7 @@ PAGES = (
     "docs/guide/operating-points.md",
     pytest.param("docs/guide/power-control.md", marks=pytest.mark.long),
     "docs/guide/linear.md",
+    "docs/guide/observer.md",
     "docs/guide/coordination.md",
     "docs/guide/power-turbines.md",
     pytest.param("docs/guide/sensitivities.md", marks=pytest.mark.long),

@@ -26,6 +26,7 @@ from meltemi.app.importing import HELP as IMPORT_HELP
 from meltemi.app.importing import import_
 from meltemi.app.inspect import inspect
 from meltemi.app.loads import loads
+from meltemi.app.observe import observe
 from meltemi.app.options import (
     CHANNELS,
     TURBINES,
@@ -412,6 +413,7 @@ app.command("import", help=IMPORT_HELP)(import_)
 app.command()(inspect)
 app.command()(export)
 app.command()(diff)
+app.command()(observe)
 app.command()(view)
 app.command()(flutter)
 app.command()(parked)

@@ -1,0 +1,512 @@
+"""Observer of wind and loads from the signals of a turbine: a Kalman filter scheduled by the wind speed.
+
+    dz/dt = A z + B u + G w,   y = C z + D u + v     about steady operation at each wind speed
+
+The state z contains the states of the linear model in the fixed frame, the rotor-effective wind speed (a random walk)
+and harmonics of the turbulence that a rotating blade meets. Gains solve the discrete Riccati equation at each wind
+speed.
+
+Reference: docs/theory/observer.md (O-1 to O-14); Branlard, Jonkman, Brown and Zhang (2024), Wind Energ. Sci. 9, 1-24.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.kalman import kalman_step
+from meltemi.core.errors import InputError, MeltemiError, did_you_mean
+from meltemi.core.representation import Brief
+from meltemi.core.threads import one_blas_thread
+from meltemi.simulation.channels import Channel, catalogue
+from meltemi.simulation.linear import LinearModel, linearise
+from meltemi.simulation.model import Model
+from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
+from meltemi.simulation.trim import operating_point
+from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.wind.fields import SteadyWind
+from meltemi.wind.turbulence.spectra import coherence_decay, densities, scale_parameter
+
+Float = NDArray[np.float64]
+
+STEP = 0.04
+"""[s] of the filter: 25 Hz."""
+INPUTS = ("generator_torque", "pitch")
+"""Signals that are known inputs of the model."""
+SENSORS = ("generator_speed", "tower_top_acceleration_x", "tower_top_acceleration_y")
+"""Signals that correct the estimate."""
+TOWER = ("tower_base_moment_fore_aft", "tower_base_moment_side_side", "tower_top_fore_aft", "tower_top_side_side")
+BLADE = ("root_moment_out_of_plane", "root_moment_in_plane")
+HARMONICS = (1, 2, 3, 4)
+"""Multiples of the rotor frequency of the turbulence in a rotating frame."""
+WIND = Channel(
+    "rotor_effective_wind",
+    "",
+    "m/s",
+    "-",
+    "downwind",
+    "wind speed averaged over the rotor, estimated",
+    ("observer", ""),
+)
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Standard deviations of white noise of the sensors, per sample.
+
+    Attributes:
+      speed: of the generator speed over its rated value [-].
+      acceleration: [m/s^2] of the tower top.
+    """
+
+    speed: float = 5e-4
+    acceleration: float = 0.01
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "acceleration"):
+            if not getattr(self, name) > 0.0:
+                raise InputError(f"observer: noise.{name} must be above zero, found {getattr(self, name)!r}")
+
+
+@dataclass(frozen=True)
+class ExpectedTurbulence:
+    """ExpectedTurbulence that the filter expects: Kaimal's spectrum with exponential coherence.
+
+    Attributes:
+      reference_intensity: I_ref of the class [-]: sigma = I_ref (0.75 V + 5.6 m/s), the normal turbulence model.
+      edition: of IEC 61400-1, for lengths and coherence.
+    """
+
+    reference_intensity: float = 0.16
+    edition: int = 3
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.reference_intensity < 1.0:
+            raise InputError(
+                f"observer: reference_intensity must be between 0 and 1, found {self.reference_intensity!r}"
+            )
+        if self.edition not in (2, 3, 4):
+            raise InputError(f"observer: edition must be 2, 3 or 4, found {self.edition!r}")
+
+    def deviation(self, speed: float) -> float:
+        """[m/s] standard deviation at a mean wind speed [m/s]."""
+        return self.reference_intensity * (0.75 * speed + 5.6)
+
+    def harmonics(self, speed: float, height: float, radius: float) -> tuple[Float, Float]:
+        """Variances [m^2/s^2] and time constants [s] of the harmonics 0 to 4 of the wind on a blade (O-5, O-6).
+
+        Args:
+          speed: [m/s] mean.
+          height: [m] of the hub.
+          radius: [m] of the rotor.
+        """
+        scale = scale_parameter(self.edition, height)
+        f = np.concatenate([[0.0], np.geomspace(1e-4, 5.0, 120)])
+        S = densities("kaimal", f, speed, self.deviation(speed), scale)[0]
+        decay = coherence_decay("kaimal", self.edition, f, speed, scale)
+        r, theta = radius * (np.arange(12) + 0.5) / 12.0, np.pi * (np.arange(48) + 0.5) / 48.0
+        weight = r**2 / np.sum(r**2)
+        apart = np.sqrt(
+            np.maximum(r[:, None, None] ** 2 + r[:, None] ** 2 - 2.0 * r[:, None, None] * r[:, None] * np.cos(theta), 0)
+        )
+        variance, times = [], []
+        for n in (0, *HARMONICS):
+            share = [
+                np.einsum("i,j,ijk->", weight, weight, np.exp(-a * apart) * np.cos(n * theta)) / len(theta)
+                for a in decay
+            ]
+            density = (1.0 if n == 0 else 2.0) * S * np.array(share)
+            variance.append(float(np.trapezoid(density, f)))
+            times.append(float(density[0] / (4.0 * variance[-1])))
+        return np.array(variance), np.array(times)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What the observer finds in measured signals.
+
+    Attributes:
+      result: estimated wind, loads and motion of the tower, as a result.
+      deviation: (T, C) standard deviations of the errors, by channel.
+      innovation: (T, 3) measured minus predicted sensors, over their predicted standard deviations.
+      samples: results drawn from the distribution of the loads given the signals: estimate plus a realisation of its
+        error. Their damage-equivalent loads scatter about that of the turbine.
+    """
+
+    result: Result
+    deviation: Float = field(repr=False)
+    innovation: Float = field(repr=False)
+    samples: tuple[Result, ...] = field(default=(), repr=False)
+
+
+@dataclass(frozen=True, repr=False)
+class Observer(Brief):
+    """A Kalman filter for each wind speed; ``estimate`` applies it to a result, ``start`` gives one for a controller.
+
+    Attributes:
+      wind_speed: (k,) [m/s].
+      centre: (k, n) states at the operating points.
+      A, B, K, C, D: of the discrete models, with their gains, see ``kalman_step``.
+      inputs, outputs: (k, m), (k, p) at the operating points.
+      covariance: (k, n, n) of the error after an update.
+      innovation: (k, s, s) of the predicted sensors.
+      Q, R: (k, n, n), (s, s) of the noise of process and sensors, per step.
+      states, output_names: names.
+      model: from which it was made.
+    """
+
+    wind_speed: Float
+    centre: Float
+    A: Float
+    B: Float
+    K: Float
+    C: Float
+    D: Float
+    inputs: Float
+    outputs: Float
+    covariance: Float
+    innovation: Float
+    Q: Float
+    R: Float
+    states: tuple[str, ...]
+    output_names: tuple[str, ...]
+    model: Model[Any]
+
+    def __repr__(self) -> str:
+        speeds = f"{self.wind_speed[0]:g} to {self.wind_speed[-1]:g} m/s"
+        return f"<Observer of {self.model.turbine.name}: {len(self.states)} states, {speeds}, {1.0 / STEP:g} Hz>"
+
+    @property
+    def wind_place(self) -> int:
+        """Place of the rotor-effective wind speed in the state."""
+        return self.states.index("rotor-effective wind")
+
+    def start(self, wind_speed: float) -> ObserverFilter:
+        """A filter in steady operation at a wind speed [m/s]."""
+        return ObserverFilter(self, wind_speed)
+
+    def guess(self, speed: float, torque: float, pitch: float) -> float:
+        """Wind speed [m/s] at which steady operation is closest to a generator speed, torque and pitch, SI."""
+        here = np.column_stack([self.outputs[:, 0], self.inputs])
+        scale = np.maximum(here.max(axis=0) - here.min(axis=0), 1e-9)
+        far = np.sum(((here - [speed, torque, pitch]) / scale) ** 2, axis=1)
+        return float(self.wind_speed[np.argmin(far)])
+
+    @one_blas_thread
+    def estimate(self, result: Result, *, samples: int = 0, seed: int = 1) -> Estimate:
+        """Estimate wind and loads from the signals of a result, of which loads and wind are not read.
+
+        Args:
+          result: with ``generator_speed``, ``pitch_1`` and ``generator_torque`` or ``generator_power``, and where they
+            are known ``tower_top_acceleration_x``, ``tower_top_acceleration_y`` and ``azimuth``.
+          samples: number of samples of the distribution of the loads.
+          seed: of the samples.
+
+        Raises:
+          InputError: a signal is missing or not finite, or the series is too short.
+        """
+        time, u, measured, azimuth = self._signals(result)
+        T, n, p = len(time), len(self.states), len(self.output_names)
+        y, speeds, gaps = np.zeros((T, p)), np.zeros(T), np.zeros((T, len(SENSORS)))
+        now = self.start(self.guess(float(measured[0, 0]), float(u[0, 0]), float(u[0, 1])))
+        for i in range(T):
+            expected = now.predicted(u[i])
+            y[i] = now.step(u[i], measured[i])
+            speeds[i] = now.z[self.wind_place]
+            gaps[i] = measured[i] - expected
+        near = self._nearest(speeds)
+        gaps /= np.sqrt(np.stack([np.diag(S) for S in self.innovation]))[near]
+        channels, places = self._channels()
+        mix = _mixing(self.output_names, azimuth, places)
+        data = np.column_stack([speeds, mix(y)])
+        errors = np.stack([c @ P @ c.T for c, P in zip(self.C, self.covariance, strict=True)])
+        deviation = np.column_stack(
+            [
+                np.sqrt(self.covariance[near, self.wind_place, self.wind_place]),
+                _deviations(self.output_names, errors[near], azimuth, places),
+            ]
+        )
+        meta = {k: v for k, v in result.meta.items() if k in ("turbine", "wind", "transient", "file")}
+        found = Result(time, data, channels, meta=meta | {"warnings": [], "controller": "observer"})
+        drawn = []
+        chance = np.random.default_rng(seed)
+        roots = [np.linalg.cholesky(Q + 1e-14 * np.trace(Q) / n * np.eye(n)) for Q in self.Q] if samples else []
+        for _ in range(samples):
+            e = np.linalg.cholesky(self.covariance[near[0]] + 1e-12 * np.eye(n)) @ chance.standard_normal(n)
+            wrong, wind = np.zeros((T, p)), np.zeros(T)
+            shocks, noise = chance.standard_normal((T, n)), chance.standard_normal((T, len(SENSORS)))
+            noise *= np.sqrt(np.diag(self.R))
+            for i, k in enumerate(near):
+                e = self.A[k] @ e + roots[k] @ shocks[i]
+                e = e - self.K[k] @ (self.C[k, : len(SENSORS)] @ e + noise[i])
+                wrong[i], wind[i] = self.C[k] @ e, e[self.wind_place]
+            drawn.append(replace(found, data=data + np.column_stack([wind, mix(wrong)])))
+        return Estimate(found, deviation, gaps, tuple(drawn))
+
+    def _nearest(self, speed: Float) -> NDArray[np.intp]:
+        spacing = self.wind_speed[1] - self.wind_speed[0]
+        place = np.rint((speed - self.wind_speed[0]) / spacing)
+        return np.clip(place, 0, len(self.wind_speed) - 1).astype(np.intp)
+
+    def _channels(self) -> tuple[tuple[Channel, ...], list[str]]:
+        known = catalogue(3)
+        places = [*TOWER, *(f"{b}_{i}" for b in BLADE for i in (1, 2, 3))]
+        return (WIND, *(known[name] for name in places)), places
+
+    def _signals(self, result: Result) -> tuple[Float, Float, Float, Float]:
+        """Times of the filter's steps, inputs (T, 2), sensors (T, 3) and azimuth (T,)."""
+        if len(result.time) < 2 or result.time[-1] - result.time[0] < 1.0:
+            raise InputError("observer: the series is shorter than 1 s")
+        for name in ("generator_speed", "pitch_1"):
+            if name not in result:
+                raise InputError(f"observer: the signal {name!r} is missing; found {', '.join(result.names)}")
+        if not {"generator_torque", "generator_power"} & set(result.names):
+            raise InputError("observer: neither 'generator_torque' nor 'generator_power' is given")
+        spacing = float(np.median(np.diff(result.time)))
+        if spacing > 0.1 + 1e-9:
+            raise InputError(
+                f"observer: signals need a sample every 0.1 s or more often, found one every {spacing:g} s"
+            )
+        time = np.arange(result.time[0], result.time[-1] + 0.25 * STEP, STEP)
+
+        def at(name: str) -> Float:
+            x = np.asarray(result[name], float)
+            if not np.all(np.isfinite(x)):
+                raise InputError(f"observer: the signal {name!r} has values that are not finite")
+            return np.interp(time, result.time, x)
+
+        speed = at("generator_speed")
+        pitch = np.mean([at(f"pitch_{b}") for b in (1, 2, 3) if f"pitch_{b}" in result], axis=0)
+        if "generator_torque" in result:
+            torque = at("generator_torque")
+        else:
+            efficiency = self.model.turbine.drivetrain.generator_efficiency
+            torque = at("generator_power") / efficiency / np.maximum(speed, 1e-3)
+        missing = np.full(len(time), np.nan)
+        measured = [speed, *(at(name) if name in result else missing for name in SENSORS[1:])]
+        if "azimuth" in result:
+            azimuth = np.interp(time, result.time, np.unwrap(result["azimuth"]))
+        else:
+            azimuth = np.cumsum(speed) * STEP / self.model.turbine.drivetrain.gear_ratio
+        return time, np.column_stack([torque, pitch]), np.column_stack(measured), azimuth
+
+
+class ObserverFilter:
+    """The state of an observer in time.
+
+    Attributes:
+      z: (n,) state.
+      y: (p,) outputs of the last step, named by ``observer.output_names``.
+    """
+
+    def __init__(self, observer: Observer, wind_speed: float) -> None:
+        o = self.observer = observer
+        share = np.array([np.interp(wind_speed, o.wind_speed, c) for c in o.centre.T])
+        self.z, self.y = share, np.zeros(len(o.output_names))
+        self._u = np.tile([np.interp(wind_speed, o.wind_speed, c) for c in o.inputs.T], (2, 1))
+        first, spacing = float(o.wind_speed[0]), float(o.wind_speed[1] - o.wind_speed[0])
+        self._tables = (o.wind_place, first, spacing, o.centre, o.A, o.B, o.K, o.C, o.D, o.inputs, o.outputs)
+
+    @property
+    def wind_speed(self) -> float:
+        """[m/s] rotor-effective."""
+        return float(self.z[self.observer.wind_place])
+
+    def __getitem__(self, name: str) -> float:
+        """An output of the last step, by its name in the fixed frame, or a state by its name."""
+        o = self.observer
+        if name in o.output_names:
+            return float(self.y[o.output_names.index(name)])
+        if name in o.states:
+            return float(self.z[o.states.index(name)])
+        raise InputError(f"observer: no {name!r}: {did_you_mean(name, (*o.output_names, *o.states))}")
+
+    def step(self, inputs: Sequence[float] | Float, measured: Sequence[float] | Float) -> Float:
+        """Outputs after one step of 0.04 s.
+
+        Args:
+          inputs: (2,) generator torque [N m] and mean pitch [rad].
+          measured: (3,) generator speed [rad/s], acceleration of the tower top along x and y [m/s^2]; NaN if unknown.
+        """
+        self._u[0] = self._u[1]
+        self._u[1] = inputs
+        kalman_step(self.z, self.y, self._u, np.asarray(measured, float), *self._tables)
+        return self.y
+
+    def predicted(self, inputs: Sequence[float] | Float) -> Float:
+        """(3,) sensors that the next step expects."""
+        keep = self.z.copy(), self.y.copy(), self._u.copy()
+        found = self.step(inputs, np.full(len(SENSORS), np.nan))[: len(SENSORS)].copy()
+        self.z[:], self.y[:], self._u[:] = keep
+        return found
+
+
+def _mixing(names: Sequence[str], azimuth: Float, wanted: Sequence[str]) -> Callable[[Float], Float]:
+    """Outputs of the fixed frame (T, p) to channels (T, C)."""
+
+    def mix(y: Float) -> Float:
+        return np.column_stack([np.einsum("tp,tp->t", row, y) for row in _rows(names, azimuth, wanted)])
+
+    return mix
+
+
+def _rows(names: Sequence[str], azimuth: Float, wanted: Sequence[str]) -> list[Float]:
+    """(T, p) weights of the outputs in each channel."""
+    found = []
+    for name in wanted:
+        row = np.zeros((len(azimuth), len(names)))
+        if name in names:
+            row[:, names.index(name)] = 1.0
+        else:
+            base, blade = name[:-2], int(name[-1])
+            psi = azimuth + 2.0 * np.pi / 3.0 * (blade - 1)
+            parts = {"collective": np.ones_like(psi), "cosine": np.cos(psi), "sine": np.sin(psi)}
+            for part, weight in parts.items():
+                row[:, names.index(f"{base}_{part}")] = weight
+        found.append(row)
+    return found
+
+
+def _deviations(names: Sequence[str], errors: Float, azimuth: Float, wanted: Sequence[str]) -> Float:
+    """(T, C) standard deviations of the channels, from covariances (T, p, p)."""
+    rows = _rows(names, azimuth, wanted)
+    return np.sqrt(np.column_stack([np.maximum(np.einsum("tp,tpq,tq->t", r, errors, r), 0.0) for r in rows]))
+
+
+@one_blas_thread
+def observer(
+    model: Model[Any],
+    *,
+    turbulence: ExpectedTurbulence | None = None,
+    noise: SensorNoise | None = None,
+    shear_exponent: float = 0.2,
+    spacing: float = 1.0,
+    progress: Callable[[float], None] | None = None,
+) -> Observer:
+    """Observer of wind and loads of a turbine with three blades.
+
+    Air density, flexibility and aerodynamic options are those of the model; inflow and stall are quasi-steady in the
+    filter.
+
+    Args:
+      model: of the turbine.
+      turbulence: that it expects; category A by default.
+      noise: of the sensors.
+      shear_exponent: of the mean wind.
+      spacing: [m/s] between the wind speeds, from cut-in to cut-out.
+      progress: callback with the completed fraction.
+
+    Raises:
+      InputError: a value that cannot be.
+      UnsupportedError: the rotor does not have three blades.
+    """
+    if not 0.0 < spacing <= 5.0:
+        raise InputError(f"observer: spacing must be above 0 and at most 5 m/s, found {spacing!r}")
+    turbulence, noise = turbulence or ExpectedTurbulence(), noise or SensorNoise()
+    turbine = model.turbine
+    turbine = turbine.replace(**{"pitch_actuator.kind": "ideal"})
+    options = model.options.replace(inflow="quasi_steady", stall="static")
+    plain = build(turbine, options, model.environment)
+    rated = turbine.control.pitch.reference_speed
+    R = np.diag([(noise.speed * rated) ** 2, noise.acceleration**2, noise.acceleration**2])
+    speeds = np.arange(turbine.cut_in, turbine.cut_out + 1e-9, spacing)
+    parts = []
+    for i, speed in enumerate(speeds):
+        if progress is not None:
+            progress(i / len(speeds))
+        wind = SteadyWind(speed=float(speed), shear_exponent=shear_exponent)
+        inputs = (*INPUTS, "wind_speed", "vertical_shear", "horizontal_shear")
+        outputs = (*SENSORS, *TOWER, *(f"{name}_1" for name in BLADE))
+        linear = linearise(plain, operating_point(plain, wind), inputs, outputs)
+        try:
+            parts.append(_design(linear, turbine, turbulence, R))
+        except np.linalg.LinAlgError as error:
+            raise MeltemiError(f"observer: no gain at {speed:g} m/s: {error}") from None
+    arrays: dict[str, Any] = {
+        name: np.ascontiguousarray(np.stack(column))
+        for name, column in zip(ARRAYS, zip(*parts, strict=True), strict=True)
+    }
+    harmonics = [f"harmonic {n} {part}" for n in HARMONICS for part in ("cosine", "sine")]
+    states = (*linear.states, "rotor-effective wind", *harmonics)
+    return Observer(wind_speed=speeds, R=R, states=states, output_names=linear.outputs, model=model, **arrays)
+
+
+ARRAYS = ("centre", "A", "B", "K", "C", "D", "inputs", "outputs", "covariance", "innovation", "Q")
+"""What :func:`_design` gives, as attributes of :class:`Observer`."""
+
+
+def _design(linear: LinearModel, turbine: AnyTurbine, turbulence: ExpectedTurbulence, R: Float) -> tuple[Float, ...]:
+    """Discrete model, gain and covariances at one wind speed (O-1 to O-10)."""
+    speed, omega = float(linear.u0[2]), linear.point.rotor_speed
+    n, m = len(linear.states), len(INPUTS)
+    variance, times = turbulence.harmonics(speed, turbine.hub_height, turbine.rotor_radius)
+    # a shear of 1 changes the wind by V r / D; the harmonics are averages over r^2 of the wind, that of r is 3 R / 4
+    shear = 1.0 / (speed * 3.0 / 8.0)
+    Bw, Dw = linear.B[:, m:], linear.D[:, m:]
+    # the sine component is the wind at the side that blade 1 moves down: its moment has the sign of the sine
+    gain = linear.response([1e-3j])[0].real
+    row = linear.outputs.index("root_moment_out_of_plane_sine")
+    side = np.sign(gain[row, m + 2]) or 1.0
+    # columns: collective, cosine, sine of the wind at the blades
+    scale = np.diag([1.0, shear, side * shear])
+    Bw, Dw = Bw @ scale, Dw @ scale
+    h = 1 + 2 * len(HARMONICS)
+    mix, F = np.zeros((3, h)), np.zeros((h, h))
+    mix[0, 0] = 1.0
+    mix[1, 1] = mix[2, 2] = 1.0  # first harmonic: constant in the fixed frame
+    mix[1, 3], mix[2, 4] = 1.0, 1.0  # second and fourth: three times the rotor frequency
+    mix[0, 5] = 1.0
+    mix[1, 7], mix[2, 8] = 1.0, -1.0
+    q = np.zeros(h)
+    q[0] = 2.0 * variance[0] / times[0]
+    for i, k in enumerate(HARMONICS, 1):
+        a = slice(2 * i - 1, 2 * i + 1)
+        turn = 0.0 if k == 1 else 3.0 * omega
+        F[a, a] = [[-1.0 / times[k], -turn], [turn, -1.0 / times[k]]]
+        q[a] = 2.0 * variance[k] / times[k]
+    A = np.block([[linear.A, Bw @ mix], [np.zeros((h, n)), F]])
+    B = np.vstack([linear.B[:, :m], np.zeros((h, m))])
+    C = np.hstack([linear.C, Dw @ mix])
+    Ad, Bd, Q = discrete(A, B, np.diag([*np.zeros(n), *q]), STEP)
+    K, P, S = stationary(Ad, C[: len(SENSORS)], Q, R)
+    centre = np.concatenate([linear.x0, [speed], np.zeros(h - 1)])
+    return centre, Ad, Bd, K, C, linear.D[:, :m], linear.u0[:m], linear.y0, P, S, Q
+
+
+def discrete(A: Float, B: Float, W: Float, dt: float) -> tuple[Float, Float, Float]:
+    """Matrices of a step, and covariance of its noise (Van Loan 1978; O-7).
+
+    Args:
+      A, B: (n, n), (n, m) of dz/dt = A z + B u + w.
+      W: (n, n) intensity of w.
+      dt: [s].
+    """
+    from scipy.linalg import expm
+
+    n, m = B.shape
+    both = expm(np.block([[A, B], [np.zeros((m, n + m))]]) * dt)
+    loan = expm(np.block([[-A, W], [np.zeros((n, n)), A.T]]) * dt)
+    Ad = both[:n, :n]
+    Q = loan[n:, n:].T @ loan[:n, n:]
+    return Ad, both[:n, n:], 0.5 * (Q + Q.T)
+
+
+def stationary(A: Float, C: Float, Q: Float, R: Float) -> tuple[Float, Float, Float]:
+    """Gain, covariance after an update and covariance of the innovation in the steady state (O-8, O-9).
+
+    Args:
+      A, C: (n, n), (s, n) of a discrete model.
+      Q, R: (n, n), (s, s) covariances of process and sensors.
+    """
+    from scipy.linalg import solve_discrete_are
+
+    M = solve_discrete_are(A.T, C.T, Q, R)
+    S = C @ M @ C.T + R
+    K = np.linalg.solve(S, C @ M).T
+    P = M - K @ S @ K.T
+    return K, 0.5 * (P + P.T), S

@@ -1,0 +1,134 @@
+"""Score of the observer against simulations: ``python tools/observer_page.py`` writes docs/verification/observer.md.
+
+The seeds are used here only; nothing in the observer was chosen by them.
+"""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import meltemi
+from meltemi.loads import damage_equivalent_load
+from meltemi.postprocess.fatigue import usual_slope
+from meltemi.simulation.observer import SENSORS, observer
+from meltemi.studies.preview import rotor_average
+from meltemi.wind.turbulence.field import realised
+
+LOADS = {
+    "tower_base_moment_fore_aft": "tower base fore-aft",
+    "tower_base_moment_side_side": "tower base side-to-side",
+    "root_moment_out_of_plane_1": "blade root out of plane",
+    "root_moment_in_plane_1": "blade root in plane",
+}
+SIGNALS = ("generator_speed", "generator_torque", "pitch_1", "pitch_2", "pitch_3", "azimuth", *SENSORS[1:])
+TRANSIENT, SAMPLES = 60.0, 4
+
+
+def noisy(model, result, seed):
+    """The result with noise of the expected level on its sensors."""
+    level, chance, data = meltemi.analysis.SensorNoise(), np.random.default_rng(seed), result.data.copy()
+    rated = model.turbine.control.pitch.reference_speed
+    for name, size in zip(SENSORS, (level.speed * rated, level.acceleration, level.acceleration), strict=True):
+        data[:, result.names.index(name)] += size * chance.standard_normal(len(data))
+    return replace(result, data=data)
+
+
+def rotor_wind(box, turbine, time):
+    """(T,) [m/s] longitudinal wind averaged over the rotor disk."""
+    average = rotor_average(box, turbine.hub_height, turbine.rotor_radius)
+    lead = 0.5 * box.dy * (box.velocity.shape[2] - 1)
+    return np.interp((time + lead / box.speed) / box.dt, np.arange(len(average)), average)
+
+
+def score(made, model, speed, seed, duration):
+    """Correlation, bias and errors of one run: wind, then loads."""
+    intensity = 0.16 * (0.75 * speed + 5.6) / speed
+    wind = meltemi.TurbulentWind(speed=speed, intensity=intensity, seed=seed)
+    box = realised(wind, model.turbine, TRANSIENT + duration)
+    run = {"duration": TRANSIENT + duration, "transient": TRANSIENT, "output_step": 0.04}
+    result = meltemi.simulate(model, box, channels=[*SIGNALS, *LOADS], **run)
+    found = made.estimate(noisy(model, result, seed), samples=SAMPLES)
+    late = found.result.time >= TRANSIENT
+    truth = rotor_wind(box, model.turbine, found.result.time)[late]
+    mine = found.result["rotor_effective_wind"][late]
+    rows = [np.corrcoef(mine, truth)[0, 1], np.mean(mine - truth)]
+    for name in LOADS:
+        true = np.interp(found.result.time, result.time, result[name])[late]
+        mine = found.result[name][late]
+        slope = usual_slope(result.channel(name))
+        series = [true, mine, *(sample[name][late] for sample in found.samples)]
+        own, alone, *drawn = (damage_equivalent_load(x, duration=duration, slope=slope) for x in series)
+        rows += [np.corrcoef(mine, true)[0, 1], 100.0 * (alone / own - 1.0), 100.0 * (np.mean(drawn) / own - 1.0)]
+    return rows
+
+
+def soft(name, speeds):
+    """Wind speeds estimated in steady wind with models of flexible and of rigid blades."""
+    model = meltemi.build(meltemi.load_turbine(name))
+    still = model.options.replace(flap_modes=0, edge_modes=0, torsion_modes=0, residual_modes=0)
+    stiff = meltemi.build(model.turbine, still)
+    pair = [observer(some, spacing=2.0) for some in (model, stiff)]
+    rows = []
+    for speed in speeds:
+        wind = meltemi.SteadyWind(speed=speed, shear_exponent=0.2)
+        result = meltemi.simulate(model, wind, duration=100.0, channels=list(SIGNALS), output_step=0.04)
+        rows.append([speed, *(np.mean(one.estimate(result).result["rotor_effective_wind"][-500:]) for one in pair)])
+    return rows
+
+
+def table(head, rows):
+    """Lines of a Markdown table."""
+    return ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--turbines", default="nrel5mw,iea15mw")
+    parser.add_argument("--speeds", default="6,8,10,12,14,16,18,20,22,24")
+    parser.add_argument("--seeds", default="101,102,103")
+    parser.add_argument("--duration", type=float, default=600.0)
+    parser.add_argument("--soft", default="nrel5mw,iea15mw,iea22mw")
+    parser.add_argument("--out", type=Path, default=Path("docs/verification/observer.md"))
+    given = parser.parse_args()
+    speeds, seeds = ([float(x) for x in given.speeds.split(",")], [int(x) for x in given.seeds.split(",")])
+    lines = (Path(__file__).parent / "observer_page.md").read_text().rstrip().splitlines()
+    head = ["wind m/s", "wind corr.", "bias m/s", *(f"{words}" for words in LOADS.values())]
+    for name in filter(None, given.turbines.split(",")):
+        model = meltemi.build(meltemi.load_turbine(name))
+        made = observer(model)
+        all_rows, rows = [], []
+        for speed in speeds:
+            runs = np.array([score(made, model, speed, seed, given.duration) for seed in seeds])
+            all_rows.append(runs)
+            print(name, speed, np.round(runs.mean(axis=0), 3), flush=True)
+            rows.append([f"{speed:g}", *cells(runs)])
+        rows.append(["all", *cells(np.concatenate(all_rows))])
+        lines += ["", f"## {model.turbine.name}", "", *table(head, rows)]
+    lines += [
+        "",
+        "## Flexible and rigid blades",
+        "",
+        (Path(__file__).parent / "observer_soft.md").read_text().strip(),
+        "",
+    ]
+    rows = []
+    for name in filter(None, given.soft.split(",")):
+        for speed, mine, stiff in soft(name, (7.0, 9.0, 12.0, 16.0, 22.0)):
+            print(name, speed, mine, stiff, flush=True)
+            shift = f"{100.0 * (stiff / speed - 1.0):+.1f} %"
+            rows.append([name, f"{speed:g}", f"{mine:.2f}", f"{stiff:.2f}", shift])
+    lines += table(["turbine", "wind m/s", "flexible model m/s", "rigid blades m/s", "error rigid"], rows)
+    given.out.write_text("\n".join(lines) + "\n")
+
+
+def cells(runs):
+    """Means over runs: correlation, bias; of each load correlation, error of the estimate, error of the expected."""
+    mean = runs.mean(axis=0)
+    loads = [f"{c:.3f}; {alone:+.1f} %; {drawn:+.1f} %" for c, alone, drawn in mean[2:].reshape(-1, 3)]
+    return [f"{mean[0]:.3f}", f"{mean[1]:+.2f}", *loads]
+
+
+if __name__ == "__main__":
+    main()
