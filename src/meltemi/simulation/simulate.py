@@ -213,7 +213,7 @@ class Simulation:
         self._arguments = (entry.function, self._run, case.control, case.system, case.one, case.plain, case.sections)
         self._march = compiled_advance(*self._arguments)
         self._march(0, *self._arguments)
-        self._moving = (
+        self.moving = (
             case.signals.vector,
             case.aero_state.vector,
             case.measured,
@@ -225,7 +225,7 @@ class Simulation:
             case["watch"],
             case["weights"],
         )
-        self._begin = tuple(array.copy() for array in self._moving)
+        self._begin = tuple(array.copy() for array in self.moving)
         self.compile_seconds = compile_seconds() - compiled
         self.prepare_seconds = clock_time.perf_counter() - began - self.compile_seconds
         self.run_seconds = 0.0
@@ -271,7 +271,7 @@ class Simulation:
 
     def reset(self) -> View:
         """Return to the start, in the same arrays; returns the measurements there."""
-        for array, values in zip(self._moving, self._begin, strict=True):
+        for array, values in zip(self.moving, self._begin, strict=True):
             array[...] = values
         self.case.entry.exception = None
         self.interrupted = False
