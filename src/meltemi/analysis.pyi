@@ -28,6 +28,8 @@ from meltemi.studies.preview import preview_of as preview_of
 from meltemi.studies.preview import steady_pitch as steady_pitch
 from meltemi.studies.schemes import SchemeDesign as SchemeDesign
 from meltemi.studies.schemes import design_controllers as design_controllers
+from meltemi.studies.adjoint import Gradient as Gradient
+from meltemi.studies.adjoint import gradient as gradient
 from meltemi.studies.sensitivity import Sensitivity as Sensitivity
 from meltemi.studies.sensitivity import finite_difference_runs as finite_difference_runs
 from meltemi.studies.sensitivity import sensitivity as sensitivity
