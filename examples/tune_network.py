@@ -29,7 +29,7 @@ from meltemi.control.baseline import BaselineController, BaselineState
 from meltemi.maths.tables import Table, number, numbers, part
 
 INPUTS, HIDDEN = 5, 16
-LARGEST = 0.03  # [rad] of the network's pitch
+SCALE = 0.1  # of the weights in the search, whose first step has length 1
 CHANNELS = ("rotor_speed", "pitch_1", "tower_base_moment_fore_aft", "generator_power", "root_moment_out_of_plane_1")
 SKIP = 20.0  # [s] initial transient, excluded from the objective
 
@@ -144,7 +144,8 @@ def main() -> None:
     first[:n] = random.normal(0.0, 0.5, n)  # the output weights stay zero
     reference = {s: terms(simulated(run(s, first))) for s in arguments.training}
 
-    def objective(weights: np.ndarray) -> tuple[float, np.ndarray]:
+    def objective(scaled: np.ndarray) -> tuple[float, np.ndarray]:
+        weights = SCALE * scaled
         began, value, slopes = time.perf_counter(), 0.0, np.zeros(len(weights))
         for seed in arguments.training:
 
@@ -160,15 +161,15 @@ def main() -> None:
             value += found.value / len(arguments.training)
             slopes += found.slopes / len(arguments.training)
         print(f"J = {value:.5f}, |dJ| = {np.linalg.norm(slopes):.2e}, {time.perf_counter() - began:.1f} s", flush=True)
-        return value, slopes
+        return value, SCALE * slopes
 
-    found = minimize(objective, first, jac=True, method="L-BFGS-B", options={"maxiter": arguments.iterations})
+    found = minimize(objective, first / SCALE, jac=True, method="L-BFGS-B", options={"maxiter": arguments.iterations})
     arguments.out.mkdir(parents=True, exist_ok=True)
-    np.savetxt(arguments.out / "weights.csv", found.x, header="weights of the network", fmt="%.12g")
+    np.savetxt(arguments.out / "weights.csv", SCALE * found.x, header="weights of the network", fmt="%.12g")
     print(f"{'seed':8s}" + "".join(f"{term:>14s}" for term in SHARES) + f"{'mean power':>14s}   network over baseline")
     ratios = []
     for seed in [*arguments.training, *arguments.test]:
-        before, after = simulated(run(seed, first)), simulated(run(seed, found.x))
+        before, after = simulated(run(seed, first)), simulated(run(seed, SCALE * found.x))
         a, b = terms(before), terms(after)
         row = [b[t][1] / a[t][1] for t in SHARES]
         row.append(after["generator_power"].mean() / before["generator_power"].mean())
