@@ -61,7 +61,11 @@ def controller(model: meltemi.Model, weights: np.ndarray) -> meltemi.Controller:
         relative = measurements.generator_speed / x.set_speed - 1.0
         x.speed_integral += dt * (relative - 0.2 * x.speed_integral)
         x.velocity += dt * (acceleration - 0.2 * x.velocity)
-        x.signal[0], x.signal[1], x.signal[2] = 20.0 * relative, 10.0 * x.speed_integral, 10.0 * (demands.pitch[0] - x.start_pitch)
+        x.signal[0], x.signal[1], x.signal[2] = (
+            20.0 * relative,
+            10.0 * x.speed_integral,
+            10.0 * (demands.pitch[0] - x.start_pitch),
+        )
         x.signal[3], x.signal[4] = 4.0 * x.velocity, 2.0 * acceleration
         wanted = x.bias
         for j in range(n_hidden):
@@ -92,9 +96,7 @@ def compiled(function, law):
 
 
 PARAMETERS = [
-    f"controller.{name}"
-    for name in NetworkState.names
-    if name.startswith(("hidden", "offset", "output", "bias"))
+    f"controller.{name}" for name in NetworkState.names if name.startswith(("hidden", "offset", "output", "bias"))
 ]
 
 
@@ -175,7 +177,9 @@ def main() -> None:
         row.append(after["generator_power"].mean() / before["generator_power"].mean())
         if seed in arguments.test:
             ratios.append(row)
-        print(f"{seed:<8d}" + "".join(f"{x:14.3f}" for x in row) + ("   training" if seed in arguments.training else ""))
+        print(
+            f"{seed:<8d}" + "".join(f"{x:14.3f}" for x in row) + ("   training" if seed in arguments.training else "")
+        )
     print(f"{'held out':8s}" + "".join(f"{x:14.3f}" for x in np.mean(ratios, axis=0)))
 
 

@@ -15,6 +15,8 @@ from meltemi.simulation.performance import performance_of as performance_of
 from meltemi.simulation.performance import rotor_performance as rotor_performance
 from meltemi.simulation.rotors import operating_point as operating_point
 from meltemi.simulation.trim import OperatingPoint as OperatingPoint
+from meltemi.studies.adjoint import Gradient as Gradient
+from meltemi.studies.adjoint import gradient as gradient
 from meltemi.studies.baseline_tuning import BaselineTuning as BaselineTuning
 from meltemi.studies.baseline_tuning import tune_baseline as tune_baseline
 from meltemi.studies.compare import Comparison as Comparison
@@ -28,8 +30,6 @@ from meltemi.studies.preview import preview_of as preview_of
 from meltemi.studies.preview import steady_pitch as steady_pitch
 from meltemi.studies.schemes import SchemeDesign as SchemeDesign
 from meltemi.studies.schemes import design_controllers as design_controllers
-from meltemi.studies.adjoint import Gradient as Gradient
-from meltemi.studies.adjoint import gradient as gradient
 from meltemi.studies.sensitivity import Sensitivity as Sensitivity
 from meltemi.studies.sensitivity import finite_difference_runs as finite_difference_runs
 from meltemi.studies.sensitivity import sensitivity as sensitivity

@@ -220,9 +220,7 @@ def collect(places: Any, by: Float, adjoints: Float) -> None:
 def _positions(case: Case, fast: Any, slow: Any) -> Any:
     """Index in the vector of a case in lanes of each entry of that in taped numbers."""
     result = np.zeros(slow.vector.size, dtype=np.int64)
-    indices = {
-        name: fast.begin[name] + np.arange(view.size).reshape(view.shape) for name, view in fast.views.items()
-    }
+    indices = {name: fast.begin[name] + np.arange(view.size).reshape(view.shape) for name, view in fast.views.items()}
     shown = case.model.rotor.shown(indices)
     for name, view in slow.views.items():
         at = slow.begin[name]
