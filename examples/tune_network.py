@@ -73,7 +73,7 @@ def controller(model: meltemi.Model, weights: np.ndarray) -> meltemi.Controller:
             for i in range(5):
                 total += x.hidden[5 * j + i] * x.signal[i]
             wanted += x.output[j] * tanh(total)
-        added = 0.03 * tanh(wanted)
+        added = 0.03 * tanh(wanted)  # [rad]
         for b in range(3):
             demands.pitch[b] = max(demands.pitch[b] + added, 0.0)
 

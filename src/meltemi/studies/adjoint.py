@@ -169,7 +169,7 @@ class _Backwards:
         fast = self.fast
         for array, values in zip(fast.moving, checkpoint, strict=True):
             array[...] = values
-        states = []
+        states: list[tuple[Any, ...]] = []
         while len(states) < steps and not fast.finished:
             states.append(tuple(array.copy() for array in fast.moving))
             fast.advance(1)
