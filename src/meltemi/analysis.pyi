@@ -21,6 +21,8 @@ from meltemi.simulation.performance import performance_of as performance_of
 from meltemi.simulation.performance import rotor_performance as rotor_performance
 from meltemi.simulation.rotors import operating_point as operating_point
 from meltemi.simulation.trim import OperatingPoint as OperatingPoint
+from meltemi.studies.adjoint import Gradient as Gradient
+from meltemi.studies.adjoint import gradient as gradient
 from meltemi.studies.baseline_tuning import BaselineTuning as BaselineTuning
 from meltemi.studies.baseline_tuning import tune_baseline as tune_baseline
 from meltemi.studies.compare import Comparison as Comparison

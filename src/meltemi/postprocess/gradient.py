@@ -32,13 +32,20 @@ def mean_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Flo
     return float(x.mean()), dx.mean(axis=0)
 
 
+def std_weights(series: ArrayLike) -> tuple[float, Float]:
+    """Standard deviation, sum over T, and its derivatives by the values of the series (F-12); 0 if it is constant."""
+    x = np.asarray(series, dtype=float)
+    if np.ptp(x) == 0.0:
+        return 0.0, np.zeros(len(x))
+    std = float(x.std())
+    return std, (x - x.mean()) / (len(x) * std)
+
+
 def std_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Float]:
     """Standard deviation, sum over T (F-12); derivatives 0 if the series is constant."""
     x, dx = _checked(series, derivatives)
-    if np.ptp(x) == 0.0:
-        return 0.0, np.zeros(dx.shape[1])
-    std = float(x.std())
-    gradient: Float = ((x - x.mean()) / (len(x) * std)) @ dx
+    std, weights = std_weights(x)
+    gradient: Float = weights @ dx
     return std, gradient
 
 
@@ -54,6 +61,24 @@ def max_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Floa
     x, dx = _checked(series, derivatives)
     at = int(np.argmax(x))
     return float(x[at]), dx[at].copy()
+
+
+def del_weights(series: ArrayLike, *, duration: float, slope: float, f_eq: float = 1.0) -> tuple[float, Float]:
+    """Damage-equivalent load without bins and its derivatives by the values of the series (F-14, F-15).
+
+    Arguments and errors are those of :func:`del_gradient`.
+    """
+    x = np.asarray(series, dtype=float)
+    check_equivalent(duration, slope, f_eq)
+    first, second, counts = cycle_ends(x)
+    rise = x[first] - x[second]
+    load = cycle_load(Cycles(np.abs(rise), x[first], counts), slope=slope, reference=f_eq * duration)
+    weights = np.zeros(len(x))
+    if load > 0.0:
+        cycle = counts / (f_eq * duration) * (np.abs(rise) / load) ** (slope - 1.0) * np.sign(rise)
+        np.add.at(weights, first, cycle)
+        np.subtract.at(weights, second, cycle)
+    return load, weights
 
 
 def del_gradient(
@@ -75,14 +100,6 @@ def del_gradient(
       InputError: shapes do not fit, or ``duration``, ``slope`` or ``f_eq`` is not positive.
     """
     x, dx = _checked(series, derivatives)
-    check_equivalent(duration, slope, f_eq)
-    first, second, counts = cycle_ends(x)
-    rise = x[first] - x[second]
-    load = cycle_load(Cycles(np.abs(rise), x[first], counts), slope=slope, reference=f_eq * duration)
-    weights = np.zeros(len(x))  # of the values of the series
-    if load > 0.0:
-        cycle = counts / (f_eq * duration) * (np.abs(rise) / load) ** (slope - 1.0) * np.sign(rise)
-        np.add.at(weights, first, cycle)
-        np.subtract.at(weights, second, cycle)
+    load, weights = del_weights(x, duration=duration, slope=slope, f_eq=f_eq)
     gradient: Float = weights @ dx
     return load, gradient

@@ -22,7 +22,7 @@ from numba import types
 
 from meltemi.control import constant
 from meltemi.control.baseline import BaselineController
-from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, Entry, LogEntry, StartPoint
+from meltemi.control.controller import ENTRY, UPDATES, Controller, Entry, LogEntry, StartPoint
 from meltemi.control.faults import apply_events
 from meltemi.control.signals import Demands, Measurements
 from meltemi.control.supervisor.tables import STATES
@@ -30,9 +30,8 @@ from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds, kernel_for
-from meltemi.maths.records import Kind
+from meltemi.maths.records import SLOPES, Kind
 from meltemi.maths.tables import View
-from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.channels import DEFAULT, Channel
@@ -208,13 +207,13 @@ class Simulation:
         if self.recorder:
             places = np.concatenate([places, self.recorder.places(case)])
         self._output = np.full(((self.n_steps - 1) // every_output + 1, len(places)), np.nan)
-        if numbers == "duals":
-            case.slopes["output"] = np.zeros((*self._output.shape, N_DERIVATIVES))
+        if numbers in SLOPES:
+            case.slopes["output"] = np.zeros((*self._output.shape, SLOPES[numbers]))
         self._run = case.run(places, self._output)
         self._arguments = (entry.function, self._run, case.control, case.system, case.one, case.plain, case.sections)
         self._march = compiled_advance(*self._arguments)
         self._march(0, *self._arguments)
-        self._moving = (
+        self.moving = (
             case.signals.vector,
             case.aero_state.vector,
             case.measured,
@@ -226,7 +225,7 @@ class Simulation:
             case["watch"],
             case["weights"],
         )
-        self._begin = tuple(array.copy() for array in self._moving)
+        self._begin = tuple(array.copy() for array in self.moving)
         self.compile_seconds = compile_seconds() - compiled
         self.prepare_seconds = clock_time.perf_counter() - began - self.compile_seconds
         self.run_seconds = 0.0
@@ -272,7 +271,7 @@ class Simulation:
 
     def reset(self) -> View:
         """Return to the start, in the same arrays; returns the measurements there."""
-        for array, values in zip(self._moving, self._begin, strict=True):
+        for array, values in zip(self.moving, self._begin, strict=True):
             array[...] = values
         self.case.entry.exception = None
         self.interrupted = False
@@ -448,7 +447,8 @@ def compiled_advance(*arguments: Any) -> Any:
     """The time loop, compiled for all its arguments but the first; the controller has the type of all controllers."""
     if numba.config.DISABLE_JIT:
         return step.advance
-    entry = ENTRY_DUALS if arguments[0].signatures == [UPDATE_DUALS.args] else ENTRY
+    update = next((u for u in UPDATES.values() if arguments[0].signatures == [u.args]), None)
+    entry = ENTRY if update is None else types.FunctionType(update)
     types_ = (numba.typeof(argument) for argument in arguments[1:])
     return _loop_for(step.advance, types.void(types.int64, entry, *types_))
 

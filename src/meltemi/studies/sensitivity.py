@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from meltemi.aero.tables import AeroMemory
 from meltemi.control.actuators import Actuators
 from meltemi.control.baseline import BaselineController
-from meltemi.control.controller import Controller, StartPoint, dual_entry
+from meltemi.control.controller import Controller, StartPoint, active_entry
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 from meltemi.core.representation import Brief
 from meltemi.maths.tables import MAX_BLADES
@@ -146,8 +146,8 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
     """
     if numba.config.DISABLE_JIT:
         raise InputError("sensitivity: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
-    run, model, controller, start = _settled(run)
-    dual_entry(controller)  # refuses those that have no derivatives
+    run, model, controller, start = settled(run)
+    active_entry(controller)  # refuses those that have no derivatives
     ways = directions(model, parameters, controller, start, steps or {})
     progress = run.progress
     switches: dict[str, int | None] = {}
@@ -179,7 +179,7 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
     )
 
 
-def _settled(run: Run) -> tuple[Run, Model[Any], Controller, StartPoint]:
+def settled(run: Run) -> tuple[Run, Model[Any], Controller, StartPoint]:
     """A run whose model, wind, controller and start are held; with model, controller and the controller's start."""
     model = run.model() if callable(run.model) else run.model
     wind = realised(run.wind() if callable(run.wind) else run.wind, model.turbine, run.duration)
@@ -198,7 +198,7 @@ def finite_difference_runs(run: Run, parameter: str, *, step: float | None = Non
       parameter: path, see :func:`direction`.
       step: by default 1e-7 of the value, 1e-8 rad for pitch offsets: small, since polars and wind boxes have kinks.
     """
-    run, model, controller, start = _settled(run)
+    run, model, controller, start = settled(run)
     (way,) = directions(model, [parameter], controller, start, {} if step is None else {parameter: step})
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
     options = model.options.replace(time_step=default_step(model))
