@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import KW_ONLY, dataclass, replace
+from itertools import islice
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -26,12 +27,14 @@ from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import source_hash
 from meltemi.core.representation import Card, Shown, badge
 from meltemi.core.threads import available_cores, one_blas_thread
+from meltemi.loadcases import card
 from meltemi.postprocess.files import read_netcdf, write_netcdf
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 
 MOST_WORKERS = 1000
+DEVICES = ("cpu", "cuda")
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
 
@@ -91,6 +94,8 @@ class Batch:
       total: how many cases a generator gives, for ``progress``.
       rerun: run all cases, also those that are finished.
       done: callback with each outcome, from the calling thread; its value is then not kept.
+      device: "cpu" or "cuda", a graphics card, where cases march together in groups; needs ``meltemi[cuda]``, and
+        controllers that are compiled.
     """
 
     cases: Iterable[Run]
@@ -102,10 +107,16 @@ class Batch:
     total: int | None = None
     rerun: bool = False
     done: Callable[[Outcome], None] | None = None
+    device: str = "cpu"
 
     def __post_init__(self) -> None:
         if self.workers is not None and not (isinstance(self.workers, int) and 1 <= self.workers <= MOST_WORKERS):
             raise InputError(f"workers must be an integer from 1 to {MOST_WORKERS}, found {self.workers!r}")
+        if self.device not in DEVICES:
+            raise InputError(f"device must be one of {', '.join(DEVICES)}, found {self.device!r}")
+        if self.device == "cuda":
+            card.check()
+            self.workers = 1
         self.folder = None if self.out is None else Path(self.out)
         if self.folder is not None:
             try:
@@ -168,32 +179,50 @@ class Batch:
         return (done + sum(running)) / max(self.total, done + len(running), 1)
 
     def _work(self) -> None:
-        """Worker thread: run cases until none is left."""
+        """Worker thread: run cases until none is left, one by one or, on a graphics card, in groups."""
         while not self.stop.is_set():
-            with self.next_lock:
-                following = next(self.waiting, None)
-                if following is None:
-                    self.total = len(self.names)
-                    return
-                i, case = following
-                name = case.name or f"case_{i + 1:04d}"
-                taken = name in self.names
-                self.names.add(name)
-            try:
-                if taken:
-                    raise InputError(f"another case of the batch has the name {name!r}")
-                if self.folder is not None and Path(name).name != name:
-                    raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
-                self.outcomes[i] = self._one(i, name, case)
-            except BaseException as error:
-                words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
-                self.outcomes[i] = Outcome(name, Status.FAILED, words, error=type(error))
-                if isinstance(error, KeyboardInterrupt):  # by a function of the case: as if the keyboard had said it
-                    self._heard(None)
-            finally:
-                self.under_way.pop(i, None)
+            group = [*islice(iter(self._next, None), card.GROUP if self.device == "cuda" else 1)]
+            if not group:
+                return
+            begun = {i: self._guarded(i, name, self._begin, i, name, case) for i, name, case in group}
+            if self.device == "cuda":
+                card.march_together([run for _, _, _, run in filter(None, begun.values())], self.stop.is_set)
+            for i, name, _ in group:
+                if begun[i] is not None:
+                    self._guarded(i, name, self._end, i, name, *begun[i])
+                    self.under_way.pop(i, None)
 
-    def _one(self, i: int, name: str, case: Run) -> Outcome:
+    def _next(self) -> tuple[int, str, Run] | None:
+        with self.next_lock:
+            following = next(self.waiting, None)
+            if following is None:
+                self.total = len(self.names)
+                return None
+            i, case = following
+            name = case.name or f"case_{i + 1:04d}"
+            taken = name in self.names
+            self.names.add(name)
+        if taken:
+            self.outcomes[i] = Outcome(
+                name, Status.FAILED, f"another case of the batch has the name {name!r}", error=InputError
+            )
+        return self._next() if taken else (i, name, case)
+
+    def _guarded(self, i: int, name: str, action: Callable[..., Any], *arguments: Any) -> Any:
+        """What an action for a case returns; an exception in it becomes the outcome of the case."""
+        try:
+            return action(*arguments)
+        except BaseException as error:
+            words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
+            self.outcomes[i] = Outcome(name, Status.FAILED, words, error=type(error))
+            if isinstance(error, KeyboardInterrupt):  # by a function of the case: as if the keyboard had said it
+                self._heard(None)
+            return None
+
+    def _begin(self, i: int, name: str, case: Run) -> tuple[Run, Path | None, str | None, Simulation] | None:
+        """Prepare a case; None if its stored result is reused."""
+        if self.folder is not None and Path(name).name != name:
+            raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
         case = replace(
             case,
             model=case.model() if callable(case.model) else case.model,
@@ -202,9 +231,14 @@ class Batch:
         path = None if self.folder is None else self.folder / f"{name}.nc"
         inputs = None if path is None else _inputs(case)
         if path is not None and not self.rerun and (found := _finished(path, inputs)):
-            return Outcome(name, found.status, value=path if self.reduce is None else self.reduce(found), reused=True)
-        run = self._prepare(case)
-        self.under_way[i] = run
+            value = path if self.reduce is None else self.reduce(found)
+            self.outcomes[i] = Outcome(name, found.status, value=value, reused=True)
+            return None
+        run = self.under_way[i] = self._prepare(case)
+        return case, path, inputs, run
+
+    def _end(self, i: int, name: str, case: Run, path: Path | None, inputs: str | None, run: Simulation) -> None:
+        """March a case to its end, unless a graphics card has done so, and keep what is asked for."""
         march(run, case.progress, stop=self.stop.is_set)
         if run.status is Status.INTERRUPTED:
             self._heard(None)
@@ -216,25 +250,29 @@ class Batch:
             value = write_netcdf(result, path)
         if self.reduce is not None:
             value = self.reduce(result)
-        return Outcome(name, result.status, result.message, value)
+        self.outcomes[i] = Outcome(name, result.status, result.message, value)
 
     def _prepare(self, case: Run) -> Simulation:
         with self.first_lock:  # Numba compiles under one lock: the first case compiles, the others find it done
             if not self.compiled:
-                run = prepare(case)
+                run = prepare(case, self.device)
                 self.compiled = True
                 return run
-        return prepare(case)
+        return prepare(case, self.device)
 
 
 @explained
-def prepare(case: Run) -> Simulation:
+def prepare(case: Run, device: str = "cpu") -> Simulation:
     """Create the simulation of a case.
 
     Raises:
-      InputError: something of it is not valid.
+      InputError: something of it is not valid, or its controller cannot run on the device.
     """
-    return Simulation(case)
+    if device == "cpu":
+        return Simulation(case)
+    run = Simulation(case, numbers="floats")
+    card.compiled_update(run.case.controller)
+    return run
 
 
 @arguments_of(Batch)
