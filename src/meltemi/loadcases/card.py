@@ -23,7 +23,6 @@ from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernels, loose
 from meltemi.maths.records import members
-from meltemi.numbers.records import record_at
 from meltemi.simulation import step
 from meltemi.simulation.simulate import Simulation
 
@@ -162,49 +161,21 @@ def _loop() -> Any:
     return loop
 
 
-def march_kernel(loop: Any, update: Any, classes: Sequence[type], first: Sequence[int], **options: Any) -> Any:
-    """Kernel that marches each run by its count of time steps.
-
-    Args:
-      loop, update: the time loop and the update of the controller.
-      classes: of the records, whose words begin at ``first``.
-      options: of ``numba.cuda.jit``.
-    """
-    from numba import cuda
-
-    run, control, system, one, plain, sections = (record_at(cls) for cls in classes)
-    of_run, of_control, of_system, of_one, of_plain, of_sections = first
-
-    def march(counts: Any, words: Any) -> None:
-        i = cuda.grid(1)
-        if i < words.shape[0]:
-            loop(
-                counts[i],
-                update,
-                run(words, i, of_run),
-                control(words, i, of_control),
-                system(words, i, of_system),
-                one(words, i, of_one),
-                plain(words, i, of_plain),
-                sections(words, i, of_sections),
-            )
-
-    return cuda.jit(**options)(march)
-
-
 @cache
 def _kernel_for(update: Any, classes: tuple[type, ...], first: tuple[int, ...]) -> Any:
+    from meltemi.loadcases.card_kernel import march_kernel
+
     return march_kernel(_loop(), on_card(of_vectors(update)), classes, first)
 
 
 def kernel_of(run: Simulation) -> Any:
     """The kernel that marches a run and others with the same kind of rotor and the same controller."""
-    from numba import cuda
-
     records = records_of(run)
     lengths = [len(record.words) for record in records]
     classes, first = tuple(map(type, records)), tuple(sum(lengths[:k]) for k in range(len(lengths)))
-    if hasattr(cuda, "simulator"):  # it cannot compile: the loop of the processor takes the same words
+    if numba.config.ENABLE_CUDASIM:  # it cannot compile: the loop of the processor takes the same words
+        from meltemi.loadcases.card_kernel import march_kernel
+
         return march_kernel(run._march, run._arguments[0], classes, first)
     return _kernel_for(compiled_update(run.case.controller), classes, first)
 
