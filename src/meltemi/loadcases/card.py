@@ -23,6 +23,8 @@ from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernels, loose
 from meltemi.maths.records import members
+from meltemi.maths.tables import TableType
+from meltemi.numbers.records import type_of_class
 from meltemi.simulation import step
 from meltemi.simulation.simulate import Simulation
 
@@ -155,6 +157,9 @@ def _loop() -> Any:
     numba-cuda compiles the kernels that a function calls by an attribute of each, which it would set itself, but with
     all of Numba's fast mathematics: NaN could then no longer be recognised.
     """
+    from numba.cuda.extending import typeof_impl
+
+    typeof_impl.register(TableType)(type_of_class)
     loop = loose(step.advance)
     for kernel in kernels():
         kernel._CUDATypingContext__dispatcher = on_card(kernel.py_func)

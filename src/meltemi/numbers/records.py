@@ -375,7 +375,8 @@ def _part(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 @typeof_impl.register(TableClass)
-def _typeof_class(table: Any, context: Any) -> Any:
+def type_of_class(table: Any, context: Any) -> Any:
+    """Type of the class of a table, which is a function."""
     return types.Function(_maker(table))
 
 
