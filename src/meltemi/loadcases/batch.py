@@ -13,7 +13,6 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import KW_ONLY, dataclass, replace
-from itertools import islice
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -37,6 +36,8 @@ MOST_WORKERS = 1000
 DEVICES = ("cpu", "cuda")
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
+Begun = tuple[Run, Path | None, str | None, Simulation]
+"""A case that is prepared: with its file and the hash of its inputs, if results are written."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -128,7 +129,7 @@ class Batch:
         self.waiting: Iterator[tuple[int, Run]] = enumerate(self.cases)
         self.stop = threading.Event()
         self.next_lock, self.first_lock = threading.Lock(), threading.Lock()
-        self.compiled = self.interrupted = False
+        self.compiled = self.interrupted = self.exhausted = False
         self.names: set[str] = set()
         self.outcomes: dict[int, Outcome] = {}
         self.under_way: dict[int, Simulation] = {}
@@ -180,23 +181,29 @@ class Batch:
 
     def _work(self) -> None:
         """Worker thread: run cases until none is left, one by one or, on a graphics card, in groups."""
-        while not self.stop.is_set():
-            group = [*islice(iter(self._next, None), card.GROUP if self.device == "cuda" else 1)]
-            if not group:
-                return
-            begun = {i: self._guarded(i, name, self._begin, i, name, case) for i, name, case in group}
+        while not (self.stop.is_set() or self.exhausted):
+            group = [*self._group()]
             if self.device == "cuda":
-                card.march_together([run for _, _, _, run in filter(None, begun.values())], self.stop.is_set)
-            for i, name, _ in group:
-                if begun[i] is not None:
-                    self._guarded(i, name, self._end, i, name, *begun[i])
-                    self.under_way.pop(i, None)
+                card.march_together([begun[-1] for _, _, begun in group], self.stop.is_set)
+            for i, name, begun in group:
+                self._guarded(i, name, self._end, i, name, *begun)
+                self.under_way.pop(i, None)
+
+    def _group(self) -> Iterator[tuple[int, str, Begun]]:
+        """Prepare one case, or as many as the memory holds and a graphics card runs together."""
+        fields: dict[int, int] = {}
+        for count, (i, name, case) in enumerate(iter(self._next, None), 1):
+            if (begun := self._guarded(i, name, self._begin, i, name, case)) is not None:
+                yield i, name, begun
+                fields |= card.field_of(begun[-1])
+            if self.device == "cpu" or count == card.GROUP or sum(fields.values()) > card.MEMORY or self.stop.is_set():
+                return
 
     def _next(self) -> tuple[int, str, Run] | None:
         with self.next_lock:
             following = next(self.waiting, None)
             if following is None:
-                self.total = len(self.names)
+                self.total, self.exhausted = len(self.names), True
                 return None
             i, case = following
             name = case.name or f"case_{i + 1:04d}"
@@ -219,7 +226,7 @@ class Batch:
                 self._heard(None)
             return None
 
-    def _begin(self, i: int, name: str, case: Run) -> tuple[Run, Path | None, str | None, Simulation] | None:
+    def _begin(self, i: int, name: str, case: Run) -> Begun | None:
         """Prepare a case; None if its stored result is reused."""
         if self.folder is not None and Path(name).name != name:
             raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")

@@ -30,6 +30,8 @@ from meltemi.simulation.simulate import Simulation
 
 GROUP = 8192
 """Runs that march together: a quarter of the threads that the registers of an H100 hold at once."""
+MEMORY = 8 << 30
+"""Bytes of turbulent wind fields above which a group begins to march."""
 BLOCK = 32
 """Threads of a block."""
 CHUNK = 500
@@ -106,6 +108,12 @@ class Image:
             _bytes(begin, size)[:] = self.content[place : place + size]
 
 
+def field_of(run: Simulation) -> dict[int, int]:
+    """Bytes of the wind field of a run, by its address."""
+    box = run.case.arrays["box"]
+    return {box.ctypes.data: box.nbytes}
+
+
 def records_of(run: Simulation) -> tuple[Any, ...]:
     """The records of a run, as the time loop takes them."""
     return run._arguments[1:]
@@ -167,14 +175,18 @@ def _loop() -> Any:
 
 
 @cache
-def _kernel_for(update: Any, classes: tuple[type, ...], first: tuple[int, ...]) -> Any:
+def _kernel_for(update: Any, classes: tuple[type, ...], first: tuple[int, ...], registers: int | None) -> Any:
     from meltemi.loadcases.card_kernel import march_kernel
 
-    return march_kernel(_loop(), on_card(of_vectors(update)), classes, first)
+    return march_kernel(_loop(), on_card(of_vectors(update)), classes, first, max_registers=registers)
 
 
-def kernel_of(run: Simulation) -> Any:
-    """The kernel that marches a run and others with the same kind of rotor and the same controller."""
+def kernel_of(run: Simulation, registers: int | None = None) -> Any:
+    """The kernel that marches a run and others with the same kind of rotor and the same controller.
+
+    Args:
+      registers: largest number of a thread; by default as many as there are.
+    """
     records = records_of(run)
     lengths = [len(record.words) for record in records]
     classes, first = tuple(map(type, records)), tuple(sum(lengths[:k]) for k in range(len(lengths)))
@@ -182,7 +194,7 @@ def kernel_of(run: Simulation) -> Any:
         from meltemi.loadcases.card_kernel import march_kernel
 
         return march_kernel(run._march, run._arguments[0], classes, first)
-    return _kernel_for(compiled_update(run.case.controller), classes, first)
+    return _kernel_for(compiled_update(run.case.controller), classes, first, registers)
 
 
 def march_together(runs: Sequence[Simulation], stop: Callable[[], bool] = lambda: False) -> None:
@@ -200,7 +212,7 @@ def _march(runs: Sequence[Simulation], stop: Callable[[], bool]) -> None:
     began = time.perf_counter()
     kernel, image = kernel_of(runs[0]), Image(runs)
     memory = cuda.to_device(image.content)
-    words = cuda.to_device(image.at(_address(memory)))
+    words = cuda.to_device(image.at(address(memory)))
     left = np.array([run.n_steps - int(run.case.clock.step) for run in runs])
     while left.any() and not stop():
         counts = np.minimum(left, CHUNK)
@@ -214,7 +226,7 @@ def _march(runs: Sequence[Simulation], stop: Callable[[], bool]) -> None:
         run.run_seconds += (time.perf_counter() - began) / len(runs)
 
 
-def _address(array: Any) -> int:
+def address(array: Any) -> int:
     """Address of an array of the card."""
     pointer = getattr(array, "device_ctypes_pointer", None)
     return int(array.ctypes.data if pointer is None else pointer.value)
