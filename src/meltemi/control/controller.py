@@ -177,7 +177,7 @@ _ENTRIES: dict[Any, Any] = {}
 def of_vectors(update: Any, *, cached: bool = False) -> Update:
     """Function of vectors, not compiled, of a compiled update: user-defined ones get tables in their place."""
     if update.__module__.startswith("meltemi."):
-        return update.py_func  # type: ignore[no-any-return]
+        return update.py_func
     inner = numba.njit(cache=cached)(update.py_func)
 
     def entry(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:

@@ -182,12 +182,15 @@ class Batch:
     def _work(self) -> None:
         """Worker thread: run cases until none is left, one by one or, on a graphics card, in groups."""
         while not (self.stop.is_set() or self.exhausted):
-            group = [*self._group()]
-            if self.device == "cuda":
-                card.march_together([begun[-1] for _, _, begun in group], self.stop.is_set)
-            for i, name, begun in group:
-                self._guarded(i, name, self._end, i, name, *begun)
-                self.under_way.pop(i, None)
+            self._run_group()
+
+    def _run_group(self) -> None:
+        group = [*self._group()]
+        if self.device == "cuda":
+            card.march_together([begun[-1] for _, _, begun in group], self.stop.is_set)
+        for i, name, begun in group:
+            self._guarded(i, name, self._end, i, name, *begun)
+            self.under_way.pop(i, None)
 
     def _group(self) -> Iterator[tuple[int, str, Begun]]:
         """Prepare one case, or as many as the memory holds and a graphics card runs together."""

@@ -43,7 +43,7 @@ Bytes = NDArray[np.uint8]
 def check() -> None:
     """Raise InputError unless numba-cuda and a graphics card are present."""
     if importlib.util.find_spec("numba_cuda") is None:
-        raise InputError("device 'cuda' needs numba-cuda: pip install \"meltemi[cuda]\"")
+        raise InputError("device 'cuda' needs numba-cuda: pip install \"numba-cuda[cu12]\"")
     from numba import cuda
 
     if not cuda.is_available():
@@ -135,7 +135,8 @@ def _spans(records: Sequence[Any]) -> list[tuple[int, int, bool]]:
 
 def _addresses(record: Any) -> NDArray[np.bool_]:
     """Which words of a record are addresses of its floats."""
-    return np.concatenate([[True, False] + [False] * member.ndim for member in members(type(record)).values()])
+    cls: Any = type(record)
+    return np.concatenate([[True, False] + [False] * member.ndim for member in members(cls).values()])
 
 
 def _relocated(run: Simulation, begins: NDArray[np.int64], places: NDArray[np.int64]) -> NDArray[np.int64]:

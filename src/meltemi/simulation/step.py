@@ -320,7 +320,7 @@ def attempt(controller: Controller, state: Float, measured: Float, demands: Floa
     return True
 
 
-@overload(attempt, strict=False)
+@overload(attempt, strict=False)  # type: ignore[untyped-decorator]
 def _attempt(controller: Any, state: Any, measured: Any, demands: Any, dt: Any) -> Any:
     def call(controller: Any, state: Any, measured: Any, demands: Any, dt: Any) -> bool:
         controller(state, measured, demands, dt)
