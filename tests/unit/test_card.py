@@ -73,7 +73,7 @@ def test_missing_packages_and_cards_are_named(monkeypatch: pytest.MonkeyPatch) -
     with pytest.raises(InputError, match="device must be one of cpu, cuda, found 'gpu'"):
         meltemi.simulate_batch([run_of(8.0)], device="gpu")
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r'pip install "numba-cuda\[cu12\]"'):
+    with pytest.raises(InputError, match=r'pip install "numba-cuda\[cu12\]>=0.28,<0.31"'):
         meltemi.simulate_batch([run_of(8.0)], device="cuda")
 
 

@@ -43,7 +43,7 @@ Bytes = NDArray[np.uint8]
 def check() -> None:
     """Raise InputError unless numba-cuda and a graphics card are present."""
     if importlib.util.find_spec("numba_cuda") is None:
-        raise InputError("device 'cuda' needs numba-cuda: pip install \"numba-cuda[cu12]\"")
+        raise InputError("device 'cuda' needs numba-cuda: pip install \"numba-cuda[cu12]>=0.28,<0.31\"")
     from numba import cuda
 
     if not cuda.is_available():
