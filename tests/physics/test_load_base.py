@@ -142,6 +142,10 @@ def test_any_division_gives_the_same_bits(tiny: Plan, whole: Path, tmp_path: Pat
     assert sorted(names_in(tmp_path)) == sorted(case.name for case in tiny.cases)
     with pytest.raises(InputError, match=r"shard: 4/3 must be k/N"):
         engine.run_base(tiny, tmp_path, shard=(4, 3))
+    with pytest.raises(InputError, match="device 'cuda' and dask exclude each other"):
+        engine.run_base(tiny, tmp_path, device="cuda", dask="local")
+    with pytest.raises(InputError, match="device must be one of cpu, cuda, found 'gpu'"):
+        engine.run_base(tiny, tmp_path, device="gpu")
 
 
 def test_what_is_there_is_not_run_again(tiny: Plan, whole: Path) -> None:

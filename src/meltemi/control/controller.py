@@ -180,16 +180,22 @@ class Entry:
 _ENTRIES: dict[Any, Any] = {}
 
 
-def _compiled(update: Any, signature: Any, *, cached: bool = True) -> Any:
-    """Update compiled for the signature of an entry; user-defined ones get tables in place of vectors."""
+def of_vectors(update: Any, *, cached: bool = False) -> Update:
+    """Function of vectors, not compiled, of a compiled update: user-defined ones get tables in their place."""
     if update.__module__.startswith("meltemi."):
-        return kernel_for(signature)(update.py_func)
+        return update.py_func
     inner = numba.njit(cache=cached)(update.py_func)
 
     def entry(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:
         inner(state, Measurements(measurements), Demands(demands), dt)
 
-    return numba.njit(signature)(entry)
+    return entry
+
+
+def _compiled(update: Any, signature: Any, *, cached: bool = True) -> Any:
+    """Update compiled for the signature of an entry."""
+    make = kernel_for(signature) if update.__module__.startswith("meltemi.") else numba.njit(signature)
+    return make(of_vectors(update, cached=cached))
 
 
 def active_entry(controller: Controller, numbers: Kind = "duals") -> Any:

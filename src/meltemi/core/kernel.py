@@ -243,6 +243,16 @@ def choice(kernels: Sequence[Callable[..., Any]]) -> Any:
     return _compiled(call, cached=False)
 
 
+def loose(function: F) -> F:
+    """A kernel without a cache of its own, compiled as part of its callers."""
+    return _compiled(function, cached=False)
+
+
+def kernels() -> list[Any]:
+    """Every kernel of this process, as Numba's dispatcher."""
+    return list(_DISPATCHERS)
+
+
 _DISPATCHERS: list[Any] = []
 _TIMES = event.TimingListener()
 event.register("numba:compile", _TIMES)

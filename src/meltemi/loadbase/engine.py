@@ -135,6 +135,7 @@ def run_base(
     shard: tuple[int, int] = (1, 1),
     workers: int | None = None,
     dask: str | None = None,
+    device: str = "cpu",
     retry: bool = False,
     progress: Callable[[Progress], None] | None = None,
 ) -> BaseStatus:
@@ -146,6 +147,7 @@ def run_base(
       shard: number k, from 1, and N: only every N-th case, beginning with the k-th.
       workers: threads; by default one for each core this process may use.
       dask: address of the scheduler of a Dask cluster, or ``local``: worker processes of this machine.
+      device: "cpu", or "cuda" for a graphics card.
       retry: run cases again that failed.
       progress: called as cases are finished.
 
@@ -153,12 +155,14 @@ def run_base(
       What is there now, of all cases.
 
     Raises:
-      InputError: ``shard`` is not valid, a file cannot be read or written, or Dask is not installed.
+      InputError: ``shard`` or ``device`` is not valid, a file cannot be read or written, or Dask is not installed.
       KeyboardInterrupt: Ctrl-C; what was finished is kept.
     """
     k, n = shard
     if not 1 <= k <= n:
         raise InputError(f"shard: {k}/{n} must be k/N with k from 1 to N")
+    if device != "cpu" and dask is not None:
+        raise InputError(f"device {device!r} and dask exclude each other: the workers of Dask run on processors")
     jobs, store = jobs_of(plan), Store(folder)
     store.tidy()
     own = list({job.key: job for job in jobs[k - 1 :: n]}.values())
@@ -180,7 +184,8 @@ def run_base(
         count.add({row.key for row in rows})
 
     count.begin({job.key for job in own if not missing(job)})
-    backend: Backend = OnThreads(workers, lambda seconds: count.add(set(), seconds)) if dask is None else OnDask(dask)
+    threads = OnThreads(workers, device, lambda seconds: count.add(set(), seconds))
+    backend: Backend = threads if dask is None else OnDask(dask)
     backend(groups(), finished)
     store.refresh()
     return status_of(plan, jobs, store)
@@ -231,10 +236,12 @@ class OnThreads:
 
     Attributes:
       workers: number of threads; by default one for each core this process may use.
+      device: "cpu", or "cuda" for a graphics card.
       tell: called with the simulated time [s] of the finished cases that are not yet handed over.
     """
 
     workers: int | None = None
+    device: str = "cpu"
     tell: Callable[[float], None] = lambda seconds: None
 
     def __call__(self, groups: Iterable[Sequence[Job]], finished: Finished) -> None:
@@ -271,7 +278,7 @@ class OnThreads:
             if taken := [rows.pop(0) for _ in range(len(rows))]:  # other threads may add to them
                 finished(taken)
 
-        batch = Batch(runs(), reduce=shop.row, workers=self.workers, done=done)
+        batch = Batch(runs(), reduce=shop.row, workers=self.workers, done=done, device=self.device)
         batch.run()
         hand_over()
         if batch.interrupted:

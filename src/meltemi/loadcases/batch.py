@@ -26,14 +26,18 @@ from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import source_hash
 from meltemi.core.representation import Card, Shown, badge
 from meltemi.core.threads import available_cores, one_blas_thread
+from meltemi.loadcases import card
 from meltemi.postprocess.files import read_netcdf, write_netcdf
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 
 MOST_WORKERS = 1000
+DEVICES = ("cpu", "cuda")
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
+Begun = tuple[Run, Path | None, str | None, Simulation]
+"""A case that is prepared: with its file and the hash of its inputs, if results are written."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -91,6 +95,8 @@ class Batch:
       total: how many cases a generator gives, for ``progress``.
       rerun: run all cases, also those that are finished.
       done: callback with each outcome, from the calling thread; its value is then not kept.
+      device: "cpu" or "cuda", a graphics card, where cases march together in groups; needs ``meltemi[cuda]``, and
+        controllers that are compiled.
     """
 
     cases: Iterable[Run]
@@ -102,10 +108,16 @@ class Batch:
     total: int | None = None
     rerun: bool = False
     done: Callable[[Outcome], None] | None = None
+    device: str = "cpu"
 
     def __post_init__(self) -> None:
         if self.workers is not None and not (isinstance(self.workers, int) and 1 <= self.workers <= MOST_WORKERS):
             raise InputError(f"workers must be an integer from 1 to {MOST_WORKERS}, found {self.workers!r}")
+        if self.device not in DEVICES:
+            raise InputError(f"device must be one of {', '.join(DEVICES)}, found {self.device!r}")
+        if self.device == "cuda":
+            card.check()
+            self.workers = 1
         self.folder = None if self.out is None else Path(self.out)
         if self.folder is not None:
             try:
@@ -117,7 +129,7 @@ class Batch:
         self.waiting: Iterator[tuple[int, Run]] = enumerate(self.cases)
         self.stop = threading.Event()
         self.next_lock, self.first_lock = threading.Lock(), threading.Lock()
-        self.compiled = self.interrupted = False
+        self.compiled = self.interrupted = self.exhausted = False
         self.names: set[str] = set()
         self.outcomes: dict[int, Outcome] = {}
         self.under_way: dict[int, Simulation] = {}
@@ -168,32 +180,59 @@ class Batch:
         return (done + sum(running)) / max(self.total, done + len(running), 1)
 
     def _work(self) -> None:
-        """Worker thread: run cases until none is left."""
-        while not self.stop.is_set():
-            with self.next_lock:
-                following = next(self.waiting, None)
-                if following is None:
-                    self.total = len(self.names)
-                    return
-                i, case = following
-                name = case.name or f"case_{i + 1:04d}"
-                taken = name in self.names
-                self.names.add(name)
-            try:
-                if taken:
-                    raise InputError(f"another case of the batch has the name {name!r}")
-                if self.folder is not None and Path(name).name != name:
-                    raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
-                self.outcomes[i] = self._one(i, name, case)
-            except BaseException as error:
-                words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
-                self.outcomes[i] = Outcome(name, Status.FAILED, words, error=type(error))
-                if isinstance(error, KeyboardInterrupt):  # by a function of the case: as if the keyboard had said it
-                    self._heard(None)
-            finally:
-                self.under_way.pop(i, None)
+        """Worker thread: run cases until none is left, one by one or, on a graphics card, in groups."""
+        while not (self.stop.is_set() or self.exhausted):
+            self._run_group()
 
-    def _one(self, i: int, name: str, case: Run) -> Outcome:
+    def _run_group(self) -> None:
+        group = [*self._group()]
+        if self.device == "cuda":
+            card.march_together([begun[-1] for _, _, begun in group], self.stop.is_set)
+        for i, name, begun in group:
+            self._guarded(i, name, self._end, i, name, *begun)
+            self.under_way.pop(i, None)
+
+    def _group(self) -> Iterator[tuple[int, str, Begun]]:
+        """Prepare one case, or as many as the memory holds and a graphics card runs together."""
+        fields: dict[int, int] = {}
+        for count, (i, name, case) in enumerate(iter(self._next, None), 1):
+            if (begun := self._guarded(i, name, self._begin, i, name, case)) is not None:
+                yield i, name, begun
+                fields |= card.field_of(begun[-1])
+            if self.device == "cpu" or count == card.GROUP or sum(fields.values()) > card.MEMORY or self.stop.is_set():
+                return
+
+    def _next(self) -> tuple[int, str, Run] | None:
+        with self.next_lock:
+            following = next(self.waiting, None)
+            if following is None:
+                self.total, self.exhausted = len(self.names), True
+                return None
+            i, case = following
+            name = case.name or f"case_{i + 1:04d}"
+            taken = name in self.names
+            self.names.add(name)
+        if taken:
+            self.outcomes[i] = Outcome(
+                name, Status.FAILED, f"another case of the batch has the name {name!r}", error=InputError
+            )
+        return self._next() if taken else (i, name, case)
+
+    def _guarded(self, i: int, name: str, action: Callable[..., Any], *arguments: Any) -> Any:
+        """What an action for a case returns; an exception in it becomes the outcome of the case."""
+        try:
+            return action(*arguments)
+        except BaseException as error:
+            words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
+            self.outcomes[i] = Outcome(name, Status.FAILED, words, error=type(error))
+            if isinstance(error, KeyboardInterrupt):  # by a function of the case: as if the keyboard had said it
+                self._heard(None)
+            return None
+
+    def _begin(self, i: int, name: str, case: Run) -> Begun | None:
+        """Prepare a case; None if its stored result is reused."""
+        if self.folder is not None and Path(name).name != name:
+            raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
         case = replace(
             case,
             model=case.model() if callable(case.model) else case.model,
@@ -202,9 +241,14 @@ class Batch:
         path = None if self.folder is None else self.folder / f"{name}.nc"
         inputs = None if path is None else _inputs(case)
         if path is not None and not self.rerun and (found := _finished(path, inputs)):
-            return Outcome(name, found.status, value=path if self.reduce is None else self.reduce(found), reused=True)
-        run = self._prepare(case)
-        self.under_way[i] = run
+            value = path if self.reduce is None else self.reduce(found)
+            self.outcomes[i] = Outcome(name, found.status, value=value, reused=True)
+            return None
+        run = self.under_way[i] = self._prepare(case)
+        return case, path, inputs, run
+
+    def _end(self, i: int, name: str, case: Run, path: Path | None, inputs: str | None, run: Simulation) -> None:
+        """March a case to its end, unless a graphics card has done so, and keep what is asked for."""
         march(run, case.progress, stop=self.stop.is_set)
         if run.status is Status.INTERRUPTED:
             self._heard(None)
@@ -216,25 +260,29 @@ class Batch:
             value = write_netcdf(result, path)
         if self.reduce is not None:
             value = self.reduce(result)
-        return Outcome(name, result.status, result.message, value)
+        self.outcomes[i] = Outcome(name, result.status, result.message, value)
 
     def _prepare(self, case: Run) -> Simulation:
         with self.first_lock:  # Numba compiles under one lock: the first case compiles, the others find it done
             if not self.compiled:
-                run = prepare(case)
+                run = prepare(case, self.device)
                 self.compiled = True
                 return run
-        return prepare(case)
+        return prepare(case, self.device)
 
 
 @explained
-def prepare(case: Run) -> Simulation:
+def prepare(case: Run, device: str = "cpu") -> Simulation:
     """Create the simulation of a case.
 
     Raises:
-      InputError: something of it is not valid.
+      InputError: something of it is not valid, or its controller cannot run on the device.
     """
-    return Simulation(case)
+    if device == "cpu":
+        return Simulation(case)
+    run = Simulation(case, numbers="floats")
+    card.compiled_update(run.case.controller)
+    return run
 
 
 @arguments_of(Batch)

@@ -59,13 +59,13 @@ class Variants(Generic[P, R]):
 
 
 class _Template(AbstractTemplate):  # type: ignore[misc]
-    """Typing of calls in kernels: those of the variant, which is a kernel as well."""
+    """Typing of calls in kernels: those of the variant, which is a kernel as well, for the same device."""
 
     variants: Variants[Any, Any]
 
     def _kernel(self, args: Any) -> Any:
         record = args[self.variants.place]
-        return types.Dispatcher(self.variants.of(record.cls))
+        return self.context.resolve_value_type(self.variants.of(record.cls))
 
     def generic(self, args: Any, kws: Any) -> Any:
         """Signature of a call."""

@@ -375,7 +375,8 @@ def _part(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 @typeof_impl.register(TableClass)
-def _typeof_class(table: Any, context: Any) -> Any:
+def type_of_class(table: Any, context: Any) -> Any:
+    """Type of the class of a table, which is a function."""
     return types.Function(_maker(table))
 
 
@@ -606,6 +607,31 @@ def _record_get(context: Any, builder: Any, kind: Any, value: Any, name: str) ->
 @typeof_impl.register(Record)
 def _typeof(value: Any, context: Any) -> Any:
     return RecordType(type(value), value.kind)
+
+
+@cache
+def record_at(cls: type[Record]) -> Any:
+    """Function for kernels, ``(words, i, first)``: the record of floats whose words begin at ``words[i, first]``."""
+
+    def record(words: Any, i: int, first: int) -> Any:
+        made: Any = object.__new__(cls)
+        made.kind, made.address = FLOATS, words.ctypes.data + (i * words.shape[1] + first) * words.itemsize
+        return made
+
+    class Rule(AbstractTemplate):
+        key = record
+
+        def generic(self, args: Any, kws: Any) -> Any:
+            return signature(RecordType(cls, FLOATS), args[0], types.intp, types.intp)
+
+    infer_global(record, types.Function(Rule))
+
+    @lower_builtin(record, types.Array, types.Integer, types.Integer)
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        array = context.make_array(sig.args[0])(context, builder, args[0])
+        return cgutils.get_item_pointer(context, builder, sig.args[0], array, args[1:])
+
+    return record
 
 
 @unbox(RecordType)

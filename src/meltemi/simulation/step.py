@@ -30,7 +30,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import atan2, sin, sqrt
+from typing import Any
 
+from numba import types
+from numba.extending import overload
 from numpy import float64
 from numpy.typing import NDArray
 
@@ -308,14 +311,31 @@ def diverged(m: AnySystem) -> bool:
 # the march ----------------------------------------------------------------------------------------------
 
 
+def attempt(controller: Controller, state: Float, measured: Float, demands: Float, dt: float) -> bool:
+    """Call a controller; False if it raised an exception, which graphics cards do not have."""
+    try:
+        controller(state, measured, demands, dt)
+    except Exception:
+        return False
+    return True
+
+
+@overload(attempt, strict=False)  # type: ignore[untyped-decorator]
+def _attempt(controller: Any, state: Any, measured: Any, demands: Any, dt: Any) -> Any:
+    def call(controller: Any, state: Any, measured: Any, demands: Any, dt: Any) -> bool:
+        controller(state, measured, demands, dt)
+        return True
+
+    return attempt if isinstance(controller, types.FunctionType) else call
+
+
 @kernel
 def control(t: float, controller: Controller, run: March, c: Control, m: AnySystem) -> None:
     """Call the controller with the sensor signals; invalid demands and exceptions set the status of the run."""
     clock = run.clock
     sense(t, clock.next_event, c, m)
-    try:
-        controller(run.controller_state, c.measured.array, c.demands.array, clock.every_control * c.settings.time_step)
-    except Exception:
+    dt = clock.every_control * c.settings.time_step
+    if not attempt(controller, run.controller_state, c.measured.array, c.demands.array, dt):
         clock.status = CONTROLLER_RAISED
     if clock.status == OK:
         for i in range(run.limits.shape[0]):
@@ -411,7 +431,7 @@ def advance(
       m, one, plain: the turbine in the number type of the run; node by node; and in plain floats for the host.
     """
     clock, dt = run.clock, c.settings.time_step
-    for _ in range(n_steps):
+    for _ in range(n_steps if clock.status == OK else 0):
         t = clock.step * dt
         clock.next_event = apply_events(clock.step, clock.next_event, run.events, c.faults)
         surroundings(t, c, m)

@@ -1,0 +1,38 @@
+"""The one kernel of a graphics card: a run a thread. Importing it imports numba-cuda."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from numba import cuda
+
+from meltemi.numbers.records import record_at
+
+
+def march_kernel(loop: Any, update: Any, classes: Sequence[type], first: Sequence[int], **options: Any) -> Any:
+    """Kernel that marches each run by its count of time steps.
+
+    Args:
+      loop, update: the time loop and the update of the controller.
+      classes: of the records, whose words begin at ``first``.
+      options: of ``numba.cuda.jit``.
+    """
+    run, control, system, one, plain, sections = (record_at(cls) for cls in classes)
+    of_run, of_control, of_system, of_one, of_plain, of_sections = first
+
+    def march(counts: Any, words: Any) -> None:
+        i = cuda.grid(1)
+        if i < words.shape[0]:
+            loop(
+                counts[i],
+                update,
+                run(words, i, of_run),
+                control(words, i, of_control),
+                system(words, i, of_system),
+                one(words, i, of_one),
+                plain(words, i, of_plain),
+                sections(words, i, of_sections),
+            )
+
+    return cuda.jit(**options)(march)

@@ -1,0 +1,111 @@
+"""Batches on a graphics card: memory is moved and the same loop runs there; tested without a card."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi.core.errors import InputError, Status
+from meltemi.loadcases import card
+from meltemi.numbers.records import record_at
+from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
+from meltemi.simulation.simulate import Simulation, march
+
+pytestmark = pytest.mark.filterwarnings("ignore::numba.core.errors.NumbaPerformanceWarning")
+MODEL = meltemi.build(meltemi.load_turbine("pmsg20mw"))
+
+
+def run_of(wind: float) -> Run:
+    return Run(MODEL, wind, duration=2.0, output_step=0.1)
+
+
+def march_alone(wind: float) -> Result:
+    march(run := Simulation(run_of(wind)))
+    return run.result()
+
+
+def test_runs_march_in_moved_memory() -> None:
+    runs = [Simulation(run_of(wind), numbers="floats") for wind in (8.0, 9.0, 8.0)]
+    image = card.Image(runs)
+    words = image.at(image.content.ctypes.data)
+    for i, run in enumerate(runs):
+        records = [
+            record_at(type(r))(words, i, first) for r, first in zip(card.records_of(run), image.first, strict=True)
+        ]
+        run._march(run.n_steps, run._arguments[0], *records)
+        assert not run.finished  # its own memory has not changed
+    image.restore()
+    for run, wind in zip(runs, (8.0, 9.0, 8.0), strict=True):
+        assert run.finished
+        np.testing.assert_array_equal(run.result().data, march_alone(wind).data)
+
+
+def test_shared_memory_is_moved_once_and_the_rest_for_each_run() -> None:
+    runs = [Simulation(run_of(8.0), numbers="floats") for _ in range(2)]
+    one, two = card.Image(runs[:1]), card.Image(runs)
+    assert len(two.content) < 2 * len(one.content)
+    outputs = [run._output.ctypes.data for run in runs]
+    assert all(any(begin == output for begin, _, _ in two.parts) for output in outputs)
+    assert len(card.Image([*runs, *runs]).parts) == 2 * len(two.parts)
+
+
+def test_a_run_that_has_ended_stays_as_it_is() -> None:
+    run = Simulation(run_of(8.0), numbers="floats")
+    run.case.clock.status = int(Status.DIVERGED)
+    run._march(10, *run._arguments)
+    assert run.case.clock.step == 0
+
+
+def test_plain_python_controllers_are_refused() -> None:
+    controller = meltemi.Controller(update=lambda x, m, d, dt: None, name="mine")
+    with pytest.raises(InputError, match="'mine' cannot run on a graphics card: it is plain Python"):
+        card.compiled_update(controller)
+
+
+def test_missing_packages_and_cards_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InputError, match="device must be one of cpu, cuda, found 'gpu'"):
+        meltemi.simulate_batch([run_of(8.0)], device="gpu")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r'pip install "numba-cuda\[cu12\]>=0.28,<0.31"'):
+        meltemi.simulate_batch([run_of(8.0)], device="cuda")
+
+
+BATCH = """
+import numpy as np, meltemi
+from tests.unit.test_card import run_of
+cases = [run_of(8.0), run_of(9.0)]
+card, processor = (meltemi.simulate_batch(cases, device=device) for device in ("cuda", "cpu"))
+for a, b in zip(card, processor, strict=True):
+    assert a.ok and b.ok, (a, b)
+    np.testing.assert_array_equal(a.value.data, b.value.data)
+print("agreed")
+"""
+
+
+@pytest.mark.skipif(importlib.util.find_spec("numba_cuda") is None, reason="needs numba-cuda: meltemi[cuda]")
+def test_a_batch_in_the_simulator_of_a_card_agrees_with_the_processor() -> None:
+    environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1"}
+    done = subprocess.run([sys.executable, "-c", BATCH], env=environment, capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == "agreed", done.stderr
+
+
+def has_card() -> bool:
+    try:
+        card.check()
+    except InputError:
+        return False
+    return True
+
+
+@pytest.mark.skipif(not has_card(), reason="needs numba-cuda and a graphics card")
+def test_a_batch_on_a_card_agrees_with_the_processor() -> None:
+    cases = [run_of(8.0), run_of(9.0)]
+    for a, b in zip(*(meltemi.simulate_batch(cases, device=d) for d in ("cuda", "cpu")), strict=True):
+        np.testing.assert_allclose(a.value.data, b.value.data, rtol=1e-9, atol=1e-12 * np.abs(b.value.data).max())
