@@ -12,7 +12,7 @@ import meltemi
 from meltemi import Controller, InputError, Model, ModelOptions, Simulation, SteadyWind, Turbine
 from meltemi.aero.flaps import ALPHAS, DELTAS, STEP, flap_increment
 from meltemi.aero.polars import Coefficients
-from meltemi.aero.tables import AeroNode, AeroOptions, FlapIncrement, FlapParameters
+from meltemi.aero.tables import AeroNode, AeroOptions, AeroParameters, FlapIncrement, FlapParameters
 from meltemi.control import signals as s
 from meltemi.maths.records import Array3
 from meltemi.numbers.records import Record
@@ -197,7 +197,7 @@ def test_lanes_and_floats_agree_with_flaps(flapped: Turbine) -> None:
         while not run.finished:
             run.advance(50)
         runs.append(run.result().data)
-    scale = np.abs(runs[1]).max(axis=0) + 1e-5
+    scale = np.abs(runs[1]).max(axis=0) + 1e-4  # induction at the root is far smaller, and rounding
     assert np.max(np.abs(runs[0] - runs[1]) / scale) < 1e-10
 
 
@@ -228,6 +228,7 @@ def test_linear_models_have_the_flaps_of_all_blades(flapped: Turbine) -> None:
     # the column of the deflection against differences of the evaluation
     case = Case(model, point.wind, numbers="floats")
     case["aero_options"][AeroOptions.index("iterations")] = 30
+    case["aero"][AeroParameters.index("induction_tolerance")] = 0.0
     moved = []
     for step in (-1e-6, 1e-6):
         point.put(case, 0.4)

@@ -168,7 +168,8 @@ def test_corrections_and_iterations_and_step_change_little(turbine: Turbine) -> 
     base = run(turbine, ModelOptions())["RootMyc1"]
     for options, least, most in (
         (ModelOptions(corrections=1), 1e-9, 2e-3),
-        (ModelOptions(induction_iterations=12), 0.0, 1e-5),
+        (ModelOptions(induction_iterations=12, induction_tolerance=0.0), 1e-13, 1e-8),
+        (ModelOptions(induction_tolerance=1e-4), 1e-12, 1e-6),
         (ModelOptions(time_step=0.005), 1e-9, 2e-3),
     ):
         change = np.max(np.abs(run(turbine, options)["RootMyc1"] / base - 1.0))

@@ -25,13 +25,15 @@ from typing import NamedTuple
 from meltemi.aero.air import Air
 from meltemi.aero.polars import coefficient, locate
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import anywhere, where
+from meltemi.maths.generic import anywhere, beyond, where
 
 PHI_LOW, PHI_HIGH = -0.25 * pi, 0.75 * pi
-RESCUE, BISECTIONS = 1e-7, 48
+RESCUE, BISECTIONS = 1e-4, 48
 """Residual beyond which bisections follow, and their number: to the resolution of the bracket."""
 ROUNDING = 1e-12
-"""[rad] by which a step may leave the bracket: at convergence the bracket has no width."""
+"""[-], [rad] residual of a solution; by this a step may leave the bracket, which has no width at convergence."""
+LEAST_SECANT = 1e-10
+"""[rad] step below which the slope stays: rounding would spoil it."""
 LOSS_FLOOR = 1e-4
 """Smallest loss factor."""
 LEAST_FLOW, TINY = 0.3, 1e-6
@@ -89,11 +91,14 @@ class Balance(NamedTuple):
       residual: left minus right side, over the speed of the relative wind.
       axial: s / (1 - a).
       tangential: c / (1 + a').
+      sin, cos: of the trial angle, s and c.
     """
 
     residual: float
     axial: float
     tangential: float
+    sin: float
+    cos: float
 
 
 class Induction(NamedTuple):
@@ -101,8 +106,8 @@ class Induction(NamedTuple):
 
     Attributes:
       a, ap: axial and tangential induction factor.
-      phi, slope: where the solver may begin next time.
-      residual: of the balance.
+      phi, slope: inflow angle [rad], and slope of the residual there.
+      residual: of the last evaluation.
     """
 
     a: float
@@ -182,15 +187,15 @@ def balance(phi: float, strip: Strip, onset: Onset, m: Air) -> Balance:
     cy = lift * s - m.aero.tangential_drag * cd * c
     # air that turns back under blades that push it on does not exist: there the balance is left open
     tangential = c - q * where(s > 0.0, cy, min(cy, 0.0)) / flow
-    return Balance(onset.cos * axial - onset.sin * tangential, axial, tangential)
+    return Balance(onset.cos * axial - onset.sin * tangential, axial, tangential, s, c)
 
 
 @kernel
 def induction(phi: float, slope: float, strip: Strip, m: Air) -> Induction:
-    """Solve the momentum balance by a fixed number of safeguarded secant steps from a guess.
+    """Solve the momentum balance by safeguarded secant steps from a guess, at least one (A-13 to A-15).
 
     The bracket [-pi/4, 3 pi/4] always holds a solution; a step that leaves the bracket becomes a
-    bisection. Where the guess was so far off that this does not suffice, as when the flow reverses, a
+    bisection. Where the guess was so far off that the steps do not converge, as when the flow reverses, a
     fixed number of bisections follows.
 
     Args:
@@ -204,25 +209,35 @@ def induction(phi: float, slope: float, strip: Strip, m: Air) -> Induction:
     slope = min(max(slope, 0.05), 50.0)
     now = balance(x, strip, onset, m)
     low, high = where(now.residual < 0.0, x, PHI_LOW), where(now.residual < 0.0, PHI_HIGH, x)
+    axial_slope, tangential_slope = 0.0 * x, 0.0 * x
+    # a solution stays: steps with a slope from the other side of a corner would drive it away
+    most = ROUNDING
     for _ in range(m.aero_options.iterations - 1):
+        open_ = beyond(now.residual, most)
+        if not anywhere(open_):
+            break
+        most = max(m.aero.induction_tolerance, ROUNDING)
         step = x - now.residual / slope
         inside = (step >= low - ROUNDING) & (step <= high + ROUNDING)
-        x_old, r_old = x, now.residual
-        x = where(inside, step, 0.5 * (low + high))
+        x_old, old = x, now
+        x = where(open_, where(inside, step, 0.5 * (low + high)), x)
         now = balance(x, strip, onset, m)
         low, high = where(now.residual < 0.0, x, low), where(now.residual < 0.0, high, x)
         dx = x - x_old
-        secant = (now.residual - r_old) / where(abs(dx) > 1e-14, dx, 1.0)
-        slope = where(abs(dx) > 1e-10, min(max(secant, 0.05), 50.0), slope)
-    if anywhere(abs(now.residual) > RESCUE):
-        lost = abs(now.residual) > RESCUE
+        known = abs(dx) > LEAST_SECANT
+        over = 1.0 / where(known, dx, 1.0)
+        slope = where(known, min(max((now.residual - old.residual) * over, 0.05), 50.0), slope)
+        axial_slope = where(known, (now.axial - old.axial) * over, axial_slope)
+        tangential_slope = where(known, (now.tangential - old.tangential) * over, tangential_slope)
+    lost = abs(now.residual) > RESCUE
+    if anywhere(lost):
         for _ in range(BISECTIONS):
             x = where(lost, 0.5 * (low + high), x)
             now = balance(x, strip, onset, m)
             low, high = where(now.residual < 0.0, x, low), where(now.residual < 0.0, high, x)
-    # the last secant step improves the guess for the next time at no cost
-    step = x - now.residual / slope
-    guess = where((step > PHI_LOW) & (step < PHI_HIGH), step, x)
-    a = 1.0 - sin(x) / where(abs(now.axial) > 1e-6, now.axial, 1e-6)
-    ap = cos(x) / where(abs(now.tangential) > 1e-6, now.tangential, 1e-6) - 1.0
-    return Induction(min(max(a, -1.0), 1.5), min(max(ap, -1.0), 1.0), guess, slope, now.residual)
+    # a last secant step, along which both sides, sine and cosine are linear
+    dx = where(beyond(now.residual, ROUNDING), where(lost, 0.0, -now.residual / slope), 0.0)
+    axial, tangential = now.axial + dx * axial_slope, now.tangential + dx * tangential_slope
+    a = 1.0 - (now.sin + dx * now.cos) / where(abs(axial) > 1e-6, axial, 1e-6)
+    ap = (now.cos - dx * now.sin) / where(abs(tangential) > 1e-6, tangential, 1e-6) - 1.0
+    return Induction(min(max(a, -1.0), 1.5), min(max(ap, -1.0), 1.0), x + dx, slope, now.residual)

@@ -136,7 +136,8 @@ def quasi_steady(m: Air) -> None:
                 camber = curved * flow.rotation[b, n] * nodes.chord[b, n] / max(sqrt(vx * vx + vy * vy), SLOW)
                 g = whole(nodes.polar[b, n])
                 # so is that of flaps, at the angle of attack where the solver begins
-                _, bent = flapped(memory.phi[b, n] - theta, m, b, n)
+                guess = memory.phi[b, n] + memory.change[b, n]
+                _, bent = flapped(guess - theta, m, b, n)
                 strip = Strip(
                     vx,
                     vy,
@@ -147,7 +148,8 @@ def quasi_steady(m: Air) -> None:
                     g,
                     skew,
                 )
-                solution = induction(memory.phi[b, n], memory.slope[b, n], strip, m)
+                solution = induction(guess, memory.slope[b, n], strip, m)
+                memory.change[b, n] = solution.phi - memory.phi[b, n]
                 memory.phi[b, n] = solution.phi
                 memory.slope[b, n] = solution.slope
                 # where the loss factor vanishes the wake is fully blocked

@@ -17,6 +17,7 @@ class AeroParameters(Table, title="aerodynamics"):
     tip_factor: float = number("-", "distance of the tip from the shaft over that of the outermost node")
     inflow_lead: float = number("-", "share of the quasi-steady induced velocity that acts through the second lag only")
     inflow_time: float = number("s", "time constant of the first lag, when constant")
+    induction_tolerance: float = number("-", "residual of the momentum balance at which its iterations end")
     skew_factor: float = number("-", "of the induction's redistribution in skewed wake")
     axial_drag: float = number("-", "1: drag counts in the axial momentum balance")
     tangential_drag: float = number("-", "1: drag counts in the tangential momentum balance")
@@ -45,7 +46,7 @@ class AeroOptions(Table, title="aerodynamic options", integer=True):
     reversed_flow: int = number("-", "dynamic stall model in reversed flow: 0: static polar, 1: wake lag")
     tower: int = number("-", "influence of the tower: 0: none, 1: potential flow, 2: the same on the lower half")
     tower_drag: int = number("-", "1: drag on the tower")
-    iterations: int = number("-", "of the induction solver at each evaluation")
+    iterations: int = number("-", "of the induction solver at each evaluation, at most")
     skew_momentum: int = number("-", "momentum of a rotor in skewed flow: 0: axial, 1: Glauert, 2: vortex cylinder")
 
 
@@ -123,7 +124,8 @@ class StallState(Table, axes="blade node"):
 class AeroMemory(Table, axes="blade node", title="aerodynamic memory"):
     """Memory of integrator and solver from the last step; not part of the physical state."""
 
-    phi: Numbers = number("rad", "inflow angle of the last evaluation: where the solver begins")
+    phi: Numbers = number("rad", "inflow angle of the last evaluation")
+    change: Numbers = number("rad", "its change since the one before: the solver begins at the sum")
     slope: Numbers = number("1/rad", "slope of the residual there")
     induced_x: Numbers = number("m/s", "quasi-steady induced velocity of the last step")
     induced_y: Numbers = number("m/s", "the same, tangential")

@@ -38,6 +38,12 @@ def anywhere(condition: Any) -> bool:
 
 
 @_for_floats
+def beyond(x: Any, bound: float) -> Any:
+    """Whether |x|, the residual of an iteration, exceeds its bound; always with duals, whose derivatives converge later."""
+    return abs(x) > bound
+
+
+@_for_floats
 def total(x: Any) -> Any:
     """Sum over the lanes of a number; a number without lanes is returned unchanged."""
     return x

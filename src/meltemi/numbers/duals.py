@@ -29,7 +29,7 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.cpython import slicing
 from numba.extending import intrinsic, models, overload, register_model
 
-from meltemi.maths.generic import crossed, floor, largest, last, running, total, where, whole, zero
+from meltemi.maths.generic import beyond, crossed, floor, largest, last, running, total, where, whole, zero
 from meltemi.numbers.lanes import WIDTH, lanes, splat
 from meltemi.numbers.tape import append
 
@@ -305,6 +305,11 @@ def _within_step(context: Any, builder: Any, x: _Active) -> Any:
 
 
 _operation(crossed, 1, types.float64, _within_step)
+
+
+@overload(beyond, strict=False)
+def _beyond(x: Any, bound: Any) -> Any:
+    return (lambda x, bound: bound == bound) if x == dual else None
 
 
 # elementary functions -------------------------------------------------------------------------------

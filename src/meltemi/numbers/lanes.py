@@ -31,6 +31,7 @@ from numba.extending import models, overload, register_model
 from meltemi.maths import elementary
 from meltemi.maths.generic import (
     anywhere,
+    beyond,
     crossed,
     floor,
     largest,
@@ -336,6 +337,11 @@ for _function, _ours in (
             return (lambda x: ours(x)) if x == lanes else None
 
     _overload_one(_function, _ours)
+
+
+@overload(beyond, strict=False)
+def _beyond(x: Any, bound: Any) -> Any:
+    return (lambda x, bound: abs(x) > bound) if x == lanes else None
 
 
 @overload(math.atan2, strict=False)

@@ -148,7 +148,9 @@ class ModelOptions(Record):
     corrections: int = Field(default=0, ge=0, le=5)
     """Additional evaluations in each step, with corrected velocities."""
     induction_iterations: int = Field(default=5, ge=2, le=100)
-    """Iterations of the momentum balance at each node and step."""
+    """Largest number of evaluations of the momentum balance at each node and step."""
+    induction_tolerance: float = Field(default=1e-6, ge=0.0, le=1e-4)
+    """Residual of the momentum balance, over the relative wind, at which they end; with 0 at 1e-12."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -402,6 +402,7 @@ def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, option
     c = options.stall_constants
     v["air_density"] = environment.density
     v["tip_factor"] = turbine.rotor_radius / (turbine.hub.radius + layout.position[-1])
+    v["induction_tolerance"] = options.induction_tolerance
     v["inflow_lead"], v["inflow_time"], v["skew_factor"] = INFLOW_LEAD, options.inflow_time, SKEW_FACTOR
     v["axial_drag"], v["tangential_drag"] = float(options.axial_drag), float(options.tangential_drag)
     v["fade_begin"], v["fade_end"] = FADE_BEGIN, FADE_END
