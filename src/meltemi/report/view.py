@@ -32,6 +32,8 @@ TIP_COLOURS = tuple(COLOURS[i] for i in (0, 1, 6))
 """Of blades 1 to 3, and of their lines in the plots."""
 PLOT_RATE = 20.0
 """[Hz] largest rate of the plotted channels."""
+LIVE = ("three.min", "data", "pose", "turbine", "wind", "plots", "live", "viewer")
+"""Scripts of a page whose scene runs on: ``live.js`` takes it from the socket of the server."""
 PLOTS: Mapping[str, Sequence[str]] = {
     "Wind speed at the hub": ["wind_x"],
     "Electrical power": ["generator_power"],
@@ -214,8 +216,9 @@ def page(
     names: Sequence[str] = (),
     note: str = "",
     look: Look = Look(),
+    live: Mapping[str, Any] | None = None,
 ) -> View:
-    """The page of scenes, which are all of one kind."""
+    """The page of scenes, which are all of one kind; ``live`` has the controls of a scene that runs on."""
     places = [f"scene-{i + 1}" for i in range(len(scenes))]
     spec = {
         "title": title,
@@ -227,8 +230,10 @@ def page(
         "theme": look.theme,
         "begin": look.begin,
         "state": dict(look.state or {}),
+        "live": live,
     }
-    script = "\n".join(text_of(FOLDER / f"{name}.js") for name in SCRIPTS)
+    script = "\n".join(text_of(FOLDER / f"{name}.js") for name in (LIVE if live else SCRIPTS))
+    style = text_of(FOLDER / "view.css") + (text_of(FOLDER / "live.css") if live else "")
     data = "\n".join(
         f'<script type="text/plain" id="{place}">{base64.b64encode(packed(scene)).decode()}</script>'
         for place, scene in zip(places, scenes, strict=True)
@@ -236,7 +241,7 @@ def page(
     return View(
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{text_of(FOLDER / 'view.css')}</style>\n</head>\n<body>\n"
+        f"<title>{escape(title)}</title>\n<link rel=icon href=data:,>\n<style>{style}</style>\n</head>\n<body>\n"
         f"{text_of(FOLDER / 'page.html')}{stored('spec', spec)}\n{data}\n"
         f'<script type="text/plain" id="licence">{text_of(FOLDER / "three-licence.txt")}</script>\n'
         f"<script>\n{script}</script>\n</body>\n</html>\n"

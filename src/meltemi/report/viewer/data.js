@@ -3,10 +3,13 @@
 
 const TYPES = { int8: Int8Array, int16: Int16Array, float32: Float32Array };
 
-/** The scene of an element that holds it in base64: {about, arrays}; the format is that of scene/record.py. */
-function readScene(text) {
-  const raw = atob(text), bytes = new Uint8Array(raw.length);
-  for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
+/** Bytes of a text in base64. */
+function bytesOf(text) {
+  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+}
+
+/** The scene {about, arrays} in bytes; the format is that of scene/record.py. */
+function readScene(bytes) {
   let at = bytes.indexOf(10) + 1; // the first line names the format
   const size = new DataView(bytes.buffer).getUint32(at, true);
   const head = JSON.parse(new TextDecoder().decode(bytes.subarray(at + 4, at + 4 + size)));

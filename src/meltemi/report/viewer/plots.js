@@ -71,19 +71,24 @@ class Plot {
   }
 }
 
-/** A line of a plot from a track with one value per channel. */
-function plotLine(scene, column, look) {
-  const track = new Track(scene, "plot", scene.about.steps.plot), K = track.count, { amplitude, rows, step } = track;
-  const value = (i) => track.mean[column] + track.scale[column] * amplitude[i * K + column];
+/** A recorded series of channels: its samples ``first`` to ``rows`` - 1, by number and column. */
+function recordedSeries(scene) {
+  const { amplitude, mean, scale, rows, step, count } = new Track(scene, "plot", scene.about.steps.plot);
+  return { first: 0, rows, step, value: (i, column) => mean[column] + scale[column] * amplitude[i * count + column] };
+}
+
+/** A line of a plot: a column of a series. */
+function plotLine(series, column, look) {
+  const { step } = series, value = (i) => series.value(i, column);
   return {
     ...look,
     at(t) {
-      const [i, j, w] = place(t, step, rows);
-      return t > (rows - 0.5) * step ? NaN : (1 - w) * value(i) + w * value(j);
+      const [i, j, w] = place(t, step, series.rows);
+      return t > (series.rows - 0.5) * step ? NaN : (1 - w) * value(i) + w * value(j);
     },
     // where there are more samples than columns: the least and the largest of each
     envelope(begin, end, columns) {
-      const first = Math.max(Math.floor(begin / step), 0), last = Math.min(Math.ceil(end / step), rows - 1), points = [];
+      const first = Math.max(Math.floor(begin / step), series.first), last = Math.min(Math.ceil(end / step), series.rows - 1), points = [];
       const x = (i) => ((i * step - begin) / (end - begin)) * columns, each = Math.max(1, Math.floor((last - first) / columns / 2));
       let low = Infinity, high = -Infinity;
       for (let i = first; i <= last; i += each) {

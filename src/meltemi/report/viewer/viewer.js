@@ -4,7 +4,7 @@
 const began = performance.now();
 const find = (id) => document.getElementById(id);
 const spec = JSON.parse(find("spec").textContent);
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
+const SPEEDS = spec.live ? liveSpeeds(spec.state.speed) : [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
 const state = { t: 0, playing: true, speed: 1, factor: 1, wind: "rotor", loads: "off", camera: "corner", pairs: "beside", window: Infinity, dirty: true };
 const view = (window.view = { frames: 0, first: 0, state, scenes: [], tips: () => turbines.map((each) => each.view.tips()) });
 
@@ -41,7 +41,7 @@ stage.prepend(renderer.domElement);
 renderer.domElement.tabIndex = 0;
 renderer.domElement.setAttribute("aria-label", "The turbine in three dimensions");
 
-const scenes = spec.scenes.map((id) => readScene(find(id).textContent));
+const scenes = spec.scenes.map((id) => readScene(bytesOf(find(id).textContent)));
 view.scenes = scenes;
 const kind = scenes[0].about.kind, alone = kind === "wind", modes = kind === "modes";
 const first = scenes[0].about, size = alone ? first.wind.half_width : first.turbine.rotor_radius;
@@ -97,7 +97,17 @@ winds.forEach((wind) => {
 });
 if (alone) [...find("wind").options].forEach((option, i) => { option.text = ["standing", "travelling", "off"][i]; });
 const duration = alone ? first.duration : Math.max(...turbines.map((each) => each.motion.duration));
-const begin = first.begin || 0;
+/** What time does: that of a recorded scene ends and begins again. */
+const clock = spec.live ? new LiveClock() : {
+  begin: first.begin || 0,
+  window: () => { const long = state.window < duration, end = long ? Math.max(state.t, state.window) : duration; return [long ? end - state.window : 0, end]; },
+  now: () => state.t,
+  text() { return `${(this.begin + state.t).toFixed(1)} / ${(this.begin + duration).toFixed(0)} s`; },
+  advance(past) {
+    state.t += past * state.speed;
+    if (state.t >= duration) state.t = 0;
+  },
+};
 state.t = Math.min(spec.begin || 0, duration);
 
 /** Places of two turbines: beside each other across the wind, or the second one see-through in the first. */
@@ -168,7 +178,7 @@ function build() {
     button.dataset.camera = name;
     return button;
   }));
-  find("speed").append(...SPEEDS.map((x) => new Option(`×${x}`, x, x === 1, x === 1)));
+  find("speed").append(...SPEEDS.map((x) => new Option(`×${x}`, x, x === state.speed, x === state.speed)));
   const bind = (id, change) => { find(id).oninput = (event) => { change(event.target.value); state.dirty = true; }; };
   bind("factor", setFactor);
   bind("wind", (value) => { state.wind = value; legends(); });
@@ -238,13 +248,13 @@ const plots = (first.plots || []).map((plot) => new Plot(find("plots"), {
   lines: scenes.flatMap((scene, i) => {
     const own = scene.about.plots.find((other) => other.title === plot.title);
     const chosen = own ? (scenes.length > 1 ? own.lines.slice(0, 1) : own.lines) : [];
-    return chosen.map((line, k) => plotLine(scene, line.column, { name: line.name, colour: `--c${scenes.length > 1 ? i : k}` }));
+    const series = chosen.length && (spec.live ? clock.series : recordedSeries(scene));
+    return chosen.map((line, k) => plotLine(series, line.column, { name: line.name, colour: `--c${scenes.length > 1 ? i : k}` }));
   }),
-}, (t) => { state.t = t; state.playing = false; state.dirty = true; }));
+}, (t) => { if (!spec.live) Object.assign(state, { t, playing: false, dirty: true }); }));
 if (!plots.length) document.body.classList.add("bare");
 function drawPlots() {
-  const long = state.window < duration, end = long ? Math.max(state.t, state.window) : duration;
-  plots.forEach((plot) => plot.draw(long ? end - state.window : 0, end));
+  plots.forEach((plot) => plot.draw(...clock.window()));
 }
 
 // ---------------------------------------------------------------- picture
@@ -262,7 +272,7 @@ function picture() {
   pen.font = `600 ${em}px system-ui, sans-serif`;
   pen.fillText(spec.title, em, 1.8 * em);
   pen.font = `${0.8 * em}px system-ui, sans-serif`;
-  pen.fillText(document.querySelector(".about").textContent + (modes ? "" : `, ${(begin + state.t).toFixed(2)} s`), em, 3.1 * em);
+  pen.fillText(document.querySelector(".about").textContent + (modes ? "" : `, ${(clock.begin + state.t).toFixed(2)} s`), em, 3.1 * em);
   to.toBlob((blob) => {
     const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: `${spec.title.toLowerCase().replace(/[^\w]+/g, "-")}.png` });
     link.click();
@@ -277,7 +287,7 @@ function choose(id, by) {
   select.selectedIndex = (select.selectedIndex + by + select.options.length) % select.options.length;
   select.dispatchEvent(new Event("input"));
 }
-const seekBy = (x) => { state.playing = false; state.t = Math.min(Math.max(state.t + x, 0), duration); };
+const seekBy = (x) => { if (spec.live) return; state.playing = false; state.t = Math.min(Math.max(state.t + x, 0), duration); };
 const faster = (by) => { state.speed = step(SPEEDS, state.speed, by); find("speed").value = state.speed; };
 const KEYS = {
   " ": () => find("play").click(), ArrowLeft: (e) => seekBy(e.shiftKey ? -5 : -0.1), ArrowRight: (e) => seekBy(e.shiftKey ? 5 : 0.1),
@@ -286,7 +296,7 @@ const KEYS = {
   z: () => { state.window = Number.isFinite(state.window) ? Infinity : 30; state.redraw = true; }, Escape: () => { find("help").hidden = true; },
 };
 addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || /^(SELECT|SUMMARY)$/.test(event.target.tagName) || (event.target.tagName === "BUTTON" && event.key === " ")) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || /^(SELECT|SUMMARY)$/.test(event.target.tagName) || (event.target.type === "range" && event.target.id !== "seek" && event.key.startsWith("Arrow")) || (event.target.tagName === "BUTTON" && event.key === " ")) return;
   const names = Object.keys(CAMERAS), action = /^[1-6]$/.test(event.key) ? () => (turbines.length || event.key !== "6") && look(names[event.key - 1]) : KEYS[event.key];
   if (!action) return;
   event.preventDefault();
@@ -331,8 +341,7 @@ function frame(now) {
   const past = Math.min((now - last) / 1000, 0.25);
   last = now;
   if (state.playing) {
-    state.t += past * state.speed;
-    if (state.t >= duration) state.t = 0;
+    clock.advance(past);
     state.dirty = true;
     // a slow computer draws no shadows, then fewer points
     slow = past > 1 / 24 ? slow + 1 : Math.max(slow - 1, 0);
@@ -347,12 +356,13 @@ function frame(now) {
   render();
   find("seek").value = state.t;
   find("play").setAttribute("aria-pressed", state.playing);
-  find("time").querySelector("output").textContent = modes ? "slow motion" : `${(begin + state.t).toFixed(1)} / ${(begin + duration).toFixed(0)} s`;
-  plots.forEach((plot) => plot.at(state.t));
+  find("time").querySelector("output").textContent = modes ? "slow motion" : clock.text();
+  plots.forEach((plot) => plot.at(clock.now()));
   view.frames += 1;
   view.first ||= performance.now();
 }
 Object.assign(state, spec.state || {});
+if (spec.live) clock.build();
 paintWorld();
 build();
 arrange();
@@ -363,4 +373,5 @@ new ResizeObserver(drawPlots).observe(find("plots"));
 find("settings").ontoggle = () => { resize.width = 0; resize(); };
 if (matchMedia("(prefers-reduced-motion: reduce)").matches) state.playing = false;
 view.began = began;
+if (spec.live) clock.connect();
 frame(began);

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from meltemi.maths.vectors import Vec
 from meltemi.simulation.scene.record import Scene, track_arrays
 from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, wind_field
-from meltemi.wind.velocity import series_now, wind_velocity
+from meltemi.wind.velocity import WindField, series_now, wind_velocity
 
 POINTS, RATE, LONGEST = 15, 5.0, 600.0
 """Of a wind alone: points along each side, [Hz] largest rate, [s] longest time that is drawn."""
@@ -43,10 +43,17 @@ def wind_section(
     wind: Wind, section: Section, begin: float, end: float, rate: float
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Description of a section, and its velocities (T, Z, Y, 3) in 8 bits, inertial axes, at a rate [Hz]."""
-    n, steady = section.points, isinstance(wind, SteadyWind)
     direction = float(wind.direction[0] if isinstance(wind, WindSeries) else wind.direction)
-    times = np.array([begin]) if steady else np.arange(begin, end + 1.0 / rate, 1.0 / rate)
-    field = wind_field(wind, section.height, section.diameter)
+    times = np.array([begin]) if isinstance(wind, SteadyWind) else np.arange(begin, end + 1.0 / rate, 1.0 / rate)
+    about, arrays = sampled(wind_field(wind, section.height, section.diameter), section, times, direction)
+    return about | {"label": wind.label}, arrays
+
+
+def sampled(
+    field: WindField, section: Section, times: NDArray[np.float64], direction: float
+) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Description of a section, and its velocities (T, Z, Y, 3) in 8 bits, inertial axes, at some times [s]."""
+    n = section.points
     across = np.linspace(-section.half_width, section.half_width, n)
     up = np.maximum(section.height + np.linspace(-section.half_height, section.half_height, n), 1.0)
     c, s = np.cos(direction), np.sin(direction)
@@ -60,7 +67,6 @@ def wind_section(
     mean = values.mean(axis=(0, 1))
     scale = np.maximum(np.abs(values - mean).max(axis=(0, 1)) / FULL, 1e-6)
     about = {
-        "label": wind.label,
         "points": n,
         "half_width": section.half_width,
         "half_height": section.half_height,
