@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from meltemi.app.live_server import LiveServer
     from meltemi.studies.live import Session
 
-GRACE = 3.0
+GRACE = 5.0
 """[s] after the page has closed, in which it may be opened again (reload), before the command ends."""
 PIECES = 10.0
 """[Hz] of the pieces that the page gets, at real time and faster."""

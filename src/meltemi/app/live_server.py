@@ -13,7 +13,7 @@ import socket
 from contextlib import suppress
 from http import HTTPStatus
 from queue import Empty, SimpleQueue
-from threading import Event, Thread
+from threading import Thread
 from time import monotonic
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -67,7 +67,6 @@ class LiveServer:
         self.closed_at: float | None = None
         self._page, self._inbox = page, SimpleQueue[str]()
         self._open: ServerConnection | None = None
-        self._told = Event()
         self._server = serve(
             self._talk,
             sock=bound,
@@ -127,6 +126,8 @@ class LiveServer:
             return None
         if not secrets.compare_digest(given, self._path.encode()):
             return connection.respond(HTTPStatus.FORBIDDEN, "wrong address: open the one that meltemi live printed\n")
+        if self.closed_at is not None:  # it is opened again: its socket follows
+            self.closed_at = monotonic()
         response = connection.respond(HTTPStatus.OK, self._page())
         del response.headers["Content-Type"]
         for name, value in (

@@ -13,6 +13,7 @@ from typing import Any
 from meltemi.control.controller import Controller
 from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.threads import one_blas_thread
 from meltemi.report.view import PLOTS, Look, View, page
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.events import (
@@ -172,6 +173,7 @@ class Session:
         v = self.values
         return Air(v["wind_speed"], v["turbulence"] / 100.0, radians(v["yaw_error"]))
 
+    @one_blas_thread
     def restart(self) -> None:
         """Begin again in steady operation at the wind and limit of the sliders, without faults."""
         choice = self.choices[self.controller]
@@ -249,6 +251,7 @@ class Session:
             case _:
                 raise InputError(f"live: message not understood: {str(message)[:80]}")
 
+    @one_blas_thread
     def piece(self, seconds: float) -> bytes | None:
         """The next piece of about that many seconds, as the page reads it; None if the run has ended."""
         scene = self.run.piece(min(max(round(seconds / SAMPLE), 1), MOST_PIECE))
