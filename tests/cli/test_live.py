@@ -21,12 +21,13 @@ import meltemi
 from meltemi.app import live as command
 from meltemi.app.live_server import LiveServer
 from meltemi.core.errors import InputError, Status
+from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.simulation.live import LAG, Air, LiveRun, LiveWind
 from meltemi.simulation.scene.record import unpacked
 from meltemi.studies.live import Session
 from meltemi.turbine.definition import Turbine
-from meltemi.wind.velocity import WindField, wind_velocity
+from meltemi.wind.velocity import WindField, WindParameters, wind_velocity
 
 pytest.importorskip("websockets", reason="needs websockets")
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -80,9 +81,8 @@ def test_wind_speed_and_yaw_error_change_the_power(session: Session) -> None:
 
 def test_turbulence_changes_the_scatter(session: Session) -> None:
     def scatter() -> float:
-        return float(
-            np.std(np.concatenate([unpacked(session.piece(2.0) or b"").track("plot")[1:, 0] for _ in range(20)]))
-        )
+        pieces = [unpacked(session.piece(2.0) or b"") for _ in range(15)]
+        return float(np.std([piece.track("plot")[1:, 0] for piece in pieces]))
 
     calm = scatter()
     session.obey({"set": "turbulence", "value": 20})
@@ -101,7 +101,7 @@ def test_the_wind_changes_without_a_jump(turbine: Turbine) -> None:
         found = np.array([[u.x, u.y, u.z] for p in points for u in [wind_velocity(p, t, field)]])
         still = np.array([wind._mean[0, :, 0, 0]])
         speed = np.interp([p.z for p in points], wind.box.bottom + wind.box.dz * np.arange(still.size), still[0])
-        direction = run.simulation.case["wind"][11 + 2]
+        direction = View(WindParameters, run.simulation.case["wind"])["box_direction"]
         found[:, 0] -= wind.air.speed * speed * np.cos(direction)
         found[:, 1] += wind.air.speed * speed * np.sin(direction)
         return found / (wind.air.speed * wind.air.intensity)
@@ -114,7 +114,7 @@ def test_the_wind_changes_without_a_jump(turbine: Turbine) -> None:
 
 
 def test_faults_act_at_once_and_end(session: Session) -> None:
-    assert {"fault", "on"} and session.state()["faults"] == []
+    assert session.state()["faults"] == []
     session.obey({"fault": "grid_loss", "on": True})
     assert session.state()["faults"] == ["grid_loss"]
     lost = means(session, 2.0)
@@ -134,11 +134,10 @@ def test_a_supervised_turbine_follows_limit_and_stop(session: Session) -> None:
     means(session, 40.0)
     assert means(session, 10.0)["generator_power"] == pytest.approx(3.0, rel=0.05)
     session.obey({"set": "power_limit", "value": 5})
-    means(session, 40.0)
-    assert means(session, 10.0)["generator_power"] > 4.0
+    assert means(session, 20.0)["generator_power"] > 3.5
     session.obey({"request": "emergency_stop"})
-    stopped = means(session, 40.0)
-    assert stopped["rotor_speed"] < 6.0
+    means(session, 20.0)
+    assert means(session, 2.0)["rotor_speed"] < 4.0
     assert "emergency stop" in session.state()["log"][-1][2]
 
 
@@ -322,6 +321,7 @@ def started(*options: str) -> tuple[subprocess.Popen[str], str]:
     raise AssertionError("no address")
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_it() -> None:
     process, _ = started("--controller", "baseline")
     time.sleep(0.3)
@@ -351,6 +351,14 @@ def test_bad_options(options: list[str], words: str) -> None:
         CliRunner().invoke(app, ["live", "nrel5mw", *options], catch_exceptions=False, standalone_mode=False)
 
 
+def until(page: Any, expression: str) -> None:
+    """Wait until an expression is true; the page's policy forbids ``wait_for_function`` to evaluate it there."""
+    end = time.monotonic() + 40.0
+    while not page.evaluate(expression):
+        assert time.monotonic() < end, expression
+        time.sleep(0.05)
+
+
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium or google-chrome")
 def test_a_browser_draws_it_moves_a_slider_and_ends_it() -> None:
     play = pytest.importorskip("playwright.sync_api", reason="needs playwright")
@@ -364,7 +372,7 @@ def test_a_browser_draws_it_moves_a_slider_and_ends_it() -> None:
             page.on("pageerror", lambda error: faults.append(str(error)))
             page.on("console", lambda line: faults.append(line.text) if line.type == "error" else None)
             page.goto(url)
-            page.wait_for_function("view.frames >= 5 && view.live.now() > 2", timeout=40_000)
+            until(page, "view.frames >= 5 && view.live.now() > 2")
             assert page.evaluate("document.querySelectorAll('#plots canvas').length") == 7
             frames = page.evaluate("view.frames")
             page.evaluate(
@@ -372,8 +380,8 @@ def test_a_browser_draws_it_moves_a_slider_and_ends_it() -> None:
                 "s.dispatchEvent(new Event('input')); }"
             )
             latest = "view.live.series.value(view.live.series.rows - 1, 0)"
-            page.wait_for_function(f"{latest} > 14.5", timeout=40_000)
-            page.wait_for_function(f"view.frames > {frames + 5}", timeout=20_000)
+            until(page, f"{latest} > 13")
+            until(page, f"view.frames > {frames + 3}")
             browser.close()
         out, _ = process.communicate(timeout=20.0)
     finally:
