@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -84,7 +84,8 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
     Raises:
       KeyboardInterrupt: Ctrl-C while a controller in Python was running.
     """
-    playing, told, due = True, {}, monotonic()
+    told: dict[str, Any] = {}
+    playing, due = True, monotonic()
     while server.closed_at is None or monotonic() < server.closed_at + GRACE:
         idle = not (server.open and playing) or session.run.simulation.finished
         for message in server.received(0.1 if idle else due - monotonic()):

@@ -291,7 +291,8 @@ class Simulation:
         clock.row, self.n_steps = 0, first + samples * every + 1  # the end moves on: it is never reached
         self.advance(samples * every)
         rows = int(clock.row)
-        return (-(-first // every) + np.arange(rows)) * self.output_step, self._output[:rows]
+        time = self.output_step * (-(-first // every) + np.arange(rows, dtype=np.float64))
+        return time, self._output[:rows]
 
     def act(self, event: BaseEvent, *, ended: bool = False) -> None:
         """Let an event happen now, or end now, whatever its times.

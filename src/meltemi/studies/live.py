@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import radians
+from time import monotonic
 from typing import Any
 
 from meltemi.control.controller import Controller
@@ -27,13 +28,13 @@ from meltemi.simulation.events import (
     SensorLoss,
     YawRunaway,
 )
-from meltemi.simulation.events import Request as OperatorRequest
 from meltemi.simulation.live import SAMPLE, Air, LiveRun, LiveWind
 from meltemi.simulation.model import Model
 from meltemi.simulation.rotors import build
 from meltemi.simulation.scene.record import Scene, packed
 from meltemi.simulation.simulate import model_channels
-from meltemi.studies.schemes import design_controllers, equipped, is_file, label, own_controller
+from meltemi.studies.scheme_names import is_file, label
+from meltemi.studies.schemes import design_controllers, equipped, own_controller
 from meltemi.turbine.definition import Turbine
 
 LOG = 40
@@ -238,7 +239,7 @@ class Session:
             case {"request": str(name)} if name in REQUESTS:
                 if not self.choices[self.controller].operator:
                     raise InputError(f"live: controller {self.controller} ignores requests of the operator")
-                self.run.simulation.act(OperatorRequest(at=0.0, request=name))
+                self.run.simulation.act(read_events([{"type": "request", "at": 0.0, "request": name}])[0])
             case {"controller": str(name)} if name in self.choices:
                 before, self.controller = self.controller, name
                 try:
@@ -255,7 +256,8 @@ class Session:
     def piece(self, seconds: float) -> bytes | None:
         """The next piece of about that many seconds, as the page reads it; None if the run has ended."""
         scene = self.run.piece(min(max(round(seconds / SAMPLE), 1), MOST_PIECE))
-        return None if scene is None else packed(replace(scene, about=scene.about | {"run": self.number}))
+        more = {"run": self.number, "made": monotonic()}
+        return None if scene is None else packed(replace(scene, about=scene.about | more))
 
     def state(self) -> dict[str, Any]:
         """What the page shows beside the scene; plain values."""
@@ -294,7 +296,9 @@ class Session:
 
 def plots(model: Model[Any]) -> tuple[list[dict[str, Any]], list[tuple[str, float]]]:
     """Plots as the page reads them, and their channels with the factor from SI."""
-    available, told, columns = model_channels(model), [], []
+    available = model_channels(model)
+    told: list[dict[str, Any]] = []
+    columns: list[tuple[str, float]] = []
     large = model.turbine.rated_power >= 1e6
     for title, names in PLOTS.items():
         present = [name for name in names if name in available]

@@ -118,7 +118,8 @@ class LiveClock {
     this.series.add(piece);
     this.queue.push(piece);
     if (this.queue.length > 100) this.skipped += this.queue.splice(0, 90).length; // of a page that nobody sees
-    this.arrived.push([performance.now() / 1000, piece.about.begin + piece.about.duration]);
+    this.arrived.push([piece.about.made, piece.about.begin + piece.about.duration]);
+    this.latest = performance.now();
     if (this.arrived.length > 25) this.arrived.shift();
     state.redraw = true;
   }
@@ -222,7 +223,7 @@ class LiveClock {
   /** The status, twice a second: wind, speed that is reached, frames drawn, pieces left out. */
   tell() {
     const { arrived } = this, [t0, s0] = arrived[0] || [0, 0], [t1, s1] = arrived.at(-1) || [0, 0], now = performance.now();
-    const reached = t1 > t0 && now / 1000 - t1 < 2 ? (s1 - s0) / (t1 - t0) : 0;
+    const reached = t1 > t0 && now - this.latest < 2000 ? (s1 - s0) / (t1 - t0) : 0;
     const [then, frames] = this.drawn;
     this.drawn = [now, view.frames, (1000 * (view.frames - frames)) / (now - then)];
     const asked = this.values && this.values.wind_speed, wind = winds[0].where;

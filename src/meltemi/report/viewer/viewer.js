@@ -344,7 +344,7 @@ function frame(now) {
     clock.advance(past);
     state.dirty = true;
     // a slow computer draws no shadows, then fewer points
-    slow = past > 1 / 24 ? slow + 1 : Math.max(slow - 1, 0);
+    slow = past > 1 / 24 ? slow + 24 * past : Math.max(slow - 1, 0);
     if (slow > 40 && sun.castShadow) { sun.castShadow = false; slow = 0; }
     else if (slow > 40 && renderer.getPixelRatio() > 1) { renderer.setPixelRatio(1); slow = 0; }
   }

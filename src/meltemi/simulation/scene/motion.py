@@ -116,7 +116,7 @@ class Recorder:
     def still(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """Constants and arrays of a scene that do not depend on time."""
         turbine, s = self.model.turbine, self._sections
-        about = {
+        about: dict[str, Any] = {
             "kind": "run",
             "turbine": machine(turbine),
             "sections": [round(float(v), 3) for v in s],
