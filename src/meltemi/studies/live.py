@@ -27,6 +27,7 @@ from meltemi.simulation.events import (
     PowerLimit,
     SensorLoss,
     YawRunaway,
+    read_events,
 )
 from meltemi.simulation.live import SAMPLE, Air, LiveRun, LiveWind
 from meltemi.simulation.model import Model
