@@ -292,7 +292,7 @@ def test_it_runs_at_the_speed_and_ends_with_its_page(session: Session, monkeypat
                     message = socket.recv(5.0)
                     if isinstance(message, bytes):
                         found["pieces"] += 1
-                    elif "error" in message:
+                    elif message.startswith('{"error"'):
                         found["error"] = message
                 socket.send('{"playing": false, "speed": 5}')
 
