@@ -116,7 +116,7 @@ class View:
             from meltemi.report.widget import ViewWidget
         except ImportError:
             raise InputError(
-                'the widget of a view needs anywidget; install it with: pip install "meltemi[notebook]"'
+                "the widget of a view needs anywidget; install it with: pip install 'anywidget>=0.9,<1'"
             ) from None
         return ViewWidget.of(self)
 

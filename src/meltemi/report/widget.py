@@ -1,4 +1,4 @@
-"""The three-dimensional view as a widget of notebooks; needs anywidget (``pip install "meltemi[notebook]"``)."""
+"""The three-dimensional view as a widget of notebooks; needs anywidget, the extra ``notebook``."""
 
 from __future__ import annotations
 

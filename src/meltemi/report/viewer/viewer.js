@@ -7,7 +7,7 @@ const began = performance.now(), ended = new AbortController(), until = { signal
 const find = (id) => root.querySelector(`#${id}`), all = (selector) => root.querySelectorAll(selector);
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
 const state = { t: 0, playing: true, speed: 1, factor: 1, wind: "rotor", loads: "off", camera: "corner", pairs: "beside", window: Infinity, dirty: true };
-const view = { frames: 0, first: 0, began, state, scenes, tips: () => turbines.map((each) => each.view.tips()) };
+const view = { root, frames: 0, first: 0, began, state, scenes, tips: () => turbines.map((each) => each.view.tips()) };
 
 // ---------------------------------------------------------------- theme
 function setTheme(name) {
