@@ -57,8 +57,8 @@ def run(name: str) -> None:
             output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)  # the page in a frame stays
             if "image/png" in output.get("data", {}):
                 output["data"]["image/png"] = _small(output["data"]["image/png"])
-    for name in ("language_info", "widgets"):
-        notebook.metadata.pop(name, None)
+    for entry in ("language_info", "widgets"):
+        notebook.metadata.pop(entry, None)
     nbformat.validate(notebook)
     (NOTEBOOKS / f"{name}.ipynb").write_text(nbformat.writes(notebook) + "\n", encoding="utf-8")
 

@@ -86,7 +86,7 @@ def test_notebook_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_notebook_is_that_of_its_script(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Remade by ``python tools/notebooks.py`` after a change; with at least one picture, below 400 kB, 1 MB with a view."""
+    """Remade by ``python tools/notebooks.py``; with at least one picture, below 400 kB, 1 MB with a view."""
     monkeypatch.syspath_prepend(ROOT / "tools")
     tool = importlib.import_module("notebooks")
     script = (ROOT / "examples" / "notebooks" / f"{name}.py").read_text(encoding="utf-8")
