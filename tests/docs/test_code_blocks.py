@@ -95,7 +95,7 @@ def test_notebook_is_that_of_its_script(name: str, monkeypatch: pytest.MonkeyPat
     assert [(cell["cell_type"], "".join(cell["source"])) for cell in cells] == tool.cells(script)
     assert not [o for cell in cells for o in cell.get("outputs", ()) if o["output_type"] == "error"]
     text, files = tool.page(name)
-    most = 1_000_000 if any(each.endswith(".html") for each in files) else 400_000
+    most = 1_500_000 if any(each.endswith(".html") for each in files) else 400_000
     assert text.startswith("# ") and f"{name}-0.png" in files and file.stat().st_size < most
     assert name in tool.names() and f"]({name}.md)" in tool.gallery()
 
