@@ -15,7 +15,7 @@ from meltemi.control.controller import Controller
 from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.threads import one_blas_thread
-from meltemi.report.view import PLOTS, Look, View, page
+from meltemi.report.view import PLOTS, Look, View, view_of
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.events import (
     BaseEvent,
@@ -292,7 +292,7 @@ class Session:
             "and repeats after some 7 km. Nacelle and hub have usual proportions."
         )
         scene = Scene(about, first.arrays)
-        return page(self.turbine.name, "", [scene], note=note, look=Look(theme, state={"speed": speed}), live=live)
+        return view_of(self.turbine.name, "", [scene], note=note, look=Look(theme, state={"speed": speed}), live=live)
 
 
 def plots(model: Model[Any]) -> tuple[list[dict[str, Any]], list[tuple[str, float]]]:

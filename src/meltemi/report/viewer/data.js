@@ -1,17 +1,12 @@
 "use strict";
-// Scenes: constants and arrays out of base64, and tracks, whose values in time are few amplitudes of 16 bits.
+// Scenes: constants and arrays out of bytes, and tracks, whose values in time are few amplitudes of 16 bits.
 
 const TYPES = { int8: Int8Array, int16: Int16Array, float32: Float32Array };
-
-/** Bytes of a text in base64. */
-function bytesOf(text) {
-  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-}
 
 /** The scene {about, arrays} in bytes; the format is that of scene/record.py. */
 function readScene(bytes) {
   let at = bytes.indexOf(10) + 1; // the first line names the format
-  const size = new DataView(bytes.buffer).getUint32(at, true);
+  const size = new DataView(bytes.buffer, bytes.byteOffset).getUint32(at, true);
   const head = JSON.parse(new TextDecoder().decode(bytes.subarray(at + 4, at + 4 + size)));
   at += 4 + size;
   const arrays = {};

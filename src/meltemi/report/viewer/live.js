@@ -37,10 +37,11 @@ class RollingSeries {
   }
 }
 
-/** Time of the simulation, as the page plays it: some tenths of a second behind what has arrived. */
+/** Time of the simulation, as the page plays it: some tenths of a second behind what has arrived. ``view`` is that of mountView. */
 class LiveClock {
-  constructor() {
-    Object.assign(this, { begin: first.begin, span: 0, run: first.run, queue: [], arrived: [], skipped: 0, ended: false, sent: "", drawn: [0, 0, 0] });
+  constructor(view) {
+    const { state, scenes, find, spec } = view, first = scenes[0].about;
+    Object.assign(this, { view, state, first, find, live: spec.live, begin: first.begin, span: 0, run: first.run, queue: [], arrived: [], skipped: 0, ended: false, sent: "", drawn: [0, 0, 0] });
     this.series = new RollingSeries(scenes[0]);
     view.live = this;
   }
@@ -50,7 +51,7 @@ class LiveClock {
   }
 
   window() {
-    const long = Math.min(SHOWN * Math.max(state.speed, 1), KEPT) * (Number.isFinite(state.window) ? 0.5 : 1), end = Math.max((this.series.rows - 1) * this.series.step, long);
+    const { state } = this, long = Math.min(SHOWN * Math.max(state.speed, 1), KEPT) * (Number.isFinite(state.window) ? 0.5 : 1), end = Math.max((this.series.rows - 1) * this.series.step, long);
     return [end - long, end];
   }
 
@@ -60,7 +61,7 @@ class LiveClock {
 
   /** Play the queue: somewhat faster where it is long, slower where it is short; skip what is far too long. */
   advance(past) {
-    const wall = () => (this.span - state.t + this.queue.reduce((sum, piece) => sum + piece.about.duration, 0)) / state.speed;
+    const { state } = this, wall = () => (this.span - state.t + this.queue.reduce((sum, piece) => sum + piece.about.duration, 0)) / state.speed;
     const each = this.queue.length ? this.queue[0].about.duration / state.speed : 0.1, aim = AHEAD + 0.5 * each;
     while (wall() > 1 + 4 * each && this.queue.length > 1) {
       this.show(this.queue.shift());
@@ -76,7 +77,7 @@ class LiveClock {
 
   /** A piece takes the place of the one before. */
   show(piece) {
-    const { about } = piece, [turbine] = turbines, { pose } = turbine.motion;
+    const { first, view: { turbines: [turbine], winds, extremes, legends } } = this, { about } = piece, { pose } = turbine.motion;
     turbine.motion = Object.assign(new RunMotion({ about: { ...first, ...about }, arrays: piece.arrays }), { pose });
     turbine.view.take(piece);
     winds[0].take(piece);
@@ -108,7 +109,7 @@ class LiveClock {
   /** Send a message; playing and speed go along whenever they have changed. */
   send(message) {
     if (this.socket?.readyState !== WebSocket.OPEN) return;
-    const how = JSON.stringify({ playing: state.playing, speed: state.speed });
+    const how = JSON.stringify({ playing: this.state.playing, speed: this.state.speed });
     if (how !== this.sent) this.socket.send((this.sent = how));
     if (Object.keys(message).length) this.socket.send(JSON.stringify(message));
   }
@@ -121,7 +122,7 @@ class LiveClock {
     this.arrived.push([piece.about.made, piece.about.begin + piece.about.duration]);
     this.latest = performance.now();
     if (this.arrived.length > 25) this.arrived.shift();
-    state.redraw = true;
+    this.state.redraw = true;
   }
 
   hear({ state: now, busy, error }) {
@@ -131,16 +132,16 @@ class LiveClock {
     if (now.run !== this.run) {
       Object.assign(this, { run: now.run, queue: [], arrived: [] });
       this.series.clear(0);
-      for (const name in first.largest) first.largest[name] = 0;
+      for (const name in this.first.largest) this.first.largest[name] = 0;
       this.note("");
     }
     this.follow(now);
   }
 
   // ---------------------------------------------------------------- controls
-  build() {
-    const { sliders, controllers, faults, requests, state: now } = spec.live, panel = document.createElement("section");
-    document.body.classList.add("live");
+  build(keys) {
+    const { find, view: { root } } = this, { sliders, controllers, faults, requests, state: now } = this.live, panel = document.createElement("section");
+    root.classList.add("live");
     panel.id = "live";
     panel.setAttribute("aria-label", "Operation");
     const slider = ({ name, label, unit, low, high, step }) => `<label><span>${label}</span><output></output><input type="range" name="${name}" data-unit="${unit}" min="${low}" max="${high}" step="${step}" aria-label="${label}, ${unit}"></label>`;
@@ -150,7 +151,7 @@ class LiveClock {
       <div class="buttons">${Object.entries(requests).map(button("request")).join("")}</div>
       <h2>Faults</h2><div class="buttons">${Object.entries(faults).map(button("fault")).join("")}</div>
       <h2>Events and warnings</h2><ol aria-live="polite"></ol>`;
-    document.body.insertBefore(panel, find("plots"));
+    root.insertBefore(panel, find("plots"));
     this.panel = panel;
     this.inputs = [...panel.querySelectorAll("input")];
     for (const input of this.inputs) {
@@ -167,14 +168,14 @@ class LiveClock {
     };
     const reset = Object.assign(document.createElement("button"), { id: "reset", textContent: "Restart", title: "Begin again in steady operation, without faults (r)", onclick: () => this.send({ reset: true }) });
     find("play").after(reset, Object.assign(document.createElement("span"), { id: "status" }));
-    KEYS.r = () => reset.click();
+    keys.r = () => reset.click();
     const help = find("help").querySelector("dl");
     [...help.querySelectorAll("dt")].find((each) => each.textContent.startsWith("←")).replaceWith(Object.assign(document.createElement("dt"), { textContent: "r" }));
     help.querySelectorAll("dd")[1].textContent = "restart";
     [...help.querySelectorAll("dd")].find((each) => each.textContent.startsWith("plots")).textContent = "plots: the last minute, or half of it";
     find("wind").querySelector("[value=travelling]").remove(); // it would need the wind of some seconds ahead
     find("settings").open = false;
-    stage.insertAdjacentHTML("beforeend", '<div id="halt" role="alert" hidden><div><p></p><button>Restart</button></div></div>');
+    find("stage").insertAdjacentHTML("beforeend", '<div id="halt" role="alert" hidden><div><p></p><button>Restart</button></div></div>');
     find("halt").querySelector("button").onclick = () => reset.click();
     this.follow(now);
   }
@@ -187,7 +188,7 @@ class LiveClock {
 
   /** Show the state of the session. */
   follow(now) {
-    const { panel } = this, chosen = spec.live.controllers.find((each) => each.name === now.controller);
+    const { panel } = this, chosen = this.live.controllers.find((each) => each.name === now.controller);
     for (const input of this.inputs) {
       input.disabled = input.name === "power_limit" && !now.operator;
       if (!(performance.now() - input.touched < 1000)) input.value = now.values[input.name];
@@ -209,26 +210,32 @@ class LiveClock {
   }
 
   halt(text, again) {
-    find("halt").hidden = false;
-    find("halt").querySelector("p").textContent = text;
-    find("halt").querySelector("button").hidden = !again;
+    const halt = this.find("halt");
+    halt.hidden = false;
+    halt.querySelector("p").textContent = text;
+    halt.querySelector("button").hidden = !again;
+  }
+
+  /** Text of the line under the title. */
+  title(text) {
+    this.view.root.querySelector("header .about").textContent = text;
   }
 
   note(text, brief = false) {
-    find("halt").hidden = !text || brief;
+    this.find("halt").hidden = !text || brief;
     if (text && !brief) this.halt(text, false);
-    if (brief) document.querySelector("header .about").textContent = text;
+    if (brief) this.title(text);
   }
 
   /** The status, twice a second: wind, speed that is reached, frames drawn, pieces left out. */
   tell() {
-    const { arrived } = this, [t0, s0] = arrived[0] || [0, 0], [t1, s1] = arrived.at(-1) || [0, 0], now = performance.now();
+    const { arrived, view, state } = this, [t0, s0] = arrived[0] || [0, 0], [t1, s1] = arrived.at(-1) || [0, 0], now = performance.now();
     const reached = t1 > t0 && now - this.latest < 2000 ? (s1 - s0) / (t1 - t0) : 0;
     const [then, frames] = this.drawn;
     this.drawn = [now, view.frames, (1000 * (view.frames - frames)) / (now - then)];
-    const asked = this.values && this.values.wind_speed, wind = winds[0].where;
-    document.querySelector("header .about").textContent = `mean wind ${short(wind.speed)} m/s${Math.abs(asked - wind.speed) > 0.05 ? `, going to ${short(asked)} m/s` : ""}`;
+    const asked = this.values && this.values.wind_speed, wind = view.winds[0].where;
+    this.title(`mean wind ${short(wind.speed)} m/s${Math.abs(asked - wind.speed) > 0.05 ? `, going to ${short(asked)} m/s` : ""}`);
     Object.assign(this, { reached });
-    find("status").textContent = state.playing ? `${reached.toFixed(reached < 9.95 ? 1 : 0)} × real time · ${this.drawn[2].toFixed(0)} frames/s · ${this.skipped} skipped` : "paused";
+    this.find("status").textContent = state.playing ? `${reached.toFixed(reached < 9.95 ? 1 : 0)} × real time · ${this.drawn[2].toFixed(0)} frames/s · ${this.skipped} skipped` : "paused";
   }
 }

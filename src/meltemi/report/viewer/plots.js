@@ -37,7 +37,7 @@ class Plot {
     if (!width) return;
     canvas.width = width * ratio;
     canvas.height = height * ratio;
-    const pen = canvas.getContext("2d"), style = getComputedStyle(document.documentElement);
+    const pen = canvas.getContext("2d"), style = getComputedStyle(canvas);
     pen.scale(ratio, ratio);
     const columns = Math.max(Math.round(width - left), 2), curves = this.lines.map((line) => line.envelope(begin, end, columns));
     let [low, high] = curves.reduce(([a, b], c) => [Math.min(a, c.low), Math.max(b, c.high)], [Infinity, -Infinity]);

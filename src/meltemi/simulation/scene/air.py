@@ -11,12 +11,17 @@ from numpy.typing import NDArray
 from meltemi.maths.vectors import Vec
 from meltemi.simulation.scene.record import Scene, track_arrays
 from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, wind_field
+from meltemi.wind.turbulence.field import generate_field
+from meltemi.wind.turbulence.grid import WindGrid
+from meltemi.wind.turbulent import TurbulentWind
 from meltemi.wind.velocity import WindField, series_now, wind_velocity
 
 POINTS, RATE, LONGEST = 15, 5.0, 600.0
 """Of a wind alone: points along each side, [Hz] largest rate, [s] longest time that is drawn."""
 USUAL_HEIGHT, USUAL_SIZE = 90.0, 65.0
 """[m] hub height and half width at which a wind without grid is drawn."""
+USUAL_DURATION = 60.0
+"""[s] of a wind without end."""
 FULL = 127
 """Largest number of 8 bits."""
 
@@ -84,6 +89,20 @@ def sampled(
     return about, arrays
 
 
+def usual_field(wind: TurbulentWind) -> WindBox:
+    """Field of a turbulent wind without turbine."""
+    spacing = 2.0 * USUAL_SIZE / (wind.points - 1)
+    grid = WindGrid(
+        points_y=wind.points,
+        points_z=wind.points,
+        dy=spacing,
+        dz=spacing,
+        bottom=USUAL_HEIGHT - USUAL_SIZE,
+        hub_height=USUAL_HEIGHT,
+    )
+    return generate_field(wind, grid, USUAL_DURATION)
+
+
 def wind_scene(wind: Wind) -> Scene:
     """Scene of a wind alone, with the wind in the middle of the section as a plot: at most its first 600 s."""
     if isinstance(wind, WindBox):
@@ -91,7 +110,9 @@ def wind_scene(wind: Wind) -> Scene:
         begin, end = float(wind.passing[0]), float(wind.passing[-1])
     else:
         height, up, across = wind.reference_height or USUAL_HEIGHT, USUAL_SIZE, USUAL_SIZE
-        begin, end = (float(wind.time[0]), float(wind.time[-1])) if isinstance(wind, WindSeries) else (0.0, 60.0)
+        begin, end = (
+            (float(wind.time[0]), float(wind.time[-1])) if isinstance(wind, WindSeries) else (0.0, USUAL_DURATION)
+        )
     begin, end = max(begin, 0.0), min(max(end, begin + 1.0), max(begin, 0.0) + LONGEST)
     about, arrays = wind_section(wind, Section(height, across, up, POINTS, 2.0 * across), begin, end, RATE)
     about["alone"] = True
