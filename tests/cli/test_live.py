@@ -372,7 +372,7 @@ def test_a_browser_draws_it_moves_a_slider_and_ends_it() -> None:
             page.on("pageerror", lambda error: faults.append(str(error)))
             page.on("console", lambda line: faults.append(line.text) if line.type == "error" else None)
             page.goto(url)
-            until(page, "view.frames >= 5 && view.live.now() > 2")
+            until(page, "window.view && view.frames >= 5 && view.live.now() > 2")
             assert page.evaluate("document.querySelectorAll('#plots canvas').length") == 7
             frames = page.evaluate("view.frames")
             page.evaluate(

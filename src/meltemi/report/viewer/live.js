@@ -47,7 +47,7 @@ class LiveClock {
   }
 
   now() {
-    return this.begin + state.t;
+    return this.begin + this.state.t;
   }
 
   window() {
