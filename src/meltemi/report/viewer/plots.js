@@ -46,13 +46,13 @@ class Plot {
     pen.font = "10px system-ui, sans-serif";
     pen.textAlign = "right";
     pen.textBaseline = "middle";
-    const { found, step } = ticks(low, high);
-    for (const tick of found) {
+    const { found, step } = ticks(low, high), each = Math.ceil(13 / (y(0) - y(step))); // a low plot has fewer numbers
+    found.forEach((tick, i) => {
       pen.fillStyle = style.getPropertyValue("--line");
       pen.fillRect(left, Math.round(y(tick)), width - left, 1);
       pen.fillStyle = style.getPropertyValue("--soft");
-      pen.fillText(tickText(tick, step), left - 6, Math.min(Math.max(y(tick), 6), height - 6));
-    }
+      if (i % each === 0) pen.fillText(tickText(tick, step), left - 6, Math.min(Math.max(y(tick), 6), height - 6));
+    });
     curves.forEach((curve, i) => {
       pen.strokeStyle = style.getPropertyValue(this.lines[i].colour);
       pen.lineWidth = 1.3;
