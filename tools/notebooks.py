@@ -15,6 +15,7 @@ import json
 import os
 import re
 import sys
+from html import unescape
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -53,9 +54,11 @@ def run(name: str) -> None:
         if "outputs" in cell:
             cell["outputs"] = [output for output in cell["outputs"] if output.get("name") != "stderr"]
         for output in cell.get("outputs", ()):
+            output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)  # the page in a frame stays
             if "image/png" in output.get("data", {}):
                 output["data"]["image/png"] = _small(output["data"]["image/png"])
-    notebook.metadata.pop("language_info", None)
+    for entry in ("language_info", "widgets"):
+        notebook.metadata.pop(entry, None)
     nbformat.validate(notebook)
     (NOTEBOOKS / f"{name}.ipynb").write_text(nbformat.writes(notebook) + "\n", encoding="utf-8")
 
@@ -71,25 +74,33 @@ def _small(picture: str) -> str:
     return base64.b64encode(file.getvalue()).decode()
 
 
-def page(name: str) -> tuple[str, list[bytes]]:
-    """Markdown of a notebook, and its pictures NAME-0.png, NAME-1.png and so on."""
-    parts, pictures = [], []
+def page(name: str) -> tuple[str, dict[str, bytes]]:
+    """Markdown of a notebook; by name its pictures NAME-0.png, NAME-1.png and so on, and pages in frames."""
+    parts: list[str] = []
+    files: dict[str, bytes] = {}
+
+    def framed(found: re.Match[str]) -> str:
+        files[f"{name}-view-{len(files)}.html"] = unescape(found[1]).encode()
+        return f'src="../{list(files)[-1]}"'
+
     for cell in json.loads((NOTEBOOKS / f"{name}.ipynb").read_text(encoding="utf-8"))["cells"]:
         source = "".join(cell["source"])
         parts.append(source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```")
         for output in cell.get("outputs", ()):
             data = output.get("data", {})
             if "image/png" in data:
-                parts.append(f"![Output of the cell above]({name}-{len(pictures)}.png)")
-                pictures.append(base64.b64decode("".join(data["image/png"])))
+                picture = f"{name}-{sum(each.endswith('.png') for each in files)}.png"
+                parts.append(f"![Output of the cell above]({picture})")
+                files[picture] = base64.b64decode("".join(data["image/png"]))
             elif "text/html" in data:
-                parts.append(f'<div class="output">\n{"".join(data["text/html"])}\n</div>')
+                shown = re.sub('srcdoc="([^"]*)"', framed, "".join(data["text/html"]))
+                parts.append(f'<div class="output">\n{shown}\n</div>')
             else:
                 text = TERMINAL.sub("", "".join(output.get("text") or data.get("text/plain", "")))
                 parts.append(f"```text\n{text.rstrip()}\n```")
     source = f"[This page as a Jupyter notebook]({name}.ipynb){{ download }}"
     parts.insert(1, f"{source}. Its script is `examples/notebooks/{name}.py`.")
-    return "\n\n".join(parts) + "\n", pictures
+    return "\n\n".join(parts) + "\n", files
 
 
 def names() -> list[str]:
@@ -114,10 +125,10 @@ def on_files(files: Any, config: Any, **_: Any) -> Any:
     from mkdocs.structure.files import File
 
     for name in names():
-        text, pictures = page(name)
+        text, parts = page(name)
         files.append(File.generated(config, f"tutorials/{name}.md", content=text))
-        for i, picture in enumerate(pictures):
-            files.append(File.generated(config, f"tutorials/{name}-{i}.png", content=picture))
+        for part, content in parts.items():
+            files.append(File.generated(config, f"tutorials/{part}", content=content))
     return files
 
 

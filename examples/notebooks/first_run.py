@@ -42,3 +42,10 @@ print(f"{channel.name} [{channel.unit}], {channel.frame}, {channel.sign}")
 loads = meltemi.equivalent_loads(result)
 print(f"damage-equivalent load {loads['root_moment_out_of_plane_1'] / 1e6:.2f} MN m")
 print(f"{result.meta['real_time_factor']:.0f} times real time")
+
+# %% [markdown]
+# A run with `view=True` records the motion of the turbine, which `view` shows in three
+# dimensions: drag to turn, choose loads and cameras in the panel.
+
+# %%
+meltemi.simulate(model, wind, duration=20.0, view=True).view()

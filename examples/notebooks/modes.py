@@ -25,6 +25,12 @@ speeds = [4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 21.0, 24.0]  # reduced: [12.0]
 diagram = meltemi.analysis.campbell(model, wind_speeds=speeds)
 meltemi.plots.plot_campbell(diagram)
 
+# %% [markdown]
+# The mode shapes at standstill, one by one:
+
+# %%
+model.view()
+
 # %%
 for label, frequency, damping in zip(
     diagram.labels, diagram.frequency, diagram.damping, strict=True

@@ -46,7 +46,12 @@ GENERATED = ("docs/papers", "docs/verification", "docs/performance.md")
 
 TEXTS = {
     name: path
-    for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src").rglob("*.py"))
+    for path in (
+        *ROOT.glob("*.md"),
+        *(ROOT / "docs").rglob("*.md"),
+        *(ROOT / "src").rglob("*.py"),
+        *(ROOT / "src").rglob("*.md"),
+    )
     if not (name := path.relative_to(ROOT).as_posix()).startswith((*GENERATED, "CHANGELOG.md"))
 }
 

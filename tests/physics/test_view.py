@@ -7,12 +7,14 @@ import json
 import re
 import shutil
 import subprocess
+import sys
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from io import BytesIO
 from pathlib import Path
 from queue import Queue
 from threading import Thread
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -120,6 +122,20 @@ def test_only_runs_that_ask_for_it_record_it(model: Model, seen: Result) -> None
         view.result_view({"a": seen, "b": seen, "c": seen})
 
 
+def test_what_has_a_view(seen: Result, model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    winds = [SteadyWind(speed=9.0), meltemi.TurbulentWind(speed=9.0, intensity=0.1, points=5)]
+    titles = [thing.view().spec["title"] for thing in (seen, model, model.turbine, *winds)]
+    assert titles == ["nrel5mw", *["nrel5mw: modes in vacuum"] * 2, "Wind", "Wind"]
+    found = seen.view()
+    widget = "application/vnd.jupyter.widget-view+json"
+    pytest.importorskip("anywidget")
+    assert set(found._repr_mimebundle_()) == {"text/plain", "text/html", widget}
+    monkeypatch.setitem(sys.modules, "meltemi.report.widget", None)
+    with pytest.raises(InputError, match="pip install 'anywidget"):
+        _ = seen.view().widget
+    assert set(seen.view()._repr_mimebundle_()) == {"text/plain", "text/html"}
+
+
 def test_recording_changes_no_other_channel(model: Model) -> None:
     own = meltemi.Stations(blade=(20.0,), tower=(40.0,))
     runs = [meltemi.simulate(model, 10.0, duration=1.0, stations=own, view=on) for on in (False, True)]
@@ -194,16 +210,17 @@ needs_browser = pytest.mark.skipif(BROWSER is None, reason="needs chromium or go
 REPORT = """
 <script>
 const waiting = setInterval(() => {
-  if (view.frames < %d) return;
+  if (!window.view || view.frames < %d || (window.ready && !ready())) return;
   clearInterval(waiting);
-  const told = { frames: view.frames, first: view.first - view.began, errors: faults };
-  told.theme = document.documentElement.dataset.theme;
+  const told = { frames: view.frames, first: view.first - view.began, errors: faults, saved: window.saved };
+  const { state, camera, renderer, root } = view;
+  told.theme = root.dataset.theme;
   Object.assign(state, { playing: false, t: %f, wind: "off", factor: 1 });
-  render();
+  view.render();
   told.tips = view.tips();
   told.seen = told.tips.map((tips) => tips.map((tip) => new THREE.Vector3(...tip).project(camera).toArray()));
   told.picture = renderer.domElement.toDataURL();
-  told.plots = document.querySelectorAll(".plot").length;
+  told.plots = root.querySelectorAll(".plot").length;
   fetch("told", { method: "POST", body: JSON.stringify(told) });
 }, 50);
 </script>
@@ -211,7 +228,25 @@ const waiting = setInterval(() => {
 FAULTS = '<script>const faults = []; addEventListener("error", (e) => faults.push(String(e.message)));</script>'
 
 
-def browse(page: view.View, folder: Path, now: float = NOW) -> dict[str, Any]:
+WIDGET = """<!DOCTYPE html><body><div id="cell" style="color: white"></div><script type="module">
+%s
+const values = %s, on = {}, bytes = Uint8Array.from(atob("%s"), (letter) => letter.charCodeAt(0));
+values.scenes = [new DataView(bytes.buffer)];
+const model = {
+  get: (name) => values[name], off() {}, on(name, react) { on[name] = react; },
+  set(name, value) { values[name] = value; on["change:" + name]?.(); },
+  save_changes() {
+    saved.push({ ...values, scenes: 0 });
+    if (saved.length === 1) setTimeout(() => model.set("time", 5.0));
+  },
+};
+Object.assign(window, { THREE, saved: [], ready: () => saved.length > 3 });
+notebookWidget.render({ model, el: document.getElementById("cell") });
+window.view = document.querySelector("#cell > div").view;
+</script></body>"""
+
+
+def browse(page: Any, folder: Path, now: float = NOW) -> dict[str, Any]:
     """What a page reports from a browser without screen when it has drawn some frames, at ``now`` [s]."""
     text = (
         page.html.replace("<body>", "<body>" + FAULTS).replace("</body>", REPORT % (FRAMES, now) + "</body>").encode()
@@ -293,6 +328,25 @@ def test_a_browser_draws_the_tips_where_the_simulation_has_them(seen: Result, mo
         assert ((blue > 1.3 * red), (red > 1.3 * blue), (red > 1.2 * green and blue > green))[b]
     drawn = (picture[..., 3] > 0.9).mean()
     assert 0.01 < drawn < 0.2
+
+
+@needs_browser
+def test_a_widget_draws_the_same_and_shares_its_time(seen: Result, tmp_path: Path) -> None:
+    widget = pytest.importorskip("meltemi.report.widget")
+    made = seen.view(look=view.Look(begin=1.0)).widget
+    values = json.dumps(
+        {name: getattr(made, name) for name in ("spec", "content", "style", "licence", "time", "playing")}
+    )
+    scene = base64.b64encode(made.scenes[0]).decode()
+    code = view.script("widget").replace("export default", "const notebookWidget =")
+    assert isinstance(made, widget.ViewWidget)
+    found = browse(SimpleNamespace(html=WIDGET % (code, values, scene)), tmp_path)
+    assert found["plots"] == len(view.PLOTS)
+    assert found["theme"] == "dark"  # light text around it
+    times = [told["time"] for told in found["saved"]]
+    assert 1.0 <= times[0] < 4.5  # where it begins; then Python has set five seconds
+    assert all(5.0 <= time <= DURATION or time < times[0] for time in times[1:])
+    assert max(times) >= 5.0
 
 
 @needs_browser

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import base64
 import re
+import shutil
+import subprocess
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -186,3 +189,30 @@ def test_reader_chooses_one_of_several_parts() -> None:
     text = page("a", [Section("b", blocks), Section("c", chosen("x", [("only", ["one"])]))])
     assert text.count("<option>") == 2 and "<option>a &lt;b&gt;</option>" in text and Reader(text).open == []
     assert 'class="choose all"' in page("a", [Section("b", chosen("x", [("a", []), ("b", [])], print_all=True))])
+
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
+ACT = """
+<script>
+const first = () => document.querySelector("tbody tr").cells[0].textContent;
+const head = document.querySelectorAll("thead tr:last-child th")[2], told = [];
+const figure = document.querySelector("figure");
+head.click(); told.push(first());
+head.click(); told.push(first());
+figure.querySelector("button.enlarge").click(); told.push(figure.classList.contains("large"));
+document.dispatchEvent(new KeyboardEvent("keydown", { key: "Escape" })); told.push(figure.classList.contains("large"));
+document.querySelector("summary").click(); told.push(document.querySelector("details").open);
+document.body.innerHTML = `<pre>${told.join(" ")}</pre>`;
+</script>
+"""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium or google-chrome")
+def test_a_browser_sorts_tables_enlarges_pictures_and_unfolds(tmp_path: Path) -> None:
+    rows = [["middle", "kN m", "12.5", ""], ["largest", "kN m", "100", ""], ["least", "kN m", "-3", ""]]
+    sections = [Section("Numbers", [replace(TABLE, rows=rows), Picture(PNG, "A picture"), folded("More", "of it")])]
+    file = tmp_path / "page.html"
+    file.write_text(page("Page", sections).replace("</body>", ACT + "</body>"), encoding="utf-8")
+    how = ("--headless=new", "--no-sandbox", "--disable-gpu", "--dump-dom", f"--user-data-dir={tmp_path / 'profile'}")
+    made = subprocess.run([str(BROWSER), *how, file.as_uri()], capture_output=True, text=True, timeout=60.0, check=True)
+    assert "<pre>least largest true false true</pre>" in made.stdout

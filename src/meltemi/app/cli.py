@@ -25,6 +25,7 @@ from meltemi.app.export import export
 from meltemi.app.importing import HELP as IMPORT_HELP
 from meltemi.app.importing import import_
 from meltemi.app.inspect import inspect
+from meltemi.app.live import live
 from meltemi.app.loads import loads
 from meltemi.app.observe import observe
 from meltemi.app.options import (
@@ -415,6 +416,7 @@ app.command()(export)
 app.command()(diff)
 app.command()(observe)
 app.command()(view)
+app.command()(live)
 app.command()(flutter)
 app.command()(parked)
 app.command()(docs)

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from html import escape
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -107,6 +108,14 @@ class Shown:
 
     def _repr_html_(self) -> str:
         return html(self.card())
+
+
+class Viewed:
+    """Base of classes that have a three-dimensional view."""
+
+    def view(self, **settings: Any) -> Any:
+        """The view in three dimensions, which notebooks show: that of ``meltemi.plots.view``, with its settings."""
+        return import_module("meltemi.plots").view(self, **settings)
 
 
 class Brief(Shown):

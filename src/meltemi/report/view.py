@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -22,12 +23,16 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, packed, track_arrays
 
 if TYPE_CHECKING:
+    from meltemi.report.widget import ViewWidget
     from meltemi.simulation.campbell import Campbell
     from meltemi.simulation.model import Model
+    from meltemi.turbine.power_turbine import AnyTurbine
     from meltemi.wind.fields import Wind
+    from meltemi.wind.turbulence.field import AnyWind
 
 FOLDER = Path(__file__).with_name("viewer")
 SCRIPTS = ("three.min", "data", "pose", "turbine", "wind", "plots", "viewer")
+"""Of the view, in this order; ``file`` or ``widget`` follows, and of a scene that runs on, ``live`` before it."""
 TIP_COLOURS = tuple(COLOURS[i] for i in (0, 1, 6))
 """Of blades 1 to 3, and of their lines in the plots."""
 PLOT_RATE = 20.0
@@ -59,17 +64,40 @@ class Look:
     state: Mapping[str, Any] | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class View:
-    """A page with a turbine or a wind in three dimensions.
+    """A turbine or a wind in three dimensions.
 
-    Notebooks show it in place; :meth:`write` makes a file of it.
+    Notebooks show it in place: as a widget where anywidget is installed, else as a page in a frame. Both are in the
+    notebook, so that it shows the view without Python, too. :meth:`write` makes a file of it.
 
     Attributes:
-      html: the page, which needs no other file and no network.
+      spec: title, names, colours and how the view begins.
+      scenes: what is drawn, as the bytes of ``simulation.scene.record.packed``.
     """
 
-    html: str
+    spec: Mapping[str, Any]
+    scenes: Sequence[bytes]
+
+    @property
+    def html(self) -> str:
+        """The view as a page, which needs no other file and no network."""
+        places = [f"scene-{i + 1}" for i in range(len(self.scenes))]
+        live = ["live"] if self.spec["live"] else []
+        style = "".join(beside(f"{name}.css") for name in ("view", *live))
+        data = "\n".join(
+            f'<script type="text/plain" id="{place}">{base64.b64encode(scene).decode()}</script>'
+            for place, scene in zip(places, self.scenes, strict=True)
+        )
+        return (
+            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            f"<title>{escape(self.spec['title'])}</title>\n<link rel=icon href=data:,>\n<style>{style}</style>\n"
+            f'</head>\n<body>\n<div class="view">\n{beside("page.html")}</div>\n'
+            f"{stored('spec', {**self.spec, 'scenes': places})}\n{data}\n"
+            f'<script type="text/plain" id="licence">{beside("three-licence.txt")}</script>\n'
+            f"<script>\n{script(*live, 'file')}</script>\n</body>\n</html>\n"
+        )
 
     def write(self, path: str | Path) -> Path:
         """Write the page as one HTML file.
@@ -79,43 +107,72 @@ class View:
         """
         return write_text(Path(path), self.html)
 
-    def _repr_html_(self) -> str:
-        frame = 'style="width: 100%; height: 620px; border: 0; border-radius: 8px" title="View in three dimensions"'
-        return f'<iframe srcdoc="{escape(self.html)}" {frame}></iframe>'
+    @cached_property
+    def widget(self) -> ViewWidget:
+        """The view as a widget, whose ``time`` [s] and ``playing`` Python reads and sets.
+
+        Raises:
+          InputError: anywidget is not installed.
+        """
+        try:
+            from meltemi.report.widget import ViewWidget
+        except ImportError:
+            raise InputError(
+                "the widget of a view needs anywidget; install it with: pip install 'anywidget>=0.9,<1'"
+            ) from None
+        return ViewWidget.of(self)
+
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
+        frame = 'style="width: 100%; height: 640px; border: 0; border-radius: 8px" title="View in three dimensions"'
+        shown = {"text/plain": repr(self), "text/html": f'<iframe srcdoc="{escape(self.html)}" {frame}></iframe>'}
+        try:
+            return self.widget.bundle() | shown
+        except InputError:
+            return shown
 
     def __repr__(self) -> str:
-        return f"<View: page of {len(self.html) / 1e6:.1f} MB; write(path) makes a file of it>"
+        size = sum(map(len, self.scenes)) / 1e6
+        return f"<View of {self.spec['title']}: {size:.2f} MB; write(path) makes a file of it>"
 
 
 def view(
-    what: Result | Mapping[str, Result] | Model[Any] | Wind, *, channels: Sequence[str] = (), look: Look = Look()
+    what: Result | Mapping[str, Result] | Model[Any] | AnyTurbine | AnyWind,
+    *,
+    channels: Sequence[str] = (),
+    look: Look = Look(),
 ) -> View:
-    """A run, two runs, the modes of a model at standstill, or a wind, in three dimensions.
+    """A run, two runs, the modes of a turbine at standstill, or a wind, in three dimensions.
 
     Args:
-      what: a result of a run with ``view=True``; two of them by name; a model; or a wind.
+      what: a result of a run with ``view=True``; two of them by name; a model or a turbine; or a wind. Of a turbulent
+        wind, 60 s of a field of 130 m x 130 m about 90 m height are generated.
       channels: of results, to plot, each on its own; by default wind, power, speed, pitch and main loads.
       look: how the page begins.
 
     Raises:
-      InputError: a result has no recorded motion or lacks a channel, or the model is a power-coefficient turbine.
+      InputError: a result has no recorded motion or lacks a channel, or the turbine is a power-coefficient turbine.
     """
     if isinstance(what, Result):
         return result_view({"result": what}, channels, look)
     if isinstance(what, Mapping):
         return result_view(what, channels, look)
+    from meltemi.simulation.campbell import campbell
     from meltemi.simulation.model import Model
+    from meltemi.simulation.rotors import build
+    from meltemi.simulation.scene.air import usual_field
+    from meltemi.turbine.representation import Machine
     from meltemi.wind.fields import Wind
+    from meltemi.wind.turbulent import TurbulentWind
 
+    if isinstance(what, Machine):
+        what = build(what)
     if isinstance(what, Model):
-        from meltemi.simulation.campbell import campbell
-
         return modes_view(what, campbell(what, rotor_speeds=[0.0], air=False), look)
+    if isinstance(what, TurbulentWind):
+        what = usual_field(what)
     if not isinstance(what, get_args(Wind)):
         raise InputError(
-            f"view: expected a result, two results by name, a model or a wind, found {type(what).__name__}"
-            + "; a turbulent wind has a field only in a run, or from meltemi.wind.generate_field"
-            * hasattr(what, "intensity")
+            f"view: expected a result, two results by name, a model, a turbine or a wind, found {type(what).__name__}"
         )
     return wind_view(what, look)
 
@@ -141,7 +198,7 @@ def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), loo
         f"Drawn positions differ from those of the simulation by at most {accuracy:.0f} mm; nacelle and hub have usual "
         "proportions, sections the relative thickness of their airfoils."
     )
-    return page(" and ".join(same), words, scenes, names=list(results), note=note, look=look)
+    return view_of(" and ".join(same), words, scenes, names=list(results), note=note, look=look)
 
 
 def modes_view(model: Model[Any], diagram: Campbell, look: Look = Look()) -> View:
@@ -150,7 +207,7 @@ def modes_view(model: Model[Any], diagram: Campbell, look: Look = Look()) -> Vie
 
     air = "with air" if diagram.air else "in vacuum"
     note = "One period of a mode takes two seconds, and the rotor turns as slowly; damping is not drawn."
-    return page(f"{model.turbine.name}: modes {air}", "", [modes_scene(model, diagram)], note=note, look=look)
+    return view_of(f"{model.turbine.name}: modes {air}", "", [modes_scene(model, diagram)], note=note, look=look)
 
 
 def wind_view(wind: Wind, look: Look = Look()) -> View:
@@ -158,7 +215,7 @@ def wind_view(wind: Wind, look: Look = Look()) -> View:
     from meltemi.simulation.scene.air import wind_scene
 
     note = "The section is through the tower's axis; travelling, it moves with the mean wind and keeps its pattern."
-    return page("Wind", wind.label, [wind_scene(wind)], note=note, look=look)
+    return view_of("Wind", wind.label, [wind_scene(wind)], note=note, look=look)
 
 
 def _titles(results: Mapping[str, Result], channels: Sequence[str]) -> Mapping[str, Sequence[str]]:
@@ -206,7 +263,7 @@ def with_plots(scene: Scene, result: Result, plots: Sequence[_Plot]) -> Scene:
     return Scene(about, scene.arrays | series)
 
 
-def page(
+def view_of(
     title: str,
     subtitle: str,
     scenes: Sequence[Scene],
@@ -214,30 +271,29 @@ def page(
     names: Sequence[str] = (),
     note: str = "",
     look: Look = Look(),
+    live: Mapping[str, Any] | None = None,
 ) -> View:
-    """The page of scenes, which are all of one kind."""
-    places = [f"scene-{i + 1}" for i in range(len(scenes))]
+    """The view of scenes, which are all of one kind; ``live`` has the controls of a scene that runs on."""
     spec = {
         "title": title,
         "subtitle": subtitle,
         "names": list(names),
-        "scenes": places,
         "words": note,
         "colours": TIP_COLOURS,
         "theme": look.theme,
         "begin": look.begin,
         "state": dict(look.state or {}),
+        "live": live,
     }
-    script = "\n".join(text_of(FOLDER / f"{name}.js") for name in SCRIPTS)
-    data = "\n".join(
-        f'<script type="text/plain" id="{place}">{base64.b64encode(packed(scene)).decode()}</script>'
-        for place, scene in zip(places, scenes, strict=True)
-    )
-    return View(
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{text_of(FOLDER / 'view.css')}</style>\n</head>\n<body>\n"
-        f"{text_of(FOLDER / 'page.html')}{stored('spec', spec)}\n{data}\n"
-        f'<script type="text/plain" id="licence">{text_of(FOLDER / "three-licence.txt")}</script>\n'
-        f"<script>\n{script}</script>\n</body>\n</html>\n"
-    )
+    return View(spec, [packed(scene) for scene in scenes])
+
+
+@cache
+def beside(name: str) -> str:
+    """Text of a file of the viewer."""
+    return text_of(FOLDER / name)
+
+
+def script(*ends: str) -> str:
+    """The scripts of the view, with three.js, for a page (``file``) or for a notebook (``widget``)."""
+    return "\n".join(beside(f"{name}.js") for name in (*SCRIPTS, *ends))

@@ -458,7 +458,7 @@ def schedule(events: Sequence[BaseEvent], turbine: AnyTurbine, dt: float, n_step
         raise InputError(words)
     edges: list[tuple[int, bool, float, str, BaseEvent]] = []
     for i, event in enumerate(events):
-        _check_parts(event, f"events.{i}", turbine)
+        check_parts(event, f"events.{i}", turbine)
         begin = _step(event.at, dt)
         if begin >= n_steps:
             raise InputError(
@@ -539,7 +539,7 @@ def _step(t: float, dt: float) -> int:
     return math.ceil(min(t / dt, NEVER) - 1e-6)
 
 
-def _check_parts(event: BaseEvent, where: str, turbine: AnyTurbine) -> None:
+def check_parts(event: BaseEvent, where: str, turbine: AnyTurbine) -> None:
     """Raise InputError for blades, flaps and sensors that the turbine does not have."""
     n_blades, n_flaps = turbine.n_blades, len(turbine.flaps)
     blade, flap = getattr(event, "blade", None), getattr(event, "flap", None)

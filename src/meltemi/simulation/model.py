@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from meltemi.control.actuators import Actuators
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
-from meltemi.core.representation import Brief, Card, Section
+from meltemi.core.representation import Brief, Card, Section, Viewed
 from meltemi.core.variants import number
 from meltemi.electrical.tables import ElectricalParameters, electrical_array
 from meltemi.environment.site import Environment
@@ -82,7 +82,7 @@ R = TypeVar("R", bound=Rotor)
 
 
 @dataclass(frozen=True, repr=False)
-class Model(Brief, Generic[R]):
+class Model(Brief, Viewed, Generic[R]):
     """A turbine with options and environment as arrays for the kernels.
 
     Attributes:

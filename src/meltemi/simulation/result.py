@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.display import rounded
 from meltemi.core.errors import RunError, Status
-from meltemi.core.representation import MOST_ROWS, Card, Section, Shown, badge, sparkline
+from meltemi.core.representation import MOST_ROWS, Card, Section, Shown, Viewed, badge, sparkline
 from meltemi.core.units import display
 from meltemi.simulation.channels import Channel, find
 from meltemi.simulation.scene.record import Scene
@@ -49,7 +49,7 @@ class Finding:
 
 
 @dataclass(frozen=True, repr=False)
-class Result(Shown):
+class Result(Shown, Viewed):
     """Time series of the recorded channels in SI units, and the outcome of the run.
 
     ``result["root_moment_out_of_plane_1"]`` or ``result["RootMyc1"]`` is a series; its unit is

@@ -19,11 +19,12 @@ import llvmlite.binding
 import numba
 import numpy as np
 from numba import types
+from numpy.typing import NDArray
 
 from meltemi.control import constant
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import ENTRY, UPDATES, Controller, Entry, LogEntry, StartPoint
-from meltemi.control.faults import apply_events
+from meltemi.control.faults import Faults, apply_events
 from meltemi.control.signals import Demands, Measurements
 from meltemi.control.supervisor.tables import STATES
 from meltemi.core.calls import arguments_of
@@ -36,7 +37,15 @@ from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.electric import check_grid
-from meltemi.simulation.events import check_dips, ignored, misplaced_events, read_events, schedule
+from meltemi.simulation.events import (
+    BaseEvent,
+    check_dips,
+    check_parts,
+    ignored,
+    misplaced_events,
+    read_events,
+    schedule,
+)
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Finding, Result
@@ -139,6 +148,7 @@ class Simulation:
         stations = self.recorder.stations if self.recorder else stations
         n_steps = round(duration / dt) + 1
         self.events, self.grid = read_events(run.events), grid
+        self._acted: list[tuple[int, LogEntry]] = []
         check_grid(grid, model.has_electrical, turbine.rated_power)
         planned = schedule(self.events, turbine, dt, n_steps)
         if not model.has_electrical:
@@ -264,6 +274,41 @@ class Simulation:
         if self.finished:
             self.close()
 
+    def stream(self, samples: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """March a run without end, piece by piece, in the memory of its output.
+
+        Args:
+          samples: of the output, fewer than the run's duration has.
+
+        Returns:
+          (n,) times [s] and (n, columns) samples, which the next call overwrites; fewer if the run has ended.
+        """
+        clock = self.case.clock
+        every, first = int(clock.every_output), int(clock.step)
+        if not 0 < samples < len(self._output):
+            raise InputError(f"stream: expected 1 to {len(self._output) - 1} samples, found {samples}")
+        clock.row, self.n_steps = 0, first + samples * every + 1  # the end moves on: it is never reached
+        self.advance(samples * every)
+        rows = int(clock.row)
+        time = self.output_step * (-(-first // every) + np.arange(rows, dtype=np.float64))
+        return time, self._output[:rows]
+
+    def act(self, event: BaseEvent, *, ended: bool = False) -> None:
+        """Let an event happen now, or end now, whatever its times.
+
+        Raises:
+          InputError: the turbine lacks what the event concerns, or events of the run are still to come.
+        """
+        check_parts(event, "event", self.model.turbine)
+        clock, faults = self.case.clock, self.case["faults"]
+        if clock.next_event < len(self.case.events):
+            raise InputError(f"{event.what}: events of the run are still to come")
+        for name, on, off in event.changes():
+            faults[Faults.index(name)] = off if ended else on
+        clock.next_event = max(int(clock.next_event), 1)  # from now on sensors report faults and requests
+        entry = LogEntry(self.time, "event", f"{event.what}: over" if ended else event.what)
+        self._acted.append((int(clock.step), entry))
+
     def close(self) -> None:
         """Release what the controller holds besides its state; a run that has ended has done so."""
         if self.case.controller.close is not None:
@@ -275,6 +320,7 @@ class Simulation:
             array[...] = values
         self.case.entry.exception = None
         self.interrupted = False
+        self._acted.clear()
         self.run_seconds = 0.0
         return self._measure()
 
@@ -333,13 +379,29 @@ class Simulation:
 
     def log(self) -> list[LogEntry]:
         """Entries up to now in order of time; an event precedes the reactions of a controller to it."""
-        entries = [entry for at, entry in self._planned if at < self.case.clock.step]
+        entries = [entry for at, entry in (*self._planned, *self._acted) if at < self.case.clock.step]
         if self.case.trip:
             since = float(self.case.view("electric")["off_time"])
             entries.append(LogEntry(self.time - since, "protection", "electrical system tripped", self.case.trip))
         if self.controller.log is not None:
             entries += self.controller.log(self.case.controller_state)
         return sorted(entries, key=lambda entry: entry.time)
+
+    def warnings(self) -> list[str]:
+        """Warnings up to now, which do not affect the status."""
+        found = [*self._noticed]
+        if self.controller.warnings is not None:
+            found += controller_warnings(self.controller, self.case.controller_state)
+        if state := int(self.case.view("demands")["operating_state"]):
+            happened = [event for event in self.events if event.at < self.time]
+            found += misplaced_events(happened, self.log(), STATES[state - 1].name.replace("_", " "))
+        return found + [str(Finding(**each)) for each in notices(self.case["watch"])]
+
+    @property
+    def message(self) -> str:
+        """Why the run has ended early or is doubtful; empty if neither."""
+        findings = (str(Finding(**each)) for each in violations(self.case["watch"]))
+        return "; ".join(filter(None, [explain(self.case, self.status, self.time, self.dt), *findings]))
 
     def result(self) -> Result:
         """Result up to now."""
@@ -353,26 +415,18 @@ class Simulation:
         for name in ("compile_seconds", "prepare_seconds", "run_seconds"):
             meta[name] = round(getattr(self, name), 4)
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
-        log, warnings = self.log(), [*self._noticed]
-        if self.controller.warnings is not None:
-            warnings += controller_warnings(self.controller, self.case.controller_state)
-        if state := int(self.case.view("demands")["operating_state"]):
-            happened = [event for event in self.events if event.at < self.time]
-            warnings += misplaced_events(happened, log, STATES[state - 1].name.replace("_", " "))
-        warnings += [str(Finding(**each)) for each in notices(self.case["watch"])]
-        if warnings:
+        if warnings := self.warnings():
             meta["warnings"] = warnings
-        if self.controller.log is not None or self.events or self.case.trip:
-            meta["log"] = [asdict(entry) for entry in log]
+        if self.controller.log is not None or self.events or self._acted or self.case.trip:
+            meta["log"] = [asdict(entry) for entry in self.log()]
         if findings := violations(self.case["watch"]):
             meta["findings"] = findings
-        told = [explain(self.case, self.status, self.time, self.dt), *(str(Finding(**each)) for each in findings)]
         return Result(
             time=time,
             data=data,
             channels=self.channels,
             status=self.status,
-            message="; ".join(filter(None, told)),
+            message=self.message,
             meta=meta,
             scene=self.recorder.scene(self._output[:rows, data.shape[1] :], time, self.wind) if self.recorder else None,
         )

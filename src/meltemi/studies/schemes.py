@@ -28,7 +28,7 @@ class SchemeDesign:
 
     Attributes:
       controllers: by name of the scheme.
-      settings: of their load control; none for files of the user.
+      settings: of the schemes' load control, by name.
       tunings: by scheme and loop, such as ``cpfc: 2P flap``; once for schemes that share all loops.
     """
 
@@ -75,17 +75,18 @@ def design_controllers(
         wanted: tune_loops(model, wanted, linear=linear) for wanted in dict.fromkeys(s.loops for s in schemes.values())
     }
     feedforward = FeedForward(shear_exponent=shear_exponent)
-    controllers, settings = {}, {}
-    for name in names:
-        if name in schemes:
-            settings[name] = LoadControl(
-                feedforward=feedforward if schemes[name].feedforward else None,
-                loops=tuple(tuning.loop for tuning in tuned[schemes[name].loops]),
-                notch=notch,
-            )
-            controllers[name] = LoadController(model.turbine, settings[name], name=name)
-        else:
-            controllers[label(name)] = own[name]
+    settings = {
+        name: LoadControl(
+            feedforward=feedforward if scheme.feedforward else None,
+            loops=tuple(tuning.loop for tuning in tuned[scheme.loops]),
+            notch=notch,
+        )
+        for name, scheme in schemes.items()
+    }
+    controllers = {
+        label(name): LoadController(model.turbine, settings[name], name=name) if name in schemes else own[name]
+        for name in names
+    }
     tunings = {
         f"{', '.join(name for name in schemes if schemes[name].loops == wanted)}: {harmonic}P {actuator}": tuning
         for wanted, found in tuned.items()

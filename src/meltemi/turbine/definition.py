@@ -671,8 +671,3 @@ class Turbine(Machine):
         """[m] of the rotor apex above ground."""
         n = self.nacelle
         return self.tower.base_height + self.tower.length + n.shaft_height + n.overhang * math.sin(n.tilt)
-
-    @property
-    def rated_rotor_speed(self) -> float:
-        """[rad/s] rotor speed that the controller holds at rated power."""
-        return self.control.pitch.reference_speed / self.drivetrain.gear_ratio

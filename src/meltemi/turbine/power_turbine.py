@@ -193,11 +193,6 @@ class PowerTurbine(Machine):
         return self
 
     @property
-    def rated_rotor_speed(self) -> float:
-        """[rad/s] rotor speed that the controller holds at rated power."""
-        return self.control.pitch.reference_speed / self.drivetrain.gear_ratio
-
-    @property
     def flaps(self) -> tuple[Flap, ...]:
         """No flaps: the rotor has no blades."""
         return ()

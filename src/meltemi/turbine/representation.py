@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from meltemi.core.record import Record
-from meltemi.core.representation import Card, Section, record_card
+from meltemi.core.representation import Card, Section, Viewed, record_card
 from meltemi.core.units import display
 
 
-class Machine(Record):
+class Machine(Record, Viewed):
     """Base of the records of whole turbines."""
 
     name: str
     description: str = ""
     source: str = ""
+
+    if TYPE_CHECKING:
+        control: Any
+        drivetrain: Any
+
+    @property
+    def rated_rotor_speed(self) -> float:
+        """[rad/s] rotor speed that the controller holds at rated power."""
+        return float(self.control.pitch.reference_speed / self.drivetrain.gear_ratio)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {summary(self)}>"

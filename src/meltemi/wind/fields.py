@@ -14,12 +14,12 @@ from pydantic import Field, model_validator
 from meltemi.core.display import rounded
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
-from meltemi.core.representation import Brief, Card, Section, sparkline
+from meltemi.core.representation import Brief, Card, Section, Viewed, sparkline
 from meltemi.maths.tables import View
 from meltemi.wind.velocity import WindField, WindNow, WindParameters
 
 
-class SteadyWind(Record):
+class SteadyWind(Record, Viewed):
     """Steady wind, uniform over the rotor except for shear and veer."""
 
     speed: float = Field(ge=0.0, le=100.0)
@@ -53,7 +53,7 @@ class SteadyWind(Record):
         return ", ".join(parts)
 
 
-class WindSeries(Record):
+class WindSeries(Record, Viewed):
     """Time-varying wind, uniform over the rotor except for shear: the content of a ``.wnd`` file."""
 
     time: Vector
@@ -140,7 +140,7 @@ MOST = 1e3
 
 
 @dataclass(frozen=True, repr=False)
-class WindBox(Brief):
+class WindBox(Brief, Viewed):
     """A turbulent field on a grid, convected past the turbine at its mean speed.
 
     At time 0 the first plane is half the grid's width downwind of the tower, so that a yawed rotor is inside; that of

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from meltemi.core.record import Record, Vector
+from meltemi.core.representation import Viewed
 
 
 class HubSeries(Record):
@@ -37,7 +38,7 @@ class HubSeries(Record):
         return self
 
 
-class TurbulentWind(Record):
+class TurbulentWind(Record, Viewed):
     """A mean wind with shear, and turbulence of a given spectrum, coherence and intensity."""
 
     speed: float = Field(gt=0.0, le=100.0)

@@ -1,14 +1,12 @@
 "use strict";
-// Scenes: constants and arrays out of base64, and tracks, whose values in time are few amplitudes of 16 bits.
+// Scenes: constants and arrays out of bytes, and tracks, whose values in time are few amplitudes of 16 bits.
 
 const TYPES = { int8: Int8Array, int16: Int16Array, float32: Float32Array };
 
-/** The scene of an element that holds it in base64: {about, arrays}; the format is that of scene/record.py. */
-function readScene(text) {
-  const raw = atob(text), bytes = new Uint8Array(raw.length);
-  for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
+/** The scene {about, arrays} in bytes; the format is that of scene/record.py. */
+function readScene(bytes) {
   let at = bytes.indexOf(10) + 1; // the first line names the format
-  const size = new DataView(bytes.buffer).getUint32(at, true);
+  const size = new DataView(bytes.buffer, bytes.byteOffset).getUint32(at, true);
   const head = JSON.parse(new TextDecoder().decode(bytes.subarray(at + 4, at + 4 + size)));
   at += 4 + size;
   const arrays = {};

@@ -37,7 +37,7 @@ class Plot {
     if (!width) return;
     canvas.width = width * ratio;
     canvas.height = height * ratio;
-    const pen = canvas.getContext("2d"), style = getComputedStyle(document.documentElement);
+    const pen = canvas.getContext("2d"), style = getComputedStyle(canvas);
     pen.scale(ratio, ratio);
     const columns = Math.max(Math.round(width - left), 2), curves = this.lines.map((line) => line.envelope(begin, end, columns));
     let [low, high] = curves.reduce(([a, b], c) => [Math.min(a, c.low), Math.max(b, c.high)], [Infinity, -Infinity]);
@@ -46,13 +46,13 @@ class Plot {
     pen.font = "10px system-ui, sans-serif";
     pen.textAlign = "right";
     pen.textBaseline = "middle";
-    const { found, step } = ticks(low, high);
-    for (const tick of found) {
+    const { found, step } = ticks(low, high), each = Math.ceil(13 / (y(0) - y(step))); // a low plot has fewer numbers
+    found.forEach((tick, i) => {
       pen.fillStyle = style.getPropertyValue("--line");
       pen.fillRect(left, Math.round(y(tick)), width - left, 1);
       pen.fillStyle = style.getPropertyValue("--soft");
-      pen.fillText(tickText(tick, step), left - 6, Math.min(Math.max(y(tick), 6), height - 6));
-    }
+      if (i % each === 0) pen.fillText(tickText(tick, step), left - 6, Math.min(Math.max(y(tick), 6), height - 6));
+    });
     curves.forEach((curve, i) => {
       pen.strokeStyle = style.getPropertyValue(this.lines[i].colour);
       pen.lineWidth = 1.3;
@@ -71,19 +71,24 @@ class Plot {
   }
 }
 
-/** A line of a plot from a track with one value per channel. */
-function plotLine(scene, column, look) {
-  const track = new Track(scene, "plot", scene.about.steps.plot), K = track.count, { amplitude, rows, step } = track;
-  const value = (i) => track.mean[column] + track.scale[column] * amplitude[i * K + column];
+/** A recorded series of channels: its samples ``first`` to ``rows`` - 1, by number and column. */
+function recordedSeries(scene) {
+  const { amplitude, mean, scale, rows, step, count } = new Track(scene, "plot", scene.about.steps.plot);
+  return { first: 0, rows, step, value: (i, column) => mean[column] + scale[column] * amplitude[i * count + column] };
+}
+
+/** A line of a plot: a column of a series. */
+function plotLine(series, column, look) {
+  const { step } = series, value = (i) => series.value(i, column);
   return {
     ...look,
     at(t) {
-      const [i, j, w] = place(t, step, rows);
-      return t > (rows - 0.5) * step ? NaN : (1 - w) * value(i) + w * value(j);
+      const [i, j, w] = place(t, step, series.rows);
+      return t > (series.rows - 0.5) * step ? NaN : (1 - w) * value(i) + w * value(j);
     },
     // where there are more samples than columns: the least and the largest of each
     envelope(begin, end, columns) {
-      const first = Math.max(Math.floor(begin / step), 0), last = Math.min(Math.ceil(end / step), rows - 1), points = [];
+      const first = Math.max(Math.floor(begin / step), series.first), last = Math.min(Math.ceil(end / step), series.rows - 1), points = [];
       const x = (i) => ((i * step - begin) / (end - begin)) * columns, each = Math.max(1, Math.floor((last - first) / columns / 2));
       let low = Infinity, high = -Infinity;
       for (let i = first; i <= last; i += each) {

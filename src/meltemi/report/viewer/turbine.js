@@ -168,14 +168,20 @@ class TurbineView {
   }
 
   loads() {
-    const { scene } = this, { steps } = scene.about;
-    this.air = new Track(scene, "air", steps.air);
-    this.bending = new Track(scene, "bending", steps.bending);
-    this.towerBending = new Track(scene, "tower_bending", steps.tower_bending);
+    const { scene } = this;
+    this.take(scene);
     this.values = { air: new Float32Array(this.air.size), bending: new Float32Array(this.bending.size), tower: new Float32Array(this.towerBending.size) };
     this.nodes = scene.about.air_position.map((s, n) => [s, n]).filter((_, n, all) => n % Math.ceil(all.length / 14) === 0 || n === all.length - 1);
     this.airArrows = this.frames.map((frame) => new Arrows(frame.cone, this.nodes.length, "#1f8fc9"));
     this.momentArrows = [...this.frames.map((frame) => new Arrows(frame.pitched, 1, "#a83277")), new Arrows(this.group, 1, "#a83277")];
+  }
+
+  /** Loads of a scene of the same turbine. */
+  take(scene) {
+    const { steps } = scene.about;
+    this.air = new Track(scene, "air", steps.air);
+    this.bending = new Track(scene, "bending", steps.bending);
+    this.towerBending = new Track(scene, "tower_bending", steps.tower_bending);
   }
 
   /** Move everything to a pose, with deflections times ``factor``. */

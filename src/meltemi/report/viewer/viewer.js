@@ -1,37 +1,39 @@
 "use strict";
-// The page: scenes out of the page's data, the picture, its controls, and the clock that drives both.
+// The view in an element of class "view" that holds page.html: the picture, its controls, and the clock that drives both.
+// ``keys`` is where the keyboard is heard. The functions below share what is drawn; they are not indented.
+function mountView(root, { spec, scenes, licence }, keys) {
 
-const began = performance.now();
-const find = (id) => document.getElementById(id);
-const spec = JSON.parse(find("spec").textContent);
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
+const began = performance.now(), ended = new AbortController(), until = { signal: ended.signal };
+const find = (id) => root.querySelector(`#${id}`), all = (selector) => root.querySelectorAll(selector);
+const SPEEDS = spec.live ? liveSpeeds(spec.state.speed) : [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
 const state = { t: 0, playing: true, speed: 1, factor: 1, wind: "rotor", loads: "off", camera: "corner", pairs: "beside", window: Infinity, dirty: true };
-const view = (window.view = { frames: 0, first: 0, state, scenes: [], tips: () => turbines.map((each) => each.view.tips()) });
+const view = { root, frames: 0, first: 0, began, state, scenes, tips: () => turbines.map((each) => each.view.tips()) };
 
 // ---------------------------------------------------------------- theme
 function setTheme(name) {
-  document.documentElement.dataset.theme = name;
+  root.dataset.theme = name;
   state.dirty = state.redraw = true;
-  if (view.scenes.length) paintWorld();
+  if (renderer) paintWorld();
 }
 function paintWorld() {
-  const dark = document.documentElement.dataset.theme === "dark";
+  const dark = root.dataset.theme === "dark";
   grid.material.color.set(dark ? "#9fc4da" : "#2c4656");
   shade.material.opacity = dark ? 0.4 : 0.24;
   sky.intensity = dark ? 1.1 : 1.75;
   sun.intensity = dark ? 1.9 : 2.6;
 }
-setTheme(spec.theme || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light"));
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => setTheme(event.matches ? "dark" : "light"));
+const system = matchMedia("(prefers-color-scheme: dark)");
+system.addEventListener("change", (event) => setTheme(event.matches ? "dark" : "light"), until);
 
 // ---------------------------------------------------------------- renderer, light, ground
 const stage = find("stage");
 let renderer;
+setTheme(spec.theme || (system.matches ? "dark" : "light"));
 try {
   renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
 } catch {
   stage.insertAdjacentHTML("beforeend", '<p id="fault">This browser does not draw in three dimensions (WebGL is missing or off).</p>');
-  throw new Error("no WebGL");
+  return view;
 }
 renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
 renderer.shadowMap.enabled = true;
@@ -41,8 +43,6 @@ stage.prepend(renderer.domElement);
 renderer.domElement.tabIndex = 0;
 renderer.domElement.setAttribute("aria-label", "The turbine in three dimensions");
 
-const scenes = spec.scenes.map((id) => readScene(find(id).textContent));
-view.scenes = scenes;
 const kind = scenes[0].about.kind, alone = kind === "wind", modes = kind === "modes";
 const first = scenes[0].about, size = alone ? first.wind.half_width : first.turbine.rotor_radius;
 const hub = alone ? first.wind.height : first.turbine.hub_height, high = hub + (alone ? first.wind.half_height : size);
@@ -97,8 +97,19 @@ winds.forEach((wind) => {
 });
 if (alone) [...find("wind").options].forEach((option, i) => { option.text = ["standing", "travelling", "off"][i]; });
 const duration = alone ? first.duration : Math.max(...turbines.map((each) => each.motion.duration));
-const begin = first.begin || 0;
-state.t = Math.min(spec.begin || 0, duration);
+/** What time does: that of a recorded scene ends and begins again. */
+const clock = spec.live ? new LiveClock(Object.assign(view, { spec, find, turbines, winds, extremes, legends })) : {
+  begin: first.begin || 0,
+  window: () => { const long = state.window < duration, end = long ? Math.max(state.t, state.window) : duration; return [long ? end - state.window : 0, end]; },
+  now: () => state.t,
+  text() { return `${(this.begin + state.t).toFixed(1)} / ${(this.begin + duration).toFixed(0)} s`; },
+  advance(past) {
+    state.t += past * state.speed;
+    if (state.t >= duration) state.t = 0;
+  },
+};
+const { begin } = clock;
+state.t = Math.min(Math.max((spec.begin || 0) - begin, 0), duration);
 
 /** Places of two turbines: beside each other across the wind, or the second one see-through in the first. */
 function arrange() {
@@ -151,24 +162,24 @@ function follow() {
 // ---------------------------------------------------------------- controls
 const text = (id, value) => { find(id).closest("label").querySelector("output").textContent = value; };
 function press() {
-  document.querySelectorAll(".cameras button").forEach((button) => button.setAttribute("aria-pressed", button.dataset.camera === state.camera));
+  all(".cameras button").forEach((button) => button.setAttribute("aria-pressed", button.dataset.camera === state.camera));
 }
 function build() {
-  document.querySelector("h1").textContent = spec.title;
-  document.querySelector("header .about").textContent = spec.subtitle;
-  if (scenes.length > 1) document.querySelector(".key").append(...spec.names.map((name, i) => Object.assign(document.createElement("span"), { innerHTML: `<i style="background:var(--c${i})"></i>`, title: name })));
-  document.querySelectorAll(".key span").forEach((each) => each.append(each.title));
+  root.querySelector("h1").textContent = spec.title;
+  root.querySelector("header .about").textContent = spec.subtitle;
+  if (scenes.length > 1) root.querySelector(".key").append(...spec.names.map((name, i) => Object.assign(document.createElement("span"), { innerHTML: `<i style="background:var(--c${i})"></i>`, title: name })));
+  all(".key span").forEach((each) => each.append(each.title));
   find("help").querySelector(".words").textContent = spec.words;
-  find("help").querySelector("pre").textContent = find("licence").textContent;
+  find("help").querySelector("pre").textContent = licence;
   const has = { modes, shapes: !alone && !modes, pairs: scenes.length > 1, wind: winds.length > 0, loads: kind === "run" };
-  for (const [name, yes] of Object.entries(has)) document.querySelectorAll(`.of-${name}`).forEach((each) => { each.hidden = !yes; });
+  for (const [name, yes] of Object.entries(has)) all(`.of-${name}`).forEach((each) => { each.hidden = !yes; });
   const names = Object.keys(CAMERAS).filter((name) => turbines.length || name !== "blade");
   find("settings").querySelector(".cameras").append(...names.map((name, i) => {
     const button = Object.assign(document.createElement("button"), { textContent: CAMERAS[name][0], title: `Key ${i + 1}`, onclick: () => look(name) });
     button.dataset.camera = name;
     return button;
   }));
-  find("speed").append(...SPEEDS.map((x) => new Option(`×${x}`, x, x === 1, x === 1)));
+  find("speed").append(...SPEEDS.map((x) => new Option(`×${x}`, x, x === state.speed, x === state.speed)));
   const bind = (id, change) => { find(id).oninput = (event) => { change(event.target.value); state.dirty = true; }; };
   bind("factor", setFactor);
   bind("wind", (value) => { state.wind = value; legends(); });
@@ -179,9 +190,9 @@ function build() {
   find("seek").max = Number.isFinite(duration) ? duration : 1;
   find("play").onclick = () => { state.playing = !state.playing; state.dirty = true; };
   find("picture").onclick = picture;
-  find("theme").onclick = () => setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
+  find("theme").onclick = () => setTheme(root.dataset.theme === "dark" ? "light" : "dark");
   find("ask").onclick = () => { find("help").hidden = !find("help").hidden; };
-  if (matchMedia("(max-width: 60rem)").matches) find("settings").open = false;
+  if (root.clientWidth <= 960) find("settings").open = false;
   for (const name of ["wind", "loads", "pairs"]) find(name).value = state[name];
   if (modes) buildModes(bind);
   setFactor(state.factor);
@@ -203,7 +214,7 @@ function buildModes(bind) {
   };
   const tell = () => {
     const m = points[motion.point].modes[motion.mode];
-    document.querySelector(".about").textContent = `${points[motion.point].name}: ${m.label}, ${short(m.frequency / 2 / Math.PI)} Hz, damping ${short(100 * m.damping)} %`;
+    root.querySelector(".about").textContent = `${points[motion.point].name}: ${m.label}, ${short(m.frequency / 2 / Math.PI)} Hz, damping ${short(100 * m.damping)} %`;
   };
   bind("point", (value) => { motion.point = Number(value); list(); });
   bind("mode", (value) => { motion.mode = Number(value); tell(); });
@@ -238,19 +249,19 @@ const plots = (first.plots || []).map((plot) => new Plot(find("plots"), {
   lines: scenes.flatMap((scene, i) => {
     const own = scene.about.plots.find((other) => other.title === plot.title);
     const chosen = own ? (scenes.length > 1 ? own.lines.slice(0, 1) : own.lines) : [];
-    return chosen.map((line, k) => plotLine(scene, line.column, { name: line.name, colour: `--c${scenes.length > 1 ? i : k}` }));
+    const series = chosen.length && (spec.live ? clock.series : recordedSeries(scene));
+    return chosen.map((line, k) => plotLine(series, line.column, { name: line.name, colour: `--c${scenes.length > 1 ? i : k}` }));
   }),
-}, (t) => { state.t = t; state.playing = false; state.dirty = true; }));
-if (!plots.length) document.body.classList.add("bare");
+}, (t) => { if (!spec.live) Object.assign(state, { t, playing: false, dirty: true }); }));
+if (!plots.length) root.classList.add("bare");
 function drawPlots() {
-  const long = state.window < duration, end = long ? Math.max(state.t, state.window) : duration;
-  plots.forEach((plot) => plot.draw(long ? end - state.window : 0, end));
+  plots.forEach((plot) => plot.draw(...clock.window()));
 }
 
 // ---------------------------------------------------------------- picture
 function picture() {
   render();
-  const from = renderer.domElement, to = document.createElement("canvas"), pen = to.getContext("2d"), style = getComputedStyle(document.documentElement);
+  const from = renderer.domElement, to = document.createElement("canvas"), pen = to.getContext("2d"), style = getComputedStyle(stage);
   [to.width, to.height] = [from.width, from.height];
   const level = horizon() * to.height, paint = pen.createLinearGradient(0, level - 0.9 * to.height, 0, level + 0.5 * to.height);
   [["sky-top", -0.9], ["sky-low", -0.12], ["haze", 0], ["ground", 0.01], ["near", 0.5]].forEach(([name, at]) => paint.addColorStop((at + 0.9) / 1.4, style.getPropertyValue(`--${name}`)));
@@ -262,7 +273,7 @@ function picture() {
   pen.font = `600 ${em}px system-ui, sans-serif`;
   pen.fillText(spec.title, em, 1.8 * em);
   pen.font = `${0.8 * em}px system-ui, sans-serif`;
-  pen.fillText(document.querySelector(".about").textContent + (modes ? "" : `, ${(begin + state.t).toFixed(2)} s`), em, 3.1 * em);
+  pen.fillText(root.querySelector(".about").textContent + (modes ? "" : `, ${(clock.begin + state.t).toFixed(2)} s`), em, 3.1 * em);
   to.toBlob((blob) => {
     const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: `${spec.title.toLowerCase().replace(/[^\w]+/g, "-")}.png` });
     link.click();
@@ -277,7 +288,7 @@ function choose(id, by) {
   select.selectedIndex = (select.selectedIndex + by + select.options.length) % select.options.length;
   select.dispatchEvent(new Event("input"));
 }
-const seekBy = (x) => { state.playing = false; state.t = Math.min(Math.max(state.t + x, 0), duration); };
+const seekBy = (x) => { if (spec.live) return; state.playing = false; state.t = Math.min(Math.max(state.t + x, 0), duration); };
 const faster = (by) => { state.speed = step(SPEEDS, state.speed, by); find("speed").value = state.speed; };
 const KEYS = {
   " ": () => find("play").click(), ArrowLeft: (e) => seekBy(e.shiftKey ? -5 : -0.1), ArrowRight: (e) => seekBy(e.shiftKey ? 5 : 0.1),
@@ -285,14 +296,16 @@ const KEYS = {
   w: () => choose("wind", 1), l: () => choose("loads", 1), p: picture, d: () => find("theme").click(), h: () => find("ask").click(),
   z: () => { state.window = Number.isFinite(state.window) ? Infinity : 30; state.redraw = true; }, Escape: () => { find("help").hidden = true; },
 };
-addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || /^(SELECT|SUMMARY)$/.test(event.target.tagName) || (event.target.tagName === "BUTTON" && event.key === " ")) return;
+keys.addEventListener("keydown", (event) => {
+  const [{ tagName, type, id }] = event.composedPath(); // the target, of a widget, too
+  if (event.ctrlKey || event.metaKey || event.altKey || /^(SELECT|SUMMARY)$/.test(tagName) || (type === "range" && id !== "seek" && event.key.startsWith("Arrow")) || (tagName === "BUTTON" && event.key === " ")) return;
   const names = Object.keys(CAMERAS), action = /^[1-6]$/.test(event.key) ? () => (turbines.length || event.key !== "6") && look(names[event.key - 1]) : KEYS[event.key];
   if (!action) return;
   event.preventDefault();
+  event.stopPropagation();
   action(event);
   state.dirty = true;
-});
+}, until);
 
 // ---------------------------------------------------------------- clock
 /** Place of the horizon on the picture, from its top, as a share of the height. */
@@ -327,15 +340,15 @@ function resize() {
 }
 let last = 0, slow = 0;
 function frame(now) {
+  if (ended.signal.aborted) return;
   requestAnimationFrame(frame);
   const past = Math.min((now - last) / 1000, 0.25);
   last = now;
   if (state.playing) {
-    state.t += past * state.speed;
-    if (state.t >= duration) state.t = 0;
+    clock.advance(past);
     state.dirty = true;
     // a slow computer draws no shadows, then fewer points
-    slow = past > 1 / 24 ? slow + 1 : Math.max(slow - 1, 0);
+    slow = past > 1 / 24 ? slow + 24 * past : Math.max(slow - 1, 0);
     if (slow > 40 && sun.castShadow) { sun.castShadow = false; slow = 0; }
     else if (slow > 40 && renderer.getPixelRatio() > 1) { renderer.setPixelRatio(1); slow = 0; }
   }
@@ -347,20 +360,32 @@ function frame(now) {
   render();
   find("seek").value = state.t;
   find("play").setAttribute("aria-pressed", state.playing);
-  find("time").querySelector("output").textContent = modes ? "slow motion" : `${(begin + state.t).toFixed(1)} / ${(begin + duration).toFixed(0)} s`;
-  plots.forEach((plot) => plot.at(state.t));
+  find("time").querySelector("output").textContent = modes ? "slow motion" : clock.text();
+  plots.forEach((plot) => plot.at(clock.now()));
   view.frames += 1;
   view.first ||= performance.now();
 }
 Object.assign(state, spec.state || {});
+if (spec.live) clock.build(KEYS);
 paintWorld();
 build();
 arrange();
 legends();
 resize();
-new ResizeObserver(resize).observe(stage);
-new ResizeObserver(drawPlots).observe(find("plots"));
+const watching = [[resize, stage], [drawPlots, find("plots")]].map(([react, part]) => {
+  const watch = new ResizeObserver(react);
+  watch.observe(part);
+  return watch;
+});
 find("settings").ontoggle = () => { resize.width = 0; resize(); };
 if (matchMedia("(prefers-reduced-motion: reduce)").matches) state.playing = false;
-view.began = began;
+if (spec.live) clock.connect();
 frame(began);
+const stop = () => {
+  ended.abort();
+  watching.forEach((watch) => watch.disconnect());
+  renderer.dispose();
+  renderer.forceContextLoss();
+};
+return Object.assign(view, { render, camera, renderer, begin, duration, stop });
+}

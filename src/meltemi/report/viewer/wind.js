@@ -6,11 +6,9 @@ const WIND_COLOURS = ["#1b4f9c", "#4aa3d8", "#eef3ee", "#f2b04a", "#b3400e"];
 class WindView {
   constructor(scene) {
     const { about, arrays } = scene, w = (this.where = about.wind);
-    Object.assign(this, { n: w.points, step: about.steps.wind, group: new THREE.Group() });
-    this.value = arrays["wind.amplitude"];
-    this.scale = arrays["wind.scale"];
-    this.mean = arrays["wind.mean"];
-    this.rows = this.value.shape[0];
+    this.n = w.points;
+    this.group = new THREE.Group();
+    this.take(scene);
     const n = this.n, count = n * n, deviation = [...this.value].filter((_, i) => i % 3 === 0).sort((a, b) => a - b);
     const high = Math.max(deviation[Math.floor(0.995 * (deviation.length - 1))], -deviation[Math.floor(0.005 * deviation.length)]);
     const spread = Math.max(high * this.scale[0], 0.5);
@@ -30,13 +28,23 @@ class WindView {
     this.group.add(this.plane);
     this.shown = Array.from({ length: count }, (_, i) => i).filter((i) => box || Math.hypot((i % n) - (n - 1) / 2, Math.floor(i / n) - (n - 1) / 2) <= (n - 1) / 2 + 0.01);
     this.arrows = new Arrows(this.group, this.shown.length, "#6f7e8a");
-    this.group.rotation.z = -w.direction;
     this.table = new Uint8Array(3 * 256);
     const colours = WIND_COLOURS.map((name) => [1, 3, 5].map((k) => parseInt(name.slice(k, k + 2), 16)));
     for (let i = 0; i < 256; i++) {
       const x = (i / 255) * (colours.length - 1), j = Math.min(Math.floor(x), colours.length - 2);
       for (let k = 0; k < 3; k++) this.table[3 * i + k] = (1 - x + j) * colours[j][k] + (x - j) * colours[j + 1][k];
     }
+  }
+
+  /** Velocities of a scene with the same section. */
+  take({ about, arrays }) {
+    this.value = arrays["wind.amplitude"];
+    this.scale = arrays["wind.scale"];
+    this.mean = arrays["wind.mean"];
+    this.rows = this.value.shape[0];
+    this.step = about.steps.wind;
+    Object.assign(this.where, { direction: about.wind.direction, speed: about.wind.speed });
+    this.group.rotation.z = -about.wind.direction;
   }
 
   /** ``mode``: rotor (that is, at the tower's axis), travelling or off. */

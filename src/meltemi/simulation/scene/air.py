@@ -11,12 +11,17 @@ from numpy.typing import NDArray
 from meltemi.maths.vectors import Vec
 from meltemi.simulation.scene.record import Scene, track_arrays
 from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, wind_field
-from meltemi.wind.velocity import series_now, wind_velocity
+from meltemi.wind.turbulence.field import generate_field
+from meltemi.wind.turbulence.grid import WindGrid
+from meltemi.wind.turbulent import TurbulentWind
+from meltemi.wind.velocity import WindField, series_now, wind_velocity
 
 POINTS, RATE, LONGEST = 15, 5.0, 600.0
 """Of a wind alone: points along each side, [Hz] largest rate, [s] longest time that is drawn."""
 USUAL_HEIGHT, USUAL_SIZE = 90.0, 65.0
 """[m] hub height and half width at which a wind without grid is drawn."""
+USUAL_DURATION = 60.0
+"""[s] of a wind without end."""
 FULL = 127
 """Largest number of 8 bits."""
 
@@ -43,10 +48,17 @@ def wind_section(
     wind: Wind, section: Section, begin: float, end: float, rate: float
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Description of a section, and its velocities (T, Z, Y, 3) in 8 bits, inertial axes, at a rate [Hz]."""
-    n, steady = section.points, isinstance(wind, SteadyWind)
     direction = float(wind.direction[0] if isinstance(wind, WindSeries) else wind.direction)
-    times = np.array([begin]) if steady else np.arange(begin, end + 1.0 / rate, 1.0 / rate)
-    field = wind_field(wind, section.height, section.diameter)
+    times = np.array([begin]) if isinstance(wind, SteadyWind) else np.arange(begin, end + 1.0 / rate, 1.0 / rate)
+    about, arrays = sampled(wind_field(wind, section.height, section.diameter), section, times, direction)
+    return about | {"label": wind.label}, arrays
+
+
+def sampled(
+    field: WindField, section: Section, times: NDArray[np.float64], direction: float
+) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Description of a section, and its velocities (T, Z, Y, 3) in 8 bits, inertial axes, at some times [s]."""
+    n = section.points
     across = np.linspace(-section.half_width, section.half_width, n)
     up = np.maximum(section.height + np.linspace(-section.half_height, section.half_height, n), 1.0)
     c, s = np.cos(direction), np.sin(direction)
@@ -60,7 +72,6 @@ def wind_section(
     mean = values.mean(axis=(0, 1))
     scale = np.maximum(np.abs(values - mean).max(axis=(0, 1)) / FULL, 1e-6)
     about = {
-        "label": wind.label,
         "points": n,
         "half_width": section.half_width,
         "half_height": section.half_height,
@@ -78,6 +89,20 @@ def wind_section(
     return about, arrays
 
 
+def usual_field(wind: TurbulentWind) -> WindBox:
+    """Field of a turbulent wind without turbine."""
+    spacing = 2.0 * USUAL_SIZE / (wind.points - 1)
+    grid = WindGrid(
+        points_y=wind.points,
+        points_z=wind.points,
+        dy=spacing,
+        dz=spacing,
+        bottom=USUAL_HEIGHT - USUAL_SIZE,
+        hub_height=USUAL_HEIGHT,
+    )
+    return generate_field(wind, grid, USUAL_DURATION)
+
+
 def wind_scene(wind: Wind) -> Scene:
     """Scene of a wind alone, with the wind in the middle of the section as a plot: at most its first 600 s."""
     if isinstance(wind, WindBox):
@@ -85,7 +110,9 @@ def wind_scene(wind: Wind) -> Scene:
         begin, end = float(wind.passing[0]), float(wind.passing[-1])
     else:
         height, up, across = wind.reference_height or USUAL_HEIGHT, USUAL_SIZE, USUAL_SIZE
-        begin, end = (float(wind.time[0]), float(wind.time[-1])) if isinstance(wind, WindSeries) else (0.0, 60.0)
+        begin, end = (
+            (float(wind.time[0]), float(wind.time[-1])) if isinstance(wind, WindSeries) else (0.0, USUAL_DURATION)
+        )
     begin, end = max(begin, 0.0), min(max(end, begin + 1.0), max(begin, 0.0) + LONGEST)
     about, arrays = wind_section(wind, Section(height, across, up, POINTS, 2.0 * across), begin, end, RATE)
     about["alone"] = True

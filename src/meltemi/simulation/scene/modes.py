@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import MeltemiError
 from meltemi.simulation.bladed.rotor import with_blades
 from meltemi.simulation.campbell import Campbell
+from meltemi.simulation.case import Case
 from meltemi.simulation.linear import PARTS
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode
@@ -17,6 +18,7 @@ from meltemi.simulation.scene.motion import blade_arrays, deformed
 from meltemi.simulation.scene.record import Scene
 from meltemi.simulation.scene.shape import machine, sections
 from meltemi.simulation.trim import operating_point
+from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
 
@@ -119,5 +121,5 @@ def blade_basis(model: Model[Any], mean: Float, s: Float) -> tuple[Float, Float]
     for k in range(K):
         q[2 * k + 1, core + k] += STEP
         q[2 * k + 2, core + k] -= STEP
-    moved = deformed(model, q, None, s)[:, 0]
+    moved = deformed(Case(model, SteadyWind(speed=0.0)), q, None, s)[:, 0]
     return moved[0], (moved[1::2] - moved[2::2]) / (2.0 * STEP)

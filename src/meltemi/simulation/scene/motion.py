@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -95,9 +96,47 @@ class Recorder:
           wind: of the run.
         """
         good = np.isfinite(data).all(axis=1)
-        data, time = data[good], time[good]
-        if not len(time):
+        if not good.any():
             return None
+        about, arrays = self.moving(data[good], time[good])
+        still, constant = self.still
+        begin, end = about["begin"], about["begin"] + about["duration"]
+        about["wind"], air = wind_section(wind, self.section, begin, end, WIND_RATE)
+        about["steps"]["wind"] = 1.0 / WIND_RATE
+        return Scene(still | about, constant | arrays | air)
+
+    @cached_property
+    def section(self) -> Section:
+        """The drawn section of the wind."""
+        turbine = self.model.turbine
+        size = WIND_SIZE * turbine.rotor_radius
+        return Section(turbine.hub_height, size, size, WIND_POINTS, turbine.rotor_diameter)
+
+    @cached_property
+    def still(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        """Constants and arrays of a scene that do not depend on time."""
+        turbine, s = self.model.turbine, self._sections
+        about: dict[str, Any] = {
+            "kind": "run",
+            "turbine": machine(turbine),
+            "sections": [round(float(v), 3) for v in s],
+            "air_position": [round(float(v), 3) for v in self.model.rotor.blade_layout.position],
+            "cuts": [round(float(v), 3) for v in self.cuts.blade],
+            "tower_cuts": [0.0, *(round(float(v), 3) for v in self.cuts.tower)],
+        }
+        shape = self.model.rotor.tower.modes.at(np.array(about["turbine"]["tower_height"]))
+        return about, {"tower_shape": shape.astype(np.float32)} | blade_arrays(self.model, s)
+
+    @cached_property
+    def _sections(self) -> Float:
+        return sections(self.model.turbine.blade.length)
+
+    @cached_property
+    def _case(self) -> Case:
+        return Case(self.model, SteadyWind(speed=0.0))
+
+    def moving(self, data: Float, time: Float) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        """Time and tracks of a scene; the arguments are those of :meth:`scene`, finite and with a sample at least."""
         step = float(time[1] - time[0]) if len(time) > 1 else 1.0 / RATE
         steps, arrays = {}, {}
 
@@ -112,16 +151,15 @@ class Recorder:
         q = part("q", len(self.model.coordinates))
         tower_modes, shaft = len(self.model.rotor.tower.names), n_core - 3
         steps["motion"] = step * every(RATE).step
-        arrays["azimuth"] = (q[:, shaft + 1] + q[:, shaft + 2]).astype(np.float32)
+        azimuth = q[:, shaft + 1] + q[:, shaft + 2]
+        whole_turns = 2.0 * np.pi * np.floor(azimuth[0] / (2.0 * np.pi))  # 32 bits lose precision in long runs
+        arrays["azimuth"] = (azimuth - whole_turns).astype(np.float32)
         arrays |= track_arrays("body", np.hstack([part("top", 6), q[:, shaft + YAW, None], part("pitch", B)]))
-        shape = self.model.rotor.tower.modes.at(np.array(machine(turbine)["tower_height"]))
-        arrays |= track_arrays("tower", q[:, :tower_modes]) | {"tower_shape": shape.astype(np.float32)}
-        s = sections(turbine.blade.length)
-        moved = deformed(self.model, q, part("tip", B, 6), s)
+        arrays |= track_arrays("tower", q[:, :tower_modes])
+        moved = deformed(self._case, q, part("tip", B, 6), self._sections)
         chord = float(np.max(turbine.blade.aerodynamics.chord))
         weight = np.array([1.0, 1.0, 1.0, chord, chord, chord])
         arrays |= track_arrays("blade", moved, POSITION_ERROR * turbine.rotor_radius, weight)
-        arrays |= blade_arrays(self.model, s)
         largest = {}
         for name, series, points, rate in (
             ("air", B, self.model.rotor.n_nodes, AIR_RATE),
@@ -133,31 +171,20 @@ class Recorder:
             arrays |= track_arrays(name, values, LOAD_ERROR * max(largest[name], 1e-9))
             steps[name] = step * every(rate).step
         about = {
-            "kind": "run",
-            "turbine": machine(turbine),
             "begin": float(time[0]),
             "duration": float(time[-1] - time[0]),
             "steps": steps,
             "largest": largest,
-            "sections": [round(float(v), 3) for v in s],
-            "air_position": [round(float(v), 3) for v in self.model.rotor.blade_layout.position],
-            "cuts": [round(float(v), 3) for v in self.cuts.blade],
-            "tower_cuts": [0.0, *(round(float(v), 3) for v in self.cuts.tower)],
+            "accuracy": float(np.abs(Scene({}, arrays).track("blade")[..., :3] - moved[..., :3]).max()),
         }
-        size = WIND_SIZE * turbine.rotor_radius
-        section = Section(turbine.hub_height, size, size, WIND_POINTS, turbine.rotor_diameter)
-        about["wind"], air = wind_section(wind, section, float(time[0]), float(time[-1]), WIND_RATE)
-        steps["wind"] = 1.0 / WIND_RATE
-        arrays |= air
-        found = Scene(about, arrays)
-        about["accuracy"] = float(np.abs(found.track("blade")[..., :3] - moved[..., :3]).max())
-        return found
+        return about, arrays
 
 
-def deformed(model: BladedModel, q: Float, tip: Float | None, s: Float) -> Float:
+def deformed(case: Case, q: Float, tip: Float | None, s: Float) -> Float:
     """(T, B, S, 6) displacement [m] of the blade sections and their rotation vector [rad], blade axes.
 
     Args:
+      case: of the model, whose coordinates and motion are overwritten.
       q: (T, n) coordinates.
       tip: (T, B, 6) displacement and rotation of the tips; without it they are extrapolated.
       s: (S,) [m] sections from the blade root.
@@ -165,11 +192,11 @@ def deformed(model: BladedModel, q: Float, tip: Float | None, s: Float) -> Float
     from scipy.interpolate import CubicSpline
     from scipy.spatial.transform import Rotation
 
-    case = Case(model, SteadyWind(speed=0.0))
-    B, N = case["motion"].shape[1:]
+    model, (B, N) = case.model, case["motion"].shape[1:]
     position, orientation = (case.view("motion").rows(name) for name in ("position", "orientation"))
     nodes = np.zeros((len(q), B, N + 1 + (tip is not None), 6), dtype=np.float32)
     matrices = np.empty((len(q), 9, B, N))
+    case["q"][:] = 0.0
     blade_motion(case.system)
     rest = case["motion"][position].copy()
     for i, row in enumerate(q):

@@ -63,8 +63,10 @@ def track_arrays(name: str, values: Float, tolerance: float | None = None, weigh
     flat = (values * w).reshape(-1, int(np.prod(shape)))
     mean = flat.mean(axis=0)
     flat = flat - mean
-    _, vectors = np.linalg.eigh(flat.T @ flat)
-    basis = vectors[:, ::-1].T
+    if len(flat) < flat.shape[1]:  # of few instants: the smaller problem
+        basis = np.linalg.svd(flat, full_matrices=False)[2]
+    else:
+        basis = np.linalg.eigh(flat.T @ flat)[1][:, ::-1].T
     amplitude = flat @ basis.T
     count, left = 0, flat
     while count < len(basis) and np.abs(left).max(initial=0.0) > 0.9 * tolerance:

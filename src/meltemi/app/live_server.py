@@ -1,0 +1,151 @@
+"""Server of ``meltemi live``: one page and its socket, on this machine only.
+
+It listens on 127.0.0.1 and answers requests whose path has the random token and whose ``Host`` is its own address; the
+socket also needs the page's own origin. So neither another machine, nor another page in the same browser, nor a name
+that resolves to 127.0.0.1 reaches the simulation. A new page takes the place of the one before.
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+import socket
+from contextlib import suppress
+from http import HTTPStatus
+from queue import Empty, SimpleQueue
+from threading import Thread
+from time import monotonic
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from meltemi.core.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from websockets.http11 import Request, Response
+    from websockets.sync.server import ServerConnection
+
+ADDRESS = "127.0.0.1"
+LONGEST_MESSAGE = 2048
+"""Bytes of a message of the page."""
+PATIENCE = 10.0
+"""[s] after which a page that does not answer is taken as closed."""
+POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+
+
+class LiveServer:
+    """Serves one page; use it as a context.
+
+    Args:
+      page: returns the HTML of the page; called in another thread.
+      port: 0 takes a free one.
+
+    Attributes:
+      url: address of the page, with the token.
+      closed_at: [s] of ``time.monotonic`` at which the last page was closed; None before the first page opens, and
+        while one is open.
+
+    Raises:
+      InputError: the package websockets is missing, or the port is taken.
+    """
+
+    def __init__(self, page: Callable[[], str], port: int = 0) -> None:
+        try:
+            from websockets.sync.server import serve
+        except ImportError:
+            raise InputError('live needs the package websockets: pip install "meltemi[live]"') from None
+        if not 0 <= port < 65536:
+            raise InputError(f"--port must be from 1 to 65535, found {port}")
+        try:
+            bound = socket.create_server((ADDRESS, port))
+        except OSError as error:
+            raise InputError(f"--port {port}: {error.strerror or error}; leave it out for a free one") from None
+        self.host = f"{ADDRESS}:{bound.getsockname()[1]}"
+        self._path = f"/{secrets.token_urlsafe(24)}/"
+        self.url = f"http://{self.host}{self._path}"
+        self.closed_at: float | None = None
+        self._page, self._inbox = page, SimpleQueue[str]()
+        self._open: ServerConnection | None = None
+        self._server = serve(
+            self._talk,
+            sock=bound,
+            origins=[f"http://{self.host}"],  # type: ignore[list-item]  # a NewType of str
+            process_request=self._answer,
+            compression=None,
+            max_size=LONGEST_MESSAGE,
+            ping_interval=PATIENCE / 2.0,
+            ping_timeout=PATIENCE,
+            server_header=None,
+        )
+        self._thread = Thread(target=self._server.serve_forever, daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if self._open is not None:
+            self._open.close(1001, "the simulation has ended")
+        self._server.shutdown()
+        self._thread.join()
+
+    @property
+    def open(self) -> bool:
+        """Whether a page is open."""
+        return self._open is not None
+
+    def send(self, message: bytes | dict[str, Any]) -> None:
+        """Send to the page, if one is open."""
+        from websockets.exceptions import ConnectionClosed
+
+        page = self._open
+        if page is not None:
+            with suppress(ConnectionClosed):
+                page.send(message if isinstance(message, bytes) else json.dumps(message, allow_nan=False))
+
+    def received(self, wait: float) -> list[Any]:
+        """Messages of the page; waits up to some seconds for the first one. ``None`` stands for what is not JSON."""
+        found: list[Any] = []
+        with suppress(Empty):
+            text = self._inbox.get(timeout=wait) if wait > 0.0 else self._inbox.get_nowait()
+            while True:
+                try:
+                    found.append(json.loads(text))
+                except ValueError:
+                    found.append(None)
+                text = self._inbox.get_nowait()
+        return found
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """The page, or a refusal; None lets the socket open, after the check of its origin."""
+        given = request.path.encode()
+        if request.headers.get_all("Host") != [self.host]:
+            return connection.respond(HTTPStatus.FORBIDDEN, "unknown host\n")
+        if secrets.compare_digest(given, f"{self._path}socket".encode()):
+            return None
+        if not secrets.compare_digest(given, self._path.encode()):
+            return connection.respond(HTTPStatus.FORBIDDEN, "wrong address: open the one that meltemi live printed\n")
+        if self.closed_at is not None:  # it is opened again: its socket follows
+            self.closed_at = monotonic()
+        response = connection.respond(HTTPStatus.OK, self._page())
+        del response.headers["Content-Type"]
+        for name, value in (
+            ("Content-Type", "text/html; charset=utf-8"),
+            ("Cache-Control", "no-store"),
+            ("Referrer-Policy", "no-referrer"),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Content-Security-Policy", f"{POLICY}; connect-src ws://{self.host}; frame-ancestors 'none'"),
+        ):
+            response.headers[name] = value
+        return response
+
+    def _talk(self, connection: ServerConnection) -> None:
+        before, self._open, self.closed_at = self._open, connection, None
+        if before is not None:
+            before.close(4000, "opened in another window")
+        self._inbox.put('{"opened": true}')
+        for message in connection:
+            self._inbox.put(message if isinstance(message, str) else "")
+        if self._open is connection:
+            self._open, self.closed_at = None, monotonic()
