@@ -1,6 +1,6 @@
 """Steps of a scheduled Kalman filter: prediction and update between the linear models of two wind speeds.
 
-Reference: docs/theory/observer.md (O-9 to O-12).
+Reference: docs/theory/observer.md (O-8 to O-11).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ def kalman_step(
     y: Float,
     u: Float,
     measured: Float,
-    wind: int,
+    schedule: float,
     first: float,
     spacing: float,
     centre: Float,
@@ -38,7 +38,7 @@ def kalman_step(
       y: (p,) outputs after the update, changed in place; the first s are the sensors.
       u: (2, m) inputs of the last and of this step.
       measured: (s,) of the sensors; NaN where one has no value, which is then not used.
-      wind: place of the rotor-effective wind speed in z.
+      schedule: [m/s] wind speed between whose models the step is taken.
       first, spacing: [m/s] of the wind speeds of the models.
       centre: (k, n) operating points.
       A, B: (k, n, n), (k, n, m) of the discrete models.
@@ -48,7 +48,7 @@ def kalman_step(
     """
     k, n = centre.shape
     m, p, s = inputs.shape[1], outputs.shape[1], measured.shape[0]
-    place = min(max((z[wind] - first) / spacing, 0.0), k - 1.0)
+    place = min(max((schedule - first) / spacing, 0.0), k - 1.0)
     at = min(int(place), max(k - 2, 0))
     other = min(at + 1, k - 1)
     right = place - at if other > at else 0.0

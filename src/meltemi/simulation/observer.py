@@ -1,4 +1,4 @@
-"""Observer of wind and loads from the signals of a turbine: a Kalman filter scheduled by the wind speed.
+"""Observer of wind and loads from the signals of a turbine: a Kalman filter scheduled by the wind speed after a lag.
 
     dz/dt = A z + B u + G w,   y = C z + D u + v     about steady operation at each wind speed
 
@@ -186,6 +186,12 @@ class Observer(Brief):
         """Place of the rotor-effective wind speed in the state."""
         return self.states.index("rotor-effective wind")
 
+    @property
+    def lag(self) -> float:
+        """[s] of the wind speed that schedules the models: a revolution at rated speed, over which they average."""
+        drivetrain, control = self.model.turbine.drivetrain, self.model.turbine.control
+        return float(2.0 * np.pi * drivetrain.gear_ratio / control.pitch.reference_speed)
+
     def start(self, wind_speed: float) -> ObserverFilter:
         """A filter in steady operation at a wind speed [m/s]."""
         return ObserverFilter(self, wind_speed)
@@ -212,14 +218,14 @@ class Observer(Brief):
         """
         time, u, measured, azimuth = self._signals(result)
         T, n, p = len(time), len(self.states), len(self.output_names)
-        y, speeds, gaps = np.zeros((T, p)), np.zeros(T), np.zeros((T, len(SENSORS)))
+        y, speeds, schedule, gaps = np.zeros((T, p)), np.zeros(T), np.zeros(T), np.zeros((T, len(SENSORS)))
         now = self.start(self.guess(float(measured[0, 0]), float(u[0, 0]), float(u[0, 1])))
         for i in range(T):
             expected = now.predicted(u[i])
             y[i] = now.step(u[i], measured[i])
-            speeds[i] = now.z[self.wind_place]
+            speeds[i], schedule[i] = now.wind_speed, now.schedule
             gaps[i] = measured[i] - expected
-        near = self._nearest(speeds)
+        near = self._nearest(schedule)
         gaps /= np.sqrt(np.stack([np.diag(S) for S in self.innovation]))[near]
         channels, places = self._channels()
         mix = _mixing(self.output_names, azimuth, places)
@@ -302,6 +308,7 @@ class ObserverFilter:
     Attributes:
       z: (n,) state.
       y: (p,) outputs of the last step, named by ``observer.output_names``.
+      schedule: [m/s] wind speed of the models in use: the estimate after a lag.
     """
 
     def __init__(self, observer: Observer, wind_speed: float) -> None:
@@ -310,7 +317,8 @@ class ObserverFilter:
         self.z, self.y = share, np.zeros(len(o.output_names))
         self._u = np.tile([np.interp(wind_speed, o.wind_speed, c) for c in o.inputs.T], (2, 1))
         first, spacing = float(o.wind_speed[0]), float(o.wind_speed[1] - o.wind_speed[0])
-        self._tables = (o.wind_place, first, spacing, o.centre, o.A, o.B, o.K, o.C, o.D, o.inputs, o.outputs)
+        self.schedule, self._share = float(wind_speed), -np.expm1(-STEP / o.lag)
+        self._tables = (first, spacing, o.centre, o.A, o.B, o.K, o.C, o.D, o.inputs, o.outputs)
 
     @property
     def wind_speed(self) -> float:
@@ -335,14 +343,16 @@ class ObserverFilter:
         """
         self._u[0] = self._u[1]
         self._u[1] = inputs
-        kalman_step(self.z, self.y, self._u, np.asarray(measured, float), *self._tables)
+        self.schedule += self._share * (self.wind_speed - self.schedule)
+        kalman_step(self.z, self.y, self._u, np.asarray(measured, float), self.schedule, *self._tables)
         return self.y
 
     def predicted(self, inputs: Sequence[float] | Float) -> Float:
         """(3,) sensors that the next step expects."""
-        keep = self.z.copy(), self.y.copy(), self._u.copy()
+        keep, schedule = (self.z.copy(), self.y.copy(), self._u.copy()), self.schedule
         found = self.step(inputs, np.full(len(SENSORS), np.nan))[: len(SENSORS)].copy()
         self.z[:], self.y[:], self._u[:] = keep
+        self.schedule = schedule
         return found
 
 
