@@ -39,7 +39,10 @@ def anywhere(condition: Any) -> bool:
 
 @_for_floats
 def beyond(x: Any, bound: float) -> Any:
-    """Whether |x|, the residual of an iteration, exceeds its bound; always with duals, whose derivatives converge later."""
+    """Whether |x|, the residual of an iteration, exceeds its bound.
+
+    Always with derivatives, which converge later than values.
+    """
     return abs(x) > bound
 
 

@@ -309,7 +309,7 @@ _operation(crossed, 1, types.float64, _within_step)
 
 @overload(beyond, strict=False)
 def _beyond(x: Any, bound: Any) -> Any:
-    return (lambda x, bound: bound == bound) if x == dual else None
+    return (lambda x, bound: bound == bound) if _is_active(x) else None
 
 
 # elementary functions -------------------------------------------------------------------------------
