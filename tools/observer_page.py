@@ -1,6 +1,6 @@
 """Score of the observer against simulations: ``python tools/observer_page.py`` writes docs/verification/observer.md.
 
-The seeds are used here only; nothing in the observer was chosen by them.
+Nothing in the observer was chosen by the seeds.
 """
 
 import argparse
@@ -87,13 +87,18 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--turbines", default="nrel5mw,iea15mw")
     parser.add_argument("--speeds", default="6,8,10,12,14,16,18,20,22,24")
-    parser.add_argument("--seeds", default="101,102,103")
+    parser.add_argument("--seeds", default="201,202,203")
     parser.add_argument("--duration", type=float, default=600.0)
     parser.add_argument("--soft", default="nrel5mw,iea15mw,iea22mw")
     parser.add_argument("--out", type=Path, default=Path("docs/verification/observer.md"))
     given = parser.parse_args()
     speeds, seeds = ([float(x) for x in given.speeds.split(",")], [int(x) for x in given.seeds.split(",")])
-    lines = (Path(__file__).parent / "observer_page.md").read_text().rstrip().splitlines()
+    ran = {"SPEEDS": given.speeds.replace(",", ", "), "SEEDS": given.seeds.replace(",", ", ")}
+    ran |= {"DURATION": f"{given.duration:g}", "SAMPLES": str(SAMPLES), "TRANSIENT": f"{TRANSIENT:g}"}
+    text = (Path(__file__).parent / "observer_page.md").read_text().rstrip()
+    for word, value in ran.items():
+        text = text.replace(word, value)
+    lines = text.splitlines()
     head = ["wind m/s", "wind corr.", "bias m/s", *(f"{words}" for words in LOADS.values())]
     for name in filter(None, given.turbines.split(",")):
         model = meltemi.build(meltemi.load_turbine(name))
@@ -104,7 +109,8 @@ def main():
             all_rows.append(runs)
             print(name, speed, np.round(runs.mean(axis=0), 3), flush=True)
             rows.append([f"{speed:g}", *cells(runs)])
-        rows.append(["all", *cells(np.concatenate(all_rows))])
+        runs = np.concatenate(all_rows)
+        rows += [["all", *cells(runs)], *extremes(runs)]
         lines += ["", f"## {model.turbine.name}", "", *table(head, rows)]
     lines += [
         "",
@@ -124,10 +130,22 @@ def main():
 
 
 def cells(runs):
-    """Means over runs: correlation, bias; of each load correlation, error of the estimate, error of the expected."""
-    mean = runs.mean(axis=0)
-    loads = [f"{c:.3f}; {alone:+.1f} %; {drawn:+.1f} %" for c, alone, drawn in mean[2:].reshape(-1, 3)]
-    return [f"{mean[0]:.3f}", f"{mean[1]:+.2f}", *loads]
+    """Means over runs: correlation, bias; of each load correlation and DEL errors, signed / magnitude."""
+    loads = [
+        f"{np.mean(c):.3f}; {np.mean(alone):+.1f} / {np.mean(abs(alone)):.1f} %; "
+        f"{np.mean(drawn):+.1f} / {np.mean(abs(drawn)):.1f} %"
+        for c, alone, drawn in runs[:, 2:].T.reshape(-1, 3, len(runs))
+    ]
+    return [f"{runs[:, 0].mean():.3f}", f"{runs[:, 1].mean():+.2f}", *loads]
+
+
+def extremes(runs):
+    """Rows of the lowest correlation with the largest magnitudes, and of the runs with errors above 10 %."""
+    loads = runs[:, 2:].T.reshape(-1, 3, len(runs))
+    worst = [f"{c.min():.3f}; {abs(alone).max():.1f} %; {abs(drawn).max():.1f} %" for c, alone, drawn in loads]
+    above = [f"{np.sum(abs(alone) > 10.0)}; {np.sum(abs(drawn) > 10.0)}" for _, alone, drawn in loads]
+    wind = [f"{runs[:, 0].min():.3f}", f"{runs[np.argmax(abs(runs[:, 1])), 1]:+.2f}"]
+    return [["worst run", *wind, *worst], [f"above 10 %, of {len(runs)}", "", "", *above]]
 
 
 if __name__ == "__main__":
