@@ -4,7 +4,7 @@
 # A small neural network learns to move the pitch on top of the baseline controller so
 # that the tower suffers less, and is judged in turbulence that it has never met.
 #
-# `pip install "meltemi[rl]"` installs what this page needs beside meltemi:
+# `pip install ".[rl]"` installs what this page needs beside meltemi:
 # stable-baselines3 with PyTorch.
 
 # %%

@@ -75,7 +75,7 @@ def test_the_finder_of_commands_finds() -> None:
 def test_notebook_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With its reduced values."""
     if name == "learning":
-        pytest.importorskip("stable_baselines3", reason="needs pip install 'meltemi[rl]'")
+        pytest.importorskip("stable_baselines3", reason="needs the extra rl")
     monkeypatch.syspath_prepend(ROOT / "tools")
     monkeypatch.chdir(tmp_path)
     import matplotlib.pyplot as plt

@@ -27,7 +27,7 @@ from meltemi.core.errors import InputError
 from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.postprocess.files import read_netcdf, write_netcdf
-from meltemi.report import view
+from meltemi.report import view, viewer
 from meltemi.simulation.campbell import campbell
 from meltemi.simulation.case import Case
 from meltemi.simulation.scene.modes import modes_scene
@@ -338,7 +338,7 @@ def test_a_widget_draws_the_same_and_shares_its_time(seen: Result, tmp_path: Pat
         {name: getattr(made, name) for name in ("spec", "content", "style", "licence", "time", "playing")}
     )
     scene = base64.b64encode(made.scenes[0]).decode()
-    code = view.script("widget").replace("export default", "const notebookWidget =")
+    code = viewer.script("widget").replace("export default", "const notebookWidget =")
     assert isinstance(made, widget.ViewWidget)
     found = browse(SimpleNamespace(html=WIDGET % (code, values, scene)), tmp_path)
     assert found["plots"] == len(view.PLOTS)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cached_property
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.core.files import text_of, write_text
+from meltemi.core.files import write_text
 from meltemi.report.html import stored
 from meltemi.report.palette import COLOURS
+from meltemi.report.viewer import beside, script
 from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, packed, track_arrays
 
@@ -30,9 +31,6 @@ if TYPE_CHECKING:
     from meltemi.wind.fields import Wind
     from meltemi.wind.turbulence.field import AnyWind
 
-FOLDER = Path(__file__).with_name("viewer")
-SCRIPTS = ("three.min", "data", "pose", "turbine", "wind", "plots", "viewer")
-"""Of the view, in this order; ``file`` or ``widget`` follows, and of a scene that runs on, ``live`` before it."""
 TIP_COLOURS = tuple(COLOURS[i] for i in (0, 1, 6))
 """Of blades 1 to 3, and of their lines in the plots."""
 PLOT_RATE = 20.0
@@ -120,7 +118,7 @@ class View:
             raise InputError(
                 "the widget of a view needs anywidget; install it with: pip install 'anywidget>=0.9,<1'"
             ) from None
-        return ViewWidget.of(self)
+        return ViewWidget(spec=dict(self.spec), scenes=list(self.scenes), time=self.spec["begin"])
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         frame = 'style="width: 100%; height: 640px; border: 0; border-radius: 8px" title="View in three dimensions"'
@@ -286,14 +284,3 @@ def view_of(
         "live": live,
     }
     return View(spec, [packed(scene) for scene in scenes])
-
-
-@cache
-def beside(name: str) -> str:
-    """Text of a file of the viewer."""
-    return text_of(FOLDER / name)
-
-
-def script(*ends: str) -> str:
-    """The scripts of the view, with three.js, for a page (``file``) or for a notebook (``widget``)."""
-    return "\n".join(beside(f"{name}.js") for name in (*SCRIPTS, *ends))

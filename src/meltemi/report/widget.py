@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import anywidget
 import traitlets
 
-from meltemi.report.view import beside, script
-
-if TYPE_CHECKING:
-    from meltemi.report.view import View
+from meltemi.report.viewer import beside, script
 
 
 class ViewWidget(anywidget.AnyWidget):  # type: ignore[misc]
@@ -30,11 +27,6 @@ class ViewWidget(anywidget.AnyWidget):  # type: ignore[misc]
     licence = traitlets.Unicode(beside("three-licence.txt")).tag(sync=True)
     time = traitlets.Float(0.0).tag(sync=True)
     playing = traitlets.Bool(True).tag(sync=True)
-
-    @classmethod
-    def of(cls, view: View) -> ViewWidget:
-        """The widget of a view, with the time and state at which that begins."""
-        return cls(spec=dict(view.spec), scenes=list(view.scenes), time=view.spec["begin"])
 
     def bundle(self) -> dict[str, Any]:
         """How it is displayed, by MIME type."""
