@@ -54,7 +54,7 @@ class LiveServer:
         try:
             from websockets.sync.server import serve
         except ImportError:
-            raise InputError('live needs the package websockets; install it with: pip install "websockets>=14"') from None
+            raise InputError("live needs websockets; install it with: pip install 'websockets>=14'") from None
         if not 0 <= port < 65536:
             raise InputError(f"--port must be from 1 to 65535, found {port}")
         try:
