@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache, partial
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import matplotlib as mpl
@@ -12,22 +14,30 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from meltemi import Result, SteadyWind, WindSeries, plot
-from meltemi.analysis import Campbell
+from meltemi import Result, SteadyWind, TurbulentWind, WindSeries, build, load_turbine, plot
+from meltemi.analysis import Campbell, Flutter, ParkedStability, compare_results, operating_point
 from meltemi.loads import ensemble_table
 from meltemi.plots import (
     plot_campbell,
     plot_changes,
+    plot_differences,
+    plot_flutter,
+    plot_parked,
     plot_performance,
+    plot_power_curve,
     plot_spectra,
+    plot_speed_power,
     plot_states,
+    plot_tuning,
     plot_wind,
 )
 from meltemi.report.figure import STYLE, StyledAxes, grouped
 from meltemi.report.plots import EVERYBODY, apart, new_figure, panel
 from meltemi.simulation.channels import standard
 from meltemi.simulation.performance import RotorPerformance
+from meltemi.wind import generate_field
 
+FIELD = ("series", "spectra", "coherence", "section", "profile")
 TIME = np.linspace(0.0, 60.0, 601)
 
 
@@ -66,6 +76,42 @@ def gust() -> WindSeries:
     return WindSeries(time=TIME, speed=12.0 + np.sin(TIME))
 
 
+@cache
+def field() -> dict[str, Figure]:
+    wind = TurbulentWind(speed=12.0, intensity=0.14, points=7, dt=0.4, veer=1e-3)
+    turbine = load_turbine("nrel5mw")
+    return plot_wind(generate_field(wind, turbine, 60.0), turbine, target=wind)
+
+
+def stability() -> Flutter:
+    found = modes()
+    limit: Any = SimpleNamespace(rotor_speed=1.0)
+    damping = 0.06 - 0.05 * found.rotor_speed * np.arange(1.0, 13.0)[:, None] / 12.0
+    return Flutter(0.0, 0.0, found.rotor_speed, found.labels, found.frequency, damping, damping.min(axis=0), limit)
+
+
+def standstill() -> ParkedStability:
+    yaw, pitch = np.radians(np.arange(-180.0, 181.0, 10.0)), np.radians([0.0, 45.0, 90.0])
+    damping = 0.06 * np.cos(yaw)[:, None] * np.ones(3)
+    names = ((("blade edgewise 1",) * 3),) * len(yaw)
+    return ParkedStability(SteadyWind(speed=42.5), yaw, pitch, (0.0,), damping, 4.0 + 0.0 * damping, names)
+
+
+def tuning() -> Any:
+    side = np.geomspace(1e-3, 8.0, 200)
+    W = np.concatenate([-side[::-1], side])
+    L = 0.4 / (1j * W) * np.exp(-1j * W)
+    point = SimpleNamespace(
+        wind_speed=13.0, frequency=W, together=L, phase_margin=1.17, gain_margin=3.9, sensitivity=1.4
+    )
+    return {"1P pitch": SimpleNamespace(points=(point,)), "2P flap": SimpleNamespace(points=(point,))}
+
+
+def power_curve() -> Figure:
+    model = build(load_turbine("nrel5mw"))
+    return plot_power_curve([operating_point(model, speed) for speed in (8.0, 14.0)], model)
+
+
 FIGURES: dict[str, Callable[[], Any]] = {
     "plot": lambda: plot(result()),
     "several": lambda: plot([result(), result(0.8)], labels=["one", "two"]),
@@ -75,7 +121,16 @@ FIGURES: dict[str, Callable[[], Any]] = {
     "changes": changes,
     "steady wind": lambda: plot_wind(SteadyWind(speed=12.0, shear_exponent=0.2))["profile"],
     "series": lambda: plot_wind(gust())["series"],
+    "differences": lambda: plot_differences(compare_results(result(), result(0.9)), labels=("ours", "theirs")),
+    "flutter": lambda: plot_flutter(stability(), "nrel5mw"),
+    "parked": lambda: plot_parked(standstill(), "nrel5mw"),
+    "tuning": lambda: plot_tuning(tuning()),
+    "power curve": power_curve,
+    "speed and power": lambda: plot_speed_power(
+        load_turbine("nrel5mw"), performance(), {"low": result(1e-7), "high": result(1.1e-7)}, 3e6
+    ),
 }
+FIGURES |= {f"field, {name}": partial(lambda name: field()[name], name) for name in FIELD}
 
 
 @pytest.fixture(scope="module", params=FIGURES)
@@ -88,8 +143,11 @@ def drawn(request: pytest.FixtureRequest) -> Any:
 
 
 def test_all_axes_have_units(drawn: Any) -> None:
-    bottom = max(ax.get_subplotspec().rowspan.stop for ax in drawn.axes)
-    for ax in drawn.axes:
+    panels = [ax for ax in drawn.axes if ax.get_subplotspec() is not None and ax.axison]
+    bottom = max(ax.get_subplotspec().rowspan.stop for ax in panels)
+    for bar in (ax for ax in drawn.axes if ax.get_label() == "<colorbar>"):
+        assert "[" in bar.get_xlabel() + bar.get_ylabel() + bar.get_title()
+    for ax in panels:
         assert "[" in ax.get_ylabel() + drawn.axes[0].get_ylabel()
         categories = any(text.get_text()[:1].isalpha() for text in ax.get_xticklabels())
         assert "[" in ax.get_xlabel() or categories or ax.get_subplotspec().rowspan.stop < bottom

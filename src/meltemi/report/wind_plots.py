@@ -329,7 +329,7 @@ def plot_profile(
             for sigma in sigmas(target):
                 intensity_panel.axvline(100.0 * sigma / target.speed, **TARGET)
         intensity_panel.set_xlim(left=0.0)
-        title = "turbulence intensity, and the range of the row's points"
+        title = "turbulence intensity, range of a row"
         _profile_panel(intensity_panel, title, "standard deviation over speed at hub [%]")
         intensity_panel.legend()
         if target is not None:
