@@ -69,7 +69,7 @@ def soft(name, speeds):
     model = meltemi.build(meltemi.load_turbine(name))
     still = model.options.replace(flap_modes=0, edge_modes=0, torsion_modes=0, residual_modes=0)
     stiff = meltemi.build(model.turbine, still)
-    pair = [observer(some, spacing=2.0) for some in (model, stiff)]
+    pair = [observer(some) for some in (model, stiff)]
     rows = []
     for speed in speeds:
         wind = meltemi.SteadyWind(speed=speed, shear_exponent=0.2)
@@ -121,7 +121,7 @@ def main():
     ]
     rows = []
     for name in filter(None, given.soft.split(",")):
-        for speed, mine, stiff in soft(name, (7.0, 9.0, 12.0, 16.0, 22.0)):
+        for speed, mine, stiff in soft(name, (7.0, 9.0, 11.5, 16.0, 22.0)):
             print(name, speed, mine, stiff, flush=True)
             shift = f"{100.0 * (stiff / speed - 1.0):+.1f} %"
             rows.append([name, f"{speed:g}", f"{mine:.2f}", f"{stiff:.2f}", shift])

@@ -6,7 +6,7 @@ The state z contains the states of the linear model in the fixed frame, the roto
 and harmonics of the turbulence that a rotating blade meets. Gains solve the discrete Riccati equation at each wind
 speed.
 
-Reference: docs/theory/observer.md (O-1 to O-14); Branlard, Jonkman, Brown and Zhang (2024), Wind Energ. Sci. 9, 1-24.
+Reference: docs/theory/observer.md (O-1 to O-12); Branlard, Jonkman, Brown and Zhang (2024), Wind Energ. Sci. 9, 1-24.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class SensorNoise:
 
 @dataclass(frozen=True)
 class ExpectedTurbulence:
-    """ExpectedTurbulence that the filter expects: Kaimal's spectrum with exponential coherence.
+    """Turbulence that the filter expects: Kaimal's spectrum with exponential coherence.
 
     Attributes:
       reference_intensity: I_ref of the class [-]: sigma = I_ref (0.75 V + 5.6 m/s), the normal turbulence model.
@@ -196,6 +196,27 @@ class Observer(Brief):
         """A filter in steady operation at a wind speed [m/s]."""
         return ObserverFilter(self, wind_speed)
 
+    def using(self, present: Sequence[bool] | NDArray[np.bool_]) -> Observer:
+        """The observer with gains and covariances of some of the sensors only.
+
+        Args:
+          present: (3,) which of ``SENSORS``.
+
+        Raises:
+          MeltemiError: these sensors do not determine the state.
+        """
+        some = np.flatnonzero(present)
+        K, S, P = np.zeros_like(self.K), self.innovation.copy(), np.empty_like(self.covariance)
+        for i in range(len(K)):
+            try:
+                K[i][:, some], P[i], S[i][np.ix_(some, some)] = stationary(
+                    self.A[i], self.C[i, some], self.Q[i], self.R[np.ix_(some, some)]
+                )
+            except np.linalg.LinAlgError as error:
+                names = ", ".join(SENSORS[k] for k in some)
+                raise MeltemiError(f"observer: no gain at {self.wind_speed[i]:g} m/s from {names}: {error}") from None
+        return replace(self, K=K, covariance=P, innovation=S)
+
     def guess(self, speed: float, torque: float, pitch: float) -> float:
         """Wind speed [m/s] at which steady operation is closest to a generator speed, torque and pitch, SI."""
         here = np.column_stack([self.outputs[:, 0], self.inputs])
@@ -215,8 +236,16 @@ class Observer(Brief):
 
         Raises:
           InputError: a signal is missing or not finite, or the series is too short.
+          MeltemiError: without the accelerations the state is not determined.
         """
         time, u, measured, azimuth = self._signals(result)
+        if np.any(missing := np.isnan(measured[0])):
+            return self.using(~missing)._estimate(time, u, measured, azimuth, result, samples, seed)
+        return self._estimate(time, u, measured, azimuth, result, samples, seed)
+
+    def _estimate(
+        self, time: Float, u: Float, measured: Float, azimuth: Float, result: Result, samples: int, seed: int
+    ) -> Estimate:
         T, n, p = len(time), len(self.states), len(self.output_names)
         y, speeds, schedule, gaps = np.zeros((T, p)), np.zeros(T), np.zeros(T), np.zeros((T, len(SENSORS)))
         now = self.start(self.guess(float(measured[0, 0]), float(u[0, 0]), float(u[0, 1])))
