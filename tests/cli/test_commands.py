@@ -447,6 +447,7 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
         "compare",
         "bench-controller",
         "diff",
+        "observe",
         "reproduce",
         *stability,
         "verify",

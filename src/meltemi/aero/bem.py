@@ -28,7 +28,7 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.generic import anywhere, beyond, where
 
 PHI_LOW, PHI_HIGH = -0.25 * pi, 0.75 * pi
-RESCUE, BISECTIONS = 1e-4, 48
+RESCUE, BISECTIONS = 1e-6, 48
 """Residual beyond which bisections follow, and their number: to the resolution of the bracket."""
 ROUNDING = 1e-12
 """[-], [rad] residual of a solution; by this a step may leave the bracket, which has no width at convergence."""
@@ -229,7 +229,7 @@ def induction(phi: float, slope: float, strip: Strip, m: Air) -> Induction:
         slope = where(known, min(max((now.residual - old.residual) * over, 0.05), 50.0), slope)
         axial_slope = where(known, (now.axial - old.axial) * over, axial_slope)
         tangential_slope = where(known, (now.tangential - old.tangential) * over, tangential_slope)
-    lost = abs(now.residual) > RESCUE
+    lost = abs(now.residual) > max(m.aero.induction_tolerance, RESCUE)
     if anywhere(lost):
         for _ in range(BISECTIONS):
             x = where(lost, 0.5 * (low + high), x)

@@ -6,7 +6,7 @@ from meltemi.namespaces import public
 
 __getattr__, __dir__ = public(__name__)
 
-KERNELS = ()
+KERNELS = ("kernels.py",)
 
 if find_spec("gymnasium"):
     from meltemi.envs.gym import register
