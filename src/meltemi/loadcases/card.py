@@ -176,7 +176,7 @@ def _loop() -> Any:
 
 
 @cache
-def _kernel_for(update: Any, classes: tuple[type, ...], first: tuple[int, ...], registers: int | None) -> Any:
+def _compiled(update: Any, classes: tuple[type, ...], first: tuple[int, ...], registers: int | None) -> Any:
     from meltemi.loadcases.card_kernel import march_kernel
 
     return march_kernel(_loop(), on_card(of_vectors(update)), classes, first, max_registers=registers)
@@ -195,7 +195,7 @@ def kernel_of(run: Simulation, registers: int | None = None) -> Any:
         from meltemi.loadcases.card_kernel import march_kernel
 
         return march_kernel(run._march, run._arguments[0], classes, first)
-    return _kernel_for(compiled_update(run.case.controller), classes, first, registers)
+    return _compiled(compiled_update(run.case.controller), classes, first, registers)
 
 
 def march_together(runs: Sequence[Simulation], stop: Callable[[], bool] = lambda: False) -> None:
