@@ -417,7 +417,28 @@ def timed_controllers(duration: float) -> dict[str, float]:
             eighty, wind, duration, controller=individual
         )["real_time_factor"],
         "step() from Python": round(outside - with_loads, 2),
+        "step of an observer": round(_observer_step(model), 2),
     }
+
+
+def _observer_step(model: Any) -> float:
+    """[us] of a step of an observer in a compiled controller."""
+    from meltemi.control.kalman import kalman_step
+    from meltemi.simulation.observer import observer
+
+    @numba.njit
+    def steps(count: int, memory: Any, inputs: Any, measured: Any) -> None:
+        for _ in range(count):
+            kalman_step(memory, inputs, measured)
+
+    made = observer(build(model.turbine.replace(cut_in=12.0, cut_out=14.0), model.options))
+    memory, inputs, measured = made.start(12.5).memory, made.inputs[0], made.outputs[0, :3]
+    best = 1e9
+    for _ in range(20):
+        began = time.perf_counter()
+        steps(1000, memory, inputs, measured)
+        best = min(best, time.perf_counter() - began)
+    return best * 1e3
 
 
 def timed_batch(duration: float) -> dict[str, Any]:

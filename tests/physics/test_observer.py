@@ -6,10 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 
 import meltemi
+from meltemi.control.kalman import kalman_step
 from meltemi.core.errors import InputError
 from meltemi.postprocess.files.signals import read_signals
 from meltemi.simulation.channels import catalogue
@@ -281,6 +283,25 @@ def test_a_filter_inside_a_controller(model: Model, made: Observer) -> None:
     assert moment == pytest.approx(result["tower_base_moment_fore_aft"][-1], rel=0.03)
     with pytest.raises(InputError, match="did you mean"):
         now["tower_base_moment_foreaft"]
+
+    def compiled(state, measurements, demands, dt):
+        angle = (measurements.pitch[0] + measurements.pitch[1] + measurements.pitch[2]) / 3.0
+        accelerations = (measurements.fore_aft_acceleration, measurements.side_side_acceleration)
+        kalman_step(state, (measurements.torque, angle), (measurements.generator_speed, *accelerations))
+        demands.generator_torque = measurements.torque
+
+    last: list[Any] = []
+    fast = replace(
+        held,
+        update=numba.njit(compiled),
+        init=lambda start: made.start(start.wind_speed).memory,
+        warnings=lambda state: last.append(state.copy()) or (),
+    )
+    meltemi.simulate(model, wind, duration=8.0, controller=fast, channels=["tower_base_moment_fore_aft"])
+    places = [
+        now.place(name) for name in ("rotor-effective wind", "v tower 1st fore-aft", "tower_base_moment_fore_aft")
+    ]
+    np.testing.assert_allclose(last[0][places], seen[-1], rtol=1e-9)
 
 
 def write(path: Path, result: Result, names: dict[str, str]) -> Path:

@@ -1,9 +1,15 @@
 """Steps of a scheduled Kalman filter: prediction and update between the linear models of two wind speeds.
 
+The filter is one vector, so that a compiled controller can have it as its state: sizes, state, outputs and inputs of
+the last steps, and the tables of the models.
+
 Reference: docs/theory/observer.md (O-8 to O-11).
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,80 +18,97 @@ from meltemi.core.kernel import kernel
 
 Float = NDArray[np.float64]
 
+MODELS, STATES, INPUTS, OUTPUTS, SENSORS, WIND, FIRST, SPACING, SHARE, SCHEDULE, HEAD = range(11)
+"""Places of sizes, settings and the wind speed that schedules [m/s], see ``filter_vector``."""
 
-@kernel
-def kalman_step(
-    z: Float,
-    y: Float,
-    u: Float,
-    measured: Float,
-    schedule: float,
-    first: float,
-    spacing: float,
-    centre: Float,
-    A: Float,
-    B: Float,
-    K: Float,
-    C: Float,
-    D: Float,
-    inputs: Float,
-    outputs: Float,
-) -> None:
-    """One step: z is predicted with the input of the last step, then updated with the measurement.
+
+def filter_vector(
+    z: Float, u: Float, sensors: int, wind: int, schedule: Sequence[float], tables: Sequence[Float]
+) -> NDArray[np.float64]:
+    """The vector of a filter.
 
     Args:
-      z: (n,) state, changed in place.
-      y: (p,) outputs after the update, changed in place; the first s are the sensors.
-      u: (2, m) inputs of the last and of this step.
-      measured: (s,) of the sensors; NaN where one has no value, which is then not used.
-      schedule: [m/s] wind speed between whose models the step is taken.
-      first, spacing: [m/s] of the wind speeds of the models.
-      centre: (k, n) operating points.
-      A, B: (k, n, n), (k, n, m) of the discrete models.
-      K: (k, n, s) gains.
-      C, D: (k, p, n), (k, p, m) of the outputs.
-      inputs, outputs: (k, m), (k, p) at the operating points.
+      z: (n,) state at the start.
+      u: (m,) inputs at the start.
+      sensors: number s of the outputs that are measured, the first ones.
+      wind: place in the state of the wind speed that schedules the models after a lag.
+      schedule: first and spacing of the wind speeds of the models [m/s], share of the lag in a step [-], wind speed at
+        the start [m/s].
+      tables: centre (k, n), A (k, n, n), B (k, n, m), K (k, n, s), C (k, p, n), D (k, p, m), inputs (k, m) and
+        outputs (k, p) of k models.
     """
-    k, n = centre.shape
-    m, p, s = inputs.shape[1], outputs.shape[1], measured.shape[0]
-    place = min(max((schedule - first) / spacing, 0.0), k - 1.0)
-    at = min(int(place), max(k - 2, 0))
-    other = min(at + 1, k - 1)
-    right = place - at if other > at else 0.0
-    new = np.zeros(n)
-    for i, share in ((at, 1.0 - right), (other, right)):
-        if share > 0.0:
-            for r in range(n):
-                total = centre[i, r]
-                for c in range(n):
-                    total += A[i, r, c] * (z[c] - centre[i, c])
-                for c in range(m):
-                    total += B[i, r, c] * (u[0, c] - inputs[i, c])
-                new[r] += share * total
-    gap = np.zeros(s)
-    for r in range(s):
-        if not np.isnan(measured[r]):
-            gap[r] = measured[r]
-            for i, share in ((at, 1.0 - right), (other, right)):
-                gap[r] -= share * _output(r, i, new, u[1], centre, C, D, inputs, outputs)
-    for r in range(n):
-        z[r] = new[r]
-        for c in range(s):
-            z[r] += ((1.0 - right) * K[at, r, c] + right * K[other, r, c]) * gap[c]
-    for r in range(p):
-        y[r] = 0.0
-        for i, share in ((at, 1.0 - right), (other, right)):
-            y[r] += share * _output(r, i, z, u[1], centre, C, D, inputs, outputs)
+    centre, outputs = tables[0], tables[-1]
+    sizes = (*centre.shape, len(u), outputs.shape[1], sensors, wind)
+    # matrices by columns: a product adds columns, which has no chain of dependent sums
+    parts = [np.swapaxes(t, 1, 2) if t.ndim == 3 else t for t in tables]
+    y = np.zeros(outputs.shape[1])
+    return np.concatenate([sizes, schedule, z, y, u, u, *(np.ravel(t) for t in parts)]).astype(float)
 
 
 @kernel
-def _output(
-    r: int, i: int, z: Float, u: Float, centre: Float, C: Float, D: Float, inputs: Float, outputs: Float
-) -> float:
-    """Output ``r`` of the model ``i``."""
-    total = outputs[i, r]
-    for c in range(len(z)):
-        total += C[i, r, c] * (z[c] - centre[i, c])
-    for c in range(len(u)):
-        total += D[i, r, c] * (u[c] - inputs[i, c])
-    return total
+def kalman_step(f: Float, inputs: Any, measured: Any) -> None:
+    """One step: the state is predicted with the inputs of the last step, then updated with the measurement.
+
+    Args:
+      f: vector of the filter, changed in place: the state stands at ``HEAD``, the outputs after it.
+      inputs: (m,) of this step.
+      measured: (s,) of the sensors; NaN where one has no value, which is then not used.
+    """
+    k, n, m, p, s = int(f[MODELS]), int(f[STATES]), int(f[INPUTS]), int(f[OUTPUTS]), int(f[SENSORS])
+    z, y = f[HEAD : HEAD + n], f[HEAD + n : HEAD + n + p]
+    at = HEAD + n + p
+    before, now = f[at : at + m], f[at + m : at + 2 * m]
+    for c in range(m):
+        before[c], now[c] = now[c], inputs[c]
+    at += 2 * m
+    centre, at = f[at : at + k * n], at + k * n
+    A, at = f[at : at + k * n * n], at + k * n * n
+    B, at = f[at : at + k * n * m], at + k * n * m
+    K, at = f[at : at + k * n * s], at + k * n * s
+    C, at = f[at : at + k * p * n], at + k * p * n
+    D, at = f[at : at + k * p * m], at + k * p * m
+    steady, outputs = f[at : at + k * m], f[at + k * m : at + k * m + k * p]
+    f[SCHEDULE] += f[SHARE] * (z[int(f[WIND])] - f[SCHEDULE])
+    place = min(max((f[SCHEDULE] - f[FIRST]) / f[SPACING], 0.0), k - 1.0)
+    left = min(int(place), max(k - 2, 0))
+    right = min(left + 1, k - 1)
+    share = place - left if right > left else 0.0
+    new, seen = np.zeros(n), np.zeros(p)
+    for i, part in ((left, 1.0 - share), (right, share)):
+        _add(new, part, centre, i)
+        _add_product(new, part, A, z, centre, i)
+        _add_product(new, part, B, before, steady, i)
+    for i, part in ((left, 1.0 - share), (right, share)):
+        _add(seen, part, outputs, i)
+        _add_product(seen, part, C, new, centre, i)
+        _add_product(seen, part, D, now, steady, i)
+    for r in range(n):
+        z[r] = new[r]
+    for c in range(s):
+        gap = measured[c] - seen[c]
+        if not np.isnan(gap):
+            for i, part in ((left, (1.0 - share) * gap), (right, share * gap)):
+                _add(z, part, K, i * s + c)
+    for r in range(p):
+        y[r] = 0.0
+    for i, part in ((left, 1.0 - share), (right, share)):
+        _add(y, part, outputs, i)
+        _add_product(y, part, C, z, centre, i)
+        _add_product(y, part, D, now, steady, i)
+
+
+@kernel
+def _add(total: Float, factor: float, table: Float, i: int) -> None:
+    """Add a factor times row ``i`` of a table."""
+    n = len(total)
+    row = table[i * n : i * n + n]
+    for r in range(n):
+        total[r] += factor * row[r]
+
+
+@kernel
+def _add_product(total: Float, factor: float, table: Float, x: Float, about: Float, i: int) -> None:
+    """Add a factor times matrix ``i`` of a table, stored by columns, times x minus row ``i`` of ``about``."""
+    n = len(x)
+    for c in range(n):
+        _add(total, factor * (x[c] - about[i * n + c]), table, i * n + c)

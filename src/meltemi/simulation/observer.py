@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.kalman import kalman_step
+from meltemi.control.kalman import HEAD, SCHEDULE, filter_vector, kalman_step
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.core.representation import Brief
 from meltemi.core.threads import one_blas_thread
@@ -335,33 +335,41 @@ class ObserverFilter:
     """The state of an observer in time.
 
     Attributes:
+      memory: the whole filter as one vector, which a compiled controller may have as its state, see ``kalman_step``.
       z: (n,) state.
       y: (p,) outputs of the last step, named by ``observer.output_names``.
-      schedule: [m/s] wind speed of the models in use: the estimate after a lag.
     """
 
     def __init__(self, observer: Observer, wind_speed: float) -> None:
         o = self.observer = observer
-        share = np.array([np.interp(wind_speed, o.wind_speed, c) for c in o.centre.T])
-        self.z, self.y = share, np.zeros(len(o.output_names))
-        self._u = np.tile([np.interp(wind_speed, o.wind_speed, c) for c in o.inputs.T], (2, 1))
-        first, spacing = float(o.wind_speed[0]), float(o.wind_speed[1] - o.wind_speed[0])
-        self.schedule, self._share = float(wind_speed), -np.expm1(-STEP / o.lag)
-        self._tables = (first, spacing, o.centre, o.A, o.B, o.K, o.C, o.D, o.inputs, o.outputs)
+        z = np.array([np.interp(wind_speed, o.wind_speed, c) for c in o.centre.T])
+        u = np.array([np.interp(wind_speed, o.wind_speed, c) for c in o.inputs.T])
+        first, spacing, share = o.wind_speed[0], o.wind_speed[1] - o.wind_speed[0], -np.expm1(-STEP / o.lag)
+        tables = (o.centre, o.A, o.B, o.K, o.C, o.D, o.inputs, o.outputs)
+        self.memory = filter_vector(z, u, len(SENSORS), o.wind_place, (first, spacing, share, wind_speed), tables)
+        n = len(z)
+        self.z, self.y = self.memory[HEAD : HEAD + n], self.memory[HEAD + n : HEAD + n + len(o.output_names)]
 
     @property
     def wind_speed(self) -> float:
         """[m/s] rotor-effective."""
         return float(self.z[self.observer.wind_place])
 
+    @property
+    def schedule(self) -> float:
+        """[m/s] wind speed of the models in use: the estimate after a lag."""
+        return float(self.memory[SCHEDULE])
+
+    def place(self, name: str) -> int:
+        """Place in ``memory`` of an output in the fixed frame, or of a state, by its name."""
+        names = (*self.observer.states, *self.observer.output_names)
+        if name not in names:
+            raise InputError(f"observer: no {name!r}: {did_you_mean(name, names)}")
+        return HEAD + names.index(name)
+
     def __getitem__(self, name: str) -> float:
         """An output of the last step, by its name in the fixed frame, or a state by its name."""
-        o = self.observer
-        if name in o.output_names:
-            return float(self.y[o.output_names.index(name)])
-        if name in o.states:
-            return float(self.z[o.states.index(name)])
-        raise InputError(f"observer: no {name!r}: {did_you_mean(name, (*o.output_names, *o.states))}")
+        return float(self.memory[self.place(name)])
 
     def step(self, inputs: Sequence[float] | Float, measured: Sequence[float] | Float) -> Float:
         """Outputs after one step of 0.04 s.
@@ -370,18 +378,15 @@ class ObserverFilter:
           inputs: (2,) generator torque [N m] and mean pitch [rad].
           measured: (3,) generator speed [rad/s], acceleration of the tower top along x and y [m/s^2]; NaN if unknown.
         """
-        self._u[0] = self._u[1]
-        self._u[1] = inputs
-        self.schedule += self._share * (self.wind_speed - self.schedule)
-        kalman_step(self.z, self.y, self._u, np.asarray(measured, float), self.schedule, *self._tables)
+        kalman_step(self.memory, np.asarray(inputs, float), np.asarray(measured, float))
         return self.y
 
     def predicted(self, inputs: Sequence[float] | Float) -> Float:
         """(3,) sensors that the next step expects."""
-        keep, schedule = (self.z.copy(), self.y.copy(), self._u.copy()), self.schedule
+        n = HEAD + len(self.z) + len(self.y) + 2 * len(INPUTS)
+        keep = self.memory[:n].copy()
         found = self.step(inputs, np.full(len(SENSORS), np.nan))[: len(SENSORS)].copy()
-        self.z[:], self.y[:], self._u[:] = keep
-        self.schedule = schedule
+        self.memory[:n] = keep
         return found
 
 
