@@ -131,7 +131,7 @@ axes.legend()
 figure
 
 # %% [markdown]
-# At equal energy the policy lowers the load by more than the damper, and pays with
+# At equal energy the policy lowers the load by somewhat more than the damper, and pays with
 # three times the pitch travel of the baseline controller. A larger weight of
 # `pitch_travel` brings it nearer to the damper. The reward measures the rate of the
 # load, not its cycles: with little weight on pitch travel, longer training raises the
