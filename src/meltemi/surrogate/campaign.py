@@ -211,10 +211,12 @@ def read_campaign(folder: str | Path) -> tuple[SurrogateCampaign, Design]:
                 raise ValueError
             int(row[0]), int(row[2])
         except ValueError:
-            raise InputError(f"{path}: line {number}: expected {len(head)} entries as in the head, set train or check")
-    whole = [np.array([int(row[i]) for row in rows[1:]]) for i in (0, 2)]
+            raise InputError(
+                f"{path}: line {number}: expected {len(head)} entries as in the head, set train or check"
+            ) from None
+    point, seed = (np.array([int(row[i]) for row in rows[1:]]) for i in (0, 2))
     values = np.array([[float(x) for x in row[3:]] for row in rows[1:]])
-    return campaign, Design(space, *whole, np.array([row[1] == "check" for row in rows[1:]]), values)
+    return campaign, Design(space, point, seed, np.array([row[1] == "check" for row in rows[1:]]), values)
 
 
 def run_campaign(
@@ -296,8 +298,8 @@ def read_loads(folder: str | Path) -> tuple[SurrogateCampaign, Design, Float]:
         if key in store.places and store.places[key].status.complete:
             rows.setdefault(key, []).append(str(row))
     single = {name: np.full(len(design), np.nan) for names in channels.values() for name in names}
-    for channel, names, place, cycles in store.cycles(rows):
-        single[channel][np.array(names, dtype=int)[place]] = cycles.ranges
+    for channel, cases, place, cycles in store.cycles(rows):
+        single[channel][np.array(cases, dtype=int)[place]] = cycles.ranges
     found = np.empty((len(design), len(channels)))
     for i, (load, names) in enumerate(channels.items()):
         m = campaign.loads[load]

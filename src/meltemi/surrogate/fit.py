@@ -5,8 +5,10 @@ Equations S-4 to S-12 of ``docs/theory/surrogate.md``.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
-from typing import Any, Literal
+from math import sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,89 +18,98 @@ from meltemi.surrogate.campaign import Design, SurrogateCampaign
 from meltemi.surrogate.model import Float, Kernels, LoadModel, Polynomials, Surrogate, legendre_products
 from meltemi.surrogate.space import Space
 
-Kind = Literal["polynomial", "gaussian"]
 KINDS = ("polynomial", "gaussian")
-RESAMPLED = 24
-"""Fits to resampled residuals."""
-DEGREE = 10
-"""Largest degree of a polynomial."""
-NORM = 0.6
-"""Exponent q of the hyperbolic truncation (S-6)."""
-MOST_TERMS = 1500
-"""Candidates among which terms are chosen."""
+DRAWS = 24
+"""Draws of the coefficients that show their uncertainty."""
+DEGREE, NORM = 8, 0.75
+"""Largest degree, and exponent q, of the hyperbolic truncation (S-6)."""
+NEGLIGIBLE = 0.01
+"""Terms are left out whose values follow from the runs to less than this share."""
+LEARNED = 400
+"""Runs from which a Gaussian process learns its length scales; all count for its values."""
 
 
 def candidates(dimensions: int, degree: int, norm: float = NORM) -> NDArray[np.int64]:
     """Degrees (P, d) of the products of a hyperbolic truncation, the constant first (S-6)."""
     found: list[tuple[int, ...]] = [()]
     for _ in range(dimensions):
-        grown = (one + (k,) for one, k in product(found, range(degree + 1)))
+        grown = ((*one, k) for one, k in product(found, range(degree + 1)))
         found = [one for one in grown if sum(k**norm for k in one) ** (1.0 / norm) <= degree + 1e-9]
     return np.array(sorted(found, key=lambda one: (sum(one), [-k for k in one])), dtype=np.int64)
 
 
-def choose_terms(basis: Float, y: Float, most: int | None = None) -> tuple[list[int], float]:
-    """Terms of a sparse expansion, by orthogonal least squares with the leave-one-out error (S-7).
+@dataclass(frozen=True)
+class Fit:
+    """Basis and coefficients of one logarithm.
 
-    The term that reduces the residual most is added until the error has its minimum behind it.
+    Attributes:
+      coefficients: (1 + B, P): the fit, and draws that show its uncertainty.
+      noise: variance of the values about it.
+    """
+
+    basis: Polynomials | Kernels
+    coefficients: Float
+    noise: float
+
+
+def polynomial_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
+    """Polynomial chaos expansion whose coefficients are normally distributed a priori (S-7).
+
+    Their variance falls with the degree at a rate of its own for each variable; rates and noise maximise the marginal
+    likelihood of the values. The draws are of the posterior distribution.
 
     Args:
-      basis: (n, P) values of the candidates, the constant first.
+      germ: (n, d).
       y: (n,) values.
-      most: terms; by default a third of the values.
-
-    Returns:
-      columns, and the leave-one-out variance.
+      seed: of the draws.
     """
-    n = len(y)
-    rest, residual, leverage = basis.copy(), y.astype(float).copy(), np.zeros(n)
-    chosen: list[int] = []
-    best, kept = np.inf, 1
-    scale = np.sum(basis**2, axis=0)
-    for k in range(min(most or max(n // 3, 1), basis.shape[1])):
-        norms = np.sum(rest**2, axis=0)
-        free = norms > 1e-9 * scale
-        gain = np.where(free, (residual @ rest) ** 2 / np.where(free, norms, 1.0), -1.0)
-        gain[chosen] = -1.0
-        j = int(np.argmax(gain)) if k else 0
-        if gain[j] < 0.0:
-            break
-        unit = rest[:, j] / np.sqrt(norms[j])
-        residual -= unit * (unit @ residual)
-        leverage += unit**2
-        rest -= np.outer(unit, unit @ rest)
-        chosen.append(j)
-        size = k + 1
-        if size >= n:
-            break
-        left = residual / np.maximum(1.0 - leverage, 1e-12)
-        error = float(np.mean(left**2)) * (n + size) / (n - size)
-        if error < best:
-            best, kept = error, size
-        elif size > 1.5 * kept + 10 or error > 2.0 * best:
-            break
-    return chosen[:kept], best
+    from scipy.linalg import cho_factor, cho_solve
+    from scipy.optimize import minimize
+
+    degrees = candidates(germ.shape[1], DEGREE)
+    phi, mean, scale = legendre_products(germ, degrees), float(y.mean()), float(y.std()) or 1.0
+    z = (y - mean) / scale
+    gram, moment, square = phi.T @ phi, phi.T @ z, float(z @ z)
+
+    def prior(p: Float) -> Float:
+        return np.asarray(np.exp(0.5 * (p[-2] - degrees @ np.exp(p[:-2]))))
+
+    def cost(p: Float) -> tuple[float, Float]:
+        """Negative logarithm of the marginal likelihood, without constants, and its gradient."""
+        d, noise = prior(p), float(np.exp(p[-1]))
+        inner = gram * np.outer(d, d) / noise
+        inner.flat[:: len(d) + 1] += 1.0
+        try:
+            factor = cho_factor(inner, lower=True, overwrite_a=True, check_finite=False)
+        except np.linalg.LinAlgError:
+            return 1e12, np.zeros(len(p))
+        kept = np.diag(cho_solve(factor, np.eye(len(d)), check_finite=False))
+        w = cho_solve(factor, d * moment / noise, check_finite=False)
+        c = d * w
+        value = 0.5 * (square - c @ moment) / noise + np.log(np.diag(factor[0])).sum() + 0.5 * len(z) * p[-1]
+        slope = 0.5 * (1.0 - kept - w**2)
+        misfit = (square - 2.0 * c @ moment + c @ gram @ c) / noise
+        rates = -(slope @ degrees) * np.exp(p[:-2])
+        return float(value), np.array([*rates, slope.sum(), 0.5 * (len(z) - misfit - (1.0 - kept).sum())])
+
+    start = np.array([*np.zeros(germ.shape[1]), 0.0, -4.0])
+    bounds = [(-4.0, 2.5)] * germ.shape[1] + [(-8.0, 8.0), (-28.0, 1.0)]
+    found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 60}).x
+    d, noise = prior(found), float(np.exp(found[-1]))
+    told = len(z) * d**2 > NEGLIGIBLE * noise
+    told[0] = True
+    degrees, phi, d = degrees[told], phi[:, told], d[told]
+    u, s, v = np.linalg.svd(phi * d, full_matrices=False)
+    weights = v.T @ (s / (s**2 + noise) * (u.T @ z))
+    normal = np.random.default_rng(seed).standard_normal((len(d), DRAWS))
+    drawn = normal + v.T @ ((np.sqrt(noise / (s**2 + noise)) - 1.0)[:, None] * (v @ normal))
+    coefficients = np.vstack([weights, (weights[:, None] + drawn).T]) * d * scale
+    coefficients[:, 0] += mean
+    return Fit(Polynomials(degrees), coefficients, noise * scale**2)
 
 
-def polynomial_fit(germ: Float, y: Float) -> tuple[Polynomials, Float]:
-    """Sparse polynomial chaos expansion: its basis, and the matrix (P, n) from values to coefficients (S-4 to S-7)."""
-    n, d = germ.shape
-    found: tuple[float, NDArray[np.int64]] | None = None
-    worse = 0
-    for degree in range(1, DEGREE + 1):
-        degrees = candidates(d, degree)
-        if len(degrees) > MOST_TERMS or worse == 2:
-            break
-        columns, error = choose_terms(legendre_products(germ, degrees), y)
-        worse = 0 if found is None or error < found[0] else worse + 1
-        if found is None or error < found[0]:
-            found = error, degrees[columns]
-    assert found is not None
-    return Polynomials(found[1]), np.linalg.pinv(legendre_products(germ, found[1]))
-
-
-def gaussian_fit(germ: Float, y: Float) -> tuple[Kernels, Float]:
-    """Gaussian process with a length scale for each variable and noise: its basis and the matrix (N + 1, n).
+def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
+    """Gaussian process with a length scale for each variable and noise. The draws are fits to resampled residuals.
 
     Raises:
       InputError: scikit-learn is not installed.
@@ -110,19 +121,25 @@ def gaussian_fit(germ: Float, y: Float) -> tuple[Kernels, Float]:
         raise InputError('kind gaussian needs scikit-learn: pip install "meltemi[surrogate]"') from None
     from warnings import catch_warnings
 
-    kernel = ConstantKernel(4.0, (1e-2, 1e4)) * RBF(np.ones(germ.shape[1]), (0.1, 100.0)) + WhiteKernel(0.05, (1e-10, 2))
+    kernel = ConstantKernel(4.0, (1e-2, 1e4)) * RBF(np.ones(germ.shape[1]), (0.1, 100.0)) + WhiteKernel(
+        0.05, (1e-10, 2)
+    )
     with catch_warnings(action="ignore"):  # of hyperparameters at their limits
-        learned = GaussianProcessRegressor(kernel).fit(germ, (y - y.mean()) / y.std()).kernel_
+        some = np.random.default_rng(seed).permutation(len(y))[:LEARNED]
+        z = (y - y.mean()) / (y.std() or 1.0)
+        learned = GaussianProcessRegressor(kernel).fit(germ[some], z[some]).kernel_
     basis = Kernels(germ, np.broadcast_to(learned.k1.k2.length_scale, germ.shape[1:]).copy())
     n, variance, noise = len(y), learned.k1.k1.constant_value, learned.k2.noise_level
     inverse = np.linalg.inv(variance * basis(germ)[:, :n] + noise * np.eye(n))
     mean = inverse.sum(axis=0) / inverse.sum()  # generalised least squares of the constant
-    return basis, np.vstack([variance * inverse @ (np.eye(n) - mean), mean])
+    matrix, values = np.vstack([variance * inverse @ (np.eye(n) - mean), mean]), basis(germ)
+    fitted, leverage = values @ (matrix @ y), np.einsum("ij,ji->i", values, matrix)
+    left = (y - fitted) / np.sqrt(np.maximum(1.0 - leverage, 1e-6))
+    drawn = np.random.default_rng(seed).choice(left - left.mean(), (DRAWS, n))
+    return Fit(basis, np.vstack([y, fitted + drawn]) @ matrix.T, float(noise * y.var()))
 
 
-def fit_surrogate(
-    campaign: SurrogateCampaign, design: Design, loads: Float, kind: Kind = "polynomial"
-) -> Surrogate:
+def fit_surrogate(campaign: SurrogateCampaign, design: Design, loads: Float, kind: str = "polynomial") -> Surrogate:
     """Fit a surrogate to the runs of a campaign that are no held-out points, and validate it with these.
 
     Args:
@@ -141,16 +158,11 @@ def fit_surrogate(
     models = {}
     for i, (name, slope) in enumerate(campaign.loads.items()):
         y = np.log(np.maximum(loads[train, i], 1e-300))
-        basis, matrix = (polynomial_fit if kind == "polynomial" else gaussian_fit)(germ, y)
-        values = basis(germ)
-        fitted, leverage = values @ (matrix @ y), np.einsum("ij,ji->i", values, matrix)
-        left = (y - fitted) / np.sqrt(np.maximum(1.0 - leverage, 1e-6))
-        drawn = np.random.default_rng(i).choice(left - left.mean(), (RESAMPLED, len(y)))
-        coefficients = np.vstack([y, fitted + drawn]) @ matrix.T
+        fitted = (polynomial_fit if kind == "polynomial" else gaussian_fit)(germ, y, i)
         scatter = seed_scatter(design.point[train], y)
-        deviation = scatter if scatter is not None else float(np.sqrt(np.mean(left**2)))
+        deviation = sqrt(fitted.noise) if scatter is None else scatter
         unit = "N" if "force" in name or name == "rotor_thrust" else "N m"
-        model = LoadModel(name, unit, slope, design.space, basis, coefficients, deviation, {})
+        model = LoadModel(name, unit, slope, design.space, fitted.basis, fitted.coefficients, deviation, {})
         models[name] = LoadModel(**(vars(model) | {"errors": validation(model, design, loads[:, i])}))
     counts = {"points": len(np.unique(design.point[train])), "runs": int(train.sum())}
     counts |= {"checks": len(np.unique(design.point[~train])), "check_runs": int((~train).sum())}

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from math import sqrt
 from pathlib import Path
 from typing import Any, Literal
 from warnings import warn
@@ -146,30 +145,20 @@ def inside(space: Space, x: ArrayLike, outside: Outside = "error") -> Float:
     points = np.atleast_2d(np.asarray(x, dtype=float))
     if points.ndim != 2 or points.shape[1] != len(space.variables):
         raise InputError(f"expected rows of {', '.join(space.names)}, found an array of the shape {points.shape}")
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        germ = space.germ(points)
-        clipped = np.clip(germ, -1.0, 1.0)
-        clipped[:, 1:] = np.clip(space.germ(np.column_stack([np.clip(points[:, 0], *ends(space)), points[:, 1:]])), -1, 1)[:, 1:]
-    beyond = ~(np.abs(germ) <= 1.0 + SLACK)
+    germ = space.germ(points)
+    beyond = ~(np.abs(germ) <= 1.0 + SLACK)  # not a number, too
     if beyond.any() and outside == "nan":
         germ[beyond.any(axis=1)] = np.nan
-        return germ
-    if beyond.any():
+    elif beyond.any():
         row, i = np.argwhere(beyond)[0]
-        low, high = (float(b) for b in space.variables[i].bounds(points[row, 0]))
+        name, low, high = space.names[i], *(bound[0, i] for bound in space.bounds(points[row, :1]))
         at = f" at {points[row, 0]:g} m/s" if i else ""
-        words = f"{space.names[i]} {points[row, i]:g} {UNITS[space.names[i]]} is outside {low:.4g} to {high:.4g}{at}"
+        words = f"{name} {points[row, i]:g} {UNITS[name]} is outside {low:.4g} to {high:.4g}{at}"
         words += f"; {beyond.any(axis=1).sum()} of {len(germ)} points are outside the surrogate"
-        if outside == "error":
+        if outside == "error" or not np.isfinite(points).all():
             raise InputError(words)
         warn(f"{words}: they take the nearest bound", stacklevel=3)
-    return clipped
-
-
-def ends(space: Space) -> tuple[float, float]:
-    """Least and largest wind speed [m/s]."""
-    low, high = space.variables[0].bounds(1.0)
-    return float(low), float(high)
+    return np.clip(germ, -1.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -223,7 +212,7 @@ class Surrogate:
             if name not in names:
                 raise InputError(f"surrogate of {self.turbine}: no variable {name!r}: {did_you_mean(name, names)}")
         rated = {v.name: v.upper[0] for v in self.space.variables if v.name == "power_reference"}
-        given = NEUTRAL | rated | inputs
+        given = {**NEUTRAL, **rated, **inputs}
         if missing := [f"{name} [{UNITS[name]}]" for name in names if name not in given]:
             raise InputError(f"surrogate of {self.turbine}: missing {', '.join(missing)}")
         try:
@@ -276,7 +265,12 @@ def load_surrogate(path: str | Path) -> Surrogate:
         known = {name: [v[name] for v in data["variables"]] for name in ("name", "lower", "upper", "least", "most")}
         space = Space(
             tuple(
-                Variable(name, tuple(low), tuple(high), *(e if m is None else m for m, e in zip(limits, INFINITE)))
+                Variable(
+                    name,
+                    tuple(low),
+                    tuple(high),
+                    *(e if m is None else m for m, e in zip(limits, INFINITE, strict=True)),
+                )
                 for name, low, high, *limits in zip(*known.values(), strict=True)
             )
         )

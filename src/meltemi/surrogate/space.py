@@ -67,20 +67,27 @@ class Space:
     def names(self) -> tuple[str, ...]:
         return tuple(variable.name for variable in self.variables)
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Least and largest wind speed [m/s]."""
+        return self.variables[0].lower[0], self.variables[0].upper[0]
+
+    def bounds(self, speed: ArrayLike) -> tuple[Float, Float]:
+        """Lower and upper bounds (n, d) at wind speeds (n,) [m/s]; those of the least or largest one beyond them."""
+        at = np.clip(speed, *self.ends)
+        pairs = [variable.bounds(at) for variable in self.variables]
+        return np.column_stack([low for low, _ in pairs]), np.column_stack([high for _, high in pairs])
+
     def points(self, germ: Float) -> Float:
         """Values (n, d) of the variables at germs (n, d)."""
-        return self._mapped(germ, lambda x, low, high: 0.5 * (low + high + (high - low) * x))
+        first, last = self.ends
+        low, high = self.bounds(0.5 * (first + last + (last - first) * germ[:, 0]))
+        return 0.5 * (low + high + (high - low) * germ)
 
     def germ(self, points: Float) -> Float:
         """Germs (n, d) of values (n, d); beyond -1 to 1 outside the bounds."""
-        return self._mapped(points, lambda x, low, high: (2.0 * x - low - high) / (high - low), points[:, 0])
-
-    def _mapped(self, x: Float, to: object, speed: Float | None = None) -> Float:
-        found = np.empty_like(x, dtype=float)
-        for i, variable in enumerate(self.variables):
-            at = np.ones(len(x)) if i == 0 else (found[:, 0] if speed is None else speed)
-            found[:, i] = to(x[:, i], *variable.bounds(at))  # type: ignore[operator]
-        return found
+        low, high = self.bounds(points[:, 0])
+        return (2.0 * points - low - high) / (high - low)
 
 
 def site_space(
