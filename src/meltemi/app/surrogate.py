@@ -66,7 +66,7 @@ def design(
 ) -> None:
     """Choose the points of a surrogate; writes surrogate.yaml and design.csv."""
     from meltemi.core.yamlfile import validated
-    from meltemi.surrogate.campaign import SurrogateCampaign, make_design, write_campaign
+    from meltemi.surrogate.campaign import SurrogateCampaign, surrogate_design, write_surrogate_campaign
     from meltemi.surrogate.space import UNITS
 
     path = Path(turbine)
@@ -85,9 +85,9 @@ def design(
         named = {"--controller": controller, "--controller-input": controller_input}
         given["controller"] = controller_of_options({k: v for k, v in named.items() if v is not None})
     campaign = validated(given, SurrogateCampaign, "meltemi surrogate design")
-    planned = make_design(campaign)
+    planned = surrogate_design(campaign)
     with results_in(out):
-        files = write_campaign(campaign, planned, out)
+        files = write_surrogate_campaign(campaign, planned, out)
     low, high = planned.values.min(axis=0), planned.values.max(axis=0)
     unit = [
         ("deg", degrees(1.0)) if name in ("inclination", "yaw_error") else ("", 1.0) for name in planned.space.names
@@ -134,12 +134,12 @@ def run(
     retry: Annotated[bool, typer.Option("--retry", help="Run cases again that failed.")] = False,
 ) -> None:
     """Run the points of a surrogate that are missing."""
-    from meltemi.surrogate.campaign import read_campaign, run_campaign
+    from meltemi.surrogate.campaign import read_surrogate_campaign, run_surrogate
 
-    n = len(read_campaign(folder)[1])
+    n = len(read_surrogate_campaign(folder)[1])
     with results_in(folder), progress_bar("points", n, "runs") as bar:
         options: dict[str, Any] = {"workers": workers, "dask": dask, "device": device, "retry": retry}
-        done, failed, missing = run_campaign(folder, shard=shard_of(shard), progress=told(bar), **options)
+        done, failed, missing = run_surrogate(folder, shard=shard_of(shard), progress=told(bar), **options)
     print(f"{done} of {n} runs done, {failed} failed, {missing} missing")
     suggest("surrogate", "fit" if done else "run", folder)
 
@@ -154,24 +154,25 @@ def fit(
     """Fit a surrogate to the runs and validate it at held-out points; writes surrogate.json, a table and a plot."""
     from meltemi.report.plots import save
     from meltemi.report.tables import write_csv
-    from meltemi.surrogate.campaign import read_loads
+    from meltemi.surrogate.campaign import surrogate_loads
     from meltemi.surrogate.fit import fit_surrogate
     from meltemi.surrogate.model import write_surrogate
-    from meltemi.surrogate.report import fit_rows, plot_validation
+    from meltemi.surrogate.report import fit_rows, influence_rows, plot_surrogate
 
     with results_in(folder), progress_bar("fit", compiles=False):
-        campaign, points, found = read_loads(folder)
+        campaign, points, found = surrogate_loads(folder)
         made = fit_surrogate(campaign, points, found, kind)
         files = [
             write_surrogate(made, folder / MODEL),
             write_csv(folder / "fit.csv", *fit_rows(made)),
-            save(plot_validation(made, points, found), folder / "validation.png"),
+            save(plot_surrogate(made, points, found), folder / "validation.png"),
         ]
     print_table(f"{made.turbine}: {kind} surrogate, equivalent loads at 1 Hz", *fit_rows(made))
     f = made.facts
     print(f"{f['points']} points ({f['runs']} runs); errors at {f['checks']} held-out points ({f['check_runs']} runs)")
-    if kind == "polynomial":
-        print("columns of variables: total Sobol indices of the logarithm of the load")
+    head, rows = influence_rows(made)
+    if rows:
+        print_table("Total Sobol indices of the logarithm of the load", head, rows)
     wrote(*files)
     suggest("surrogate", "evaluate", folder / MODEL, "--at", "speed=10,turbulence_intensity=0.12")
 
@@ -185,18 +186,18 @@ def refine(
     site: Annotated[Path | None, typer.Option("--site", help="Site (YAML, or JSON of IEC 61400-15-1).")] = None,
 ) -> None:
     """Add points where the error of the lifetime loads is largest; extends design.csv."""
-    from meltemi.surrogate.campaign import read_campaign, read_loads, write_campaign
+    from meltemi.surrogate.campaign import read_surrogate_campaign, surrogate_loads, write_surrogate_campaign
     from meltemi.surrogate.fit import fit_surrogate, further_points
     from meltemi.surrogate.site import class_table, read_site_table
 
     if points < 1:
         raise InputError(f"--points {points}: expected at least 1")
     table = class_table(wind_class, edition) if site is None else read_site_table(site)
-    campaign, whole = read_campaign(folder)
-    _, some, found = read_loads(folder)
+    campaign, whole = read_surrogate_campaign(folder)
+    _, some, found = surrogate_loads(folder)
     made = fit_surrogate(campaign, some, found)
     chosen = further_points(made, points, table.density, seed=int(whole.seed.max()) % 2**31)
-    files = write_campaign(campaign, whole.extended(chosen), folder)
+    files = write_surrogate_campaign(campaign, whole.extended(chosen), folder)
     mean = ", ".join(f"{name} {value:.3g}" for name, value in zip(made.space.names, chosen.mean(axis=0), strict=True))
     print(f"{points} further points; their means: {mean}")
     wrote(*files)

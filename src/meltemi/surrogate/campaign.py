@@ -127,7 +127,7 @@ class SurrogateCampaign(Record):
 
 
 @dataclass(frozen=True)
-class Design:
+class SurrogateDesign:
     """Points of a campaign: a row a run.
 
     Attributes:
@@ -147,10 +147,10 @@ class Design:
     def __len__(self) -> int:
         return len(self.point)
 
-    def extended(self, values: Float, seeds: int = 1) -> Design:
+    def extended(self, values: Float, seeds: int = 1) -> SurrogateDesign:
         """The design with further points (k, d) of the fit, each with so many seeds."""
         k = len(values)
-        return Design(
+        return SurrogateDesign(
             self.space,
             np.concatenate([self.point, np.repeat(np.arange(k) + self.point.max() + 1, seeds)]),
             np.concatenate([self.seed, np.arange(k * seeds) + self.seed.max() + 1]),
@@ -159,7 +159,7 @@ class Design:
         )
 
 
-def make_design(campaign: SurrogateCampaign) -> Design:
+def surrogate_design(campaign: SurrogateCampaign) -> SurrogateDesign:
     """Points of a campaign; held-out ones are further points of the same sequence.
 
     Raises:
@@ -173,10 +173,10 @@ def make_design(campaign: SurrogateCampaign) -> Design:
     several[: c.repeats] = several[c.points :] = True
     point = np.repeat(np.arange(n), np.where(several, c.seeds, 1))
     seed = 1_000_000_000 * c.realisation + np.arange(len(point))
-    return Design(space, point, seed, point >= c.points, space.points(germ)[point])
+    return SurrogateDesign(space, point, seed, point >= c.points, space.points(germ)[point])
 
 
-def write_campaign(campaign: SurrogateCampaign, design: Design, folder: Path) -> list[Path]:
+def write_surrogate_campaign(campaign: SurrogateCampaign, design: SurrogateDesign, folder: Path) -> list[Path]:
     """Write ``surrogate.yaml`` and ``design.csv``.
 
     Raises:
@@ -190,7 +190,7 @@ def write_campaign(campaign: SurrogateCampaign, design: Design, folder: Path) ->
     return [folder / FILE, folder / DESIGN]
 
 
-def read_campaign(folder: str | Path) -> tuple[SurrogateCampaign, Design]:
+def read_surrogate_campaign(folder: str | Path) -> tuple[SurrogateCampaign, SurrogateDesign]:
     """Read a campaign and its points.
 
     Raises:
@@ -216,10 +216,10 @@ def read_campaign(folder: str | Path) -> tuple[SurrogateCampaign, Design]:
             ) from None
     point, seed = (np.array([int(row[i]) for row in rows[1:]]) for i in (0, 2))
     values = np.array([[float(x) for x in row[3:]] for row in rows[1:]])
-    return campaign, Design(space, point, seed, np.array([row[1] == "check" for row in rows[1:]]), values)
+    return campaign, SurrogateDesign(space, point, seed, np.array([row[1] == "check" for row in rows[1:]]), values)
 
 
-def run_campaign(
+def run_surrogate(
     folder: str | Path,
     *,
     workers: int | None = None,
@@ -234,7 +234,7 @@ def run_campaign(
     Returns:
       Numbers of runs with loads, of those that failed, and of those that are missing.
     """
-    campaign, design = read_campaign(folder)
+    campaign, design = read_surrogate_campaign(folder)
     for block in _blocks(campaign, design):
         store = run_jobs(
             block, folder, workers=workers, dask=dask, device=device, shard=shard, retry=retry, progress=progress
@@ -244,7 +244,7 @@ def run_campaign(
     return sum(there), len(there) - sum(there), len(found) - len(there)
 
 
-def _blocks(campaign: SurrogateCampaign, design: Design) -> Iterator[list[Job]]:
+def _blocks(campaign: SurrogateCampaign, design: SurrogateDesign) -> Iterator[list[Job]]:
     known: dict[str, str] = {}
     channels = campaign.channels()
     slopes = {channel: campaign.loads[load] for load, names in channels.items() for channel in names}
@@ -280,7 +280,7 @@ def _content(c: SurrogateCampaign, channels: Sequence[str], at: Mapping[str, flo
     return content
 
 
-def read_loads(folder: str | Path) -> tuple[SurrogateCampaign, Design, Float]:
+def surrogate_loads(folder: str | Path) -> tuple[SurrogateCampaign, SurrogateDesign, Float]:
     """Equivalent loads of the runs of a campaign that are there.
 
     Returns:
@@ -290,7 +290,7 @@ def read_loads(folder: str | Path) -> tuple[SurrogateCampaign, Design, Float]:
     Raises:
       InputError: there is no campaign, or no run of it.
     """
-    campaign, design = read_campaign(folder)
+    campaign, design = read_surrogate_campaign(folder)
     channels, store = campaign.channels(), Store(folder)
     keys = [job.key for block in _blocks(campaign, design) for job in block]
     rows: dict[str, list[str]] = {}
@@ -307,5 +307,7 @@ def read_loads(folder: str | Path) -> tuple[SurrogateCampaign, Design, Float]:
     there = np.all(np.isfinite(found), axis=1)
     if not there.any():
         raise InputError(f"{folder}: no results; 'meltemi surrogate run {folder}' computes them")
-    kept = Design(design.space, design.point[there], design.seed[there], design.check[there], design.values[there])
+    kept = SurrogateDesign(
+        design.space, design.point[there], design.seed[there], design.check[there], design.values[there]
+    )
     return campaign, kept, found[there]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.surrogate.campaign import Design, SurrogateCampaign
+from meltemi.surrogate.campaign import SurrogateCampaign, SurrogateDesign
 from meltemi.surrogate.model import Float, Kernels, LoadModel, Polynomials, Surrogate, legendre_products
 from meltemi.surrogate.space import Space
 
@@ -52,7 +52,7 @@ class Fit:
     noise: float
 
 
-def polynomial_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
+def polynomial_fit(germ: Float, y: Float, seed: int = 0, degree: int = DEGREE, norm: float = NORM) -> Fit:
     """Polynomial chaos expansion whose coefficients are normally distributed a priori (S-7).
 
     Their variance falls with the degree at a rate of its own for each variable; rates and noise maximise the marginal
@@ -62,11 +62,12 @@ def polynomial_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
       germ: (n, d).
       y: (n,) values.
       seed: of the draws.
+      degree, norm: of the truncation.
     """
     from scipy.linalg import cho_factor, cho_solve
     from scipy.optimize import minimize
 
-    degrees = candidates(germ.shape[1], DEGREE)
+    degrees = candidates(germ.shape[1], degree, norm)
     phi, mean, scale = legendre_products(germ, degrees), float(y.mean()), float(y.std()) or 1.0
     z = (y - mean) / scale
     gram, moment, square = phi.T @ phi, phi.T @ z, float(z @ z)
@@ -114,6 +115,8 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
     Raises:
       InputError: scikit-learn is not installed.
     """
+    from scipy.linalg import cho_factor, cho_solve
+
     try:
         from sklearn.gaussian_process import GaussianProcessRegressor
         from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
@@ -121,8 +124,8 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
         raise InputError('kind gaussian needs scikit-learn: pip install "meltemi[surrogate]"') from None
     from warnings import catch_warnings
 
-    kernel = ConstantKernel(4.0, (1e-2, 1e4)) * RBF(np.ones(germ.shape[1]), (0.1, 100.0)) + WhiteKernel(
-        0.05, (1e-10, 2)
+    kernel = ConstantKernel(4.0, (1e-2, 1e2)) * RBF(np.ones(germ.shape[1]), (0.1, 100.0)) + WhiteKernel(
+        0.05, (1e-8, 2.0)
     )
     with catch_warnings(action="ignore"):  # of hyperparameters at their limits
         some = np.random.default_rng(seed).permutation(len(y))[:LEARNED]
@@ -130,20 +133,28 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
         learned = GaussianProcessRegressor(kernel).fit(germ[some], z[some]).kernel_
     basis = Kernels(germ, np.broadcast_to(learned.k1.k2.length_scale, germ.shape[1:]).copy())
     n, variance, noise = len(y), learned.k1.k1.constant_value, learned.k2.noise_level
-    inverse = np.linalg.inv(variance * basis(germ)[:, :n] + noise * np.eye(n))
-    mean = inverse.sum(axis=0) / inverse.sum()  # generalised least squares of the constant
-    matrix, values = np.vstack([variance * inverse @ (np.eye(n) - mean), mean]), basis(germ)
-    fitted, leverage = values @ (matrix @ y), np.einsum("ij,ji->i", values, matrix)
-    left = (y - fitted) / np.sqrt(np.maximum(1.0 - leverage, 1e-6))
-    drawn = np.random.default_rng(seed).choice(left - left.mean(), (DRAWS, n))
-    return Fit(basis, np.vstack([y, fitted + drawn]) @ matrix.T, float(noise * y.var()))
+    factor = cho_factor(variance * basis(germ)[:, :n] + noise * np.eye(n), lower=True)
+    ones = cho_solve(factor, np.ones(n))
+
+    def coefficients(values: Float) -> Float:
+        """Of values (n, k), with the constant of generalised least squares."""
+        constant = ones @ values / ones.sum()
+        return np.vstack([variance * cho_solve(factor, values - constant), constant])
+
+    fitted = basis(germ) @ coefficients(y[:, None])[:, 0]
+    left = (y - fitted) / np.sqrt(np.maximum(noise * np.diag(cho_solve(factor, np.eye(n))), 1e-6))
+    drawn = np.random.default_rng(seed).choice(left - left.mean(), (n, DRAWS))
+    rows = coefficients(np.column_stack([y, fitted[:, None] + drawn])).T
+    return Fit(basis, rows, float(noise * y.var()))
 
 
-def fit_surrogate(campaign: SurrogateCampaign, design: Design, loads: Float, kind: str = "polynomial") -> Surrogate:
+def fit_surrogate(
+    campaign: SurrogateCampaign, design: SurrogateDesign, loads: Float, kind: str = "polynomial"
+) -> Surrogate:
     """Fit a surrogate to the runs of a campaign that are no held-out points, and validate it with these.
 
     Args:
-      campaign, design, loads: of ``read_loads``.
+      campaign, design, loads: of ``surrogate_loads``.
       kind: "polynomial" chaos expansion or "gaussian" process.
 
     Raises:
@@ -178,7 +189,7 @@ def seed_scatter(point: NDArray[np.int64], y: Float) -> float | None:
     return float(np.sqrt(np.sum((y - mean[place]) ** 2) / freedom)) if freedom else None
 
 
-def validation(model: LoadModel, design: Design, loads: Float) -> dict[str, float]:
+def validation(model: LoadModel, design: SurrogateDesign, loads: Float) -> dict[str, float]:
     """Errors at held-out points against the mean over seeds (S-11): ``r2``, ``nrmse`` (over the mean load), ``bias``
     (mean relative error), and ``floor``, the part of ``nrmse`` that is scatter of these means; empty without them."""
     if not design.check.any():

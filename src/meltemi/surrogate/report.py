@@ -9,7 +9,7 @@ import numpy as np
 from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import corner, figure_title, heading, new_figure, panel
 from meltemi.report.tables import number
-from meltemi.surrogate.campaign import Design
+from meltemi.surrogate.campaign import SurrogateDesign
 from meltemi.surrogate.model import Float, Polynomials, Surrogate
 from meltemi.surrogate.site import Suitability
 
@@ -19,29 +19,35 @@ if TYPE_CHECKING:
 Rows = tuple[list[str], list[list[str]]]
 COLUMNS = 3
 """Of panels of a validation."""
-VERDICTS = {"yes": COLOURS[5], "no": COLOURS[6], "open": COLOURS[1]}
+VERDICTS = {"yes": COLOURS[5], "no": COLOURS[6], "undecided": COLOURS[1]}
 """Colours of the answers whether a load is below that of the design."""
 
 
 def fit_rows(surrogate: Surrogate) -> Rows:
-    """Header and rows of a fit: terms, scatter over seeds, errors at held-out points, total Sobol indices."""
-    polynomial = all(isinstance(model.basis, Polynomials) for model in surrogate.loads.values())
+    """Header and rows of a fit: terms, scatter over seeds, and errors at held-out points."""
     errors = {"r2": "R2", "nrmse": "NRMSE %", "floor": "of it scatter %", "bias": "bias %"}
-    head = ["load", "slope", "terms", "scatter %", *errors.values(), *(surrogate.space.names if polynomial else ())]
+    head = ["load", "slope", "terms", "scatter %", *errors.values()]
     rows = []
     for name, model in surrogate.loads.items():
-        cells = [100.0 * model.errors.get(key, np.nan) * (0.01 if key == "r2" else 1.0) for key in errors]
-        cells = [100.0 * model.scatter, *cells, *(model.shares()[1] if polynomial else ())]
-        rows.append([name, f"{model.slope:g}", str(model.coefficients.shape[1]), *map(number, map(float, cells))])
+        found = [model.errors.get(key, np.nan) * (1.0 if key == "r2" else 100.0) for key in errors]
+        cells = [number(value) for value in (100.0 * model.scatter, *found)]
+        rows.append([name, f"{model.slope:g}", str(model.coefficients.shape[1]), *cells])
     return head, rows
 
 
-def plot_validation(surrogate: Surrogate, design: Design, loads: Float) -> Figure:
+def influence_rows(surrogate: Surrogate) -> Rows:
+    """Header and rows of the total Sobol indices of a polynomial surrogate; no rows for others."""
+    models = [model for model in surrogate.loads.values() if isinstance(model.basis, Polynomials)]
+    head = ["load", *(name.replace("_", "\n") for name in surrogate.space.names)]
+    return head, [[model.name, *(f"{share:.3f}" for share in model.shares()[1])] for model in models]
+
+
+def plot_surrogate(surrogate: Surrogate, design: SurrogateDesign, loads: Float) -> Figure:
     """Plot predicted loads over simulated ones, means over seeds, at held-out points; without any at all points.
 
     Args:
       surrogate: of the campaign.
-      design, loads: of ``read_loads``.
+      design, loads: of ``surrogate_loads``.
     """
     at = design.check if design.check.any() else np.ones(len(design), dtype=bool)
     _, first, place, count = np.unique(design.point[at], return_index=True, return_inverse=True, return_counts=True)
@@ -56,7 +62,8 @@ def plot_validation(surrogate: Surrogate, design: Design, loads: Float) -> Figur
         ends = np.array([0.0, 1.05 * max(mean.max(), found.max())]) * factor
         ax.plot(ends, ends, color=FAINT, linewidth=1.0)
         ax.plot(mean * factor, found * factor, "o", color=COLOURS[0], markersize=3.5, alpha=0.8)
-        panel(ax, name.replace("_", " "), f"predicted [{unit}]", f"simulated [{unit}]")
+        panel(ax, name.replace("_", " "), unit, f"simulated [{unit}]")
+        ax.set_ylabel(f"predicted [{unit}]")
         if model.errors:
             corner(ax, 0.05, 0.86, f"R$^2$ {model.errors['r2']:.3f}, NRMSE {100.0 * model.errors['nrmse']:.1f} %")
         ax.set_xlim(*ends)
@@ -89,7 +96,7 @@ def plot_suitability(found: Suitability) -> Figure:
         colour = VERDICTS[m.verdict]
         ax.barh(n - 1 - i, m.ratio, height=0.6, color=colour, alpha=0.75)
         ax.plot([m.low, m.high], [n - 1 - i] * 2, color=INK, linewidth=2.0)
-        ax.text(max(m.ratio, m.high) + 0.012, n - 1 - i, f"{m.ratio:.3f}", va="center", fontsize=8)
+        ax.text(0.012, n - 1 - i, f"{m.ratio:.3f}", va="center", fontsize=8, color="white")
     ax.axvline(1.0, color=INK, linewidth=1.0, linestyle="--")
     ax.set_yticks(range(n), [m.load.name.replace("_", " ") for m in reversed(found.margins)])
     ax.set_xlim(0.0, 1.12 * max(1.0, *(max(m.ratio, m.high) for m in found.margins)))

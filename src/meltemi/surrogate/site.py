@@ -28,8 +28,8 @@ STEP = 0.5
 """[m/s] of the bins of wind speed."""
 YAW = ((-1.0, 0.25), (0.0, 0.5), (1.0, 0.25))
 """Yaw errors over the usual one, and their shares of the time."""
-LEVEL = 0.05
-"""Probability beyond each end of an interval."""
+BAND = 1.645
+"""Standard deviations to each end of an interval of 90 %."""
 
 
 class Sector(Record):
@@ -43,7 +43,7 @@ class Sector(Record):
     speed: Vector
     """(n,) [m/s] wind speeds of the turbulence intensities, increasing."""
     intensity: Vector
-    """(n,) turbulence intensity: effective (with wakes, for a slope of the materials), or the 90 % quantile."""
+    """(n,) turbulence intensity: effective (with wakes, for the slope of the material), or the 90 % quantile."""
     shear_exponent: float = Field(default=0.2, gt=-1.0, lt=1.0)
     air_density: float = Field(default=1.225, gt=0.0, lt=3.0)
     """[kg/m^3]."""
@@ -158,7 +158,7 @@ class Margin:
       load: its model.
       site, design: equivalent loads at 1 Hz of the lifetime [N, N m].
       ratio: of the two.
-      low, high: ends of the interval of 90 % from the scatter of the runs.
+      low, high: ends of the interval of 90 % from the number and scatter of the runs.
     """
 
     load: LoadModel
@@ -173,8 +173,8 @@ class Margin:
 
     @property
     def verdict(self) -> str:
-        """Whether the site's load is below that of the design: yes, no, or open where the interval contains both."""
-        return "yes" if self.high <= 1.0 else "no" if self.low > 1.0 else "open"
+        """Whether the site's load is below that of the design: yes, no, or undecided if the interval contains 1."""
+        return "yes" if self.high <= 1.0 else "no" if self.low > 1.0 else "undecided"
 
 
 @dataclass(frozen=True)
@@ -194,9 +194,9 @@ class Suitability:
 
     @property
     def verdict(self) -> str:
-        """``suitable`` if all loads are below those of the design, ``not suitable`` if one is above, or ``open``."""
+        """``suitable`` (all loads are below those of the design), ``not suitable`` (one is above) or ``undecided``."""
         found = [margin.verdict for margin in self.margins]
-        return "not suitable" if "no" in found else "open" if "open" in found or self.outside else "suitable"
+        return "not suitable" if "no" in found else "undecided" if "undecided" in found or self.outside else "suitable"
 
 
 def site_suitability(surrogate: Surrogate, site: SiteTable, design: SiteTable) -> Suitability:
@@ -211,8 +211,8 @@ def site_suitability(surrogate: Surrogate, site: SiteTable, design: SiteTable) -
     margins = []
     for model in surrogate.loads.values():
         here, there = model.lifetime(p, germ), model.lifetime(q, reference)
-        low, high = np.quantile((here / there)[1:], [LEVEL, 1.0 - LEVEL]) if len(here) > 1 else (np.nan, np.nan)
-        margins.append(Margin(model, float(here[0]), float(there[0]), float(low), float(high)))
+        ratio, wide = here[0] / there[0], BAND * float(np.log(here / there)[1:].std())
+        margins.append(Margin(model, here[0], there[0], ratio * np.exp(-wide), ratio * np.exp(wide)))
     return Suitability(site, design, tuple(margins), outside)
 
 
