@@ -277,11 +277,13 @@ def test_a_file_gives_the_same_function_without_scikit_learn(
 
 def test_models_have_what_pywake_asks_for() -> None:
     (each,) = linear(1.0, 0.05, 2.0).loads.values()
-    assert (each.output_channel_name, each.wohler_exponent) == ("tower", 4.0)
+    assert (each.output_names[0], each.metadata["wohler_exponent"]) == ("tower", 4.0)  # PyWake 2.6
     rows = np.array([[10.0, 0.1], [12.0, 0.2]])
     assert each.predict_output(rows) == pytest.approx(np.exp(1.0 + 0.05 * rows[:, 0] + 2.0 * rows[:, 1]))
     with pytest.raises(InputError, match=r"rows of speed, turbulence_intensity, found an array of the shape \(1, 3\)"):
         each.predict_output([1.0, 2.0, 3.0])
+    with pytest.warns(UserWarning, match="nearest bound"):
+        assert each.predict_output([26.0, 0.1]) == pytest.approx(each.predict_output([25.0, 0.1]))
 
 
 def test_damaged_files_are_refused(tmp_path: Path) -> None:

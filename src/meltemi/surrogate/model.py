@@ -76,7 +76,7 @@ def legendre_products(germ: Float, degrees: NDArray[np.int64]) -> Float:
 
 @dataclass(frozen=True)
 class LoadModel:
-    """Model of one equivalent load; PyWake calls ``predict_output``.
+    """Model of one equivalent load, with the attributes that PyWake asks for.
 
     Attributes:
       name, unit: of the load at 1 Hz, a range.
@@ -98,19 +98,28 @@ class LoadModel:
     errors: Mapping[str, float]
 
     @property
-    def output_channel_name(self) -> str:
-        return self.name
+    def input_names(self) -> tuple[str, ...]:
+        return self.space.names
 
     @property
-    def wohler_exponent(self) -> float:
-        return self.slope
+    def output_names(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    @property
+    def metadata(self) -> dict[str, float]:
+        return {"wohler_exponent": self.slope}
 
     def logarithm(self, germ: Float, fits: int = 1) -> Float:
         """Expected logarithm (n, fits) of the load, the first column that of the fit."""
         return self.basis(germ) @ self.coefficients[:fits].T
 
-    def predict_output(self, x: ArrayLike, outside: Outside = "error") -> Float:
-        """Mean load (n,) over seeds at rows (n, d) of the variables in their order."""
+    def predict_output(self, x: ArrayLike, outside: Outside = "clip") -> Float:
+        """Mean load (n,) over seeds at rows (n, d) of the variables in their order.
+
+        Args:
+          x: rows, in SI units.
+          outside: of the bounds: "error", "clip" (the nearest bound, with a warning) or "nan".
+        """
         return np.exp(self.logarithm(inside(self.space, x, outside))[:, 0] + 0.5 * self.scatter**2)
 
     def lifetime(self, probability: Float, germ: Float, fits: int | None = None) -> Float:
