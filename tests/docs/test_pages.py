@@ -33,6 +33,9 @@ PAGES = (
         "docs/guide/load-base.md", marks=pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
     ),
     pytest.param(
+        "docs/guide/surrogate.md", marks=pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
+    ),
+    pytest.param(
         "docs/guide/learning.md", marks=pytest.mark.skipif(find_spec("gymnasium") is None, reason="needs gymnasium")
     ),
     "docs/guide/results.md",

@@ -132,7 +132,10 @@ def runs(n: int = 60, noise: float = 0.05) -> tuple[SurrogateCampaign, Surrogate
         turbine="nrel5mw",
         variables=("turbulence_intensity",),
         loads={"tower_base_moment_fore_aft": 4.0},
-        points=n, repeats=10, checks=20, seeds=4,
+        points=n,
+        repeats=10,
+        checks=20,
+        seeds=4,
     )
     design = surrogate_design(campaign)
     loads = 1e6 * (2.0 + design.values[:, :1]) * (1.0 + 5.0 * design.values[:, 1:2])

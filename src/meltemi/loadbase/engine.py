@@ -159,15 +159,14 @@ def run_base(
       KeyboardInterrupt: Ctrl-C; what was finished is kept.
     """
     jobs = jobs_of(plan)
-    store = run_jobs(
-        jobs, folder, shard=shard, workers=workers, dask=dask, device=device, retry=retry, progress=progress
-    )
+    store = Store(folder)
+    run_jobs(jobs, store, shard=shard, workers=workers, dask=dask, device=device, retry=retry, progress=progress)
     return status_of(plan, jobs, store)
 
 
 def run_jobs(
     jobs: Sequence[Job],
-    folder: str | Path,
+    store: Store,
     *,
     shard: tuple[int, int] = (1, 1),
     workers: int | None = None,
@@ -175,18 +174,13 @@ def run_jobs(
     device: str = "cpu",
     retry: bool = False,
     progress: Callable[[Progress], None] | None = None,
-) -> Store:
-    """Run the jobs whose results are missing; arguments and errors as for :func:`run_base`.
-
-    Returns:
-      The results in the folder.
-    """
+) -> None:
+    """Run the jobs whose results are missing in a store; other arguments and errors as for :func:`run_base`."""
     k, n = shard
     if not 1 <= k <= n:
         raise InputError(f"shard: {k}/{n} must be k/N with k from 1 to N")
     if device != "cpu" and dask is not None:
         raise InputError(f"device {device!r} and dask exclude each other: the workers of Dask run on processors")
-    store = Store(folder)
     store.tidy()
     own = list({job.key: job for job in jobs[k - 1 :: n]}.values())
     count = _Count(own, progress)
@@ -211,7 +205,6 @@ def run_jobs(
     backend: Backend = threads if dask is None else OnDask(dask)
     backend(groups(), finished)
     store.refresh()
-    return store
 
 
 def grouped(jobs: Sequence[Job]) -> list[list[Job]]:

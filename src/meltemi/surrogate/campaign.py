@@ -235,10 +235,9 @@ def run_surrogate(
       Numbers of runs with loads, of those that failed, and of those that are missing.
     """
     campaign, design = read_surrogate_campaign(folder)
+    store = Store(folder)
     for block in _blocks(campaign, design):
-        store = run_jobs(
-            block, folder, workers=workers, dask=dask, device=device, shard=shard, retry=retry, progress=progress
-        )
+        run_jobs(block, store, workers=workers, dask=dask, device=device, shard=shard, retry=retry, progress=progress)
     found = [store.places.get(job.key) for block in _blocks(campaign, design) for job in block]
     there = [place.status.complete for place in found if place is not None]
     return sum(there), len(there) - sum(there), len(found) - len(there)

@@ -154,7 +154,9 @@ def fit_surrogate(
     """Fit a surrogate to the runs of a campaign that are no held-out points, and validate it with these.
 
     Args:
-      campaign, design, loads: of ``surrogate_loads``.
+      campaign: from ``surrogate_loads``, as the next two.
+      design: points of the runs.
+      loads: (n, L) equivalent loads.
       kind: "polynomial" chaos expansion or "gaussian" process.
 
     Raises:

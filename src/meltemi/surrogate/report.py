@@ -47,7 +47,8 @@ def plot_surrogate(surrogate: Surrogate, design: SurrogateDesign, loads: Float) 
 
     Args:
       surrogate: of the campaign.
-      design, loads: of ``surrogate_loads``.
+      design: points of the runs, from ``surrogate_loads``.
+      loads: (n, L) equivalent loads, from there as well.
     """
     at = design.check if design.check.any() else np.ones(len(design), dtype=bool)
     _, first, place, count = np.unique(design.point[at], return_index=True, return_inverse=True, return_counts=True)
