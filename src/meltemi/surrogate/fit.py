@@ -21,7 +21,7 @@ from meltemi.surrogate.space import Space
 KINDS = ("polynomial", "gaussian")
 DRAWS = 24
 """Draws of the coefficients that show their uncertainty."""
-DEGREE, NORM = 8, 0.75
+DEGREE, NORM = 12, 0.6
 """Largest degree, and exponent q, of the hyperbolic truncation (S-6)."""
 NEGLIGIBLE = 0.01
 """Terms are left out whose values follow from the runs to less than this share."""
