@@ -121,7 +121,7 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
         from sklearn.gaussian_process import GaussianProcessRegressor
         from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
     except ImportError:
-        raise InputError('kind gaussian needs scikit-learn: pip install "meltemi[surrogate]"') from None
+        raise InputError("kind gaussian needs scikit-learn: pip install scikit-learn") from None
     from warnings import catch_warnings
 
     kernel = ConstantKernel(4.0, (1e-2, 1e2)) * RBF(np.ones(germ.shape[1]), (0.1, 100.0)) + WhiteKernel(
