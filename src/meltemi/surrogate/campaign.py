@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -201,22 +203,27 @@ def read_surrogate_campaign(folder: str | Path) -> tuple[SurrogateCampaign, Surr
         raise InputError(f"{folder}: no {FILE}; 'meltemi surrogate design TURBINE --out FOLDER' writes one")
     campaign = read_record(folder / FILE, SurrogateCampaign)
     space, path = campaign.space(), folder / DESIGN
-    rows = list(csv.reader(text_of(path).splitlines()))
+    rows = csv.reader(StringIO(text_of(path)))
     head = ["point", "set", "seed", *(f"{name} [{UNITS[name]}]" for name in space.names)]
-    if len(rows) < 2 or rows[0] != head:
-        raise InputError(f"{path}: expected rows below the head {','.join(head)}")
-    for number, row in enumerate(rows[1:], 2):
+    point, seed, check, values = array("q"), array("q"), array("b"), array("d")
+    good = next(rows, None) == head
+    for number, row in enumerate(rows if good else (), 2):
         try:
-            if len(row) != len(head) or row[1] not in SETS or not np.all(np.isfinite([float(x) for x in row[3:]])):
+            numbers = [float(x) for x in row[3:]]
+            if len(row) != len(head) or not np.all(np.isfinite(numbers)):
                 raise ValueError
-            int(row[0]), int(row[2])
-        except ValueError:
+            check.append(SETS.index(row[1]))
+            point.append(int(row[0]))
+            seed.append(int(row[2]))
+            values.extend(numbers)
+        except (ValueError, OverflowError, IndexError):
             raise InputError(
                 f"{path}: line {number}: expected {len(head)} entries as in the head, set train or check"
             ) from None
-    point, seed = (np.array([int(row[i]) for row in rows[1:]]) for i in (0, 2))
-    values = np.array([[float(x) for x in row[3:]] for row in rows[1:]])
-    return campaign, SurrogateDesign(space, point, seed, np.array([row[1] == "check" for row in rows[1:]]), values)
+    if not point:
+        raise InputError(f"{path}: expected rows below the head {','.join(head)}")
+    columns = np.array(point), np.array(seed), np.array(check, dtype=bool)
+    return campaign, SurrogateDesign(space, *columns, np.array(values).reshape(len(point), -1))
 
 
 def run_surrogate(

@@ -27,6 +27,8 @@ NEUTRAL = {"shear_exponent": 0.2, "air_density": 1.225, "inclination": 0.0, "yaw
 """Values of variables that a caller leaves out."""
 SLACK = 1e-9
 """By which germs may be beyond their bounds: rounding."""
+BLOCK = 1024
+"""Points that are evaluated together, for the cache of the processor."""
 Outside = Literal["error", "clip", "nan"]
 
 
@@ -66,12 +68,14 @@ class Kernels:
 
 def legendre_products(germ: Float, degrees: NDArray[np.int64]) -> Float:
     """Products (n, P) of Legendre polynomials of germs (n, d), orthonormal for uniform germs (S-5)."""
-    found = np.ones((len(germ), len(degrees)))
+    found = np.ones((len(degrees), len(germ)))
     norm = np.sqrt(2.0 * np.arange(degrees.max(initial=0) + 1) + 1.0)
-    for i in range(degrees.shape[1]):
-        if top := int(degrees[:, i].max(initial=0)):
-            found *= (np.polynomial.legendre.legvander(germ[:, i], top) * norm[: top + 1])[:, degrees[:, i]]
-    return found
+    for x, own in zip(germ.T, degrees.T, strict=True):
+        if top := int(own.max(initial=0)):
+            values = np.polynomial.legendre.legvander(x, top).T * norm[: top + 1, None]
+            for k in range(1, top + 1):
+                found[own == k] *= values[k]
+    return found.T
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,8 @@ class LoadModel:
 
     def logarithm(self, germ: Float, fits: int = 1) -> Float:
         """Expected logarithm (n, fits) of the load, the first column that of the fit."""
-        return self.basis(germ) @ self.coefficients[:fits].T
+        blocks = np.array_split(germ, len(germ) // BLOCK + 1)
+        return np.concatenate([self.basis(block) @ self.coefficients[:fits].T for block in blocks])
 
     def predict_output(self, x: ArrayLike, outside: Outside = "clip") -> Float:
         """Mean load (n,) over seeds at rows (n, d) of the variables in their order.
