@@ -313,6 +313,9 @@ def test_damaged_files_are_refused(tmp_path: Path) -> None:
         ({"loads": {"tower_base": 4.0}}, "no load 'tower_base': did you mean"),
         ({"variables": ("power_reference",)}, "needs controller"),
         ({"points": 4, "repeats": 5}, "repeats: 5 of 4 points"),
+        ({"loads": {"rotor_torque": 0.0}}, "positive slope"),
+        ({"bounds": {"shear_exponent": (-2.0, 0.5)}}, "runs of the campaign: wind"),
+        ({"turbulence": {"pionts": 15}}, "did you mean 'points'"),
     ],
 )
 def test_wrong_campaigns_are_told(settings: dict[str, object], words: str) -> None:

@@ -17,11 +17,11 @@ from pydantic import Field, model_validator
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import text_of, write_text
 from meltemi.core.record import Record
-from meltemi.core.yamlfile import read_record, write_record
+from meltemi.core.yamlfile import read_record, validated, write_record
 from meltemi.loadbase.engine import Progress, run_jobs
 from meltemi.loadbase.jobs import Job, case_key
 from meltemi.loadbase.store import Store
-from meltemi.loadcases.case import BaselineCase, ControllerCase, FixedCase, PowerCase
+from meltemi.loadcases.case import BaselineCase, ControllerCase, FixedCase, LoadCase, PowerCase
 from meltemi.surrogate.space import UNITS, USUAL, Space, site_space, space_filling
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
@@ -83,8 +83,8 @@ class SurrogateCampaign(Record):
             raise ValueError("controller: fixed holds torque and pitch and cannot produce")
         if "power_reference" in self.variables and not isinstance(self.controller, PowerCase):
             raise ValueError("variables: power_reference needs controller: {kind: power}")
-        if not self.loads:
-            raise ValueError("loads: name at least one with its slope")
+        if not self.loads or min(self.loads.values()) <= 0.0:
+            raise ValueError("loads: name at least one, with a positive slope")
         if self.repeats > self.points:
             raise ValueError(f"repeats: {self.repeats} of {self.points} points")
         return self
@@ -167,8 +167,10 @@ def surrogate_design(campaign: SurrogateCampaign) -> SurrogateDesign:
     Raises:
       InputError: as for :meth:`SurrogateCampaign.space`.
     """
-    c, space = campaign, campaign.space()
-    campaign.channels()
+    c, space, channels = campaign, campaign.space(), [name for names in campaign.channels().values() for name in names]
+    ends = space.bounds(np.array(space.ends))
+    for values in (ends[0].min(axis=0), ends[1].max(axis=0)):
+        validated(_content(c, channels, dict(zip(space.names, values, strict=True))), LoadCase, "runs of the campaign")
     n = c.points + c.checks
     germ = space_filling(len(space.variables), n, c.method, seed=c.realisation)
     several = np.zeros(n, dtype=bool)
