@@ -224,7 +224,7 @@ def test_node_functions_pass_without_compilation() -> None:
 
 LAYERS = (
     "core maths numbers environment turbine wind aero structure electrical control simulation postprocess loadcases "
-    "report studies envs loadbase app"
+    "report studies envs loadbase surrogate app"
 )
 
 

@@ -14,12 +14,15 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import meltemi
 from meltemi.app.cli import main
 from meltemi.loadcases.case import read_case
 from meltemi.studies import schemes, tuning
+from meltemi.surrogate.model import LoadModel, Polynomials, Surrogate, write_surrogate
+from meltemi.surrogate.space import site_space
 
 ROOT = Path(__file__).parents[2]
 PAGES = (
@@ -31,6 +34,9 @@ PAGES = (
     "docs/guide/batches.md",
     pytest.param(
         "docs/guide/load-base.md", marks=pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
+    ),
+    pytest.param(
+        "docs/guide/surrogate.md", marks=pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
     ),
     pytest.param(
         "docs/guide/learning.md", marks=pytest.mark.skipif(find_spec("gymnasium") is None, reason="needs gymnasium")
@@ -256,3 +262,19 @@ def test_readme_has_ten_lines() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     code = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)[0]
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
+
+
+@pytest.mark.parametrize(("package", "title"), [("floris", "floris_loads.py"), ("py_wake", "pywake_loads.py")])
+def test_wind_farm_programs_take_a_surrogate(package: str, title: str, tmp_path: Path) -> None:
+    if find_spec(package) is None:
+        pytest.skip(f"needs {package}")
+    page = "docs/guide/surrogate.md"
+    files(page, tmp_path)
+    space = site_space(hub_height=90.0, rotor_radius=63.0, cut_in=3.0, cut_out=25.0, rated_power=5e6)
+    basis = Polynomials(np.array([[0] * 6, [1] * 6]))
+    load = LoadModel("tower_base", "N m", 4.0, space, basis, np.array([[14.0, 0.1]]), 0.05, {})
+    (tmp_path / "surrogate").mkdir()
+    write_surrogate(Surrogate("nrel5mw", space, {"tower_base": load}, {}), tmp_path / "surrogate" / "surrogate.json")
+    ran = subprocess.run([sys.executable, title], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    assert title == "floris_loads.py" or "tower_base" in ran.stdout

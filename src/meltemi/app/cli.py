@@ -41,6 +41,7 @@ from meltemi.app.options import (
 )
 from meltemi.app.scans import default_speeds, finish, speeds_of
 from meltemi.app.stability import flutter, parked
+from meltemi.app.surrogate import surrogate
 from meltemi.app.terminal import (
     OutOption,
     print_table,
@@ -421,6 +422,7 @@ app.command()(flutter)
 app.command()(parked)
 app.command()(docs)
 app.add_typer(loads, name="loads")
+app.add_typer(surrogate, name="surrogate")
 
 
 @app.command()

@@ -184,12 +184,12 @@ def run_(
         found = run_base(
             planned,
             base,
-            shard=_shard(shard),
+            shard=shard_of(shard),
             workers=workers,
             dask=dask,
             device=device,
             retry=retry,
-            progress=_told(bar),
+            progress=told(bar),
         )
     _show_status(found, base)
 
@@ -201,7 +201,8 @@ def _planned(base: Path) -> Plan:
     return plan(read_campaign(base))
 
 
-def _shard(text: str | None) -> tuple[int, int]:
+def shard_of(text: str | None) -> tuple[int, int]:
+    """Number and count of shards of a text k/N."""
     if text is None:
         return 1, 1
     k, _, n = text.partition("/")
@@ -210,7 +211,7 @@ def _shard(text: str | None) -> tuple[int, int]:
     return int(k), int(n)
 
 
-def _told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
+def told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
     """Progress as a bar, and as lines where there is no terminal."""
     from rich.console import Console
 

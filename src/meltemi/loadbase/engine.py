@@ -158,12 +158,29 @@ def run_base(
       InputError: ``shard`` or ``device`` is not valid, a file cannot be read or written, or Dask is not installed.
       KeyboardInterrupt: Ctrl-C; what was finished is kept.
     """
+    jobs = jobs_of(plan)
+    store = Store(folder)
+    run_jobs(jobs, store, shard=shard, workers=workers, dask=dask, device=device, retry=retry, progress=progress)
+    return status_of(plan, jobs, store)
+
+
+def run_jobs(
+    jobs: Sequence[Job],
+    store: Store,
+    *,
+    shard: tuple[int, int] = (1, 1),
+    workers: int | None = None,
+    dask: str | None = None,
+    device: str = "cpu",
+    retry: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+) -> None:
+    """Run the jobs whose results are missing in a store; other arguments and errors as for :func:`run_base`."""
     k, n = shard
     if not 1 <= k <= n:
         raise InputError(f"shard: {k}/{n} must be k/N with k from 1 to N")
     if device != "cpu" and dask is not None:
         raise InputError(f"device {device!r} and dask exclude each other: the workers of Dask run on processors")
-    jobs, store = jobs_of(plan), Store(folder)
     store.tidy()
     own = list({job.key: job for job in jobs[k - 1 :: n]}.values())
     count = _Count(own, progress)
@@ -188,7 +205,6 @@ def run_base(
     backend: Backend = threads if dask is None else OnDask(dask)
     backend(groups(), finished)
     store.refresh()
-    return status_of(plan, jobs, store)
 
 
 def grouped(jobs: Sequence[Job]) -> list[list[Job]]:

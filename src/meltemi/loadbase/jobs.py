@@ -22,7 +22,7 @@ from meltemi.core.physics import PHYSICS
 from meltemi.core.yamlfile import validated
 from meltemi.loadbase.interfaces import interfaces_of, recorded, stations
 from meltemi.loadbase.plan import Plan
-from meltemi.loadbase.reduction import Reduced, reduced
+from meltemi.loadbase.reduction import Reduced, equivalent, reduced
 from meltemi.loadcases.case import ROSCO, LoadCase, case_run, case_turbine
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.points import initial_state
@@ -49,6 +49,8 @@ WITHOUT_CONTROL = (
 """Settings of the turbine's control that a run without control depends on."""
 OF_RUN = ("wind", "controller", "start", "duration", "transient", "events", "grid")
 """Keys of a case on which its model does not depend."""
+MOST_MODELS = 16
+"""Models that are kept for further cases."""
 QUOTED = re.compile(r"""["']([^"'\n]+)["']""")
 
 
@@ -61,12 +63,14 @@ class Job:
       key: hash of its resolved input, of the version of the physics, and of what is kept.
       content: of its case file.
       cycles: whether cycles are counted, for fatigue.
+      slopes: of load channels; if given, only their equivalent loads and the statistics are kept.
     """
 
     name: str
     key: str
     content: dict[str, Any]
     cycles: bool
+    slopes: dict[str, float] | None = None
 
     @property
     def seconds(self) -> float:
@@ -115,13 +119,16 @@ def jobs_of(plan: Plan) -> list[Job]:
     return found
 
 
-def case_key(content: dict[str, Any], cycles: bool, known: dict[str, str]) -> str:
+def case_key(
+    content: dict[str, Any], cycles: bool, known: dict[str, str], slopes: dict[str, float] | None = None
+) -> str:
     """Key of a case.
 
     Args:
       content: of its case file; paths are absolute.
       cycles: whether cycles are counted.
       known: hashes of turbines and files, filled as they are needed.
+      slopes: of load channels, see :class:`Job`.
 
     Raises:
       InputError: the turbine or a file of the controller cannot be read.
@@ -140,6 +147,7 @@ def case_key(content: dict[str, Any], cycles: bool, known: dict[str, str]) -> st
             controller[part] = once(str(path), lambda path=path, part=part: _files_hash(path, part == "input"))  # type: ignore[misc]
     own = once(f"{turbine} {controlled}", lambda: _turbine_hash(turbine, controlled))
     given = [PHYSICS, REDUCTION, cycles, content | {"turbine": own, "controller": controller}]
+    given += [slopes] if slopes else []
     return hashlib.sha256(json.dumps(given, sort_keys=True).encode()).hexdigest()[:24]
 
 
@@ -184,13 +192,16 @@ class Workshop:
         """
         group = json.dumps({k: v for k, v in job.content.items() if k not in OF_RUN}, sort_keys=True)
         if group not in self.models:
+            if len(self.models) >= MOST_MODELS:
+                del self.models[next(iter(self.models))]
             case = validated(job.content, LoadCase, job.name)
             turbine = aeroelastic(case_turbine(case, Path()), "meltemi loads")
             self.models[group] = build(turbine, case.options, case.environment)
         model = self.models[group]
         blade, tower = stations(model.turbine)
-        channels = recorded(model.turbine, interfaces_of(model.turbine))
-        own = {"channels": channels, "blade_stations": blade, "tower_stations": tower}
+        own: dict[str, Any] = {"blade_stations": blade, "tower_stations": tower}
+        own["channels"] = recorded(model.turbine, interfaces_of(model.turbine))
+        own = {} if job.slopes else own
         run = case_run(validated(job.content | own, LoadCase, job.name), model.turbine, Path(), model=model)
 
         def start() -> Any:
@@ -213,7 +224,9 @@ class Workshop:
         """The row of a result, in the thread that simulated it."""
         job, turbine, began, wind = self.begun.pop(str(result.meta["case"]))
         ended, kept = thread_time(), None
-        if result.status.complete:
+        if result.status.complete and job.slopes:
+            kept = equivalent(result, job.slopes)
+        elif result.status.complete:
             rated = turbine.rated_rotor_speed
             kept = reduced(result, interfaces_of(turbine), rated_speed=rated, cycles=job.cycles)
         simulated = float(result.time[-1]) if len(result.time) else 0.0
@@ -257,7 +270,7 @@ def check_key(job: Job, known: dict[str, str]) -> None:
     Raises:
       InputError: it has not.
     """
-    if case_key(job.content, job.cycles, known) != job.key:
+    if case_key(job.content, job.cycles, known, job.slopes) != job.key:
         raise InputError(
             f"{job.name}: this process has another version of meltemi (physics {PHYSICS}), turbine or controller file"
         )

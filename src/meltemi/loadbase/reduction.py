@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import cos, radians, sin
 from typing import Any
@@ -14,6 +14,7 @@ from meltemi.loadbase.interfaces import TURNED, Interface
 from meltemi.postprocess.cycles import Cycles, bin_cycles, rainflow_cycles
 from meltemi.postprocess.durations import actuator_duty, count_stops, load_duration
 from meltemi.postprocess.extremes import DRIVERS, TRANSVERSE, extreme_loads
+from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
@@ -81,6 +82,21 @@ def reduced(result: Result, interfaces: Sequence[Interface], *, rated_speed: flo
         {name: actuator_duty(series[name], dt=_step(part), threshold=MOVING) for name in series if _drive(name)},
         count_stops(series["rotor_speed"], on=ON * rated_speed, off=OFF * rated_speed),
     )
+
+
+def equivalent(result: Result, slopes: Mapping[str, float]) -> Reduced:
+    """Reduce a complete run to its statistics and, for each load, the one range that does its damage at a slope.
+
+    Args:
+      result: with the channels of the loads.
+      slopes: m of the S-N curve by channel.
+    """
+    part = result.evaluated
+    loads = equivalent_loads(part, list(slopes), slopes=slopes)
+    seconds = np.array([part.time[-1] - part.time[0]])
+    cycles = {name: Cycles(np.array([x]), np.array([part[name].mean()]), seconds) for name, x in loads.items()}
+    statistics = np.array([(x.mean(), x.std(), x.min(), x.max()) for x in part.data.T])
+    return Reduced(tuple(part.names), statistics, {}, cycles, {}, {}, 0)
 
 
 def large_cycles(series: Float) -> Cycles:

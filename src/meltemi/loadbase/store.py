@@ -228,8 +228,8 @@ def _lists(parts: Sequence[Any], fields: Sequence[str], kind: Any = np.float64) 
 
 def _extremes(reduced: Any) -> list[Any]:
     names = [name for name in reduced.extremes for _ in DRIVERS]
-    times = np.concatenate([time for time, _ in reduced.extremes.values()])
-    loads = np.concatenate([loads for _, loads in reduced.extremes.values()])
+    times = np.concatenate([*(time for time, _ in reduced.extremes.values()), np.zeros(0)])
+    loads = np.concatenate([*(loads for _, loads in reduced.extremes.values()), np.zeros((0, 6))])
     return [names, list(DRIVERS) * len(reduced.extremes), times, *loads.T]
 
 
