@@ -198,9 +198,8 @@ class Simulation:
         case.begin_electric(dt)
         begin(case)
         case.clock.every_output, case.clock.every_control, case.settings.time_step = every_output, every_control, dt
-        # a torque held between calls of the controller jumps; stiff shafts notice that it would lead by half a step
-        jumps = controller.sample_time is not None and not model.has_electrical and np.any(case["weights"])
-        case.settings.held_share = 0.5 if jumps else 0.0
+        # an instant stands for half a step before and after it: what is held between calls and jumps there would lead
+        case.settings.held_share = 0.0 if controller.sample_time is None else 0.5
         self.model, self.wind, self.case, self.controller = model, wind, case, case.controller
         self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
         self.start = {

@@ -357,7 +357,9 @@ def actuate(dt: float, c: Control, m: AnySystem) -> None:
 @kernel
 def generate(c: Control, m: AnySystem) -> None:
     """Set the torque of generator and brake; with an electrical system the mean one over the following step."""
+    before = c.drive.generator_torque
     drive_advance(c)
+    c.drive.torque_jump = c.drive.generator_torque - before
     if c.electrical.on > 0.0:
         outside, demands = c.outside, c.demands
         reactive = demands.reactive_power + outside.reactive_power
@@ -370,7 +372,19 @@ def generate(c: Control, m: AnySystem) -> None:
             outside.grid_frequency,
             c,
         )
-        c.drive.generator_torque = c.electric.torque
+        c.drive.generator_torque, c.drive.torque_jump = c.electric.torque, 0.0
+
+
+@kernel
+def shift(share: float, c: Control) -> None:
+    """Shift what jumps at this instant by a share of its jump: generator torque, pitch and flap angles."""
+    drive, pitch, flap = c.drive, c.pitch, c.flap
+    drive.generator_torque += share * drive.torque_jump
+    for b in range(pitch.blades):
+        pitch.angle[b] += share * pitch.jump[b]
+    for j in range(flap.flaps):
+        for b in range(flap.blades):
+            flap.angle[j, b] += share * flap.jump[j, b]
 
 
 @kernel
@@ -439,13 +453,10 @@ def advance(
             control(t, controller, run, c, m)
             if clock.status != OK:
                 return
-        held = c.drive.generator_torque
         actuate(0.0, c, m)
-        follow = c.drive.generator_torque
-        if c.settings.held_share > 0.0:
-            c.drive.generator_torque = follow + c.settings.held_share * (held - follow)
+        shift(-c.settings.held_share, c)
         physics(t, dt, run, m)
-        c.drive.generator_torque = follow
+        shift(c.settings.held_share, c)
         if diverged(m):
             clock.status = DIVERGED
             return
