@@ -445,7 +445,8 @@ def _lower_neighbours(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         flat = builder.add(builder.mul(flat, splat(builder, length)), builder.sext(i, _VL))
     flat = builder.mul(flat, ir.Constant(_VL, [3] * WIDTH))
     entry = ir.FloatType()
-    fours, twos = [], []
+    fours: list[Any] = []
+    twos: list[Any] = []
     for lane in range(WIDTH):
         place = builder.gep(array.data, [builder.extract_element(flat, _I32(lane))], source_etype=entry)
         for first, count, parts in ((0, 4, fours), (4, 2, twos)):
