@@ -61,7 +61,7 @@ PARAMETERS = (
     "structure.hub_mass",
 )
 SLOPE = 4.0
-MOVES = (2e-7, 7e-8, 2.5e-8)
+MOVES = (6e-7, 2e-7, 7e-8, 2.5e-8)
 
 
 def box(speed: float, seed: int) -> WindBox:

@@ -94,6 +94,7 @@ OPERATIONS = {
     "cos": Operation(lambda x, y: math.cos(x), lambda x, y: -math.sin(x)),
     "tan": Operation(lambda x, y: math.tan(x), lambda x, y: 1.0 / math.cos(x) ** 2, x=(-1.4, 1.4)),
     "exp": Operation(lambda x, y: math.exp(x), lambda x, y: math.exp(x)),
+    "expm1": Operation(lambda x, y: math.expm1(x), lambda x, y: math.exp(x)),
     "log": Operation(lambda x, y: math.log(y), lambda x, y: 0.0, lambda x, y: 1.0 / y),
     "acos": Operation(lambda x, y: math.acos(x), lambda x, y: -1.0 / math.sqrt(1.0 - x * x), x=(-0.99, 0.99)),
     "tanh": Operation(lambda x, y: math.tanh(x), lambda x, y: 1.0 / math.cosh(x) ** 2),

@@ -63,6 +63,7 @@ def hyperbolic_tangent(x: Decimal) -> Decimal:
 
 EXACT: dict[str, Callable[..., Decimal]] = {
     "exp": Decimal.exp,
+    "expm1": lambda x: x.exp() - 1,
     "log": Decimal.ln,
     "sin": sine,
     "cos": cosine,
@@ -73,6 +74,7 @@ EXACT: dict[str, Callable[..., Decimal]] = {
 }
 ULP = {
     "exp": 1.2,
+    "expm1": 2.5,
     "log": 1.0,
     "sin": 2.5,
     "cos": 2.5,
@@ -96,6 +98,8 @@ def arguments(name: str, n: int) -> Float:
 
     if name == "exp":
         found = [even(-708.0, 709.7), even(-2.0, 2.0), sizes(-20.0, 0.0), [0.0, -708.0, 709.78, 0.5 * math.log(2.0)]]
+    elif name == "expm1":
+        found = [even(-708.0, 708.9), even(-2.0, 2.0), sizes(-20.0, 0.0), [0.0, -708.0, 709.0, -0.5 * math.log(2.0)]]
     elif name == "log":
         near = [math.sqrt(0.5), np.nextafter(math.sqrt(0.5), 0.0), np.nextafter(1.0, 0.0), np.nextafter(1.0, 2.0)]
         found = [10.0 ** even(-307.0, 308.0), even(0.5, 2.0), 1.0 + sizes(-15.0, -1.0), [1.0, 2.0**-1022, *near]]

@@ -17,7 +17,7 @@ import pytest
 from kernel_arrays import call, compiled
 from numpy.typing import NDArray
 
-from meltemi.maths.generic import anywhere, floor, largest, split, total, two_to, where, whole, zero
+from meltemi.maths.generic import anywhere, floor, largest, neighbours, split, total, two_to, where, whole, zero
 from meltemi.maths.records import Kind
 from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.numbers.lanes import WIDTH
@@ -144,6 +144,7 @@ OPERATIONS = {
     "exponent": Operation(lambda x, y: split(x)[1], lambda x, y: split(x)[1], between(1e-300, 1e5)),
     # elementary functions: their own errors are measured in test_elementary, that of the C library's comes on top
     "exp": Operation(lambda x, y: math.exp(x), lambda x, y: math.exp(x), between(-700.0, 700.0), 3),
+    "expm1": Operation(lambda x, y: math.expm1(x), lambda x, y: math.expm1(x), between(-50.0, 700.0), 4),
     "log": Operation(lambda x, y: math.log(x), lambda x, y: math.log(x), between(1e-3, 1e5), 3),
     "sin": Operation(lambda x, y: math.sin(x), lambda x, y: math.sin(x), between(-1e3, 1e3), 4),
     "cos": Operation(lambda x, y: math.cos(x), lambda x, y: math.cos(x), between(-1e3, 1e3), 4),
@@ -358,3 +359,21 @@ def test_floats_and_lanes_agree_to_the_last_bit_in_arithmetic() -> None:
 def test_what_lanes_cannot_do_does_not_compile(wrong: Callable[[Any], Any]) -> None:
     with pytest.raises(numba.core.errors.TypingError):
         applied(lambda x, y: wrong(x), np.ones(WIDTH), np.ones(WIDTH))
+
+
+def test_neighbours_in_a_box() -> None:
+    box = RNG.normal(size=(3, 4, 5, 3)).astype(np.float32)
+    places = RNG.integers(0, (3, 4, 4), (N, 3))
+    places[0], places[-1] = 0, (2, 3, 3)
+    i, k, j = (p.astype(float).reshape(1, -1) for p in places.T)
+
+    def every(box: Any, i: Any, k: Any, j: Any, out: Any) -> None:
+        for n in range(i.shape[1]):
+            found = neighbours(box, whole(i[0, n]), whole(k[0, n]), whole(j[0, n]))
+            for c in range(6):
+                out[c, n] = found[c]
+
+    out = np.full((6, N), 777.0)
+    run(every, box, i, k, j, out, of_nodes=(1, 2, 3, 4))
+    expected = np.array([[*box[i, k, j], *box[i, k, j + 1]] for i, k, j in places]).T
+    np.testing.assert_array_equal(out, expected)

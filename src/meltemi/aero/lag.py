@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp
+from math import expm1
 from typing import NamedTuple
 
 from meltemi.core.kernel import kernel
@@ -23,10 +23,10 @@ def lag(h: float) -> Lag:
 
     Solves dy/dt = (u - y) / tau exactly for linear u; h = 0 leaves y unchanged.
     """
-    e = exp(-h)
-    # (1 - exp(-h)) / h, by its series where the quotient would lose digits
-    mean = where(h < 1e-3, 1.0 - h * (0.5 - h * (1.0 / 6.0 - h * (1.0 / 24.0))), (1.0 - e) / max(h, 1e-3))
-    return Lag(e, mean - e, 1.0 - mean)
+    moved = h > 0.0
+    lost = -expm1(-h)
+    mean = where(moved, lost / where(moved, h, 1.0), 1.0)
+    return Lag(1.0 - lost, mean - (1.0 - lost), 1.0 - mean)
 
 
 @kernel

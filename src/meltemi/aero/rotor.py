@@ -17,7 +17,7 @@ Reference: docs/theory/aerodynamics.md (A-1 to A-47).
 
 from __future__ import annotations
 
-from math import acos, atan2, cos, pi, sin, sqrt, tan
+from math import acos, atan2, pi, sqrt, tan
 
 from meltemi.aero import inflow, stall, tower_flow
 from meltemi.aero.air import Air
@@ -26,7 +26,7 @@ from meltemi.aero.flaps import equivalent_angle, flap_increment
 from meltemi.aero.polars import Coefficients, ramp, wrap
 from meltemi.aero.stall.section import CAMBER
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import largest, total, where, whole
+from meltemi.maths.generic import anywhere, largest, total, where, whole
 from meltemi.maths.vectors import Rot, Vec, cross, dot, norm
 from meltemi.wind.velocity import wind_velocity
 
@@ -77,8 +77,9 @@ def chord_angle(cb: float, sb: float, section: Rot, variant: float) -> float:
       variant: 0: that of chord and normal in the strip's plane, 1: the last of the rotations sweep, flap, twist.
     """
     normal_x, chord_x = cb * section.xx - sb * section.zx, cb * section.xy - sb * section.zy
-    in_strip = atan2(chord_x - section.yx, normal_x + section.yy)
-    return where(variant > 0.0, atan2(section.xy, section.xx), in_strip)
+    if anywhere(variant > 0.0):
+        return atan2(section.xy, section.xx)
+    return atan2(chord_x - section.yx, normal_x + section.yy)
 
 
 @kernel
@@ -114,8 +115,9 @@ def quotient(x: float, speed: float) -> float:
 @kernel
 def flapped(alpha: float, m: Air, b: int, n: int) -> tuple[Coefficients, float]:
     """Increments of the flaps at a node, at any angle of attack, and their equivalent angle [rad]."""
-    added, angle = flap_increment(wrap(alpha), m, b, n), 0.0
+    added, angle = Coefficients(0.0, 0.0, 0.0), 0.0
     if m.flap_nodes.shape[0] > 0:
+        added = flap_increment(wrap(alpha), m, b, n)
         angle = equivalent_angle(added.lift, m.section.slope[whole(m.aero_nodes.polar[b, n])])
     return added, angle
 
@@ -181,17 +183,17 @@ def loads(dt: float, m: Air) -> None:
         sin_skew = dot(in_plane, rotor.skew_axis) / norm(in_plane)
         F_b, M_b = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
         for n in range(flow.nodes):
-            induced_velocity(dt, m, sin_skew, b, n)
+            un, ut = induced_velocity(dt, m, sin_skew, b, n)
             section_coefficients(dt, m, b, n)
             # loads per length in strip axes, then in blade axes on the node
             cb, sb = flow.cos_bend[b, n], flow.sin_bend[b, n]
-            chord, speed, phi = nodes.chord[b, n], flow.speed[b, n], flow.phi[b, n]
-            pressure = 0.5 * m.aero.air_density * speed * speed * chord
-            s, c = sin(phi), cos(phi)
+            chord, speed = nodes.chord[b, n], flow.speed[b, n]
+            # pressure times chord, by the speed: its products with the velocity have the sine and cosine of phi
+            flux = 0.5 * m.aero.air_density * speed * chord
             lift, drag = flow.lift[b, n], flow.drag[b, n]
-            normal = pressure * (lift * c + drag * s)
-            driving = pressure * (lift * s - drag * c)
-            pitching = pressure * chord * flow.moment[b, n]
+            normal = flux * (lift * ut + drag * un)
+            driving = flux * (lift * un - drag * ut)
+            pitching = flux * speed * chord * flow.moment[b, n]
             flow.normal_force[b, n] = normal
             flow.driving_force[b, n] = driving
             flow.pitching_moment[b, n] = pitching
@@ -212,8 +214,12 @@ def loads(dt: float, m: Air) -> None:
 
 
 @kernel
-def induced_velocity(dt: float, m: Air, sin_skew: float, b: int, n: int) -> None:
-    """Dynamic inflow and skewed wake at one node: induction factors, inflow angle and speed (A-19 to A-28)."""
+def induced_velocity(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tuple[float, float]:
+    """Dynamic inflow and skewed wake at one node: induction factors, inflow angle and speed (A-19 to A-28).
+
+    Returns:
+      Relative wind [m/s] with induction, normal to the strip and along it.
+    """
     flow, rotor, options = m.flow, m.rotor, m.aero_options
     vx, vy = flow.vx[b, n], flow.vy[b, n]
     inflow.advance(options.inflow, dt, m, b, n)
@@ -233,6 +239,7 @@ def induced_velocity(dt: float, m: Air, sin_skew: float, b: int, n: int) -> None
     flow.phi[b, n] = phi
     flow.speed[b, n] = sqrt(un * un + ut * ut)
     flow.alpha[b, n] = wrap(phi - flow.theta[b, n])
+    return un, ut
 
 
 @kernel

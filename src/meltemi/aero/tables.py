@@ -92,6 +92,9 @@ class FlapParameters(Table, axes="flap blade", title="flap"):
     angle: Numbers = number("rad", "deflection, trailing edge towards the pressure side when positive")
     rate: Numbers = number("rad/s", "its rate")
     acceleration: Numbers = number("rad/s^2", "its acceleration over the last step")
+    held: Numbers = number(
+        "rad", "deflection before a jump at this instant; while the equations are evaluated, after it"
+    )
     switches: Numbers = number("-", "limits that a difference step would have reached or left, in derivative runs")
 
 

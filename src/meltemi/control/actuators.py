@@ -72,6 +72,7 @@ def pitch_advance(dt: float, c: Actuation) -> None:
             if dt > 0.0:
                 pitch.acceleration[b] = -pitch.rate[b] / dt
                 pitch.rate[b] = 0.0
+            pitch.held[b] = pitch.angle[b]
             continue
         demand, most, run = c.demands.pitch[b], p.pitch_rate, f.pitch_run[b]
         if run != 0.0:
@@ -83,7 +84,7 @@ def pitch_advance(dt: float, c: Actuation) -> None:
         angle, rate = pitch.angle[b] - offset, pitch.rate[b]
         limits = ActuatorParameters(p.pitch_frequency, p.pitch_damping, most, low, high, run != 0.0)
         new, pitch.rate[b], switches = actuator_models.advance(whole(p.pitch_model), angle, rate, demand, limits, dt)
-        pitch.angle[b] = new + offset
+        pitch.held[b], pitch.angle[b] = pitch.angle[b], new + offset
         if dt > 0.0:
             pitch.switches[b] += switches
             pitch.acceleration[b] = (pitch.rate[b] - rate) / dt
@@ -100,6 +101,7 @@ def flap_advance(dt: float, c: Actuation) -> None:
                 if dt > 0.0:
                     flap.acceleration[j, b] = -flap.rate[j, b] / dt
                     flap.rate[j, b] = 0.0
+                flap.held[j, b] = flap.angle[j, b]
                 continue
             demand = c.demands.flap[j, b]
             if dt > 0.0:
@@ -108,7 +110,7 @@ def flap_advance(dt: float, c: Actuation) -> None:
             angle, rate = flap.angle[j, b], flap.rate[j, b]
             limits = ActuatorParameters(p.frequency[j], p.damping[j], p.rate[j], low, high, False)
             new, new_rate, switches = actuator_models.advance(whole(p.model[j]), angle, rate, demand, limits, dt)
-            flap.angle[j, b] = new
+            flap.held[j, b], flap.angle[j, b] = angle, new
             flap.rate[j, b] = new_rate
             if dt > 0.0:
                 flap.switches[j, b] += switches

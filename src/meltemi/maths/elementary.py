@@ -9,7 +9,8 @@ the Elementary Functions, 1980): the argument is reduced to a short interval, on
 approximates the function,
 
 * exp: x = n ln 2 + r, |r| <= ln(2)/2, exp x = 2^n (1 + g), g = r + r^2 P(r),
-* tanh: (e^2x - 1)/(e^2x + 1) with e^2x - 1 = 2^n g + (2^n - 1), which loses no digits,
+* expm1: e^x - 1 = 2^n g + (2^n - 1), which loses no digits,
+* tanh: (e^2x - 1)/(e^2x + 1) with that,
 * log: x = m 2^e, s = (m - 1)/(m + 1), log m = 2 atanh s = 2 s + s^3 P(s^2),
 * sin, cos, tan: x = n pi/2 + r, |r| <= pi/4,
 * atan: t = a/b <= 1, and atan t = pi/4 + atan((a - b)/(a + b)) for t > tan(pi/8),
@@ -159,14 +160,25 @@ def exp(x: float) -> float:
 
 
 @kernel
+def _less_one(x: float) -> float:
+    """e^x - 1 from -708 to 709."""
+    n = floor(x * LOG2_E + 0.5)
+    power = two_to(n)
+    return power * _growth((x - n * LN2_A) - n * LN2_B) + (power - 1.0)
+
+
+@kernel
+def expm1(x: float) -> float:
+    """e^x - 1 to 2.5 ulp, for x up to 709."""
+    return _less_one(where(x < EXP_LOW, EXP_LOW, x))
+
+
+@kernel
 def tanh(x: float) -> float:
     """Hyperbolic tangent to 2.5 ulp, for all x."""
     a = abs(x)
     y = where(a > TANH_ONE, TANH_ONE, a)
-    y = y + y
-    n = floor(y * LOG2_E + 0.5)
-    power = two_to(n)
-    g = power * _growth((y - n * LN2_A) - n * LN2_B) + (power - 1.0)
+    g = _less_one(y + y)
     t = g / (g + 2.0)
     return where(x < 0.0, -t, t)
 

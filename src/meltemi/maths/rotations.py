@@ -36,12 +36,9 @@ def slopes(a2: float) -> tuple[float, float]:
 
 
 @kernel
-def rotation(theta: Vec) -> Rot:
-    """Rotation by |theta| [rad] about theta."""
+def _matrix(theta: Vec, s: float, c: float) -> Rot:
+    """1 + s theta~ + c theta~ theta~."""
     x, y, z = theta.x, theta.y, theta.z
-    a2 = dot(theta, theta)
-    c, d = coefficients(a2)
-    s = 1.0 - a2 * d
     return Rot(
         1.0 - c * (y * y + z * z),
         c * x * y - s * z,
@@ -53,6 +50,21 @@ def rotation(theta: Vec) -> Rot:
         c * y * z + s * x,
         1.0 - c * (x * x + y * y),
     )
+
+
+@kernel
+def rotation(theta: Vec) -> Rot:
+    """Rotation by |theta| [rad] about theta."""
+    a2 = dot(theta, theta)
+    c, d = coefficients(a2)
+    return _matrix(theta, 1.0 - a2 * d, c)
+
+
+@kernel
+def tangent(theta: Vec) -> Rot:
+    """Matrix T of the angular velocity T rate of the rotation by ``theta`` that changes at ``rate``."""
+    c, d = coefficients(dot(theta, theta))
+    return _matrix(theta, c, d)
 
 
 @kernel

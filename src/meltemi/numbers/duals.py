@@ -349,6 +349,11 @@ def _exp(x: Any) -> Any:
     return chain(e, e, x)
 
 
+def _expm1(x: Any) -> Any:
+    e = math.expm1(value(x))
+    return chain(e, e + 1.0, x)
+
+
 def _log(x: Any) -> Any:
     return chain(math.log(value(x)), 1.0 / value(x), x)
 
@@ -383,6 +388,7 @@ for _function, _implementation in (
     (math.cos, _cos),
     (math.tan, _tan),
     (math.exp, _exp),
+    (math.expm1, _expm1),
     (math.log, _log),
     (math.acos, _acos),
     (math.tanh, _tanh),

@@ -36,6 +36,7 @@ from meltemi.maths.generic import (
     floor,
     largest,
     last,
+    neighbours,
     running,
     split,
     total,
@@ -323,6 +324,7 @@ def _lower_split(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 for _function, _ours in (
     (math.exp, elementary.exp),
+    (math.expm1, elementary.expm1),
     (math.log, elementary.log),
     (math.sin, elementary.sin),
     (math.cos, elementary.cos),
@@ -414,6 +416,53 @@ def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         place = builder.gep(array.data, [builder.extract_element(flat, _I32(k))], source_etype=entry)
         found = builder.insert_element(found, builder.load(place, typ=entry), _I32(k))
     return found if kind.dtype == types.float64 else builder.fpext(found, _VF)
+
+
+class _Neighbours(AbstractTemplate):
+    key = neighbours
+
+    def generic(self, args: Any, kws: Any) -> Any:
+        box, *at = args
+        if not (isinstance(box, types.Array) and box.ndim == 4 and int_lanes in at):
+            return None
+        return signature(types.UniTuple(lanes, 6), box, int_lanes, int_lanes, int_lanes)
+
+
+infer_global(neighbours)(_Neighbours)
+
+
+def _shuffle(builder: Any, x: Any, y: Any, places: list[int]) -> Any:
+    return builder.shuffle_vector(x, y, ir.Constant(ir.VectorType(_I32, len(places)), places))
+
+
+@lower_builtin(neighbours, types.Array, IntLanesType, IntLanesType, IntLanesType)
+def _lower_neighbours(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    """Load four and two numbers of each lane at once, and transpose them; single numbers would take thrice as long."""
+    array = context.make_array(sig.args[0])(context, builder, args[0])
+    shape = cgutils.unpack_tuple(builder, array.shape)
+    flat = builder.sext(args[1], _VL)
+    for length, i in zip(shape[1:3], args[2:], strict=True):
+        flat = builder.add(builder.mul(flat, splat(builder, length)), builder.sext(i, _VL))
+    flat = builder.mul(flat, ir.Constant(_VL, [3] * WIDTH))
+    entry = ir.FloatType()
+    fours: list[Any] = []
+    twos: list[Any] = []
+    for lane in range(WIDTH):
+        place = builder.gep(array.data, [builder.extract_element(flat, _I32(lane))], source_etype=entry)
+        for first, count, parts in ((0, 4, fours), (4, 2, twos)):
+            kind = ir.VectorType(entry, count)
+            at = builder.bitcast(builder.gep(place, [_I32(first)], source_etype=entry), kind.as_pointer())
+            parts.append(builder.load(at, align=4, typ=kind))
+    # lanes 0 to 3 in the lower half of a register, 4 to 7 in the upper one
+    halves = [_shuffle(builder, fours[i], fours[i + 4], [*range(8)]) for i in range(4)]
+    found = []
+    for mixed in ([0, 8, 1, 9, 4, 12, 5, 13], [2, 10, 3, 11, 6, 14, 7, 15]):
+        a, b = (_shuffle(builder, halves[i], halves[i + 1], mixed) for i in (0, 2))
+        found += [_shuffle(builder, a, b, [i, i + 1, i + 8, i + 9, i + 4, i + 5, i + 12, i + 13]) for i in (0, 2)]
+    pairs = [_shuffle(builder, twos[i], twos[i + 1], [*range(4)]) for i in (0, 2, 4, 6)]
+    a, b = (_shuffle(builder, pairs[i], pairs[i + 2], [*range(8)]) for i in (0, 1))
+    found += [_shuffle(builder, a, b, [i, i + 2, i + 8, i + 10, i + 4, i + 6, i + 12, i + 14]) for i in (0, 1)]
+    return context.make_tuple(builder, sig.return_type, [builder.fpext(x, _VF) for x in found])
 
 
 class _Zero(AbstractTemplate):

@@ -198,9 +198,8 @@ class Simulation:
         case.begin_electric(dt)
         begin(case)
         case.clock.every_output, case.clock.every_control, case.settings.time_step = every_output, every_control, dt
-        # a torque held between calls of the controller jumps; stiff shafts notice that it would lead by half a step
-        jumps = controller.sample_time is not None and not model.has_electrical and np.any(case["weights"])
-        case.settings.held_share = 0.5 if jumps else 0.0
+        # an instant stands for half a step before and after it: what is held between calls and jumps there would lead
+        case.settings.held_share = 0.0 if controller.sample_time is None else 0.5
         self.model, self.wind, self.case, self.controller = model, wind, case, case.controller
         self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
         self.start = {
@@ -547,15 +546,20 @@ def controller_warnings(controller: Controller, state: Any) -> list[str]:
         return [f"warnings of the controller {controller.name!r} raised {type(error).__name__}: {error}"]
 
 
+@cache
+def _package() -> str:
+    """Version of the installed package."""
+    try:
+        return version("meltemi")
+    except PackageNotFoundError:
+        return "unknown"
+
+
 def describe(run: Simulation) -> dict[str, Any]:
     """Data to repeat a run."""
     model, wind = run.model, run.wind
-    try:
-        package = version("meltemi")
-    except PackageNotFoundError:
-        package = "unknown"
     return {
-        "meltemi": package,
+        "meltemi": _package(),
         "turbine": model.turbine.name,
         "turbine_hash": model.turbine.content_hash(),
         "model_hash": model.content_hash(),

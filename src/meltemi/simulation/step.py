@@ -357,6 +357,7 @@ def actuate(dt: float, c: Control, m: AnySystem) -> None:
 @kernel
 def generate(c: Control, m: AnySystem) -> None:
     """Set the torque of generator and brake; with an electrical system the mean one over the following step."""
+    c.drive.torque_held = c.drive.generator_torque
     drive_advance(c)
     if c.electrical.on > 0.0:
         outside, demands = c.outside, c.demands
@@ -370,7 +371,40 @@ def generate(c: Control, m: AnySystem) -> None:
             outside.grid_frequency,
             c,
         )
-        c.drive.generator_torque = c.electric.torque
+        c.drive.generator_torque = c.drive.torque_held = c.electric.torque
+
+
+@kernel
+def between(share: float, c: Control) -> None:
+    """Let what jumps at this instant, generator torque, pitch and flap angles, keep a share of its value before.
+
+    The values after the jump are held until :func:`complete` sets them.
+    """
+    drive, pitch, flap = c.drive, c.pitch, c.flap
+    torque = drive.generator_torque
+    drive.generator_torque = torque + share * (drive.torque_held - torque)
+    drive.torque_held = torque
+    for b in range(pitch.blades):
+        angle = pitch.angle[b]
+        pitch.angle[b] = angle + share * (pitch.held[b] - angle)
+        pitch.held[b] = angle
+    for j in range(flap.flaps):
+        for b in range(flap.blades):
+            angle = flap.angle[j, b]
+            flap.angle[j, b] = angle + share * (flap.held[j, b] - angle)
+            flap.held[j, b] = angle
+
+
+@kernel
+def complete(c: Control) -> None:
+    """Complete the jumps of this instant."""
+    drive, pitch, flap = c.drive, c.pitch, c.flap
+    drive.generator_torque = drive.torque_held
+    for b in range(pitch.blades):
+        pitch.angle[b] = pitch.held[b]
+    for j in range(flap.flaps):
+        for b in range(flap.blades):
+            flap.angle[j, b] = flap.held[j, b]
 
 
 @kernel
@@ -439,13 +473,10 @@ def advance(
             control(t, controller, run, c, m)
             if clock.status != OK:
                 return
-        held = c.drive.generator_torque
         actuate(0.0, c, m)
-        follow = c.drive.generator_torque
-        if c.settings.held_share > 0.0:
-            c.drive.generator_torque = follow + c.settings.held_share * (held - follow)
+        between(c.settings.held_share, c)
         physics(t, dt, run, m)
-        c.drive.generator_torque = follow
+        complete(c)
         if diverged(m):
             clock.status = DIVERGED
             return

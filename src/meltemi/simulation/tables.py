@@ -11,7 +11,7 @@ class Settings(Table):
 
     time_step: float = number("s", "time step of the run")
     efficiency: float = number("-", "efficiency of the generator")
-    held_share: float = number("-", "share of the torque before an instant in the torque at it")
+    held_share: float = number("-", "share of torque, pitch and flap angles before a jump in those at its instant")
 
 
 class Summary(Table):

@@ -77,6 +77,9 @@ class Drive(Table):
     """Torques of the actuators on the structure, and state of the yaw drive."""
 
     generator_torque: float = number("N m", "torque on the generator's shaft, positive against the rotor's rotation")
+    torque_held: float = number(
+        "N m", "torque before a jump at this instant; while the equations are evaluated, after it"
+    )
     brake_torque: float = number("N m", "brake torque on the generator's shaft, against its rotation")
     brake_speed: float = number("rad/s", "generator speed within which the brake's dry friction is smoothed")
     yaw_command: float = number("rad", "yaw angle commanded by the yaw drive")
@@ -97,6 +100,7 @@ class PitchMotion(Table, axes="blade", title="pitch"):
     angle: Numbers = number("rad", "pitch angle")
     rate: Numbers = number("rad/s", "pitch rate")
     acceleration: Numbers = number("rad/s^2", "pitch acceleration over the last step")
+    held: Numbers = number("rad", "angle before a jump at this instant; while the equations are evaluated, after it")
     switches: Numbers = number("-", "limits reached or left within the finite difference, in derivative runs")
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 from math import cos, exp, floor, log, sin, tan
 
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import where, whole
+from meltemi.maths.generic import neighbours, where, whole
 from meltemi.maths.records import Array1, Array2, Box, Constant
 from meltemi.maths.tables import Table, number
 from meltemi.maths.vectors import Vec
@@ -143,13 +143,14 @@ def box_velocity(p: Vec, t: float, m: WindField) -> Vec:
 @kernel
 def plane(m: WindField, i: int, k: int, j: int, d: float, b: float) -> Vec:
     """Velocity in plane i of the box, bilinear: by d from row k to the next and by b from column j to the next."""
-    box = m.box
-    w00, w01, w10, w11 = (1.0 - d) * (1.0 - b), (1.0 - d) * b, d * (1.0 - b), d * b
-    return Vec(
-        w00 * box[i, k, j, 0] + w01 * box[i, k, j + 1, 0] + w10 * box[i, k + 1, j, 0] + w11 * box[i, k + 1, j + 1, 0],
-        w00 * box[i, k, j, 1] + w01 * box[i, k, j + 1, 1] + w10 * box[i, k + 1, j, 1] + w11 * box[i, k + 1, j + 1, 1],
-        w00 * box[i, k, j, 2] + w01 * box[i, k, j + 1, 2] + w10 * box[i, k + 1, j, 2] + w11 * box[i, k + 1, j + 1, 2],
-    )
+    return (1.0 - d) * row(m, i, k, j, b) + d * row(m, i, k + 1, j, b)
+
+
+@kernel
+def row(m: WindField, i: int, k: int, j: int, b: float) -> Vec:
+    """Velocity in row k of plane i, linear: by b from column j to the next."""
+    x, y, z, next_x, next_y, next_z = neighbours(m.box, i, k, j)
+    return (1.0 - b) * Vec(x, y, z) + b * Vec(next_x, next_y, next_z)
 
 
 @kernel

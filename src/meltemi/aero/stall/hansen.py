@@ -61,8 +61,11 @@ def advance(dt: float, flap: float, m: Air, b: int, n: int) -> Coefficients:
     memory.rate[b, n] = new.rate
     memory.pressure[b, n] = new.pressure
     memory.attachment[b, n] = new.attachment
-    c = static_coefficients(m.flow.alpha[b, n], x.polar, m)
-    return c + x.weight * (stall_coefficients(y, x, m) - c)
+    c = stall_coefficients(y, x, m)
+    if anywhere(x.weight < 1.0):
+        static = static_coefficients(m.flow.alpha[b, n], x.polar, m)
+        c = static + x.weight * (c - static)
+    return c
 
 
 @kernel

@@ -14,16 +14,30 @@ from math import cos, pi, sqrt
 
 from meltemi.aero.air import Air
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
+from meltemi.maths.generic import anywhere, whole
 from meltemi.maths.vectors import Vec
 
 
 @kernel
 def influence(p: Vec, m: Air, b: int) -> Vec:
     """Velocity [m/s] that the tower adds to the wind at point p, inertial axes (A-43 to A-45)."""
-    tower = m.tower_flow
+    tower, u = m.tower_flow, Vec(0.0, 0.0, 0.0)
     last = tower.nodes - 1
-    base = tower.height[0]
+    # above the top: the cylinder shrinks to nothing within one radius
+    above = max((p.z - tower.height[last]) / (0.5 * tower.diameter[last]), 0.0)
+    if anywhere(above < 1.0):
+        shrink = 1.0
+        if anywhere(above > 0.0):
+            shrink = cos(0.5 * pi * min(above, 1.0))
+        u = around_cylinder(p, shrink, m)
+    return u
+
+
+@kernel
+def around_cylinder(p: Vec, shrink: float, m: Air) -> Vec:
+    """Velocity [m/s] that a cylinder with ``shrink`` of the tower's radius adds at point p (A-43 to A-45)."""
+    tower = m.tower_flow
+    last, base = tower.nodes - 1, tower.height[0]
     step = tower.height[1] - base
     z = min(max((p.z - base) / step, 0.0), last)
     n = min(max(whole(z), 0), last - 1)
@@ -34,14 +48,9 @@ def influence(p: Vec, m: Air, b: int) -> Vec:
     ex, ey = U.x / W, U.y / W
     dx = p.x - (tower.x[n] + w * (tower.x[n + 1] - tower.x[n]))
     dy = p.y - (tower.y[n] + w * (tower.y[n + 1] - tower.y[n]))
-    # above the top: the cylinder shrinks to nothing within one radius
-    above = min(max((p.z - tower.height[last]) / radius, 0.0), 1.0)
-    shrink = cos(0.5 * pi * above)
     x = (dx * ex + dy * ey) / radius
     y = (-dx * ey + dy * ex) / radius
     r2 = max(x * x + y * y, 1.0)
-    r2 = r2 / max(shrink * shrink, 1e-12)
-    x, y = x / max(shrink, 1e-6), y / max(shrink, 1e-6)
-    du = W * (y * y - x * x) / (r2 * r2)
-    dv = W * (-2.0 * x * y) / (r2 * r2)
+    strength = W * shrink * shrink / (r2 * r2)
+    du, dv = strength * (y * y - x * x), -2.0 * strength * x * y
     return Vec(du * ex - dv * ey, du * ey + dv * ex, 0.0)

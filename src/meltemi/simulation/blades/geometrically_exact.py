@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import last, running
 from meltemi.maths.records import Single
-from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation, rotation_vector
+from meltemi.maths.rotations import angular_acceleration, rotation, rotation_vector, tangent
 from meltemi.maths.tables import Rotations, Table, Vectors, xyz
 from meltemi.maths.tables import rotation as matrix
 from meltemi.maths.vectors import Rot, Vec, cross
@@ -46,6 +46,7 @@ class Cell(Table, axes="blade node"):
     bend: Vectors = xyz("rad", "rotation vector of the end from the beginning, axes of the beginning")
     turn: Rotations = matrix("-", "orientation of the end from the beginning")
     begin: Rotations = matrix("-", "orientation of the beginning from the undeformed one, blade axes")
+    tangent: Rotations = matrix("-", "angular velocity by the rate of ``bend``, blade axes")
     arm: Vectors = xyz("m", "from beginning to end, blade axes")
 
 
@@ -130,8 +131,10 @@ def move(m: System, first: int, b: int) -> None:
             e += m.q[first + k] * shape.displacement[k, b, n]
             e_rate += m.v[first + k] * shape.displacement[k, b, n]
             d_rate += m.v[first + k] * shape.rotation[k, b, n]
-        arm, sliding, turning = R @ e, R @ e_rate, R @ angular_velocity(d, d_rate)
+        T = R @ tangent(d)
+        arm, sliding, turning = R @ e, R @ e_rate, T @ d_rate
         cell.arm[b, n] = arm
+        cell.tangent[b, n] = T
         spin = w + running(turning)
         before = spin - turning
         gain = cross(before, turning) + R @ angular_acceleration(d, d_rate)
@@ -155,10 +158,9 @@ def partial_velocities(m: System, b: int) -> None:
     for k in range(shape.modes):
         W, T = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
         for n in range(cell.nodes):
-            R = cell.begin[b, n]
-            turning = R @ angular_velocity(cell.bend[b, n], shape.rotation[k, b, n])
+            turning = cell.tangent[b, n] @ shape.rotation[k, b, n]
             spin = W + running(turning)
-            swing = cross(spin - turning, cell.arm[b, n]) + R @ shape.displacement[k, b, n]
+            swing = cross(spin - turning, cell.arm[b, n]) + cell.begin[b, n] @ shape.displacement[k, b, n]
             velocity = T + running(swing)
             partial.rotation[k, b, n] = spin
             partial.velocity[k, b, n] = velocity
