@@ -1,0 +1,870 @@
+"""From the code of a kernel to two functions: one that records what its adjoint needs, and the adjoint.
+
+Every array is in one block of memory, and the adjoint of the number at an address is ``SHADOW`` bytes behind it. So the
+adjoint of ``load`` adds to the shadow, and that of ``store`` takes from it. The values that an adjoint needs are written,
+block by block of the code, onto a tape in the order of execution, and read backwards. Values that follow from others, such
+as addresses, are computed again.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+from meltemi.core.errors import InputError, MeltemiError
+from meltemi.maths.records import members
+from meltemi.studies.reverse.code import (
+    LOCAL,
+    Block,
+    Function,
+    Instruction,
+    Operand,
+    is_float,
+    lanes_of,
+    members_of,
+    read,
+    size_of,
+)
+from meltemi.studies.reverse.rules import FLAT, FUNCTIONS, Emitter, constant, terms
+
+SHADOW = (1 << 26) + 64 * 33
+"""[bytes] distance of the adjoint of a number from it."""
+HEAD = 128
+"""[bytes] begin of the memory: the end of the tape, and a place that masked entries may use."""
+ARITHMETIC = ("fadd", "fsub", "fmul", "fdiv", "fneg")
+AGAIN = frozenset(
+    "getelementptr add sub mul shl lshr ashr and or xor zext sext trunc icmp inttoptr ptrtoint freeze".split()
+)
+"""Operations on integers and addresses that are repeated rather than recorded."""
+AGAIN_IF_INTEGER = ("select", "extractelement", "insertelement", "shufflevector", "bitcast")
+CHEAP = ("fadd", "fsub", "fmul", "fneg", "select", "fcmp", "shufflevector", "insertelement", "extractelement")
+"""Operations on numbers that are repeated where all their arguments are known."""
+NOTHING = re.compile(r"@(?:llvm\.(?:lifetime|assume|dbg|experimental\.noalias)|NRT_incref|NRT_decref)")
+_LOOP = """define internal void @move(ptr %to, ptr %from, i64 %n) {
+entry:
+  %some = icmp sgt i64 %n, 7
+  br i1 %some, label %loop, label %done
+loop:
+  %i = phi i64 [ 0, %entry ], [ %next, %loop ]
+  %p = getelementptr i8, ptr %to, i64 %i
+  %q = getelementptr i8, ptr %from, i64 %i
+  %x = load double, ptr %p, align 8
+  %y = load double, ptr %q, align 8
+  store double 0.0, ptr %p, align 8
+  %z = fadd double %x, %y
+  store double %z, ptr %q, align 8
+  %next = add i64 %i, 8
+  %end = add i64 %i, 15
+  %more = icmp slt i64 %end, %n
+  br i1 %more, label %loop, label %done
+done:
+  ret void
+}
+"""
+
+
+class Transformed:
+    """The module with the recording function ``forward`` and the adjoint ``backward`` of one function.
+
+    Args:
+      text: LLVM code of the module.
+      top: name of the function.
+      records: classes of the records among its arguments, by number of the argument.
+      passive: whether a member of a record has no derivatives.
+
+    Attributes:
+      text: the code of both.
+      used: [bytes] memory that the functions use, before the arrays.
+    """
+
+    def __init__(
+        self, text: str, top: str, records: Mapping[int, Any], passive: Callable[[Any, str], bool]
+    ) -> None:
+        self.functions, variables = read(text)
+        self.passive = passive
+        self.used = HEAD
+        self.order: list[str] = []
+        self.parts: dict[str, _Adjoint] = {}
+        self._visit(top, dict(records))
+        self.emitter = Emitter()
+        made = [text for name in self.order for text in self.parts[name].code()]
+        first = self.parts[top]
+        plain = [o for o in first.function.arguments if not is_float(o.kind)]
+        inputs = ", ".join(f"{o.kind} {o.name}" for o in plain)
+        passed = ", ".join(["ptr %base", *(f"{o.kind} {o.name}" for o in plain)])
+        made.append(
+            f"define i32 @forward(ptr %base, {inputs}) {{\n  %s = call i32 {first.forward}({passed})\n  ret i32 %s\n}}\n"
+            f"define void @backward(ptr %base, {inputs}) {{\n  call {first.result} {first.backward}({passed})\n"
+            "  ret void\n}\n"
+        )
+        body = "\n".join(made)
+        used = {name for name in re.findall(r"@(?:\"[^\"]*\"|[-\w.$]+)", body) if name in variables}
+        declared = set(self.emitter.declared)
+        self.text = "\n".join(
+            [*(variables[name] for name in sorted(used)), *sorted(declared), _LOOP, body, "!0 = !{}", ""]
+        )
+
+    def slot(self, kind: str) -> int:
+        """Place of a variable of the stack in the memory."""
+        size, align = size_of(kind)
+        at = -(-self.used // max(align, 8)) * max(align, 8)
+        self.used = at + size
+        return at
+
+    def _visit(self, name: str, records: dict[int, Any]) -> None:
+        if name in self.parts:
+            self.parts[name].merge(records)
+            return
+        part = self.parts[name] = _Adjoint(self, self.functions[name], len(self.parts), records)
+        for call in part.calls:
+            self._visit(call.callee, part.passed(call))
+        self.order.append(name)
+
+
+class _Adjoint:
+    """One function."""
+
+    def __init__(self, module: Transformed, function: Function, number: int, records: dict[int, Any]) -> None:
+        self.module, self.function, self.number = module, function, number
+        self.forward, self.backward = f"@f{number}", f"@r{number}"
+        self.arguments = {o.name: (i, o.kind) for i, o in enumerate(function.arguments)}
+        self.records = records
+        _expand(function)
+        self.made: dict[str, Instruction] = {}
+        self.home: dict[str, str] = {}
+        self.users: dict[str, list[Instruction]] = {}
+        self.slots: dict[str, int] = {}
+        for block in function.blocks.values():
+            for each in (*block.phis, *block.body):
+                if each.name:
+                    self.made[each.name], self.home[each.name] = each, block.label
+                for name in LOCAL.findall(each.text.partition(" = ")[2] if each.name else each.text):
+                    self.users.setdefault(name, []).append(each)
+            for name in LOCAL.findall(block.end):
+                self.users.setdefault(name, []).append(Instruction("", "end", "", [], block.end))
+        self.calls = [
+            each for block in function.blocks.values() for each in block.body if each.callee in module.functions
+            and not NOTHING.match(each.callee)
+        ]
+        for each in self.made.values():
+            if each.operation == "alloca" and each.kind != "ptr":
+                self.slots[each.name] = module.slot(each.kind)
+        self._copies()
+        floats = [o for o in function.arguments if is_float(o.kind)]
+        self.floats = floats
+        self.result = f"{{ {', '.join(o.kind for o in floats)} }}" if floats else "void"
+
+    def merge(self, records: dict[int, Any]) -> None:
+        """Forget records that differ between calls."""
+        self.records = {i: c for i, c in self.records.items() if records.get(i) is c}
+
+    def passed(self, call: Instruction) -> dict[int, Any]:
+        """Records that a call passes on."""
+        return {
+            i: self.records[self.arguments[o.name][0]]
+            for i, o in enumerate(call.operands)
+            if o.name in self.arguments and self.arguments[o.name][0] in self.records
+        }
+
+    def _copies(self) -> None:
+        """Numbers that are only copied, in integer registers."""
+        for each in self.made.values():
+            users = self.users.get(each.name, [])
+            if each.operation == "load" and each.kind == "i64" and "!invariant" not in each.text and users:
+                if all(u.operation == "store" and u.operands[0].name == each.name for u in users):
+                    each.kind = "double"
+                    for user in users:
+                        user.kind = "double"
+
+    # analysis -----------------------------------------------------------------------------------
+
+    @cache  # noqa: B019
+    def root(self, pointer: str) -> tuple[int, int] | str | None:
+        """Where an address comes from: argument and word of a record, ``"global"``, or None if that is not known."""
+        if pointer.startswith("@"):
+            return "global"
+        each = self.made.get(pointer)
+        if each is None:
+            return None
+        if each.operation == "getelementptr":
+            return self.root(each.operands[0].name)
+        if each.operation in ("freeze", "insertelement", "shufflevector"):
+            return self.root(each.operands[1 if each.operation == "insertelement" else 0].name)
+        if each.operation == "select":
+            one, other = (self.root(o.name) for o in each.operands[1:])
+            return one if one == other else None
+        if each.operation != "inttoptr":
+            return None
+        (name,) = LOCAL.findall(each.rest) or [""]
+        load = self.made.get(name)
+        if load is None or load.operation != "load" or "!invariant" not in load.text:
+            return None
+        at, offset = load.operands[0].name, 0
+        step = self.made.get(at)
+        if step is not None and step.operation == "getelementptr" and re.fullmatch(r"\d+", step.operands[1].name):
+            if not re.match(r"i8,", step.rest):
+                return None
+            at, offset = step.operands[0].name, int(step.operands[1].name)
+        return (self.arguments[at][0], offset) if at in self.arguments else None
+
+    def inert(self, pointer: str) -> bool:
+        """Whether the numbers at an address have no derivatives."""
+        root = self.root(pointer)
+        if root is None or root == "global":
+            return root == "global"
+        argument, offset = root
+        record = self.records.get(argument)  # type: ignore[call-overload]
+        if record is None:
+            return False
+        word = 0
+        for name, member in members(record).items():
+            if offset == 8 * word:
+                return self.module.passive(record, name)
+            word += 2 + member.ndim
+        return False
+
+    def inputs(self, each: Instruction) -> list[int]:
+        """Numbers of the operands by which the result, or what is stored, has derivatives."""
+        operation = each.operation
+        if operation in ARITHMETIC or operation == "phi":
+            return list(range(len(each.operands)))
+        if operation == "select":
+            return [1, 2]
+        if operation in ("insertelement", "shufflevector"):
+            return [0, 1]
+        if operation in ("extractelement", "freeze"):
+            return [0]
+        if operation == "call":
+            name = intrinsic(each.callee)
+            if name == "masked.load":
+                return [2]
+            if name == "masked.gather":
+                return [2]
+            if name in ("vector.reduce.fadd", "copysign"):
+                return [0, 1] if name == "vector.reduce.fadd" else [0]
+            return [] if name in FLAT else list(range(len(each.operands)))
+        return []
+
+    def analyse(self) -> None:
+        """Find the values that depend on numbers with derivatives, and on which something depends."""
+        active: set[str] = {o.name for o in self.floats}
+        sequence = [e for b in self.function.blocks.values() for e in (*b.phis, *b.body)]
+        changed = True
+        while changed:
+            changed = False
+            for each in sequence:
+                if each.name and each.name not in active and is_float(each.kind) and self._depends(each, active):
+                    active.add(each.name)
+                    changed = True
+        wanted: set[str] = set()
+        for each in sequence:
+            wanted |= {o.name for o in self._stored(each)}
+        changed = True
+        while changed:
+            changed = False
+            for each in reversed(sequence):
+                if each.name in wanted and each.name in active:
+                    new = {each.operands[i].name for i in self.inputs(each)} - wanted
+                    wanted |= new
+                    changed = changed or bool(new)
+        self.active = active & wanted
+        self.doubtful: set[str] = set()
+        for each in sequence:
+            singular = each.operation == "fdiv" or (
+                each.operation == "call" and intrinsic(each.callee) in ("log", "pow", "exp", "tan", "sqrt")
+            )
+            passes = each.operation in ("fadd", "fsub", "fmul", "fneg", "insertelement", "extractelement", "shufflevector")
+            if singular or (passes and any(o.name in self.doubtful for o in each.operands)):
+                self.doubtful.add(each.name)
+        self.touches = any(self._touches(each) for each in sequence)
+
+    def _depends(self, each: Instruction, active: set[str]) -> bool:
+        if each.operation == "load":
+            return not self.inert(each.operands[0].name)
+        if each.operation == "call" and intrinsic(each.callee) in ("masked.load", "masked.gather"):
+            return not self.inert(each.operands[0].name) or each.operands[2].name in active
+        return any(each.operands[i].name in active for i in self.inputs(each))
+
+    def _stored(self, each: Instruction) -> list[Operand]:
+        if each.operation == "store":
+            return [] if self.inert(each.operands[1].name) else [each.operands[0]]
+        if each.operation == "call":
+            if intrinsic(each.callee) in ("masked.store", "masked.scatter"):
+                return [] if self.inert(each.operands[1].name) else [each.operands[0]]
+            callee = self.module.parts.get(each.callee)
+            if callee is not None and callee.touches:
+                return [o for o in each.operands if is_float(o.kind)]
+        return []
+
+    def _touches(self, each: Instruction) -> bool:
+        if each.operation == "store":
+            return is_float(each.kind) and not self.inert(each.operands[1].name)
+        if each.operation == "call":
+            name = intrinsic(each.callee)
+            if name in ("masked.store", "masked.scatter"):
+                return is_float(each.operands[0].kind) and not self.inert(each.operands[1].name)
+            if name.startswith(("memset", "memcpy", "memmove")):
+                return not self.inert(each.operands[0].name)
+            callee = self.module.parts.get(each.callee)
+            return callee is not None and callee.touches
+        return False
+
+    # code ---------------------------------------------------------------------------------------
+
+    def code(self) -> list[str]:
+        """The recording function, and its adjoint if it has one."""
+        self.analyse()
+        blocks = self.function.blocks
+        self.returns = [label for label, block in blocks.items() if block.end.startswith("ret")]
+        if not self.touches:
+            return [self._forward({})]
+        first = {label: _Reverse(self, block, frozenset()).emit() for label, block in blocks.items()}
+        self.across = set().union(*(r.across for r in first.values()))
+        done = {}
+        for label, block in blocks.items():
+            done[label] = _Reverse(self, block, self._again(first[label].saved)).emit()
+        return [self._forward(done), self._backward(done)]
+
+    def _again(self, saved: dict[str, str]) -> frozenset[str]:
+        """Those of the needed values that follow from the others."""
+        known, again = set(saved), set()
+        for name, each in self.made.items():
+            if name in saved and each.operation in CHEAP:
+                parts = LOCAL.findall(each.text.partition(" = ")[2])
+                if parts and all(p in known for p in parts):
+                    again.add(name)
+        return frozenset(again)
+
+    def _slots(self) -> list[str]:
+        return [f"  {name} = getelementptr i8, ptr %base, i64 {at}" for name, at in self.slots.items()]
+
+    def _forward(self, reverse: dict[str, _Reverse]) -> str:
+        arguments = ", ".join(["ptr %base", *(f"{o.kind} {o.name}" for o in self.function.arguments)])
+        lines = [f"define internal {self.function.kind} {self.forward}({arguments}) noinline {{"]
+        lines += ["start:", "  %tape = alloca ptr", "  %tape.0 = load ptr, ptr %base", "  store ptr %tape.0, ptr %tape"]
+        lines += self._slots()
+        lines.append(f"  br label %{next(iter(self.function.blocks))}")
+        first = next(iter(self.function.blocks))
+        for n, (label, block) in enumerate(self.function.blocks.items()):
+            lines.append(f"{label}:")
+            record = reverse.get(label)
+            for phi in block.phis:
+                lines.append("  " + _clean(phi.text))
+            if record is not None and record.switch:
+                pairs = ", ".join(f"[ {record.sources.index(source)}, %{source} ]" for source in block.sources)
+                lines.append(f"  %from.{n} = phi i64 {pairs}")
+            for each in block.body:
+                lines += self._repeat(each, n)
+            if record is not None:
+                lines += record.push(n)
+            if block.end.startswith("ret"):
+                if reverse and len(self.returns) > 1:
+                    lines += _pushed(f"end.{n}", [("i64", str(self.returns.index(label)), 0)], 64)
+                lines += [f"  %tape.end{n} = load ptr, ptr %tape", f"  store ptr %tape.end{n}, ptr %base"]
+            lines.append("  " + _clean(block.end))
+        pass
+        return "\n".join([*lines, "}", ""])
+
+    def _repeat(self, each: Instruction, n: int) -> list[str]:
+        if each.operation == "alloca" and each.name in self.slots:
+            return []
+        if each.operation != "call":
+            return ["  " + _clean(each.text)]
+        if NOTHING.match(each.callee):
+            return []
+        callee = self.module.parts.get(each.callee)
+        if callee is None:
+            known(each.callee)
+            kinds = ", ".join(o.kind for o in each.operands)
+            self.module.emitter.declared.add(f"declare {each.kind} {each.callee}({kinds})")
+            values = ", ".join(f"{o.kind} {o.name}" for o in each.operands)
+            made = f"{each.name} = " if each.name else ""
+            return [f"  {made}call {each.kind} {each.callee}({values})"]
+        self.module.emitter.count += 1
+        k = self.module.emitter.count
+        passed = ", ".join(["ptr %base", *(f"{o.kind} {o.name}" for o in each.operands)])
+        made = f"{each.name} = " if each.name else ""
+        return [
+            f"  %tape.b{k} = load ptr, ptr %tape",
+            f"  store ptr %tape.b{k}, ptr %base",
+            f"  {made}call {each.kind} {callee.forward}({passed})",
+            f"  %tape.a{k} = load ptr, ptr %base",
+            f"  store ptr %tape.a{k}, ptr %tape",
+        ]
+
+    def _backward(self, reverse: dict[str, _Reverse]) -> str:
+        plain = [o for o in self.function.arguments if not is_float(o.kind)]
+        arguments = ", ".join(["ptr %base", *(f"{o.kind} {o.name}" for o in plain)])
+        lines = [f"define internal {self.result} {self.backward}({arguments}) noinline {{", "start:"]
+        lines += ["  %tape = alloca ptr", "  %tape.0 = load ptr, ptr %base", "  store ptr %tape.0, ptr %tape"]
+        lines += self._slots()
+        kinds = {o.name: o.kind for o in self.floats} | {name: self.made[name].kind for name in self.made}
+        for name in sorted(self.across | {o.name for o in self.floats}):
+            lines += [f"  %a.{name[1:]} = alloca {kinds[name]}"]
+            lines += [f"  store {kinds[name]} zeroinitializer, ptr %a.{name[1:]}"]
+        if len(self.returns) > 1:
+            lines += _popped("end", 64) + ["  %end = load i64, ptr %tape.end"]
+            cases = " ".join(f"i64 {k}, label %r.{label}" for k, label in enumerate(self.returns))
+            lines.append(f"  switch i64 %end, label %r.{self.returns[0]} [ {cases} ]")
+        else:
+            lines.append(f"  br label %r.{self.returns[0]}")
+        for label in reversed(self.function.blocks):
+            lines += reverse[label].lines()
+        return "\n".join([*lines, "}", ""])
+
+
+class _Reverse:
+    """The adjoint of one block.
+
+    Attributes:
+      saved: values, and their types, that the block records.
+      across: values whose adjoints pass from block to block.
+    """
+
+    def __init__(self, part: _Adjoint, block: Block, again: frozenset[str]) -> None:
+        self.part, self.block, self.again = part, block, again
+        self.sources = list(dict.fromkeys(block.sources))
+        self.switch = len(self.sources) > 1
+        self.e = part.module.emitter
+        self.saved: dict[str, str] = {}
+        self.across: set[str] = set()
+        self.known: dict[str, str] = {}
+        self.sums: dict[str, str] = {}
+        self.before: list[str] = []
+
+    # values of the forward pass
+
+    def value(self, name: str) -> str:
+        """Name, in the adjoint, of a value of the forward pass."""
+        part = self.part
+        if not name.startswith("%"):
+            return name if "%" not in name else LOCAL.sub(lambda found: self.value(found[0]), name)
+        if name in self.known:
+            return self.known[name]
+        each = part.made.get(name)
+        if each is None:
+            kind = part.arguments[name][1]
+            return self._save(name, kind) if is_float(kind) else name
+        if each.operation == "alloca":
+            return name if name in part.slots else "null"
+        integer = not is_float(each.kind)
+        repeat = (
+            each.operation in AGAIN
+            or (each.operation in AGAIN_IF_INTEGER and integer and "double" not in each.text)
+            or (each.operation == "load" and "!invariant" in each.text and integer)
+            or name in self.again
+        )
+        if not repeat:
+            return self._save(name, each.kind)
+        text = LOCAL.sub(lambda found: self.value(found[0]), _clean(each.text.partition(" = ")[2]))
+        self.e.count += 1
+        self.known[name] = f"%t{self.e.count}"
+        self.before.append(f"  %t{self.e.count} = {text}")
+        return self.known[name]
+
+    def _save(self, name: str, kind: str) -> str:
+        self.saved[name] = kind
+        self.known[name] = f"%s.{self.block.label}.{name[1:]}"
+        return self.known[name]
+
+    # adjoints
+
+    def add(self, operand: Operand | str, kind: str, term: str) -> None:
+        """Add to the adjoint of a value."""
+        name = operand if isinstance(operand, str) else operand.name
+        if name in self.part.active:
+            old = self.sums.get(name)
+            self.sums[name] = term if old is None else self.e.op("fadd", kind, old, term)
+
+    def take(self, each: Instruction) -> str | None:
+        """The adjoint of a result, complete; None if it is zero."""
+        if each.name not in self.part.active:
+            return None
+        made = self.sums.pop(each.name, None)
+        if self._local(each):
+            return made
+        self.across.add(each.name)
+        at = f"%a.{each.name[1:]}"
+        old = self.e.new(f"load {each.kind}, ptr {at}")
+        self.e.do(f"store {each.kind} zeroinitializer, ptr {at}")
+        return old if made is None else self.e.op("fadd", each.kind, old, made)
+
+    def _local(self, each: Instruction) -> bool:
+        label = self.block.label
+        return each.operation != "phi" and all(
+            u.operation not in ("phi", "end") and self.part_of(u) == label for u in self.part.users.get(each.name, [])
+        )
+
+    def part_of(self, each: Instruction) -> str:
+        """Label of the block of an instruction."""
+        return self.part.homes[id(each)]
+
+    def shadow(self, pointer: str) -> str:
+        """Address of the adjoint of what is at an address."""
+        return self.e.new(f"getelementptr i8, ptr {self.value(pointer)}, i64 {SHADOW}")
+
+    def emit(self) -> _Reverse:
+        """Generate the adjoint of the block."""
+        part, e = self.part, self.e
+        if not hasattr(part, "homes"):
+            part.homes = {  # type: ignore[attr-defined]
+                id(each): b.label for b in part.function.blocks.values() for each in (*b.phis, *b.body)
+            }
+        keep, e.lines = e.lines, []
+        for each in reversed(self.block.body):
+            self._adjoint(each)
+        phis = [(phi, self.take(phi)) for phi in self.block.phis if phi.name in part.active]
+        for name, total in list(self.sums.items()):
+            self._flush(name, total)
+        self.sums.clear()
+        body, e.lines = e.lines, []
+        edges = []
+        for source in self.sources:
+            e.lines = []
+            for phi, adjoint in phis:
+                name = phi.incoming[source]
+                if adjoint is not None and name in part.active:
+                    self._flush(name, adjoint)
+            edges.append((source, e.lines))
+        self.body, self.edges, e.lines = body, edges, keep
+        return self
+
+    def _flush(self, name: str, total: str) -> None:
+        part = self.part
+        kind = part.made[name].kind if name in part.made else part.arguments[name][1]
+        self.across.add(name)
+        at = f"%a.{name[1:]}"
+        old = self.e.new(f"load {kind}, ptr {at}")
+        self.e.do(f"store {kind} {self.e.op('fadd', kind, old, total)}, ptr {at}")
+
+    def _adjoint(self, each: Instruction) -> None:
+        e, kind, operation, x = self.e, each.kind, each.operation, each.operands
+        if operation == "store":
+            if is_float(kind) and not self.part.inert(x[1].name):
+                at, align = self.shadow(x[1].name), _align(each.text)
+                if x[0].name in self.part.active:
+                    self.add(x[0], kind, e.new(f"load {kind}, ptr {at}{align}"))
+                e.do(f"store {kind} zeroinitializer, ptr {at}{align}")
+            return
+        if operation == "call":
+            return self._adjoint_of_call(each)
+        if not (each.name in self.part.active and is_float(kind)):
+            return
+        a = self.take(each)
+        if a is None:
+            return
+        active = [o.name in self.part.active for o in x]
+        if operation in ARITHMETIC:
+            doubtful = [o.name in self.part.doubtful for o in x]
+            for i, term in terms(e, operation, kind, a, active, doubtful, lambda i: self._of(each, i)).items():
+                self.add(x[i], kind, term)
+        elif operation == "load":
+            if not self.part.inert(x[0].name):
+                at, align = self.shadow(x[0].name), _align(each.text)
+                old = e.new(f"load {kind}, ptr {at}{align}")
+                e.do(f"store {kind} {e.op('fadd', kind, old, a)}, ptr {at}{align}")
+        elif operation == "select":
+            condition, zero = (x[0].kind, self.value(x[0].name)), constant(kind, 0.0)
+            if active[1]:
+                self.add(x[1], kind, e.choose(condition, kind, a, zero))
+            if active[2]:
+                self.add(x[2], kind, e.choose(condition, kind, zero, a))
+        elif operation == "freeze":
+            self.add(x[0], kind, a)
+        elif operation == "extractelement":
+            if active[0]:
+                at = f"{x[1].kind} {self.value(x[1].name)}"
+                self.add(x[0], x[0].kind, e.new(f"insertelement {x[0].kind} zeroinitializer, double {a}, {at}"))
+        elif operation == "insertelement":
+            at = f"{x[2].kind} {self.value(x[2].name)}"
+            if active[1]:
+                self.add(x[1], "double", e.new(f"extractelement {kind} {a}, {at}"))
+            if active[0]:
+                self.add(x[0], kind, e.new(f"insertelement {kind} {a}, double 0.0, {at}"))
+        elif operation == "shufflevector":
+            self._adjoint_of_shuffle(each, a)
+        else:
+            raise MeltemiError(f"adjoint: no derivative of {each.text[:120]}")
+
+    def _of(self, each: Instruction, i: int) -> str:
+        return self.value(each.name if i < 0 else each.operands[i].name)
+
+    def _adjoint_of_shuffle(self, each: Instruction, a: str) -> None:
+        e, (x, y, mask) = self.e, each.operands
+        n, m = lanes_of(x.kind), lanes_of(mask.kind)
+        places = _mask(mask.name, m)
+        for k, operand in enumerate((x, y)):
+            mine = [p - k * n if k * n <= p < (k + 1) * n else -1 for p in places]
+            if operand.name not in self.part.active or not any(p >= 0 for p in mine):
+                continue
+            if n > 1 and len(set(mine)) == 1 and m > 1:
+                name = f"@llvm.vector.reduce.fadd.v{m}f64"
+                e.declared.add(f"declare double {name}(double, {each.kind})")
+                total = e.new(f"call reassoc nsz arcp contract double {name}(double -0.0, {each.kind} {a})")
+                term = e.new(f"insertelement {x.kind} zeroinitializer, double {total}, i64 {mine[0]}")
+                self.add(operand, x.kind, term)
+                continue
+            while any(p >= 0 for p in mine):
+                back = [m] * n
+                for j, p in enumerate(mine):
+                    if p >= 0 and back[p] == m:
+                        back[p], mine[j] = j, -1
+                indices = ", ".join(f"i32 {p}" for p in back)
+                term = e.new(f"shufflevector {each.kind} {a}, {each.kind} zeroinitializer, <{n} x i32> <{indices}>")
+                self.add(operand, x.kind, term)
+
+    def _adjoint_of_call(self, each: Instruction) -> None:
+        e, part, x = self.e, self.part, each.operands
+        if NOTHING.match(each.callee):
+            return
+        callee = part.module.parts.get(each.callee)
+        if callee is not None:
+            if callee.touches:
+                self._adjoint_of_kernel(each, callee)
+            return
+        name = intrinsic(each.callee)
+        if name.startswith("memset"):
+            if not part.inert(x[0].name) and part.made.get(x[0].name, each).kind != "alloca ptr":
+                values = f"ptr {self.shadow(x[0].name)}, i8 0, i64 {self.value(x[2].name)}, i1 false"
+                e.do(f"call void @llvm.memset.p0.i64({values})")
+        elif name.startswith(("memcpy", "memmove")):
+            if not (part.inert(x[0].name) or part.inert(x[1].name)):
+                size = self.value(x[2].name)
+                e.do(f"call void @move(ptr {self.shadow(x[0].name)}, ptr {self.shadow(x[1].name)}, i64 {size})")
+        elif name in ("masked.store", "masked.scatter"):
+            kind = x[0].kind
+            if is_float(kind) and not part.inert(x[1].name):
+                self._adjoint_of_masked(each, name, kind)
+        elif each.name in part.active and is_float(each.kind):
+            a = self.take(each)
+            if a is None:
+                return
+            kind = each.kind
+            if name in ("masked.load", "masked.gather"):
+                self._adjoint_of_masked_load(each, name, a)
+            elif name == "vector.reduce.fadd":
+                self.add(x[0], "double", a)
+                one = e.new(f"insertelement {x[1].kind} poison, double {a}, i64 0")
+                mask = f"<{lanes_of(x[1].kind)} x i32> zeroinitializer"
+                self.add(x[1], x[1].kind, e.new(f"shufflevector {x[1].kind} {one}, {x[1].kind} poison, {mask}"))
+            elif name in FUNCTIONS:
+                for i, term in FUNCTIONS[name](e, kind, a, lambda i: self._of(each, i)).items():
+                    self.add(x[i], kind, e.guard(kind, a, term))
+            else:
+                raise InputError(f"gradient: the function {each.callee[1:]!r} has no derivative")
+
+    def _shadows(self, operand: Operand) -> str:
+        return self.e.new(f"getelementptr i8, {operand.kind} {self.value(operand.name)}, i64 {SHADOW}")
+
+    def _adjoint_of_masked(self, each: Instruction, name: str, kind: str) -> None:
+        e, (x, at, mask) = self.e, each.operands[:3]
+        places, m = self._shadows(at), f"{mask.kind} {self.value(mask.name)}"
+        back = {"masked.store": "masked.load", "masked.scatter": "masked.gather"}[name]
+        suffix = f"v{lanes_of(kind)}f64.{'p0' if at.kind == 'ptr' else f'v{lanes_of(kind)}p0'}"
+        e.declared.add(f"declare {kind} @llvm.{back}.{suffix}({at.kind}, {mask.kind}, {kind})")
+        e.declared.add(f"declare void @llvm.{name}.{suffix}({kind}, {at.kind}, {mask.kind})")
+        align = f"{at.kind} align 8 {places}"
+        term = e.new(f"call {kind} @llvm.{back}.{suffix}({align}, {m}, {kind} zeroinitializer)")
+        self.add(x, kind, term)
+        e.do(f"call void @llvm.{name}.{suffix}({kind} zeroinitializer, {align}, {m})")
+
+    def _adjoint_of_masked_load(self, each: Instruction, name: str, a: str) -> None:
+        e, kind, (at, mask, other) = self.e, each.kind, each.operands[:3]
+        m = (mask.kind, self.value(mask.name))
+        zero = constant(kind, 0.0)
+        if other.name in self.part.active:
+            self.add(other, kind, e.choose(m, kind, zero, a))
+        if self.part.inert(at.name):
+            return
+        places, part = self._shadows(at), e.choose(m, kind, a, zero)
+        if name == "masked.load":
+            suffix = f"v{lanes_of(kind)}f64.p0"
+            e.declared.add(f"declare {kind} @llvm.masked.load.{suffix}(ptr, {mask.kind}, {kind})")
+            e.declared.add(f"declare void @llvm.masked.store.{suffix}({kind}, ptr, {mask.kind})")
+            there, where = f"ptr align 8 {places}", f"{m[0]} {m[1]}"
+            old = e.new(f"call {kind} @llvm.masked.load.{suffix}({there}, {where}, {kind} zeroinitializer)")
+            new = e.op("fadd", kind, old, part)
+            e.do(f"call void @llvm.masked.store.{suffix}({kind} {new}, {there}, {where})")
+            return
+        for i in range(lanes_of(kind)):
+            p = e.new(f"extractelement {at.kind} {places}, i64 {i}")
+            on = e.new(f"extractelement {m[0]} {m[1]}, i64 {i}")
+            p = e.new(f"select i1 {on}, ptr {p}, ptr {e.new(f'getelementptr i8, ptr %base, i64 {64 + SHADOW}')}")
+            old = e.new(f"load double, ptr {p}, align 8")
+            e.do(f"store double {e.op('fadd', 'double', old, e.new(f'extractelement {kind} {part}, i64 {i}'))}, ptr {p}")
+
+    def _adjoint_of_kernel(self, each: Instruction, callee: _Adjoint) -> None:
+        e = self.e
+        passed = ["ptr %base", *(f"{o.kind} {self.value(o.name)}" for o in each.operands if not is_float(o.kind))]
+        e.do(f"store ptr {e.new('load ptr, ptr %tape')}, ptr %base")
+        call = f"call {callee.result} {callee.backward}({', '.join(passed)})"
+        result = ""
+        if callee.floats:
+            result = e.new(call)
+        else:
+            e.do(call)
+        e.do(f"store ptr {e.new('load ptr, ptr %base')}, ptr %tape")
+        for k, o in enumerate(o for o in each.operands if is_float(o.kind)):
+            if o.name in self.part.active:
+                self.add(o, o.kind, e.new(f"extractvalue {callee.result} {result}, {k}"))
+
+    # text
+
+    def record(self) -> tuple[list[tuple[str, str, int]], int]:
+        """Type, name and place of what the block records, and its size."""
+        found, at = [], 0
+        for name, kind in sorted(self.saved.items(), key=lambda item: -size_of(item[1])[0]):
+            size, align = size_of(kind)
+            at = -(-at // align) * align
+            found.append((kind, name, at))
+            at += size
+        if self.switch:
+            at = -(-at // 8) * 8
+            found.append(("i64", "from", at))
+            at += 8
+        return found, -(-at // 64) * 64
+
+    def push(self, n: int) -> list[str]:
+        """Code of the forward pass that records."""
+        found, size = self.record()
+        return _pushed(str(n), [(k, f"%from.{n}" if name == "from" else name, at) for k, name, at in found], size)
+
+    def lines(self) -> list[str]:
+        """Code of the adjoint."""
+        part, label = self.part, self.block.label
+        found, size = self.record()
+        lines = [f"r.{label}:"]
+        if found:
+            lines += _popped(label, size)
+            for kind, name, at in found:
+                lines.append(f"  %p.{label}.{at} = getelementptr i8, ptr %tape.{label}, i64 {at}")
+                short = "from" if name == "from" else name[1:]
+                align = min(size_of(kind)[1], 64)
+                lines.append(f"  %s.{label}.{short} = load {kind}, ptr %p.{label}.{at}, align {align}")
+        lines += self.before + self.body
+        if label == next(iter(part.function.blocks)):
+            lines += ["  %tape.last = load ptr, ptr %tape", "  store ptr %tape.last, ptr %base"]
+            result, made = part.result, "poison"
+            for k, o in enumerate(part.floats):
+                lines.append(f"  %x.{k} = load {o.kind}, ptr %a.{o.name[1:]}")
+                lines.append(f"  %y.{k} = insertvalue {result} {made}, {o.kind} %x.{k}, {k}")
+                made = f"%y.{k}"
+            lines.append(f"  ret {result} {made}" if part.floats else "  ret void")
+        elif not self.switch:
+            ((source, edge),) = self.edges or ((None, []),)
+            lines += edge
+            lines.append(f"  br label %r.{source}" if source else "  unreachable")
+        else:
+            cases = " ".join(f"i64 {k}, label %e.{label}.{k}" for k in range(len(self.sources)))
+            lines.append(f"  switch i64 %s.{label}.from, label %e.{label}.0 [ {cases} ]")
+            for k, (source, edge) in enumerate(self.edges):
+                lines += [f"e.{label}.{k}:", *edge, f"  br label %r.{source}"]
+        return lines
+
+
+def _pushed(n: str, found: list[tuple[str, str, int]], size: int) -> list[str]:
+    if not found:
+        return []
+    lines = [f"  %tape.at{n} = load ptr, ptr %tape"]
+    for i, (kind, name, at) in enumerate(found):
+        align = min(size_of(kind)[1], 64)
+        lines.append(f"  %tape.{n}.{i} = getelementptr i8, ptr %tape.at{n}, i64 {at}")
+        lines.append(f"  store {kind} {name}, ptr %tape.{n}.{i}, align {align}")
+    lines.append(f"  %tape.next{n} = getelementptr i8, ptr %tape.at{n}, i64 {size}")
+    lines.append(f"  store ptr %tape.next{n}, ptr %tape")
+    return lines
+
+
+def _popped(label: str, size: int) -> list[str]:
+    return [
+        f"  %tape.of.{label} = load ptr, ptr %tape",
+        f"  %tape.{label} = getelementptr i8, ptr %tape.of.{label}, i64 -{size}",
+        f"  store ptr %tape.{label}, ptr %tape",
+    ]
+
+
+def _clean(text: str) -> str:
+    return re.sub(r"(?: #\d+|, !(?!invariant)[\w.]+ !\w+)", "", text)
+
+
+def _align(text: str) -> str:
+    found = re.search(r", align \d+", text)
+    return found[0] if found else ""
+
+
+def _mask(text: str, m: int) -> list[int]:
+    if text == "zeroinitializer":
+        return [0] * m
+    if text in ("poison", "undef"):
+        return [-1] * m
+    if text.startswith("splat"):
+        return [int(text[:-1].rsplit(" ", 1)[1])] * m
+    return [int(w.split()[1]) if w.split()[1].isdigit() else -1 for w in text[1:-1].split(", ")]
+
+
+def intrinsic(callee: str) -> str:
+    """Name of a function of LLVM without its types, or of the C library."""
+    if not callee.startswith("@llvm."):
+        return callee[1:]
+    return re.sub(r"(?:\.(?:v?\d*[fip]\d+))+$", "", callee[6:])
+
+
+def known(callee: str) -> None:
+    """Check that a function outside the module may be called.
+
+    Raises:
+      InputError: it has effects that are not known.
+    """
+    name = intrinsic(callee)
+    if not (callee.startswith("@llvm.") or name in FUNCTIONS or name in FLAT):
+        raise InputError(f"gradient: the controller or model calls {name!r}, which has no derivative")
+
+
+def _expand(function: Function) -> None:
+    """Store aggregates member by member."""
+    made = {e.name: e for b in function.blocks.values() for e in b.body if e.name}
+    count = 0
+
+    def leaves(kind: str, name: str, at: int) -> list[tuple[str, str, int]]:
+        if kind[0] not in "[{":
+            return [(kind, name, at)]
+        parts: list[str | None] = [None] * len(members_of(kind))
+        while name in made:
+            each = made[name]
+            if each.operation != "insertvalue":
+                raise MeltemiError(f"adjoint: no rule for {each.text[:120]}")
+            index = int(each.text.rsplit(", ", 1)[1])
+            if parts[index] is None:
+                parts[index] = each.operands[1].name
+            name = each.operands[0].name
+        found = []
+        for (inner, offset), part in zip(members_of(kind), parts, strict=True):
+            if part is None and name == "zeroinitializer":
+                part = name
+            if part is not None:
+                found += leaves(inner, part, at + offset)
+        return found
+
+    for block in function.blocks.values():
+        body = []
+        for each in block.body:
+            if each.operation == "store" and each.kind[0] in "[{":
+                pointer = each.operands[1].name
+                for kind, name, at in leaves(each.kind, each.operands[0].name, 0):
+                    count += 1
+                    place = f"%member.{count}"
+                    operands = [Operand("ptr", pointer), Operand("i64", str(at))]
+                    text = f"getelementptr i8, ptr {pointer}, i64 {at}"
+                    step = Instruction(place, "getelementptr", "ptr", operands, f"{place} = {text}")
+                    step.rest = f"i8, ptr {pointer}, i64 {at}"
+                    align = f"align {min(size_of(kind)[1], 8)}"
+                    value = [Operand(kind, name), Operand("ptr", place)]
+                    body += [step, Instruction("", "store", kind, value, f"store {kind} {name}, ptr {place}, {align}")]
+            elif each.operation == "insertvalue":
+                continue
+            else:
+                body.append(replace(each))
+        block.body = body
