@@ -143,7 +143,7 @@ def _section_loads() -> None:
 
 def _derivatives() -> None:
     """Linear models and sensitivities: kernels with dual numbers."""
-    from meltemi.control.controller import active_entry
+    from meltemi.control.controller import dual_entry
     from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
     from meltemi.simulation.trim import operating_point
@@ -153,7 +153,7 @@ def _derivatives() -> None:
     start = operating_point(model, wind)
     linearise(model, start, azimuth=0.0)
     sensitivity(Run(model, wind, duration=0.1, start=start), ["pitch_offset"])
-    active_entry(LoadController(model.turbine))
+    dual_entry(LoadController(model.turbine))
 
 
 STAGES: dict[str, Callable[[], None]] = {

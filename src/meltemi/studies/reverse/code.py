@@ -23,6 +23,7 @@ _ATTRIBUTES = re.compile(
     r"initializes\(\([^)]*\)\)) ?"
 )
 _METADATA = re.compile(r",? !(?!invariant)[\w.]+ ![\w()]*")
+_INVARIANT = re.compile(r"!invariant\.load !\d+")
 WORDS = re.compile(r"^(?:i\d+|float|ptr|double|void|opaque)\b")
 
 
@@ -230,7 +231,7 @@ def _function(head: str, lines: list[str]) -> Function:
                 row += " " + more.strip()
                 if "]" in more:
                     break
-        row = renamed(_METADATA.sub("", row))
+        row = renamed(_INVARIANT.sub("!invariant.load !0", _METADATA.sub("", row)))
         word = row.split(" ", 1)[0]
         if word in ("br", "switch", "ret", "unreachable"):
             block.end = row
@@ -326,4 +327,4 @@ def _call(make: Instruction, rest: str) -> None:
         depth -= c == ")"
         if depth == 0:
             break
-    make.operands = [typed(each) for each in split_top(inside[:i])]
+    make.operands = [typed(each) for each in split_top(inside[:i]) if not each.startswith("metadata")]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.maths.records import Record
+from meltemi.maths.records import Record, members
 from meltemi.studies.reverse.transform import SHADOW
 
 _PAGE = 4096
@@ -33,7 +33,7 @@ class Memory:
     """
 
     def __init__(self, records: Sequence[Record], used: int) -> None:
-        arrays = [a for r in records for a in r._keep[::2] if a.dtype != np.float32 and a.size]
+        arrays = [a for r in records for a in r.arrays if a.dtype != np.float32 and a.size]
         spans = sorted({(a.ctypes.data, a.ctypes.data + a.nbytes) for a in arrays})
         merged: list[list[int]] = []
         for begin, end in spans:
@@ -62,8 +62,7 @@ class Memory:
     def of(self, array: Any, *, adjoint: bool = False) -> Any:
         """The copy of an array, or its adjoints."""
         at = self.place(array.ctypes.data) + (SHADOW if adjoint else 0)
-        kind = np.dtype(np.float64) if adjoint else array.dtype
-        return self._bytes[at : at + array.nbytes].view(kind).reshape(array.shape)
+        return np.ndarray(array.shape, array.dtype, self._bytes, at, array.strides)
 
     def place(self, address: int) -> int:
         """Place in the block of what is at an address."""
@@ -81,19 +80,8 @@ class Memory:
 
     def _moved(self, record: Record) -> Any:
         words, at = record.words.copy(), 0
-        for array in record._keep[::2]:
+        for array, member in zip(record.arrays, members(type(record)).values(), strict=True):
             if array.dtype != np.float32 and array.size:
                 words[at] = self.base + self.place(array.ctypes.data)
-            at += 2 + self._axes(record, at, array)
+            at += 2 + member.ndim
         return words
-
-    @staticmethod
-    def _axes(record: Record, at: int, array: Any) -> int:
-        from meltemi.maths.records import members
-
-        found = 0
-        for member in members(type(record)).values():
-            if found == at:
-                return int(member.ndim)
-            found += 2 + member.ndim
-        raise AssertionError(at)
