@@ -224,6 +224,7 @@ class Simulation:
         self._arguments = (entry.function, self._run, case.control, case.system, case.one, case.plain, case.sections)
         self._march = compiled_advance(*self._arguments)
         self._march(0, *self._arguments)
+        self._call = without_dispatch(self._march)
         self.moving = (
             case.signals.vector,
             case.aero_state.vector,
@@ -273,7 +274,7 @@ class Simulation:
     def advance(self, n_steps: int) -> None:
         """March ``n_steps`` time steps, at most to the end of the run."""
         began = clock_time.perf_counter()
-        self._march(min(n_steps, self.n_steps - int(self.case.clock.step)), *self._arguments)
+        self._call(min(n_steps, self.n_steps - int(self.case.clock.step)), *self._arguments)
         self.run_seconds += clock_time.perf_counter() - began
         if isinstance(self.case.entry.exception, KeyboardInterrupt):  # raised while a Python controller was running
             self.interrupted = True
@@ -510,6 +511,11 @@ def compiled_advance(*arguments: Any) -> Any:
     entry = ENTRY_DUALS if arguments[0].signatures == [UPDATE_DUALS.args] else ENTRY
     types_ = (numba.typeof(argument) for argument in arguments[1:])
     return _loop_for(step.advance, types.void(types.int64, entry, *types_))
+
+
+def without_dispatch(function: Any) -> Any:
+    """The one compiled form of a function, which does not look for its argument types in every call: 20 us less."""
+    return function if numba.config.DISABLE_JIT else next(iter(function.overloads.values())).entry_point
 
 
 def explain(case: Case, status: Status, t: float, dt: float) -> str:

@@ -23,7 +23,6 @@ from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import OPTIONS, loose
 from meltemi.core.representation import Brief
-from meltemi.maths.records import members
 from meltemi.simulation import step
 from meltemi.simulation.case import SWEEPS, Case
 from meltemi.simulation.electric import begin_electric
@@ -84,7 +83,7 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
     ways = directions(model, parameters, controller, start, {})
     before = _Before()
     simulation = Simulation(run, prepare=before.watch)
-    back = Backwards(simulation)
+    back = Backwards(simulation, tables=any(way.arrays for way in ways))
     began = time.perf_counter()
     size = sum(array.nbytes for array in simulation.moving)
     steps = max(SEGMENT, -(-simulation.n_steps * size // CHECKPOINTS))
@@ -141,14 +140,15 @@ class Backwards:
 
     Args:
       simulation: the run, before its first step.
+      tables: whether derivatives by the model's tables are wanted, besides those by the controller's state.
 
     Attributes:
       memory: copies of the arrays of the run, with their adjoints.
     """
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, *, tables: bool) -> None:
         self.simulation = simulation
-        self.code = _code(simulation)
+        self.code = _code(simulation, tables)
         self.memory = Memory(simulation.records, self.code.used)
         self.moving = [self.memory.of(array) for array in simulation.moving]
 
@@ -232,16 +232,17 @@ def _whole(gears: Any, electrical: bool) -> Any:
 _CODES: dict[Any, Compiled] = {}
 
 
-def _code(simulation: Simulation) -> Compiled:
+def _code(simulation: Simulation, tables: bool) -> Compiled:
     """The march of a run and its start with their adjoints, compiled once for a controller and kind of turbine."""
     update = _entry(simulation.controller)
     records = simulation.records
     has_gears, electrical = "gear_modes" in simulation.case.arrays, simulation.model.has_electrical
     kinds = [types.int64, numba.typeof(update), types.int64, types.int64, *(numba.typeof(r) for r in records)]
-    key = (update, has_gears, electrical, *kinds[4:])
+    arrays = Memory.numbers(records)
+    key = (update, has_gears, electrical, tables, *kinds[4:], *arrays.items())
     if key not in _CODES:
         function = _whole(settle_gears if has_gears else _without_gears, electrical)
-        _CODES[key] = Compiled(function, kinds, lambda record, name: members(record)[name].constant)
+        _CODES[key] = Compiled(function, kinds, arrays, tables=tables)
     return _CODES[key]
 
 

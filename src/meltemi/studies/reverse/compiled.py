@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ class Compiled:
     Args:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers, records, or functions.
-      passive: whether a member of a record has no derivatives.
+      arrays, tables: see :class:`Transformed`.
 
     Attributes:
       used: [bytes] of the memory that the code uses itself.
@@ -42,9 +42,12 @@ class Compiled:
       InputError: the function calls something whose derivative is not known.
     """
 
-    def __init__(self, function: Any, kinds: Sequence[Any], passive: Callable[[Any, str], bool]) -> None:
+    def __init__(
+        self, function: Any, kinds: Sequence[Any], arrays: Mapping[tuple[str, str], int | None], *, tables: bool
+    ) -> None:
         text, name = code_of(function, kinds)
-        key = hashlib.sha256(text.encode() + sources() + llvm.get_host_cpu_name().encode()).hexdigest()
+        others = repr((sorted(arrays.items()), tables, llvm.get_host_cpu_name(), llvm.llvm_version_info))
+        key = hashlib.sha256(text.encode() + sources() + others.encode()).hexdigest()
         folder = cache_folder()
         file = None if folder is None else folder / f"adjoint-{key[:32]}.o"
         machine = llvm.Target.from_default_triple().create_target_machine(
@@ -53,7 +56,7 @@ class Compiled:
         kept = _kept(file)
         if kept is None:
             records = {2 + i: kind.cls for i, kind in enumerate(kinds) if isinstance(kind, RecordType)}
-            made = Transformed(text, name, records, passive)
+            made = Transformed(text, name, records, arrays, tables)
             kept = made.used, _machine_code(made.text, machine)
             _keep(file, *kept)
         self.used, code = kept

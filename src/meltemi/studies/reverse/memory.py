@@ -59,6 +59,25 @@ class Memory:
         for array in arrays:
             self.of(array)[...] = array
 
+    @staticmethod
+    def numbers(records: Sequence[Record]) -> dict[tuple[str, str], int | None]:
+        """Number of the array of each member by the names of record and member; None for one without derivatives."""
+        named = [(r, n, m, a) for r in records for (n, m), a in zip(members(type(r)).items(), r.arrays, strict=True)]
+        ends = sorted((a.ctypes.data, a.ctypes.data + a.nbytes) for *_, a in named if a.size)
+        begins: list[int] = []
+        last = 0
+        for begin, end in ends:
+            if begin >= last:
+                begins.append(begin)
+            last = max(last, end)
+        found: dict[tuple[str, str], int | None] = {}
+        order: dict[int, int] = {}
+        for record, name, member, array in named:
+            at = int(np.searchsorted(begins, array.ctypes.data, side="right"))
+            number = order.setdefault(at if array.size else -len(order) - 1, len(order))
+            found[type(record).__name__, name] = None if member.constant else number
+        return found
+
     def of(self, array: Any, *, adjoint: bool = False) -> Any:
         """The copy of an array, or its adjoints."""
         at = self.place(array.ctypes.data) + (SHADOW if adjoint else 0)

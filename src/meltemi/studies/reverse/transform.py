@@ -9,9 +9,8 @@ as addresses, are computed again.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 from meltemi.core.errors import InputError, MeltemiError
@@ -42,6 +41,9 @@ AGAIN = frozenset(
 AGAIN_IF_INTEGER = ("select", "extractelement", "insertelement", "shufflevector", "bitcast")
 CHEAP = ("fadd", "fsub", "fmul", "fneg", "select", "fcmp", "shufflevector", "insertelement", "extractelement")
 """Operations on numbers that are repeated where all their arguments are known."""
+Root = tuple[str, str] | str
+"""Where an address leads: a member of a record, by class and name, or one of these."""
+STACK, CONSTANTS, UNKNOWN = "stack", "constants", "unknown"
 NOTHING = re.compile(r"@(?:llvm\.(?:lifetime|assume|dbg|experimental\.noalias)|NRT_incref|NRT_decref)")
 _LOOP = """define internal void @move(ptr %to, ptr %from, i64 %n) {
 entry:
@@ -73,7 +75,9 @@ class Transformed:
       text: LLVM code of the module.
       top: name of the function.
       records: classes of the records among its arguments, by number of the argument.
-      passive: whether a member of a record has no derivatives.
+      arrays: number of the array, in memory, of each member of a record by the names of record and member; members that
+        overlap share it; None for one without derivatives.
+      tables: whether derivatives by arrays that the code does not change are wanted.
 
     Attributes:
       text: the code of both.
@@ -81,14 +85,20 @@ class Transformed:
     """
 
     def __init__(
-        self, text: str, top: str, records: Mapping[int, Any], passive: Callable[[Any, str], bool]
+        self, text: str, top: str, records: Mapping[int, Any], arrays: Mapping[tuple[str, str], int | None], tables: bool
     ) -> None:
         self.functions, variables = read(text)
-        self.passive = passive
+        self.arrays, self.tables = arrays, tables
         self.used = HEAD
         self.order: list[str] = []
         self.parts: dict[str, _Adjoint] = {}
-        self._visit(top, dict(records))
+        self._visit(top)
+        self.parts[top].records = dict(records)
+        for name in reversed(self.order):
+            self.parts[name].bind()
+        changed = {root for part in self.parts.values() for root in part.changed()}
+        self.changed = {self.arrays[root] for root in changed if isinstance(root, tuple)}
+        self.unknown = UNKNOWN in changed
         self.emitter = Emitter()
         made = [text for name in self.order for text in self.parts[name].code()]
         first = self.parts[top]
@@ -114,24 +124,37 @@ class Transformed:
         self.used = at + size
         return at
 
-    def _visit(self, name: str, records: dict[int, Any]) -> None:
-        if name in self.parts:
-            self.parts[name].merge(records)
-            return
-        part = self.parts[name] = _Adjoint(self, self.functions[name], len(self.parts), records)
-        for call in part.calls:
-            self._visit(call.callee, part.passed(call))
-        self.order.append(name)
+    def _visit(self, name: str) -> None:
+        if name not in self.parts:
+            part = self.parts[name] = _Adjoint(self, self.functions[name], len(self.parts))
+            for call in part.calls:
+                self._visit(call.callee)
+            self.order.append(name)
+
+    def fixed(self, root: Root) -> bool:
+        """Whether the code never changes what is there."""
+        if isinstance(root, tuple):
+            number = self.arrays[root]
+            return not self.unknown and number not in self.changed
+        return root == CONSTANTS
+
+    def inert(self, root: Root) -> bool:
+        """Whether numbers there have no derivatives."""
+        if isinstance(root, tuple):
+            return self.arrays[root] is None or (not self.tables and self.fixed(root))
+        return root == CONSTANTS
 
 
 class _Adjoint:
     """One function."""
 
-    def __init__(self, module: Transformed, function: Function, number: int, records: dict[int, Any]) -> None:
+    def __init__(self, module: Transformed, function: Function, number: int) -> None:
         self.module, self.function, self.number = module, function, number
         self.forward, self.backward = f"@f{number}", f"@r{number}"
         self.arguments = {o.name: (i, o.kind) for i, o in enumerate(function.arguments)}
-        self.records = records
+        self.records: dict[int, Any] = {}
+        self.bound: dict[str, frozenset[Root]] = {}
+        self._roots: dict[str, frozenset[Root]] = {}
         _expand(function)
         self.made: dict[str, Instruction] = {}
         self.home: dict[str, str] = {}
@@ -157,17 +180,37 @@ class _Adjoint:
         self.floats = floats
         self.result = f"{{ {', '.join(o.kind for o in floats)} }}" if floats else "void"
 
-    def merge(self, records: dict[int, Any]) -> None:
-        """Forget records that differ between calls."""
-        self.records = {i: c for i, c in self.records.items() if records.get(i) is c}
+    def bind(self) -> None:
+        """Tell the functions that are called which records and arrays they are given."""
+        for call in self.calls:
+            callee = self.module.parts[call.callee]
+            for i, o in enumerate(call.operands):
+                if o.kind != "ptr":
+                    continue
+                name = callee.function.arguments[i].name
+                record = self.records.get(self.arguments[o.name][0]) if o.name in self.arguments else None
+                if record is not None:
+                    callee.records[i] = record
+                else:
+                    callee.bound[name] = callee.bound.get(name, frozenset()) | self.roots(o.name)
 
-    def passed(self, call: Instruction) -> dict[int, Any]:
-        """Records that a call passes on."""
-        return {
-            i: self.records[self.arguments[o.name][0]]
-            for i, o in enumerate(call.operands)
-            if o.name in self.arguments and self.arguments[o.name][0] in self.records
-        }
+    def changed(self) -> set[Root]:
+        """Where numbers are stored."""
+        found: set[Root] = set()
+        for block in self.function.blocks.values():
+            for each in block.body:
+                if self._stores(each):
+                    found |= self.roots(each.operands[0 if intrinsic(each.callee).startswith("mem") else 1].name)
+        return found
+
+    def _stores(self, each: Instruction) -> bool:
+        """Whether an instruction itself stores numbers."""
+        if each.operation == "store":
+            return is_float(each.kind)
+        name = intrinsic(each.callee) if each.operation == "call" else ""
+        if name in ("masked.store", "masked.scatter"):
+            return is_float(each.operands[0].kind)
+        return name.startswith(("memset", "memcpy", "memmove"))
 
     def _copies(self) -> None:
         """Numbers that are only copied, in integer registers."""
@@ -181,50 +224,59 @@ class _Adjoint:
 
     # analysis -----------------------------------------------------------------------------------
 
-    @cache  # noqa: B019
-    def root(self, pointer: str) -> tuple[int, int] | str | None:
-        """Where an address comes from: argument and word of a record, ``"global"``, or None if that is not known."""
+    def roots(self, pointer: str) -> frozenset[Root]:
+        """Where an address may lead: into a member of a record, by class and name, or elsewhere."""
+        if pointer not in self._roots:
+            self._roots[pointer] = frozenset()  # for a loop, in which it adds nothing
+            self._roots[pointer] = self._found(pointer)
+        return self._roots[pointer]
+
+    def _found(self, pointer: str) -> frozenset[Root]:
         if pointer.startswith("@"):
-            return "global"
+            return frozenset([CONSTANTS])
+        if pointer in self.arguments:
+            return self.bound.get(pointer, frozenset([UNKNOWN]))
         each = self.made.get(pointer)
         if each is None:
-            return None
-        if each.operation == "getelementptr":
-            return self.root(each.operands[0].name)
-        if each.operation in ("freeze", "insertelement", "shufflevector"):
-            return self.root(each.operands[1 if each.operation == "insertelement" else 0].name)
-        if each.operation == "select":
-            one, other = (self.root(o.name) for o in each.operands[1:])
-            return one if one == other else None
-        if each.operation != "inttoptr":
-            return None
-        (name,) = LOCAL.findall(each.rest) or [""]
-        load = self.made.get(name)
+            return frozenset() if pointer in ("poison", "undef", "null") else frozenset([UNKNOWN])
+        if each.operation == "alloca":
+            return frozenset([STACK])
+        if each.operation in ("getelementptr", "freeze", "shufflevector"):
+            return self.roots(each.operands[0].name)
+        if each.operation in ("select", "phi", "insertelement"):
+            those = each.operands[1:] if each.operation == "select" else each.operands
+            return frozenset().union(*(self.roots(o.name) for o in those if "ptr" in o.kind))
+        member = self._member(each) if each.operation == "inttoptr" else None
+        return frozenset([member or UNKNOWN])
+
+    def _member(self, each: Instruction) -> Root | None:
+        """Class and name of the member of a record whose address was loaded from the record's words."""
+        load = self.made.get((LOCAL.findall(each.rest) or [""])[0])
         if load is None or load.operation != "load" or "!invariant" not in load.text:
             return None
         at, offset = load.operands[0].name, 0
         step = self.made.get(at)
-        if step is not None and step.operation == "getelementptr" and re.fullmatch(r"\d+", step.operands[1].name):
-            if not re.match(r"i8,", step.rest):
+        if step is not None and step.operation == "getelementptr":
+            if not (step.rest.startswith("i8,") and step.operands[1].name.isdigit()):
                 return None
             at, offset = step.operands[0].name, int(step.operands[1].name)
-        return (self.arguments[at][0], offset) if at in self.arguments else None
-
-    def inert(self, pointer: str) -> bool:
-        """Whether the numbers at an address have no derivatives."""
-        root = self.root(pointer)
-        if root is None or root == "global":
-            return root == "global"
-        argument, offset = root
-        record = self.records.get(argument)  # type: ignore[call-overload]
+        record = self.records.get(self.arguments[at][0]) if at in self.arguments else None
         if record is None:
-            return False
+            return None
         word = 0
         for name, member in members(record).items():
             if offset == 8 * word:
-                return self.module.passive(record, name)
+                return record.__name__, name
             word += 2 + member.ndim
-        return False
+        return None
+
+    def inert(self, pointer: str) -> bool:
+        """Whether the numbers at an address have no derivatives."""
+        return all(self.module.inert(root) for root in self.roots(pointer))
+
+    def fixed(self, pointer: str) -> bool:
+        """Whether the numbers at an address never change."""
+        return all(self.module.fixed(root) for root in self.roots(pointer))
 
     def inputs(self, each: Instruction) -> list[int]:
         """Numbers of the operands by which the result, or what is stored, has derivatives."""
@@ -300,17 +352,10 @@ class _Adjoint:
         return []
 
     def _touches(self, each: Instruction) -> bool:
-        if each.operation == "store":
-            return is_float(each.kind) and not self.inert(each.operands[1].name)
-        if each.operation == "call":
-            name = intrinsic(each.callee)
-            if name in ("masked.store", "masked.scatter"):
-                return is_float(each.operands[0].kind) and not self.inert(each.operands[1].name)
-            if name.startswith(("memset", "memcpy", "memmove")):
-                return not self.inert(each.operands[0].name)
-            callee = self.module.parts.get(each.callee)
-            return callee is not None and callee.touches
-        return False
+        if self._stores(each):
+            return not self.inert(each.operands[0 if intrinsic(each.callee).startswith("mem") else 1].name)
+        callee = self.module.parts.get(each.callee)
+        return callee is not None and callee.touches
 
     # code ---------------------------------------------------------------------------------------
 
@@ -329,13 +374,28 @@ class _Adjoint:
         return [self._forward(done), self._backward(done)]
 
     def _again(self, saved: dict[str, str]) -> frozenset[str]:
-        """Those of the needed values that follow from the others."""
-        known, again = set(saved), set()
-        for name, each in self.made.items():
-            if name in saved and each.operation in CHEAP:
-                parts = LOCAL.findall(each.text.partition(" = ")[2])
-                if parts and all(p in known for p in parts):
+        """Values that follow from those that are needed, by operations that are cheaper than the memory."""
+        known: dict[str, bool] = {}
+        again = set()
+
+        def is_known(name: str) -> bool:
+            if name not in known:
+                each = self.made.get(name)
+                known[name] = name in saved or (each is None and not is_float(self.arguments[name][1]))
+                if each is not None and follows(each):
                     again.add(name)
+                    known[name] = True
+            return known[name]
+
+        def follows(each: Instruction) -> bool:
+            if each.operation == "load":
+                return "!invariant" in each.text or (is_float(each.kind) and self.fixed(each.operands[0].name))
+            if each.operation not in CHEAP and each.operation not in AGAIN:
+                return each.operation == "alloca"
+            return all(is_known(name) for name in LOCAL.findall(each.text.partition(" = ")[2]))
+
+        for name in self.made:
+            is_known(name)
         return frozenset(again)
 
     def _slots(self) -> list[str]:
@@ -377,7 +437,7 @@ class _Adjoint:
             return []
         callee = self.module.parts.get(each.callee)
         if callee is None:
-            known(each.callee)
+            _check(each)
             kinds = ", ".join(o.kind for o in each.operands)
             self.module.emitter.declared.add(f"declare {each.kind} {each.callee}({kinds})")
             values = ", ".join(f"{o.kind} {o.name}" for o in each.operands)
@@ -455,6 +515,7 @@ class _Reverse:
             each.operation in AGAIN
             or (each.operation in AGAIN_IF_INTEGER and integer and "double" not in each.text)
             or (each.operation == "load" and "!invariant" in each.text and integer)
+            or (each.operation == "load" and not integer and part.fixed(each.operands[0].name))
             or name in self.again
         )
         if not repeat:
@@ -654,7 +715,7 @@ class _Reverse:
                 for i, term in FUNCTIONS[name](e, kind, a, lambda i: self._of(each, i)).items():
                     self.add(x[i], kind, e.guard(kind, a, term))
             else:
-                raise InputError(f"gradient: the function {each.callee[1:]!r} has no derivative")
+                raise InputError(f"gradient: the controller or model calls {name!r}, which has no derivative")
 
     def _shadows(self, operand: Operand) -> str:
         return self.e.new(f"getelementptr i8, {operand.kind} {self.value(operand.name)}, i64 {SHADOW}")
@@ -812,15 +873,16 @@ def intrinsic(callee: str) -> str:
     return re.sub(r"(?:\.(?:v?\d*[fip]\d+))+$", "", callee[6:])
 
 
-def known(callee: str) -> None:
-    """Check that a function outside the module may be called.
+def _check(call: Instruction) -> None:
+    """Check that a function outside the module may be called in a code that is differentiated.
 
     Raises:
-      InputError: it has effects that are not known.
+      InputError: it may change memory, for instance because it allocates an array.
     """
-    name = intrinsic(callee)
-    if not (callee.startswith("@llvm.") or name in FUNCTIONS or name in FLAT):
-        raise InputError(f"gradient: the controller or model calls {name!r}, which has no derivative")
+    if not call.callee.startswith("@llvm.") and ("ptr" in call.kind or any("ptr" in o.kind for o in call.operands)):
+        name = call.callee[1:]
+        what = "makes arrays" if name.startswith("NRT") else f"calls {name!r}"
+        raise InputError(f"gradient: the controller {what}, of which there are no derivatives; keep them in its state")
 
 
 def _expand(function: Function) -> None:
