@@ -238,11 +238,11 @@ def _code(simulation: Simulation, tables: bool) -> Compiled:
     records = simulation.records
     has_gears, electrical = "gear_modes" in simulation.case.arrays, simulation.model.has_electrical
     kinds = [types.int64, numba.typeof(update), types.int64, types.int64, *(numba.typeof(r) for r in records)]
-    arrays = Memory.numbers(records)
-    key = (update, has_gears, electrical, tables, *kinds[4:], *arrays.items())
+    pieces = Memory.pieces(records)
+    key = (update, has_gears, electrical, tables, *kinds[4:], *pieces.items())
     if key not in _CODES:
         function = _whole(settle_gears if has_gears else _without_gears, electrical)
-        _CODES[key] = Compiled(function, kinds, arrays, tables=tables)
+        _CODES[key] = Compiled(function, kinds, pieces, tables=tables)
     return _CODES[key]
 
 

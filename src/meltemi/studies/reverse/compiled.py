@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from meltemi.core.kernel import OPTIONS, cache_folder
 from meltemi.numbers.lanes import CONVERGING
 from meltemi.numbers.records import RecordType
 from meltemi.studies.reverse.memory import Memory
-from meltemi.studies.reverse.transform import Transformed
+from meltemi.studies.reverse.transform import Pieces, Transformed
 
 _SEAL = 32
 
@@ -33,7 +33,7 @@ class Compiled:
     Args:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers, records, or functions.
-      arrays, tables: see :class:`Transformed`.
+      pieces, tables: see :class:`Transformed`.
 
     Attributes:
       used: [bytes] of the memory that the code uses itself.
@@ -43,10 +43,10 @@ class Compiled:
     """
 
     def __init__(
-        self, function: Any, kinds: Sequence[Any], arrays: Mapping[tuple[str, str], int | None], *, tables: bool
+        self, function: Any, kinds: Sequence[Any], pieces: Pieces, *, tables: bool
     ) -> None:
         text, name = code_of(function, kinds)
-        others = repr((sorted(arrays.items()), tables, llvm.get_host_cpu_name(), llvm.llvm_version_info))
+        others = repr((sorted((n, None if p is None else sorted(p)) for n, p in pieces.items()), tables, llvm.get_host_cpu_name(), llvm.llvm_version_info))
         key = hashlib.sha256(text.encode() + sources() + others.encode()).hexdigest()
         folder = cache_folder()
         file = None if folder is None else folder / f"adjoint-{key[:32]}.o"
@@ -56,7 +56,7 @@ class Compiled:
         kept = _kept(file)
         if kept is None:
             records = {2 + i: kind.cls for i, kind in enumerate(kinds) if isinstance(kind, RecordType)}
-            made = Transformed(text, name, records, arrays, tables)
+            made = Transformed(text, name, records, pieces, tables=tables)
             kept = made.used, _machine_code(made.text, machine)
             _keep(file, *kept)
         self.used, code = kept

@@ -60,23 +60,19 @@ class Memory:
             self.of(array)[...] = array
 
     @staticmethod
-    def numbers(records: Sequence[Record]) -> dict[tuple[str, str], int | None]:
-        """Number of the array of each member by the names of record and member; None for one without derivatives."""
+    def pieces(records: Sequence[Record]) -> dict[tuple[str, str], frozenset[int] | None]:
+        """Numbers of the pieces of memory of each member, by the names of record and member; overlapping members share
+        pieces; None for a member without derivatives.
+        """
         named = [(r, n, m, a) for r in records for (n, m), a in zip(members(type(r)).items(), r.arrays, strict=True)]
-        ends = sorted((a.ctypes.data, a.ctypes.data + a.nbytes) for *_, a in named if a.size)
-        begins: list[int] = []
-        last = 0
-        for begin, end in ends:
-            if begin >= last:
-                begins.append(begin)
-            last = max(last, end)
-        found: dict[tuple[str, str], int | None] = {}
-        order: dict[int, int] = {}
-        for record, name, member, array in named:
-            at = int(np.searchsorted(begins, array.ctypes.data, side="right"))
-            number = order.setdefault(at if array.size else -len(order) - 1, len(order))
-            found[type(record).__name__, name] = None if member.constant else number
-        return found
+        ends = sorted({at for *_, a in named for at in (a.ctypes.data, a.ctypes.data + a.nbytes) if a.size})
+        number = {at: i for i, at in enumerate(ends)}
+        return {
+            (type(r).__name__, n): None
+            if m.constant
+            else frozenset(range(number[a.ctypes.data], number[a.ctypes.data + a.nbytes]) if a.size else ())
+            for r, n, m, a in named
+        }
 
     def of(self, array: Any, *, adjoint: bool = False) -> Any:
         """The copy of an array, or its adjoints."""

@@ -9,7 +9,7 @@ as addresses, are computed again.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -43,6 +43,7 @@ CHEAP = ("fadd", "fsub", "fmul", "fneg", "select", "fcmp", "shufflevector", "ins
 """Operations on numbers that are repeated where all their arguments are known."""
 Root = tuple[str, str] | str
 """Where an address leads: a member of a record, by class and name, or one of these."""
+Pieces = Mapping[tuple[str, str], frozenset[int] | None]
 STACK, CONSTANTS, UNKNOWN = "stack", "constants", "unknown"
 NOTHING = re.compile(r"@(?:llvm\.(?:lifetime|assume|dbg|experimental\.noalias)|NRT_incref|NRT_decref)")
 _LOOP = """define internal void @move(ptr %to, ptr %from, i64 %n) {
@@ -75,8 +76,7 @@ class Transformed:
       text: LLVM code of the module.
       top: name of the function.
       records: classes of the records among its arguments, by number of the argument.
-      arrays: number of the array, in memory, of each member of a record by the names of record and member; members that
-        overlap share it; None for one without derivatives.
+      pieces: of memory that each member of a record has, see :meth:`Memory.pieces`.
       tables: whether derivatives by arrays that the code does not change are wanted.
 
     Attributes:
@@ -85,10 +85,10 @@ class Transformed:
     """
 
     def __init__(
-        self, text: str, top: str, records: Mapping[int, Any], arrays: Mapping[tuple[str, str], int | None], tables: bool
+        self, text: str, top: str, records: Mapping[int, Any], pieces: Pieces, *, tables: bool
     ) -> None:
         self.functions, variables = read(text)
-        self.arrays, self.tables = arrays, tables
+        self.pieces, self.tables = pieces, tables
         self.used = HEAD
         self.order: list[str] = []
         self.parts: dict[str, _Adjoint] = {}
@@ -97,8 +97,10 @@ class Transformed:
         for name in reversed(self.order):
             self.parts[name].bind()
         changed = {root for part in self.parts.values() for root in part.changed()}
-        self.changed = {self.arrays[root] for root in changed if isinstance(root, tuple)}
+        self.changed = self.pieces_of(changed)
         self.unknown = UNKNOWN in changed
+        kept = set().union(*(part.not_restored() for part in self.parts.values()))
+        self.restored = set() if self.unknown else self.changed - self.pieces_of(kept)
         self.emitter = Emitter()
         made = [text for name in self.order for text in self.parts[name].code()]
         first = self.parts[top]
@@ -134,14 +136,21 @@ class Transformed:
     def fixed(self, root: Root) -> bool:
         """Whether the code never changes what is there."""
         if isinstance(root, tuple):
-            number = self.arrays[root]
-            return not self.unknown and number not in self.changed
+            return not self.unknown and self.changed.isdisjoint(self.pieces[root] or ())
         return root == CONSTANTS
+
+    def pieces_of(self, roots: Iterable[Root]) -> set[int]:
+        """Pieces of memory of several members."""
+        return {piece for root in roots if isinstance(root, tuple) for piece in self.pieces[root] or ()}
+
+    def is_restored(self, root: Root) -> bool:
+        """Whether the adjoint takes back what the code stores there."""
+        return isinstance(root, tuple) and self.pieces[root] is not None and self.restored >= self.pieces[root]
 
     def inert(self, root: Root) -> bool:
         """Whether numbers there have no derivatives."""
         if isinstance(root, tuple):
-            return self.arrays[root] is None or (not self.tables and self.fixed(root))
+            return self.pieces[root] is None or (not self.tables and self.fixed(root))
         return root == CONSTANTS
 
 
@@ -155,6 +164,7 @@ class _Adjoint:
         self.records: dict[int, Any] = {}
         self.bound: dict[str, frozenset[Root]] = {}
         self._roots: dict[str, frozenset[Root]] = {}
+        self._all: set[Root] | None = None
         _expand(function)
         self.made: dict[str, Instruction] = {}
         self.home: dict[str, str] = {}
@@ -202,6 +212,36 @@ class _Adjoint:
                 if self._stores(each):
                     found |= self.roots(each.operands[0 if intrinsic(each.callee).startswith("mem") else 1].name)
         return found
+
+    def not_restored(self) -> set[Root]:
+        """Arrays whose former numbers cannot be recorded by storing one number or vector."""
+        found: set[Root] = set()
+        for block in self.function.blocks.values():
+            for each in block.body:
+                name = intrinsic(each.callee) if each.operation == "call" else ""
+                if each.operation == "store":
+                    roots = self.roots(each.operands[1].name)
+                    if not is_float(each.kind) or len(roots) > 1:
+                        found |= roots
+                elif name.startswith(("memset", "memcpy", "memmove")):
+                    found |= self.roots(each.operands[0].name)
+                elif name in MASKED and len(roots := self.roots(each.operands[1].name)) > 1:
+                    found |= roots
+        return found
+
+    def writes(self, each: Instruction) -> set[Root]:
+        """Arrays whose numbers an instruction changes."""
+        if self._stores(each):
+            return set(self.roots(each.operands[0 if intrinsic(each.callee).startswith("mem") else 1].name))
+        callee = self.module.parts.get(each.callee)
+        return callee.all_changed if callee is not None else set()
+
+    @property
+    def all_changed(self) -> set[Root]:
+        """Arrays that the function changes, with those it calls."""
+        if self._all is None:
+            self._all = self.changed().union(*(self.module.parts[call.callee].all_changed for call in self.calls))
+        return self._all
 
     def _stores(self, each: Instruction) -> bool:
         """Whether an instruction itself stores numbers."""
@@ -274,6 +314,11 @@ class _Adjoint:
         """Whether the numbers at an address have no derivatives."""
         return all(self.module.inert(root) for root in self.roots(pointer))
 
+    def is_restored(self, pointer: str) -> bool:
+        """Whether the adjoint takes back what is stored at an address."""
+        roots = self.roots(pointer)
+        return bool(roots) and all(self.module.is_restored(root) for root in roots)
+
     def fixed(self, pointer: str) -> bool:
         """Whether the numbers at an address never change."""
         return all(self.module.fixed(root) for root in self.roots(pointer))
@@ -332,6 +377,13 @@ class _Adjoint:
             if singular or (passes and any(o.name in self.doubtful for o in each.operands)):
                 self.doubtful.add(each.name)
         self.touches = any(self._touches(each) for each in sequence)
+        self.old = {
+            id(each): f"%old.{n}"
+            for n, each in enumerate(sequence)
+            if self.touches
+            and (each.operation == "store" or (each.operation == "call" and intrinsic(each.callee) in MASKED))
+            and self.is_restored(each.operands[1].name)
+        }
 
     def _depends(self, each: Instruction, active: set[str]) -> bool:
         if each.operation == "load":
@@ -370,10 +422,10 @@ class _Adjoint:
         self.across = set().union(*(r.across for r in first.values()))
         done = {}
         for label, block in blocks.items():
-            done[label] = _Reverse(self, block, self._again(first[label].saved)).emit()
+            done[label] = _Reverse(self, block, self._again(first[label].saved, first[label].read)).emit()
         return [self._forward(done), self._backward(done)]
 
-    def _again(self, saved: dict[str, str]) -> frozenset[str]:
+    def _again(self, saved: dict[str, str], read: set[str]) -> frozenset[str]:
         """Values that follow from those that are needed, by operations that are cheaper than the memory."""
         known: dict[str, bool] = {}
         again = set()
@@ -381,8 +433,8 @@ class _Adjoint:
         def is_known(name: str) -> bool:
             if name not in known:
                 each = self.made.get(name)
-                known[name] = name in saved or (each is None and not is_float(self.arguments[name][1]))
-                if each is not None and follows(each):
+                known[name] = name in saved or name in read or (each is None and not is_float(self.arguments[name][1]))
+                if each is not None and name not in read and follows(each):
                     again.add(name)
                     known[name] = True
             return known[name]
@@ -431,6 +483,14 @@ class _Adjoint:
     def _repeat(self, each: Instruction, n: int) -> list[str]:
         if each.operation == "alloca" and each.name in self.slots:
             return []
+        if id(each) in self.old:
+            x, at = each.operands[:2]
+            if each.operation == "store":
+                former = f"load {each.kind}, ptr {at.name}{_align(each.text)}"
+            else:
+                mask = each.operands[2]
+                former = masked(self.module.emitter, MASKED[intrinsic(each.callee)], x.kind, at, (mask.kind, mask.name))
+            return [f"  {self.old[id(each)]} = {former}", "  " + _clean(each.text)]
         if each.operation != "call":
             return ["  " + _clean(each.text)]
         if NOTHING.match(each.callee):
@@ -493,7 +553,8 @@ class _Reverse:
         self.across: set[str] = set()
         self.known: dict[str, str] = {}
         self.sums: dict[str, str] = {}
-        self.before: list[str] = []
+        self.read: set[str] = set()
+        self.at = len(block.body)
 
     # values of the forward pass
 
@@ -518,13 +579,30 @@ class _Reverse:
             or (each.operation == "load" and not integer and part.fixed(each.operands[0].name))
             or name in self.again
         )
+        if not repeat and self._may_read(each):
+            self.read.add(name)
+            repeat = True
         if not repeat:
             return self._save(name, each.kind)
         text = LOCAL.sub(lambda found: self.value(found[0]), _clean(each.text.partition(" = ")[2]))
         self.e.count += 1
         self.known[name] = f"%t{self.e.count}"
-        self.before.append(f"  %t{self.e.count} = {text}")
+        self.e.lines.append(f"  {self.known[name]} = {text}")
         return self.known[name]
+
+    def _may_read(self, each: Instruction) -> bool:
+        """Whether a number is still, or again, in the memory from which it was loaded earlier in this block."""
+        part, body = self.part, self.block.body
+        if each.operation != "load" or part.home[each.name] != self.block.label:
+            return False
+        pointer = each.operands[0].name
+        if not is_float(each.kind) or not part.is_restored(pointer):
+            return False
+        pieces = part.module.pieces_of(part.roots(pointer))
+        first = next(i for i, other in enumerate(body) if other is each)
+        return all(
+            pieces.isdisjoint(part.module.pieces_of(part.writes(other))) for other in body[first + 1 : self.at + 1]
+        )
 
     def _save(self, name: str, kind: str) -> str:
         self.saved[name] = kind
@@ -575,8 +653,11 @@ class _Reverse:
                 id(each): b.label for b in part.function.blocks.values() for each in (*b.phis, *b.body)
             }
         keep, e.lines = e.lines, []
-        for each in reversed(self.block.body):
+        for self.at in range(len(self.block.body) - 1, -1, -1):
+            each = self.block.body[self.at]
             self._adjoint(each)
+            if id(each) in part.old:
+                self._take_back(each, self._save(part.old[id(each)], each.operands[0].kind))
         phis = [(phi, self.take(phi)) for phi in self.block.phis if phi.name in part.active]
         for name, total in list(self.sums.items()):
             self._flush(name, total)
@@ -592,6 +673,16 @@ class _Reverse:
             edges.append((source, e.lines))
         self.body, self.edges, e.lines = body, edges, keep
         return self
+
+    def _take_back(self, each: Instruction, old: str) -> None:
+        """Restore what was in memory before a store."""
+        x, at = each.operands[:2]
+        there = Operand(at.kind, self.value(at.name))
+        if each.operation == "store":
+            self.e.do(f"store {each.kind} {old}, ptr {there.name}{_align(each.text)}")
+        else:
+            mask = each.operands[2].kind, self.value(each.operands[2].name)
+            self.e.do(masked(self.e, intrinsic(each.callee), x.kind, there, mask, old))
 
     def _flush(self, name: str, total: str) -> None:
         part = self.part
@@ -722,15 +813,9 @@ class _Reverse:
 
     def _adjoint_of_masked(self, each: Instruction, name: str, kind: str) -> None:
         e, (x, at, mask) = self.e, each.operands[:3]
-        places, m = self._shadows(at), f"{mask.kind} {self.value(mask.name)}"
-        back = {"masked.store": "masked.load", "masked.scatter": "masked.gather"}[name]
-        suffix = f"v{lanes_of(kind)}f64.{'p0' if at.kind == 'ptr' else f'v{lanes_of(kind)}p0'}"
-        e.declared.add(f"declare {kind} @llvm.{back}.{suffix}({at.kind}, {mask.kind}, {kind})")
-        e.declared.add(f"declare void @llvm.{name}.{suffix}({kind}, {at.kind}, {mask.kind})")
-        align = f"{at.kind} align 8 {places}"
-        term = e.new(f"call {kind} @llvm.{back}.{suffix}({align}, {m}, {kind} zeroinitializer)")
-        self.add(x, kind, term)
-        e.do(f"call void @llvm.{name}.{suffix}({kind} zeroinitializer, {align}, {m})")
+        there, m = Operand(at.kind, self._shadows(at)), (mask.kind, self.value(mask.name))
+        self.add(x, kind, e.new(masked(e, MASKED[name], kind, there, m)))
+        e.do(masked(e, name, kind, there, m, "zeroinitializer"))
 
     def _adjoint_of_masked_load(self, each: Instruction, name: str, a: str) -> None:
         e, kind, (at, mask, other) = self.e, each.kind, each.operands[:3]
@@ -742,13 +827,9 @@ class _Reverse:
             return
         places, part = self._shadows(at), e.choose(m, kind, a, zero)
         if name == "masked.load":
-            suffix = f"v{lanes_of(kind)}f64.p0"
-            e.declared.add(f"declare {kind} @llvm.masked.load.{suffix}(ptr, {mask.kind}, {kind})")
-            e.declared.add(f"declare void @llvm.masked.store.{suffix}({kind}, ptr, {mask.kind})")
-            there, where = f"ptr align 8 {places}", f"{m[0]} {m[1]}"
-            old = e.new(f"call {kind} @llvm.masked.load.{suffix}({there}, {where}, {kind} zeroinitializer)")
-            new = e.op("fadd", kind, old, part)
-            e.do(f"call void @llvm.masked.store.{suffix}({kind} {new}, {there}, {where})")
+            there = Operand("ptr", places)
+            old = e.new(masked(e, name, kind, there, m))
+            e.do(masked(e, "masked.store", kind, there, m, e.op("fadd", kind, old, part)))
             return
         for i in range(lanes_of(kind)):
             p = e.new(f"extractelement {at.kind} {places}, i64 {i}")
@@ -805,7 +886,7 @@ class _Reverse:
                 short = "from" if name == "from" else name[1:]
                 align = min(size_of(kind)[1], 64)
                 lines.append(f"  %s.{label}.{short} = load {kind}, ptr %p.{label}.{at}, align {align}")
-        lines += self.before + self.body
+        lines += self.body
         if label == next(iter(part.function.blocks)):
             lines += ["  %tape.last = load ptr, ptr %tape", "  store ptr %tape.last, ptr %base"]
             result, made = part.result, "poison"
@@ -824,6 +905,20 @@ class _Reverse:
             for k, (source, edge) in enumerate(self.edges):
                 lines += [f"e.{label}.{k}:", *edge, f"  br label %r.{source}"]
         return lines
+
+
+MASKED = {"masked.store": "masked.load", "masked.scatter": "masked.gather"}
+
+
+def masked(e: Emitter, name: str, kind: str, at: Operand, mask: tuple[str, str], value: str = "") -> str:
+    """Call that stores a vector where the mask is set, or without a value loads one, with zeros elsewhere."""
+    n, there = lanes_of(kind), f"{at.kind} align 8 {at.name}, {mask[0]} {mask[1]}"
+    suffix = f"v{n}f64.{'p0' if at.kind == 'ptr' else f'v{n}p0'}"
+    if value:
+        e.declared.add(f"declare void @llvm.{name}.{suffix}({kind}, {at.kind}, {mask[0]})")
+        return f"call void @llvm.{name}.{suffix}({kind} {value}, {there})"
+    e.declared.add(f"declare {kind} @llvm.{name}.{suffix}({at.kind}, {mask[0]}, {kind})")
+    return f"call {kind} @llvm.{name}.{suffix}({there}, {kind} zeroinitializer)"
 
 
 def _pushed(n: str, found: list[tuple[str, str, int]], size: int) -> list[str]:
