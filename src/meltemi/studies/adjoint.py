@@ -34,6 +34,7 @@ from meltemi.studies.reverse.compiled import Compiled
 from meltemi.studies.reverse.memory import Memory
 from meltemi.studies.sensitivity import Direction, directions, settled
 
+FEATURE = "gradients"
 Float = NDArray[np.float64]
 Objective = Callable[[Result], tuple[float, Mapping[str, Any]]]
 """Gives the value of an objective and, by channel, its derivatives by the samples of the series (T,)."""
@@ -205,8 +206,16 @@ def _whole(gears: Any, electrical: bool) -> Any:
     """
 
     def whole(
-        n_steps: int, controller: Any, sweeps: int, gear_sweeps: int,
-        run: Any, c: Any, m: Any, one: Any, plain: Any, sections: Any,
+        n_steps: int,
+        controller: Any,
+        sweeps: int,
+        gear_sweeps: int,
+        run: Any,
+        c: Any,
+        m: Any,
+        one: Any,
+        plain: Any,
+        sections: Any,
     ) -> None:
         if n_steps > 0:
             _march(n_steps, controller, run, c, m, one, plain, sections)
@@ -238,11 +247,11 @@ def _code(simulation: Simulation, tables: bool) -> Compiled:
     records = simulation.records
     has_gears, electrical = "gear_modes" in simulation.case.arrays, simulation.model.has_electrical
     kinds = [types.int64, numba.typeof(update), types.int64, types.int64, *(numba.typeof(r) for r in records)]
-    pieces = Memory.pieces(records)
-    key = (update, has_gears, electrical, tables, *kinds[4:], *pieces.items())
+    arrays = Memory.numbers(records)
+    key = (update, has_gears, electrical, tables, *kinds[4:], *arrays.items())
     if key not in _CODES:
         function = _whole(settle_gears if has_gears else _without_gears, electrical)
-        _CODES[key] = Compiled(function, kinds, pieces, tables=tables)
+        _CODES[key] = Compiled(function, kinds, arrays, tables=tables)
     return _CODES[key]
 
 

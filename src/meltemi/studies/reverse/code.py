@@ -19,8 +19,8 @@ _FLAGS = re.compile(
 )
 _ATTRIBUTES = re.compile(
     r"^(?:noundef|nonnull|noalias|readonly|readnone|writeonly|nocapture|nofree|returned|signext|zeroext|immarg|"
-    r"dead_on_unwind|writable|nocallback|range\([^)]*\)|align \d+|captures\([^)]*\)|dereferenceable(?:_or_null)?\(\d+\)|"
-    r"initializes\(\([^)]*\)\)) ?"
+    r"dead_on_unwind|writable|nocallback|range\([^)]*\)|align \d+|captures\([^)]*\)|"
+    r"dereferenceable(?:_or_null)?\(\d+\)|initializes\(\([^)]*\)\)) ?"
 )
 _METADATA = re.compile(r",? !(?!invariant)[\w.]+ ![\w()]*")
 _INVARIANT = re.compile(r"!invariant\.load !\d+")
@@ -203,13 +203,7 @@ def _function(head: str, lines: list[str]) -> Function:
     def renamed(text: str) -> str:
         return LOCAL.sub(lambda found: "%" + rename(found[0][1:]), text)
 
-    begin = head.index("(", name.end()) + 1
-    depth, at = 1, begin
-    while depth:
-        depth += head[at] == "("
-        depth -= head[at] == ")"
-        at += 1
-    arguments = [typed(renamed(each)) for each in split_top(head[begin : at - 1])]
+    arguments = [typed(renamed(each)) for each in split_top(_inside(head, head.index("(", name.end()) + 1))]
     blocks: dict[str, Block] = {}
     block: Block | None = None
     rows = iter(lines)
@@ -243,6 +237,16 @@ def _function(head: str, lines: list[str]) -> Function:
         for target in each.targets:
             blocks[target].sources.append(each.label)
     return Function(name[0], kind, arguments, blocks)
+
+
+def _inside(text: str, begin: int) -> str:
+    """What follows up to the bracket that closes."""
+    depth, at = 1, begin
+    while depth:
+        depth += text[at] == "("
+        depth -= text[at] == ")"
+        at += 1
+    return text[begin : at - 1]
 
 
 def _instruction(text: str) -> Instruction:
@@ -320,11 +324,5 @@ def _call(make: Instruction, rest: str) -> None:
         make.callee = ""
         return
     make.callee = begin[0]
-    inside = rest[rest.index(make.callee) + len(make.callee) + 1 :]
-    depth = 1
-    for i, c in enumerate(inside):
-        depth += c == "("
-        depth -= c == ")"
-        if depth == 0:
-            break
-    make.operands = [typed(each) for each in split_top(inside[:i]) if not each.startswith("metadata")]
+    inside = _inside(rest, rest.index(make.callee) + len(make.callee) + 1)
+    make.operands = [typed(each) for each in split_top(inside) if not each.startswith("metadata")]

@@ -5,14 +5,16 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import llvmlite.binding as llvm
 import numba
 import numpy as np
+from numba.core import event
 from numba.core.compiler_lock import global_compiler_lock
 
 from meltemi.core import linking
@@ -22,7 +24,7 @@ from meltemi.core.kernel import OPTIONS, cache_folder
 from meltemi.numbers.lanes import CONVERGING
 from meltemi.numbers.records import RecordType
 from meltemi.studies.reverse.memory import Memory
-from meltemi.studies.reverse.transform import Pieces, Transformed
+from meltemi.studies.reverse.transform import Transformed
 
 _SEAL = 32
 
@@ -33,7 +35,7 @@ class Compiled:
     Args:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers, records, or functions.
-      pieces, tables: see :class:`Transformed`.
+      arrays, tables: see :class:`Transformed`.
 
     Attributes:
       used: [bytes] of the memory that the code uses itself.
@@ -43,10 +45,10 @@ class Compiled:
     """
 
     def __init__(
-        self, function: Any, kinds: Sequence[Any], pieces: Pieces, *, tables: bool
+        self, function: Any, kinds: Sequence[Any], arrays: Mapping[tuple[str, str], int | None], *, tables: bool
     ) -> None:
         text, name = code_of(function, kinds)
-        others = repr((sorted((n, None if p is None else sorted(p)) for n, p in pieces.items()), tables, llvm.get_host_cpu_name(), llvm.llvm_version_info))
+        others = repr((sorted(arrays.items()), tables, llvm.get_host_cpu_name(), llvm.llvm_version_info))
         key = hashlib.sha256(text.encode() + sources() + others.encode()).hexdigest()
         folder = cache_folder()
         file = None if folder is None else folder / f"adjoint-{key[:32]}.o"
@@ -56,8 +58,9 @@ class Compiled:
         kept = _kept(file)
         if kept is None:
             records = {2 + i: kind.cls for i, kind in enumerate(kinds) if isinstance(kind, RecordType)}
-            made = Transformed(text, name, records, pieces, tables=tables)
-            kept = made.used, _machine_code(made.text, machine)
+            with event.trigger_event("numba:compile", {"dispatcher": SimpleNamespace(py_func=function), "args": ()}):
+                made = Transformed(text, name, records, arrays, tables)
+                kept = made.used, _machine_code(made.text, machine)
             _keep(file, *kept)
         self.used, code = kept
         module = llvm.parse_assembly("")

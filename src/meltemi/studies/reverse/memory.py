@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.maths.records import Record, members
-from meltemi.studies.reverse.transform import SHADOW
+from meltemi.studies.reverse.blocks import SHADOW
 
 _PAGE = 4096
 TAPE = 1 << 30
@@ -60,19 +59,25 @@ class Memory:
             self.of(array)[...] = array
 
     @staticmethod
-    def pieces(records: Sequence[Record]) -> dict[tuple[str, str], frozenset[int] | None]:
-        """Numbers of the pieces of memory of each member, by the names of record and member; overlapping members share
-        pieces; None for a member without derivatives.
-        """
-        named = [(r, n, m, a) for r in records for (n, m), a in zip(members(type(r)).items(), r.arrays, strict=True)]
-        ends = sorted({at for *_, a in named for at in (a.ctypes.data, a.ctypes.data + a.nbytes) if a.size})
-        number = {at: i for i, at in enumerate(ends)}
-        return {
-            (type(r).__name__, n): None
-            if m.constant
-            else frozenset(range(number[a.ctypes.data], number[a.ctypes.data + a.nbytes]) if a.size else ())
-            for r, n, m, a in named
-        }
+    def numbers(records: Sequence[Record]) -> dict[tuple[str, str], int | None]:
+        """Number of the array of each member by the names of record and member; None for one without derivatives."""
+        classes: list[Any] = [type(record) for record in records]
+        pairs = [zip(members(c).items(), r.arrays, strict=True) for c, r in zip(classes, records, strict=True)]
+        named = [(r, n, m, a) for r, each in zip(records, pairs, strict=True) for (n, m), a in each]
+        ends = sorted((a.ctypes.data, a.ctypes.data + a.nbytes) for *_, a in named if a.size)
+        begins: list[int] = []
+        last = 0
+        for begin, end in ends:
+            if begin >= last:
+                begins.append(begin)
+            last = max(last, end)
+        found: dict[tuple[str, str], int | None] = {}
+        order: dict[int, int] = {}
+        for record, name, member, array in named:
+            at = int(np.searchsorted(begins, array.ctypes.data, side="right"))
+            number = order.setdefault(at if array.size else -len(order) - 1, len(order))
+            found[type(record).__name__, name] = None if member.constant else number
+        return found
 
     def of(self, array: Any, *, adjoint: bool = False) -> Any:
         """The copy of an array, or its adjoints."""
@@ -95,7 +100,8 @@ class Memory:
 
     def _moved(self, record: Record) -> Any:
         words, at = record.words.copy(), 0
-        for array, member in zip(record.arrays, members(type(record)).values(), strict=True):
+        cls: Any = type(record)
+        for array, member in zip(record.arrays, members(cls).values(), strict=True):
             if array.dtype != np.float32 and array.size:
                 words[at] = self.base + self.place(array.ctypes.data)
             at += 2 + member.ndim

@@ -1,7 +1,7 @@
 """Partial derivatives of the operations and functions of compiled code.
 
-Each rule gives, for the adjoint of a result z = f(x, y), the terms that it adds to the adjoints of x and y (J-4). At kinks
-the derivative is that of the branch that was taken.
+Each rule gives, for the adjoint of a result z = f(x, y), the terms that it adds to the adjoints of x and y (J-3). At
+kinks the derivative is that of the branch that was taken.
 """
 
 from __future__ import annotations
@@ -139,13 +139,9 @@ def _most(sign: str) -> Any:
     return rule
 
 
-
-
 def _one_plus(sign: str, square: int) -> Any:
     """1 +- value squared."""
-    return lambda e, k, value: e.op(
-        sign, k, constant(k, 1.0), e.op("fmul", k, value(square), value(square))
-    )
+    return lambda e, k, value: e.op(sign, k, constant(k, 1.0), e.op("fmul", k, value(square), value(square)))
 
 
 FUNCTIONS: dict[str, Any] = {
