@@ -39,7 +39,7 @@ class Pair(Record):
 def differentiated(function: Any, record: Record, **weights: Any) -> Memory:
     """Memory with adjoints, after ``function(n, record)`` and its adjoint for the weights of members."""
     kinds = [numba.types.int64, numba.typeof(record)]
-    code = Compiled(function, kinds, Memory.numbers([record]), tables=True)
+    code = Compiled(function, kinds, Memory.numbers([record]), wanted=None)
     memory = Memory([record], code.used)
     for name, by in weights.items():
         memory.of(getattr(record, name), adjoint=True)[...] = by

@@ -35,6 +35,7 @@ from meltemi.studies.reverse.memory import Memory
 from meltemi.studies.sensitivity import Direction, directions, settled
 
 FEATURE = "gradients"
+CONTROLLER = frozenset({"controller_state"})
 Float = NDArray[np.float64]
 Objective = Callable[[Result], tuple[float, Mapping[str, Any]]]
 """Gives the value of an objective and, by channel, its derivatives by the samples of the series (T,)."""
@@ -251,7 +252,7 @@ def _code(simulation: Simulation, tables: bool) -> Compiled:
     key = (update, has_gears, electrical, tables, *kinds[4:], *arrays.items())
     if key not in _CODES:
         function = _whole(settle_gears if has_gears else _without_gears, electrical)
-        _CODES[key] = Compiled(function, kinds, arrays, tables=tables)
+        _CODES[key] = Compiled(function, kinds, arrays, wanted=None if tables else CONTROLLER)
     return _CODES[key]
 
 

@@ -35,7 +35,7 @@ class Compiled:
     Args:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers, records, or functions.
-      arrays, tables: see :class:`Transformed`.
+      arrays, wanted: see :class:`Transformed`.
 
     Attributes:
       used: [bytes] of the memory that the code uses itself.
@@ -45,10 +45,17 @@ class Compiled:
     """
 
     def __init__(
-        self, function: Any, kinds: Sequence[Any], arrays: Mapping[tuple[str, str], int | None], *, tables: bool
+        self,
+        function: Any,
+        kinds: Sequence[Any],
+        arrays: Mapping[tuple[str, str], int | None],
+        *,
+        wanted: frozenset[str] | None,
     ) -> None:
         text, name = code_of(function, kinds)
-        others = repr((sorted(arrays.items()), tables, llvm.get_host_cpu_name(), llvm.llvm_version_info))
+        others = repr(
+            (sorted(arrays.items()), wanted and sorted(wanted), llvm.get_host_cpu_name(), llvm.llvm_version_info)
+        )
         key = hashlib.sha256(text.encode() + sources() + others.encode()).hexdigest()
         folder = cache_folder()
         file = None if folder is None else folder / f"adjoint-{key[:32]}.o"
@@ -59,7 +66,7 @@ class Compiled:
         if kept is None:
             records = {2 + i: kind.cls for i, kind in enumerate(kinds) if isinstance(kind, RecordType)}
             with event.trigger_event("numba:compile", {"dispatcher": SimpleNamespace(py_func=function), "args": ()}):
-                made = Transformed(text, name, records, arrays, tables)
+                made = Transformed(text, name, records, arrays, wanted)
                 kept = made.used, _machine_code(made.text, machine)
             _keep(file, *kept)
         self.used, code = kept

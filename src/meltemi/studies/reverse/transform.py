@@ -77,7 +77,7 @@ class Transformed:
       records: classes of the records among its arguments, by number of the argument.
       arrays: number of the array, in memory, of each member of a record by the names of record and member; members that
         overlap share it; None for one without derivatives.
-      tables: whether derivatives by arrays that the code does not change are wanted.
+      wanted: members by which derivatives are wanted though the code does not change them; by all if None.
 
     Attributes:
       text: the code of both.
@@ -90,10 +90,10 @@ class Transformed:
         top: str,
         records: Mapping[int, Any],
         arrays: Mapping[tuple[str, str], int | None],
-        tables: bool,
+        wanted: frozenset[str] | None,
     ) -> None:
         self.functions, variables = read(text)
-        self.arrays, self.tables = arrays, tables
+        self.arrays, self.wanted = arrays, wanted
         self.used = HEAD
         self.order: list[str] = []
         self.parts: dict[str, _Adjoint] = {}
@@ -147,7 +147,8 @@ class Transformed:
     def inert(self, root: Root) -> bool:
         """Whether numbers there have no derivatives."""
         if isinstance(root, tuple):
-            return self.arrays[root] is None or (not self.tables and self.fixed(root))
+            passed_over = self.wanted is not None and root[1] not in self.wanted
+            return self.arrays[root] is None or (passed_over and self.fixed(root))
         return root == CONSTANTS
 
 
