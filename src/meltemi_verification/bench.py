@@ -110,7 +110,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
       ``machine`` (processor, versions, date), ``import_s``, ``stages`` (compilation: seconds and signatures by stage),
       ``cold_compile_s``, ``signatures``, ``beyond`` (what compiles on first use), ``cached_start_s``, ``runs``
       (microseconds a step, real-time factor and step of each variant, and with load control), ``floats`` and
-      ``derivatives`` (the first variant one node at a time, and with eight derivatives), ``steps`` (of three turbines,
+      ``derivatives`` (the first variant one node at a time, and with eight derivatives), ``gradient`` (microseconds a
+      step of the first variant, and of its adjoint), ``steps`` (of three turbines,
       see :mod:`meltemi_verification.steps`), ``controllers``, ``environments`` (see
       :mod:`meltemi_verification.env_bench`), ``fields`` (seconds and peak memory of making turbulence),
       ``peak_memory_mb`` (the wind field not counted), ``cores``,
@@ -315,7 +316,28 @@ def timed_runs(duration: float) -> dict[str, Any]:
     ways = directions(model, PARAMETERS, controller, first_point(model, wind, start), {})
     floats = _timed(model, wind, short, numbers="floats", start=start)
     duals = _timed(model, wind, short, numbers="duals", start=start, prepare=lambda case: seed(case, ways))
-    return {"runs": runs, "floats": floats, "derivatives": duals, "peak_memory_mb": peak}
+    gradients = timed_gradient(Run(model, wind, duration=short, channels=CHANNELS, start=start))
+    return {"runs": runs, "floats": floats, "derivatives": duals, "gradient": gradients, "peak_memory_mb": peak}
+
+
+def timed_gradient(run: Run) -> dict[str, float]:
+    """Time step of a run, and of its adjoint by the controller's state and by tables too, measured in turn."""
+    from meltemi.postprocess.gradient import std_weights
+    from meltemi.studies.adjoint import gradient
+
+    def objective(result: Any) -> tuple[float, dict[str, Any]]:
+        value, weights = std_weights(result[CHANNELS[0]])
+        return value, {CHANNELS[0]: weights}
+
+    chosen = {"by_controller": PARAMETERS[:3], "by_all": PARAMETERS}
+    least = dict.fromkeys(("run", *chosen), float("inf"))
+    for _ in range(1 + REPEATS):  # the first compiles
+        simulation = Simulation(run)
+        march(simulation)
+        least["run"] = min(least["run"], simulation.run_seconds)
+        for name, parameters in chosen.items():
+            least[name] = min(least[name], gradient(run, objective, parameters).seconds[1])
+    return {name: round(1e6 * seconds / simulation.n_steps, 2) for name, seconds in least.items()}
 
 
 def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
@@ -508,6 +530,9 @@ def report_lines(figures: dict[str, Any]) -> list[str]:
         lines.append(line(f"{turbine}, {name}", run["real_time_factor"], "", note, 0))
     lines.append(line("one node at a time (floats)", f["floats"]["us_per_step"], "us", "a step"))
     lines.append(line("with eight derivatives (duals)", f["derivatives"]["us_per_step"], "us", f"{ratio:.2f} x floats"))
+    run, *adjoints = f["gradient"].values()
+    for what, value in zip(("the controller's parameters", "all parameters"), adjoints, strict=True):
+        lines.append(line(f"adjoint, gradient by {what}", value, "us", f"a step, {value / run:.2f} runs"))
     for name, value in f["controllers"].items():
         factor = "factor" in name
         lines.append(line(f"controller: {name}", value, "" if factor else "us", "" if factor else "a call more"))
@@ -561,6 +586,7 @@ def page(figures: dict[str, Any]) -> str:
             field=f"{FIELD_SECONDS:g} s at {1.0 / FIELD_STEP:g} Hz, 12 m/s",
             faster=one / f["runs"]["one torsion mode a blade"]["us_per_step"],
             duals_ratio=eight / one,
+            adjoint_ratios=[each / f["gradient"]["run"] for each in f["gradient"].values()],
             lost=100.0 * f["batch_loss"],
         )
     )

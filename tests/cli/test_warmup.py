@@ -63,7 +63,7 @@ def test_each_feature_that_compiles_long_is_announced_once(
     monkeypatch.setattr(kernel, "_FEATURES_TOLD", set())
     heard = kernel.Announcer(patience=0.1)
     supervisor, node = _Compiling("meltemi.control.supervisor.supervised"), _Compiling("meltemi.aero.bem")
-    dual = type("ActiveArrayType", (), {})()
+    dual = type("DualArrayType", (), {})()
     steps = ((node, 0.02), (supervisor, 0.2), (supervisor, 0.2), (_Compiling("meltemi.simulation.step", dual), 0.2))
     for what, seconds in steps:
         heard.on_start(what)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sin, tanh
 from typing import Any
 
 import numba
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import InputError, Model, Result, Simulation, WindBox
+from meltemi import Controller, InputError, Model, ModelOptions, Result, Simulation, Start, Turbine, WindBox
 from meltemi.analysis import Gradient, gradient, sensitivity
 from meltemi.loads import del_weights, std_weights
 from meltemi.simulation.run import Run
@@ -68,6 +69,88 @@ def test_adjoint_is_the_limit_of_differences(run: Run, found: Gradient) -> None:
         values.append(objective(simulation.result())[0])
     slope = (values[1] - values[0]) / (2e-7 * found.values[0])
     assert found.slopes[0] == pytest.approx(slope, rel=1e-5)
+
+
+CASES: dict[str, dict[str, Any]] = {
+    "as by default": {},
+    "corrections": {"corrections": 1},
+    "electrical": {"electrical": "averaged"},
+    "gearbox": {"drivetrain": "multibody"},
+    "modal blades, static polars": {"torsion_modes": 0, "stall": "static", "inflow": "quasi_steady"},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_random_weights_and_directions(case: str, turbine: Turbine, geared: Turbine) -> None:
+    """The adjoint of random weights, times a direction, is the weighted sum of derivatives in it (J-5)."""
+    if case == "electrical":
+        law = turbine.control
+        system = meltemi.turbine.size_electrical(law.torque.rated_power, law.pitch.reference_speed)
+        turbine = turbine.replace(electrical=system)
+    # lanes end the iterations of the induction at a tolerance, duals do not
+    model = meltemi.build(
+        geared if case == "gearbox" else turbine, ModelOptions(induction_tolerance=0.0, **CASES[case])
+    )
+    check(Run(model, 15.0, duration=0.2), [name for name in PARAMETERS if not name.startswith("turbine")])
+
+
+def check(run: Run, parameters: list[str]) -> None:
+    by = sensitivity(run, parameters)
+    random = np.random.default_rng(2)
+    direction = random.normal(size=len(parameters)) * [abs(value) or 1.0 for value in by.values]
+    scale = np.abs(by.slopes).max(axis=(0, 2))
+    weights = random.normal(size=by.slopes.shape[:2]) / np.where(scale > 0.0, scale, 1.0)
+    found = gradient(run, lambda result: (0.0, dict(zip(result.names, weights.T, strict=True))), parameters)
+    expected = np.einsum("tc,tcp,p", weights, by.slopes, direction)
+    assert abs(found.slopes @ direction - expected) < 1e-9 * np.abs(found.slopes * direction).sum()
+    assert expected != 0.0
+
+
+def test_through_an_event_and_from_initial_conditions(turbine: Turbine) -> None:
+    model = meltemi.build(turbine, ModelOptions(induction_tolerance=0.0))
+    stuck = [{"at": 0.1, "type": "pitch_stuck", "blade": 2}]
+    start = Start(rotor_speed=1.2, pitch=0.15, generator_torque=4e4, coordinates={})
+    for run in (Run(model, 15.0, duration=0.2, events=stuck), Run(model, 15.0, duration=0.2, start=start)):
+        check(run, ["controller.proportional_gain", "pitch_offset", "aerodynamics.air_density"])
+
+
+def test_power_coefficient_turbine() -> None:
+    model = meltemi.build(meltemi.load_turbine("pmsg20mw"))
+    check(Run(model, 10.0, duration=0.2), ["aerodynamics.air_density", "controller.torque"])
+
+
+@numba.njit
+def nonlinear(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+    """Proportional control with an elementary function and a branch."""
+    error = measurements.generator_speed / state[0] - 1.0
+    added = state[1] * tanh(4.0 * error)
+    for b in range(3):
+        demands.pitch[b] = state[2] + (added if error > 0.0 else 0.5 * added)
+    demands.generator_torque = state[3] * (1.0 + 0.1 * sin(error))
+
+
+def own(update: Any) -> Controller:
+    names = ("set_speed", "gain", "pitch", "torque")
+    return Controller(
+        update, init=lambda at: [at.generator_speed * 0.99, 0.3, at.pitch, at.generator_torque], state_names=names
+    )
+
+
+def test_own_controller(turbine: Turbine) -> None:
+    model = meltemi.build(turbine, ModelOptions(induction_tolerance=0.0))
+    names = ["controller.set_speed", "controller.gain", "controller.pitch", "controller.torque"]
+    check(Run(model, 15.0, duration=0.2, controller=own(nonlinear)), names)
+
+
+def test_controllers_without_derivatives_are_refused(model: Model) -> None:
+    @numba.njit
+    def allocates(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        demands.pitch[0] = np.zeros(int(state[0]))[0]
+
+    with pytest.raises(InputError, match="makes arrays"):
+        gradient(Run(model, 15.0, duration=0.1, controller=own(allocates)), objective, ["controller.gain"])
+    with pytest.raises(InputError, match="is plain Python; decorate"):
+        gradient(Run(model, 15.0, duration=0.1, controller=own(nonlinear.py_func)), objective, ["controller.gain"])
 
 
 def test_result_is_that_of_the_run_and_errors_are_clear(run: Run, found: Gradient) -> None:

@@ -35,6 +35,7 @@ def figures() -> dict[str, Any]:
         },
         "floats": {**RUN, "us_per_step": 50.0},
         "derivatives": {**RUN, "us_per_step": 75.0},
+        "gradient": {"run": 12.0, "by_controller": 54.0, "by_all": 60.0},
         "peak_memory_mb": next(numbers),
         "controllers": {
             "section loads at every step": 1.7,
@@ -83,6 +84,7 @@ def test_the_report_shows_the_same() -> None:
         *f["controllers"],
         *f["fields"],
         "1.50 x floats",
+        "4.50 runs",
         "7.9 %",
         "23456 on all",
     ):

@@ -26,8 +26,7 @@ from numpy.typing import NDArray
 from meltemi.control.signals import CALLBACK, Demands, Measurements
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel_for
-from meltemi.maths.records import SLOPES, Kind
-from meltemi.numbers.duals import ActiveArrayType, ActiveType, dual, taped
+from meltemi.numbers.duals import DualArrayType
 
 Vector = NDArray[np.float64]
 Update = Callable[[Any, Any, Any, float], None]
@@ -37,15 +36,10 @@ UPDATE = types.void(_V, _V, _V, types.float64)
 """Signature of ``update(state, measurements, demands, dt)``."""
 ENTRY = types.FunctionType(UPDATE)
 """The type through which every controller enters the time loop."""
-
-
-def _update_of(number: ActiveType) -> Any:
-    vector = ActiveArrayType(number, 1)
-    return types.void(vector, vector, vector, types.float64)
-
-
-UPDATES: dict[str, Any] = {"duals": _update_of(dual), "taped": _update_of(taped)}
-"""The same signature for runs with derivatives, by number type."""
+_D = DualArrayType(1)
+UPDATE_DUALS = types.void(_D, _D, _D, types.float64)
+ENTRY_DUALS = types.FunctionType(UPDATE_DUALS)
+"""The same for runs with derivatives."""
 
 
 @dataclass(frozen=True)
@@ -146,15 +140,15 @@ class Entry:
     """
 
     def __init__(
-        self, controller: Controller, state: Vector, measurements: Vector, demands: Vector, numbers: Kind = "floats"
+        self, controller: Controller, state: Vector, measurements: Vector, demands: Vector, *, duals: bool = False
     ) -> None:
         self.exception: BaseException | None = None
         self._callback: Any = None
         update: Any = controller.update
         if numba.config.DISABLE_JIT:
             self.function = lambda x, measured, wanted, dt: update(x, Measurements(measured), Demands(wanted), dt)
-        elif numbers in SLOPES:
-            self.function = active_entry(controller, numbers)
+        elif duals:
+            self.function = dual_entry(controller)
         elif isinstance(update, numba.core.dispatcher.Dispatcher):
             self.function = compiled_entry(update)
         else:
@@ -198,20 +192,20 @@ def _compiled(update: Any, signature: Any, *, cached: bool = True) -> Any:
     return make(of_vectors(update, cached=cached))
 
 
-def active_entry(controller: Controller, numbers: Kind = "duals") -> Any:
+def dual_entry(controller: Controller) -> Any:
     """A controller's update compiled for derivatives.
 
     Raises:
-      InputError: it is plain Python, or does what these number types cannot.
+      InputError: it is plain Python, or does what duals cannot.
     """
     update: Any = controller.update
     if not isinstance(update, numba.core.dispatcher.Dispatcher):
         raise InputError(
             f"controller {controller.name!r} has no derivatives: it is plain Python; decorate its update by numba.njit"
         )
-    if (update, numbers) not in _ENTRIES:
+    if (update, "duals") not in _ENTRIES:
         try:
-            _ENTRIES[update, numbers] = _compiled(update, UPDATES[numbers], cached=False)
+            _ENTRIES[update, "duals"] = _compiled(update, UPDATE_DUALS, cached=False)
         except numba.core.errors.NumbaError as error:
             lines = [line for line in str(error).splitlines() if line.strip()]
             raise InputError(
@@ -219,7 +213,7 @@ def active_entry(controller: Controller, numbers: Kind = "duals") -> Any:
                 f"({lines[-1].strip() if lines else error}); arithmetic, comparisons, min, max, abs and the functions "
                 "of math are"
             ) from None
-    return _ENTRIES[update, numbers]
+    return _ENTRIES[update, "duals"]
 
 
 def compiled_entry(update: Any) -> Any:

@@ -196,7 +196,7 @@ class Announcer(event.Listener):  # type: ignore[misc]
 
 def feature_of(data: dict[str, Any]) -> str:
     """Name of the feature to which a compiled function belongs."""
-    if any("Active" in type(a).__name__ or getattr(a, "kind", None) in ("duals", "taped") for a in data["args"]):
+    if any("Dual" in type(a).__name__ or getattr(a, "kind", None) == "duals" for a in data["args"]):
         return "derivatives"
     module = data["dispatcher"].py_func.__module__ or ""
     if not module.startswith("meltemi."):

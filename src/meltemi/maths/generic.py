@@ -41,7 +41,7 @@ def anywhere(condition: Any) -> bool:
 def beyond(x: Any, bound: float) -> Any:
     """Whether |x|, the residual of an iteration, exceeds its bound.
 
-    Always with derivatives, which converge later than values.
+    Always with derivatives, which converge later than values: with duals, and in code differentiated in reverse.
     """
     return abs(x) > bound
 

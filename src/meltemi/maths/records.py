@@ -22,9 +22,7 @@ from meltemi.maths.tables import Table
 
 Float = NDArray[np.float64]
 T = TypeVar("T")
-Kind = Literal["floats", "lanes", "duals", "taped"]
-SLOPES: dict[str, int] = {"duals": 8, "taped": 1}
-"""Words that go with each value of a number type with derivatives: eight of them, or a place on the tape."""
+Kind = Literal["floats", "lanes", "duals"]
 SINGLE, NODES, CONSTANT = "single", "nodes", "constant"
 Single = Annotated[T, SINGLE]
 """A table whose nodes are accessed one by one, never in lanes."""
@@ -83,7 +81,7 @@ class Record:
     Args:
       kind: number type of the kernels.
       arrays: by the names of the members; contiguous.
-      slopes: derivatives of these arrays, for duals, or places on the tape.
+      slopes: derivatives of these arrays, for duals.
     """
 
     def __init__(self, kind: Kind, arrays: dict[str, Any], slopes: dict[str, Any] | None = None) -> None:
@@ -101,10 +99,10 @@ class Record:
                 raise TypeError(f"{type(self).__name__}.{name}: expected {member.ndim} axes, found {len(shape)}")
             if kind == "lanes" and member.in_lanes:
                 shape[-1] //= LANES
-            slope = None if kind not in SLOPES or slopes is None or member.constant else slopes[name]
+            slope = None if kind != "duals" or slopes is None or member.constant else slopes[name]
             words += [array.ctypes.data, 0 if slope is None else slope.ctypes.data, *shape]
             keep += [array, slope]
-        self._keep = keep
+        self._keep, self.arrays = keep, keep[::2]
         self.words = np.array(words, dtype=np.int64)
         self.address = self.words.ctypes.data
 

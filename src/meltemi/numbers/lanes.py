@@ -21,12 +21,14 @@ import math
 import operator
 from typing import Any
 
+import llvmlite.binding
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_cast, lower_getattr
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
-from numba.extending import models, overload, register_model
+from numba.extending import intrinsic, models, overload, register_model
 
 from meltemi.maths import elementary
 from meltemi.maths.generic import (
@@ -298,13 +300,14 @@ _operation(two_to, (lanes,), lanes, _power_of_two)
 
 def _mantissa(builder: Any, x: Any) -> Any:
     """Mantissa in [sqrt(1/2), sqrt(2)) and exponent."""
-    constant = {k: ir.Constant(_VL, [k] * WIDTH) for k in (0x3FE6A09E667F3BCD, 52, -1 << 52)}
+    constant = {k: ir.Constant(_VL, [k] * WIDTH) for k in (0x3FE6A09E667F3BCD, 52, -1 << 52, 1023)}
     base = constant[0x3FE6A09E667F3BCD]  # the bits of sqrt(1/2)
     bits = builder.bitcast(x, _VL)
     above = builder.sub(bits, base)
     exponent = builder.ashr(above, constant[52])
-    m = builder.bitcast(builder.sub(bits, builder.and_(above, constant[-1 << 52])), _VF)
-    return m, builder.sitofp(builder.trunc(exponent, _VI), _VF)
+    # a product with 2^-exponent, as exact as changing the bits, has a derivative
+    less = builder.sub(builder.shl(constant[1023], constant[52]), builder.and_(above, constant[-1 << 52]))
+    return builder.fmul(x, builder.bitcast(less, _VF)), builder.sitofp(builder.trunc(exponent, _VI), _VF)
 
 
 class _Split(AbstractTemplate):
@@ -341,9 +344,28 @@ for _function, _ours in (
     _overload_one(_function, _ours)
 
 
+CONVERGING = "meltemi_converging"
+"""A word that is zero; code that is differentiated in reverse has a 1 in its place."""
+_NEVER = np.zeros(1, dtype=np.int64)
+llvmlite.binding.add_symbol(CONVERGING, _NEVER.ctypes.data)
+
+
+@intrinsic
+def _converging(typing_context: Any) -> Any:
+    """Whether iterations go on, since their derivatives converge later than their values."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        word = builder.module.globals.get(CONVERGING) or cgutils.add_global_variable(builder.module, _I64, CONVERGING)
+        load = builder.load(word, typ=_I64)
+        load.set_metadata("invariant.load", builder.module.add_metadata([]))
+        return builder.icmp_unsigned("!=", load, _I64(0))
+
+    return types.boolean(), generate
+
+
 @overload(beyond, strict=False)
 def _beyond(x: Any, bound: Any) -> Any:
-    return (lambda x, bound: abs(x) > bound) if x == lanes else None
+    return (lambda x, bound: (abs(x) > bound) | _converging()) if x == lanes else None
 
 
 @overload(math.atan2, strict=False)

@@ -25,14 +25,13 @@ from meltemi.maths.records import Member, members
 from meltemi.maths.records import Record as Record
 from meltemi.maths.tables import Table
 from meltemi.maths.tables import TableType as TableClass
-from meltemi.numbers.duals import ActiveArrayType, dual, load_number, store_number, taped
+from meltemi.numbers.duals import DualArrayType, dual, make_dual
 from meltemi.numbers.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF, _VL = ir.VectorType(_F64, WIDTH), ir.VectorType(_I64, WIDTH)
-FLOATS, LANES, INTS = "floats", "lanes", "ints"
-ACTIVE = {"duals": dual, "taped": taped}
-ENTRY = {FLOATS: types.float64, LANES: lanes, INTS: types.int64, **ACTIVE}
+FLOATS, LANES, DUALS, INTS = "floats", "lanes", "duals", "ints"
+ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
 
 
 # entries of fields ----------------------------------------------------------------------------------
@@ -80,7 +79,7 @@ class TableType(types.Type):
 class _EntriesModel(models.StructModel):
     def __init__(self, manager: Any, frontend: Any) -> None:
         pointer = types.CPointer(types.int64 if frontend.kind == INTS else types.float64)
-        made = [("data", pointer)] + [("slopes", pointer)] * (frontend.kind in ACTIVE)
+        made = [("data", pointer)] + [("slopes", pointer)] * (frontend.kind == DUALS)
         super().__init__(manager, frontend, made + [(f"n{i}", types.intp) for i in range(frontend.ndim)])
 
 
@@ -102,8 +101,8 @@ def _onwards(builder: Any, kind: str, pointer: Any, entries: Any) -> Any:
     return builder.gep(pointer, [entries], source_etype=_I64 if kind == INTS else _F64)
 
 
-def _slopes_onwards(builder: Any, kind: str, pointer: Any, entries: Any) -> Any:
-    return builder.gep(pointer, [builder.mul(entries, entries.type(ACTIVE[kind].words))], source_etype=_F64)
+def _slopes_onwards(builder: Any, pointer: Any, entries: Any) -> Any:
+    return builder.gep(pointer, [builder.mul(entries, entries.type(WIDTH))], source_etype=_F64)
 
 
 def _vector(builder: Any, pointer: Any) -> Any:
@@ -113,16 +112,17 @@ def _vector(builder: Any, pointer: Any) -> Any:
 def _load(context: Any, builder: Any, kind: str, data: Any, slopes: Any) -> Any:
     if kind == LANES:
         return _vector(builder, data)
-    if kind in ACTIVE:
-        return load_number(context, builder, ACTIVE[kind], data, slopes)
+    if kind == DUALS:
+        return make_dual(context, builder, builder.load(data, typ=_F64), _vector(builder, slopes))
     return builder.load(data, typ=_I64 if kind == INTS else _F64)
 
 
 def _store(builder: Any, kind: str, value: Any, data: Any, slopes: Any) -> None:
     if kind == LANES:
         builder.store(value, builder.bitcast(data, _VF.as_pointer()), align=8)
-    elif kind in ACTIVE:
-        store_number(builder, value, data, slopes)
+    elif kind == DUALS:
+        builder.store(builder.extract_value(value, 0), data)
+        builder.store(builder.extract_value(value, 1), builder.bitcast(slopes, _VF.as_pointer()), align=8)
     else:
         builder.store(value, data)
 
@@ -141,7 +141,7 @@ def _places(builder: Any, kind: Any, proxy: Any, at: list[Any]) -> list[tuple[An
     result = []
     for part in range(kind.parts):
         place = flat if part == 0 else builder.add(flat, builder.mul(rows, ir.Constant(_I64, part)))
-        slopes = _slopes_onwards(builder, kind.kind, proxy.slopes, place) if kind.kind in ACTIVE else None
+        slopes = _slopes_onwards(builder, proxy.slopes, place) if kind.kind == DUALS else None
         result.append((_onwards(builder, kind.kind, proxy.data, place), slopes))
     return result
 
@@ -271,8 +271,8 @@ def _array_type(kind: Any) -> Any:
     ndim = kind.ndim + 1 - kind.table.outer
     if kind.kind == LANES:
         return LaneArrayType(ndim)
-    if kind.kind in ACTIVE:
-        return ActiveArrayType(ACTIVE[kind.kind], ndim)
+    if kind.kind == DUALS:
+        return DualArrayType(ndim)
     return types.Array(types.int64 if kind.kind == INTS else types.float64, ndim, "C")
 
 
@@ -340,8 +340,8 @@ def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tu
     inner = [] if kind.table.fields_last else shape[kind.table.outer :]
     before = _product(builder, [*inner, _first(builder, declared, proxy.data)])
     result.data = _onwards(builder, kind.kind, proxy.data, before)
-    if kind.kind in ACTIVE:
-        result.slopes = _slopes_onwards(builder, kind.kind, proxy.slopes, before)
+    if kind.kind == DUALS:
+        result.slopes = _slopes_onwards(builder, proxy.slopes, before)
     if isinstance(field, PartsType):
         shape = [_step(builder, declared, proxy.data)]
     elif isinstance(field, FieldType):
@@ -366,8 +366,8 @@ def _part(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     before = builder.mul(args[1], proxy.n0)
     result = cgutils.create_struct_proxy(sig.return_type)(context, builder)
     result.data = _onwards(builder, sig.args[0].kind, proxy.data, before)
-    if sig.args[0].kind in ACTIVE:
-        result.slopes = _slopes_onwards(builder, sig.args[0].kind, proxy.slopes, before)
+    if sig.args[0].kind == DUALS:
+        result.slopes = _slopes_onwards(builder, proxy.slopes, before)
     return result._getvalue()
 
 
@@ -395,8 +395,7 @@ def _maker(table: Any) -> Any:
                 return signature(array, array)
             if isinstance(array, types.Array) and (array.ndim, array.layout, array.dtype) == (1, "C", types.float64):
                 return signature(TableType(table, FLOATS), array)
-            kind = next((name for name, number in ACTIVE.items() if array == ActiveArrayType(number, 1)), None)
-            return None if kind is None else signature(TableType(table, kind), array)
+            return signature(TableType(table, DUALS), array) if array == DualArrayType(1) else None
 
     return Rule
 
@@ -406,10 +405,10 @@ def _MAKE() -> None:
 
 
 @lower_builtin(_MAKE, types.Array)
-@lower_builtin(_MAKE, ActiveArrayType)
+@lower_builtin(_MAKE, DualArrayType)
 def _make(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     result = cgutils.create_struct_proxy(sig.return_type)(context, builder)
-    if isinstance(sig.args[0], ActiveArrayType):
+    if isinstance(sig.args[0], DualArrayType):
         vector = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
         result.data, result.slopes = vector.values, vector.slopes
     else:
@@ -467,7 +466,7 @@ def _array(context: Any, builder: Any, kind: Any, data: Any, slopes: Any, shape:
         return _numpy_array(context, builder, kind, data, shape)
     proxy = cgutils.create_struct_proxy(kind)(context, builder)
     proxy.shape = context.make_tuple(builder, types.UniTuple(types.intp, kind.ndim), shape)
-    if isinstance(kind, ActiveArrayType):
+    if isinstance(kind, DualArrayType):
         proxy.values, proxy.slopes = data, slopes
     else:
         proxy.data = data
@@ -511,7 +510,7 @@ def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> 
         shape = [builder.mul(lengths[0], n), *lengths[1:]] if kind.table.outer else [n, *lengths]
         if kind.table.fields_last:
             shape = [*lengths, n]
-        slopes = proxy.slopes if kind.kind in ACTIVE else None
+        slopes = proxy.slopes if kind.kind == DUALS else None
         return _array(context, builder, _array_type(kind), proxy.data, slopes, shape)
     field, rows = _rows_of(context, builder, kind, proxy, name)
     entry = isinstance(field, FieldType) and not field.ndim
@@ -545,14 +544,14 @@ class RecordType(types.Type):
 def _type_of(record: Any, member: Member) -> Any:
     """Type of a member."""
     kind = record.kind
-    if (kind == LANES and not member.in_lanes) or (kind in ACTIVE and member.constant):
+    if (kind == LANES and not member.in_lanes) or (kind == DUALS and member.constant):
         kind = FLOATS
     if member.table is not None:
         return TableType(member.table, INTS if member.table.integer else kind)
     if kind == LANES:
         return LaneArrayType(member.ndim)
-    if kind in ACTIVE:
-        return ActiveArrayType(ACTIVE[kind], member.ndim)
+    if kind == DUALS:
+        return DualArrayType(member.ndim)
     return types.Array(numba.from_dtype(np.dtype(member.dtype)), member.ndim, "C")
 
 
@@ -597,7 +596,7 @@ def _record_get(context: Any, builder: Any, kind: Any, value: Any, name: str) ->
         return _array(context, builder, made, data, slopes, shape)
     proxy = cgutils.create_struct_proxy(made)(context, builder)
     proxy.data = data
-    if made.kind in ACTIVE:
+    if made.kind == DUALS:
         proxy.slopes = slopes
     for i, n in enumerate(shape):
         setattr(proxy, f"n{i}", n)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.maths.records import SLOPES, Kind
+from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.lanes import WIDTH
 
 Float = NDArray[np.float64]
@@ -22,25 +22,24 @@ def aligned(shape: tuple[int, ...]) -> Float:
 class Arena:
     """Arrays as consecutive views of one contiguous vector, each beginning at a multiple of 64 bytes.
 
-    With number types that have derivatives, a second vector and views of it hold those, or the places, of every entry.
+    With ``duals``, a second vector and views of it hold the derivatives of every entry.
     """
 
-    def __init__(self, shapes: dict[str, tuple[int, ...]], numbers: Kind = "floats") -> None:
-        words = SLOPES.get(numbers, 0)
+    def __init__(self, shapes: dict[str, tuple[int, ...]], *, duals: bool = False) -> None:
         self.begin: dict[str, int] = {}
         at = 0
         for name, shape in shapes.items():
             self.begin[name] = at
             at += -(-int(np.prod(shape)) // WIDTH) * WIDTH
         self.vector = aligned((at,))
-        self.slopes = aligned((at if words else 0, words))
+        self.slopes = aligned((at if duals else 0, N_DERIVATIVES))
         self.views: dict[str, Float] = {}
         self.slope_views: dict[str, Float] = {}
         for name, shape in shapes.items():
             entries = slice(self.begin[name], self.begin[name] + int(np.prod(shape)))
             self.views[name] = self.vector[entries].reshape(shape)
-            if words:
-                self.slope_views[name] = self.slopes[entries].reshape(*shape, words)
+            if duals:
+                self.slope_views[name] = self.slopes[entries].reshape(*shape, N_DERIVATIVES)
 
     def place(self, name: str, index: tuple[int, ...]) -> int:
         """Index of an entry of a view in the vector."""

@@ -20,8 +20,9 @@ from meltemi.core.kernel import announce
 from meltemi.electrical.tables import TRIPS, ElectricState
 from meltemi.environment.conditions import conditions_array
 from meltemi.environment.grid import PowerGrid
-from meltemi.maths.records import SLOPES, Kind, members
+from meltemi.maths.records import Kind, members
 from meltemi.maths.tables import View
+from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.arena import Arena
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.electric import begin_electric, rates_of_electric
@@ -49,15 +50,14 @@ class Case:
 
     Args:
       numbers: number type of the computation: "lanes" evaluates eight nodes of a blade at a time, "floats" one node at
-        a time, "duals" with derivatives and "taped" with places on the tape, which are in ``slopes`` by the names of
-        the arrays.
+        a time, "duals" with derivatives, which are in ``slopes`` by the names of the arrays.
 
     Attributes:
       model: the simulated model.
       signals: every quantity that a channel may record; views of one vector.
       aero_state: states of inflow and stall; views of one vector.
       arrays: all arrays by name.
-      slopes: derivatives of arrays by the same names, with duals; places on the tape, with taped numbers.
+      slopes: derivatives of arrays by the same names, with duals.
       controller, controller_state, entry: the bound controller, its state and its compiled entry point.
     """
 
@@ -73,11 +73,11 @@ class Case:
         announce()
         rotor, turbine, stations = model.rotor, model.turbine, stations or Stations()
         rotor.check(stations, turbine)
-        lanes = numbers == "lanes" and rotor.in_lanes and not numba.config.DISABLE_JIT
+        lanes, duals = numbers == "lanes" and rotor.in_lanes and not numba.config.DISABLE_JIT, numbers == "duals"
         self.model, nq = model, len(model.coordinates)
         coordinates = {"q": (nq,), "v": (nq,), "a": (nq,)}
-        self.signals = Arena({**coordinates, **rotor.shapes(turbine, stations, lanes)}, numbers)
-        self.aero_state = Arena(rotor.states(turbine, lanes), numbers)
+        self.signals = Arena({**coordinates, **rotor.shapes(turbine, stations, lanes)}, duals=duals)
+        self.aero_state = Arena(rotor.states(turbine, lanes), duals=duals)
         self.measured, self.limits = Measurements.zeros(), _largest_demands(model)
         self.settings, self.clock = Settings(Settings.zeros()), Clock(np.zeros(len(Clock), dtype=np.int64))
         self.v_old, self.a_old, self.events = np.zeros(nq), np.zeros(nq), np.zeros((0, 3))
@@ -107,15 +107,15 @@ class Case:
         rotor.share_memory(arrays)
         self.arrays = rotor.shown(arrays)
         self.slopes = {**self.signals.slope_views, **self.aero_state.slope_views}
-        if numbers in SLOPES:
+        if duals:
             records = (rotor.system, rotor.sections, Control, March)
             constant = {name for record in records for name, member in members(record).items() if member.constant}
             for name, array in arrays.items():
                 if name not in self.slopes and name not in constant:
-                    self.slopes[name] = np.zeros((*array.shape, SLOPES[numbers]))
+                    self.slopes[name] = np.zeros((*array.shape, N_DERIVATIVES))
             rotor.share_slopes(self.slopes)
             self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
-        one: Kind = numbers if numbers in SLOPES else "floats"
+        one: Kind = "duals" if duals else "floats"
         self.system: Any = rotor.system("lanes" if lanes else one, arrays, self.slopes)
         self.one: Any = rotor.system(one, arrays, self.slopes)
         self.plain: Any = rotor.system("floats", arrays)
@@ -155,10 +155,10 @@ class Case:
         self.controller = controller = controller if controller.fresh is None else controller.fresh()
         self.controller_state = controller.initial_state(start)
         self.clock.want_loads = int(controller.uses_loads)
-        numbers = self.one.kind
-        if numbers in SLOPES:
-            self.slopes["controller_state"] = np.zeros((*self.controller_state.shape, SLOPES[numbers]))
-        self.entry = Entry(controller, self.controller_state, self.measured, self.arrays["demands"], numbers)
+        duals = bool(self.slopes)
+        if duals:
+            self.slopes["controller_state"] = np.zeros((*self.controller_state.shape, N_DERIVATIVES))
+        self.entry = Entry(controller, self.controller_state, self.measured, self.arrays["demands"], duals=duals)
         return self.entry
 
     def aero_states(self) -> Float:

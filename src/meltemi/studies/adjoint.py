@@ -1,15 +1,14 @@
 """``gradient``: derivatives of one objective of a run by any number of parameters, by a discrete adjoint.
 
-The time loop is run forward in lanes, with checkpoints; then every step, the last one first, is repeated with taped
-numbers, and the adjoints of its results are carried back to the state at its beginning. Parameters are states that
-never change, so the cost does not depend on their number.
+The run is marched once, with checkpoints. Then its segments are repeated, the last one first, by code that records what
+the adjoint needs, and the adjoints are carried back over each by the adjoint of that code (``studies.reverse``).
+Parameters are numbers in memory that never change, so the cost does not depend on their number.
 
-Reference: docs/theory/adjoint.md (J-1 to J-6); Griewank & Walther (2008), Evaluating Derivatives, chapters 3, 4 and 12.
+Reference: docs/theory/adjoint.md (J-1 to J-5); Griewank & Walther (2008), Evaluating Derivatives, chapters 3, 4 and 12.
 """
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,23 +16,31 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
+from meltemi.core.kernel import OPTIONS, loose
 from meltemi.core.representation import Brief
-from meltemi.numbers.tape import Tape
-from meltemi.simulation.case import Case
+from meltemi.simulation import step
+from meltemi.simulation.case import SWEEPS, Case
+from meltemi.simulation.electric import begin_electric
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
+from meltemi.simulation.start import GEAR_SWEEPS, settle_gears
+from meltemi.studies.reverse.compiled import Compiled
+from meltemi.studies.reverse.memory import Memory
 from meltemi.studies.sensitivity import Direction, directions, settled
 
+FEATURE = "gradients"
+CONTROLLER = frozenset({"controller_state"})
 Float = NDArray[np.float64]
 Objective = Callable[[Result], tuple[float, Mapping[str, Any]]]
 """Gives the value of an objective and, by channel, its derivatives by the samples of the series (T,)."""
-STATES = ("signals", "aero_state", "v_old", "a_old", "controller_state", "weights", "faults", "measured")
-"""Arrays that carry derivatives from one step to the next."""
+SEGMENT, CHECKPOINTS = 8, 256 << 20
+"""Steps of a segment at least, and [bytes] of all checkpoints at most."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -76,153 +83,193 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
         raise InputError("gradient: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     run, model, controller, start = settled(run)
     ways = directions(model, parameters, controller, start, {})
-    tape = Tape()
-    leaves = _Leaves(tape, ways)
-    fast, slow = Simulation(run), Simulation(run, numbers="taped", prepare=leaves.begin)
-    back = _Backwards(fast, slow, tape, leaves)
+    before = _Before()
+    simulation = Simulation(run, prepare=before.watch)
+    back = Backwards(simulation, tables=any(way.arrays for way in ways))
     began = time.perf_counter()
-    spacing = max(math.isqrt(fast.n_steps), 1)
+    size = sum(array.nbytes for array in simulation.moving)
+    steps = max(SEGMENT, -(-simulation.n_steps * size // CHECKPOINTS))
     checkpoints = []
-    while not fast.finished:
-        checkpoints.append(tuple(array.copy() for array in fast.moving))
-        fast.advance(spacing)
+    while not simulation.finished:
+        checkpoints.append(tuple(array.copy() for array in simulation.moving))
+        simulation.advance(steps)
     marched = time.perf_counter() - began
-    result = fast.result()
+    result = simulation.result()
     result.raise_for_status()
     value, weights = objective(result)
     back.weigh(result, weights)
-    for checkpoint in reversed(checkpoints):
-        back.segment(checkpoint, spacing)
-    slopes = back.parameters()
+    for n, checkpoint in reversed([*enumerate(checkpoints)]):
+        back.segment(checkpoint, min(steps, simulation.n_steps - n * steps))
+    back.start(before)
     return Gradient(
         result=result,
         value=float(value),
         parameters=tuple(way.name for way in ways),
         values=tuple(way.value for way in ways),
-        slopes=slopes,
+        slopes=back.slopes(ways),
         seconds=(marched, time.perf_counter() - began),
     )
 
 
-class _Leaves:
-    """The parameters at the beginning of the tape."""
+class _Before:
+    """The arrays of a case before the evaluations with which its run begins."""
 
-    def __init__(self, tape: Tape, ways: Sequence[Direction]) -> None:
-        self.tape, self.ways = tape, ways
-        names = {name for way in ways for name in way.arrays}
-        self.arrays = sorted(names | {"controller_state" for way in ways if way.state is not None})
-        self.first: dict[str, int] = {}
+    def watch(self, case: Case) -> None:
+        """Take a copy at the first of these evaluations."""
+        self.arrays: list[tuple[Any, Any]] = []
+        self.sweeps = 0
+        settle, electric = case.settle, case.begin_electric
 
-    def begin(self, case: Case) -> None:
-        """Make the entries of the parameters' arrays variables."""
-        for name in self.arrays:
-            places = case.slopes[name].view(np.int64).reshape(-1)
-            self.first[name] = self.tape.count
-            places[:] = np.arange(self.tape.count, self.tape.count + len(places))
-            self.tape.count += len(places)
-        self.end = self.tape.count
+        def settling(t: float) -> None:
+            self._copy(case)
+            self.sweeps = SWEEPS
+            settle(t)
 
-    def slopes(self, case: Case) -> Float:
-        """Derivatives by the parameters from the adjoints of their arrays."""
-        found = np.zeros(len(self.ways))
-        by = {n: self.tape.adjoints[at : at + case.slopes[n].size].copy() for n, at in self.first.items()}
-        self.tape.adjoints[: self.end] = 0.0
-        for k, way in enumerate(self.ways):
-            for name, change in way.arrays.items():
-                found[k] += by[name] @ change.reshape(-1)
-            if way.state is not None:
-                found[k] += by["controller_state"][way.state[0]] * way.state[1]
-        return found
+        def starting(dt: float) -> None:
+            self._copy(case)
+            electric(dt)
+
+        case.settle, case.begin_electric = settling, starting  # type: ignore[method-assign, assignment]
+
+    def _copy(self, case: Case) -> None:
+        if not self.arrays:
+            kept = (a for record in (case.control, case.system, case.sections) for a in record.arrays)
+            self.arrays = [(a, a.copy()) for a in kept if a.dtype == np.float64]
 
 
-class _Backwards:
-    """Steps of a run repeated in reverse order with taped numbers.
+class Backwards:
+    """The adjoint of a run, segment by segment.
 
     Args:
-      fast: the run in lanes.
-      slow: the same run in taped numbers, at its start.
+      simulation: the run, before its first step.
+      tables: whether derivatives by the model's tables are wanted, besides those by the controller's state.
+
+    Attributes:
+      memory: copies of the arrays of the run, with their adjoints.
     """
 
-    def __init__(self, fast: Simulation, slow: Simulation, tape: Tape, leaves: _Leaves) -> None:
-        self.fast, self.slow, self.tape, self.leaves = fast, slow, tape, leaves
-        names = [name for name in STATES if name in slow.case.slopes]
-        names += [name for name in leaves.arrays if name not in names]
-        self.places = [slow.case.slopes[name].view(np.int64).reshape(-1) for name in names]
-        self.begin = [places.copy() for places in self.places]
-        self.end_of_start = tape.count
-        self.adjoints = [np.zeros(len(places)) for places in self.places]
-        self.output = slow.case.slopes["output"].view(np.int64)[..., 0]
-        arenas = [(getattr(fast.case, n), getattr(slow.case, n)) for n in ("signals", "aero_state")]
-        self.gather = [_positions(fast.case, *arena) for arena in arenas]
+    def __init__(self, simulation: Simulation, *, tables: bool) -> None:
+        self.simulation = simulation
+        self.code = _code(simulation, tables)
+        self.memory = Memory(simulation.records, self.code.used)
+        self.moving = [self.memory.of(array) for array in simulation.moving]
 
     def weigh(self, result: Result, weights: Mapping[str, Any]) -> None:
         """Set the derivatives of the objective by the recorded samples."""
-        self.weights = np.zeros(self.output.shape)
+        adjoints = self.memory.of(self.simulation.records[0].output, adjoint=True)
         for channel, by in weights.items():
             by = np.asarray(by, dtype=float)
             if by.shape != result.time.shape:
                 raise InputError(f"gradient: {channel}: expected {len(result.time)} derivatives, found {by.shape}")
-            self.weights[:, result.names.index(result.channel(channel).name)] += by
+            adjoints[:, result.names.index(result.channel(channel).name)] += by
 
-    def segment(self, checkpoint: tuple[Any, ...], steps: int) -> None:
-        """March from a checkpoint once more, and carry the adjoints back over its steps."""
-        fast = self.fast
-        for array, values in zip(fast.moving, checkpoint, strict=True):
+    def segment(self, state: Sequence[Any], steps: int) -> None:
+        """Carry the adjoints back over the steps that begin at a state."""
+        for array, values in zip(self.moving, state, strict=True):
             array[...] = values
-        states: list[tuple[Any, ...]] = []
-        while len(states) < steps and not fast.finished:
-            states.append(tuple(array.copy() for array in fast.moving))
-            fast.advance(1)
-        for state in reversed(states):
-            self.step(state)
+        self._back(steps, 0, 0)
 
-    def step(self, state: tuple[Any, ...]) -> None:
-        """Carry the adjoints back over the step that begins at a state."""
-        tape, slow = self.tape, self.slow
-        signals, aero_state, *others = slow.moving
-        signals[...], aero_state[...] = (v[at] for v, at in zip(state, self.gather, strict=False))
-        for array, values in zip(others, state[2:], strict=True):
-            array[...] = values
-        row, first = int(slow.case.clock.row), self.end_of_start
-        end = first
-        for places in self.places:
-            places[:] = np.arange(end, end + len(places))
-            end += len(places)
-        tape.count = end
-        slow.advance(1)
-        for places, adjoints in zip(self.places, self.adjoints, strict=True):
-            collect(places, adjoints, tape.adjoints)
-        if slow.case.clock.row > row:
-            collect(self.output[row], self.weights[row], tape.adjoints)
-        tape.sweep(end)
-        at = first
-        for adjoints in self.adjoints:
-            adjoints[:] = tape.adjoints[at : at + len(adjoints)]
-            at += len(adjoints)
-        tape.adjoints[first:end] = 0.0
+    def start(self, before: _Before) -> None:
+        """Carry the adjoints of the first state back over the evaluations with which the run begins."""
+        for array, values in before.arrays:
+            self.memory.of(array)[...] = values
+        self._back(0, before.sweeps, GEAR_SWEEPS if self.simulation.case["gears"].size else 1)
 
-    def parameters(self) -> Float:
-        """Carry the adjoints of the first state back to the parameters; returns their derivatives."""
-        self.tape.count = self.end_of_start
-        for places, adjoints in zip(self.begin, self.adjoints, strict=True):
-            collect(places, adjoints, self.tape.adjoints)
-        self.tape.sweep(self.leaves.end)
-        return self.leaves.slopes(self.slow.case)
+    def _back(self, *numbers: int) -> None:
+        self.memory.rewind()
+        steps, *others = numbers
+        self.code.forward(self.memory, steps, 0, *others)
+        self.code.backward(self.memory, steps, 0, *others)
+
+    def slopes(self, ways: Sequence[Direction]) -> Float:
+        """Derivatives by the parameters, once the start is reached."""
+        found, case = np.zeros(len(ways)), self.simulation.case
+        for k, way in enumerate(ways):
+            for name, change in way.arrays.items():
+                found[k] += np.sum(self.memory.of(case[name], adjoint=True) * change)
+            if way.state is not None:
+                found[k] += self.memory.of(case.controller_state, adjoint=True)[way.state[0]] * way.state[1]
+        return found
 
 
-@kernel
-def collect(places: Any, by: Float, adjoints: Float) -> None:
-    """Add derivatives by numbers to the adjoints of their places."""
-    for i in range(places.shape[0]):
-        adjoints[places[i]] += by[i]
+_march = loose(step.advance)
 
 
-def _positions(case: Case, fast: Any, slow: Any) -> Any:
-    """Index in the vector of a case in lanes of each entry of that in taped numbers."""
-    result = np.zeros(slow.vector.size, dtype=np.int64)
-    indices = {name: fast.begin[name] + np.arange(view.size).reshape(view.shape) for name, view in fast.views.items()}
-    shown = case.model.rotor.shown(indices)
-    for name, view in slow.views.items():
-        at = slow.begin[name]
-        result[at : at + view.size] = shown[name].reshape(-1)
-    return result
+@loose
+def _without_gears(m: Any) -> None:
+    """Nothing: a power-coefficient turbine has no gearbox."""
+
+
+def _whole(gears: Any, electrical: bool) -> Any:
+    """The march of ``n_steps``, or for 0 steps the evaluations with which a run begins, as one function.
+
+    The latter are those of ``Case.settle``, ``Case.begin_electric`` and ``start.begin``.
+    """
+
+    def whole(
+        n_steps: int,
+        controller: Any,
+        sweeps: int,
+        gear_sweeps: int,
+        run: Any,
+        c: Any,
+        m: Any,
+        one: Any,
+        plain: Any,
+        sections: Any,
+    ) -> None:
+        if n_steps > 0:
+            _march(n_steps, controller, run, c, m, one, plain, sections)
+            return
+        for _ in range(sweeps):
+            step.evaluate(0.0, 0.0, m)
+            step.settle_inflow(m)
+        if sweeps > 0:
+            step.evaluate(0.0, 0.0, m)
+        step.surroundings(0.0, c, m)
+        if electrical:
+            begin_electric(c.settings.time_step, c, m)
+        for _ in range(gear_sweeps):
+            step.evaluate(0.0, 0.0, m)
+            gears(m)
+        step.observe(0.0, c, one, sections, True)
+        for j in range(m.q.shape[0]):
+            run.v_old[j], run.a_old[j] = m.v[j], m.a[j]
+
+    return whole
+
+
+_CODES: dict[Any, Compiled] = {}
+
+
+def _code(simulation: Simulation, tables: bool) -> Compiled:
+    """The march of a run and its start with their adjoints, compiled once for a controller and kind of turbine."""
+    update = _entry(simulation.controller)
+    records = simulation.records
+    has_gears, electrical = "gear_modes" in simulation.case.arrays, simulation.model.has_electrical
+    kinds = [types.int64, numba.typeof(update), types.int64, types.int64, *(numba.typeof(r) for r in records)]
+    arrays = Memory.numbers(records)
+    key = (update, has_gears, electrical, tables, *kinds[4:], *arrays.items())
+    if key not in _CODES:
+        function = _whole(settle_gears if has_gears else _without_gears, electrical)
+        _CODES[key] = Compiled(function, kinds, arrays, wanted=None if tables else CONTROLLER)
+    return _CODES[key]
+
+
+_ENTRIES: dict[Any, Any] = {}
+
+
+def _entry(controller: Controller) -> Any:
+    """The controller's update as a function that the march calls directly.
+
+    Raises:
+      InputError: it is plain Python.
+    """
+    update: Any = controller.update
+    if not isinstance(update, numba.core.dispatcher.Dispatcher):
+        raise InputError(
+            f"controller {controller.name!r} has no derivatives: it is plain Python; decorate its update by numba.njit"
+        )
+    if update not in _ENTRIES:
+        _ENTRIES[update] = numba.njit(**OPTIONS)(of_vectors(update))
+    return _ENTRIES[update]

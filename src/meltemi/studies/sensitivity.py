@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from meltemi.aero.tables import AeroMemory
 from meltemi.control.actuators import Actuators
 from meltemi.control.baseline import BaselineController
-from meltemi.control.controller import Controller, StartPoint, active_entry
+from meltemi.control.controller import Controller, StartPoint, dual_entry
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 from meltemi.core.representation import Brief
 from meltemi.maths.tables import MAX_BLADES
@@ -147,7 +147,7 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
     if numba.config.DISABLE_JIT:
         raise InputError("sensitivity: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     run, model, controller, start = settled(run)
-    active_entry(controller)  # refuses those that have no derivatives
+    dual_entry(controller)  # refuses those that have no derivatives
     ways = directions(model, parameters, controller, start, steps or {})
     progress = run.progress
     switches: dict[str, int | None] = {}

@@ -142,18 +142,22 @@ def _section_loads() -> None:
 
 
 def _derivatives() -> None:
-    """Linear models and sensitivities: kernels with dual numbers."""
-    from meltemi.control.controller import active_entry
+    """Linear models and sensitivities, with dual numbers, and gradients by the adjoint."""
+    from meltemi.control.controller import dual_entry
     from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
     from meltemi.simulation.trim import operating_point
+    from meltemi.studies.adjoint import gradient
     from meltemi.studies.sensitivity import sensitivity
 
     model, wind = _machine()
     start = operating_point(model, wind)
     linearise(model, start, azimuth=0.0)
-    sensitivity(Run(model, wind, duration=0.1, start=start), ["pitch_offset"])
-    active_entry(LoadController(model.turbine))
+    run = Run(model, wind, duration=0.1, start=start)
+    sensitivity(run, ["pitch_offset"])
+    for parameter in ("pitch_offset", "controller.proportional_gain"):
+        gradient(run, lambda result: (0.0, {}), [parameter])
+    dual_entry(LoadController(model.turbine))
 
 
 STAGES: dict[str, Callable[[], None]] = {

@@ -1,0 +1,157 @@
+"""Compilation of a kernel together with its adjoint, with a cache of the machine code."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+from numba.core import event
+from numba.core.compiler_lock import global_compiler_lock
+
+from meltemi.core import linking
+from meltemi.core.errors import MeltemiError
+from meltemi.core.files import replacing
+from meltemi.core.kernel import OPTIONS, cache_folder
+from meltemi.numbers.lanes import CONVERGING
+from meltemi.numbers.records import RecordType
+from meltemi.studies.reverse.memory import Memory
+from meltemi.studies.reverse.transform import Transformed
+
+_SEAL = 32
+
+
+class Compiled:
+    """A kernel and its adjoint in machine code.
+
+    Args:
+      function: plain Python function for Numba, without results.
+      kinds: types of its arguments: integers, records, or functions.
+      arrays, wanted: see :class:`Transformed`.
+
+    Attributes:
+      used: [bytes] of the memory that the code uses itself.
+
+    Raises:
+      InputError: the function calls something whose derivative is not known.
+    """
+
+    def __init__(
+        self,
+        function: Any,
+        kinds: Sequence[Any],
+        arrays: Mapping[tuple[str, str], int | None],
+        *,
+        wanted: frozenset[str] | None,
+    ) -> None:
+        text, name = code_of(function, kinds)
+        others = repr(
+            (sorted(arrays.items()), wanted and sorted(wanted), llvm.get_host_cpu_name(), llvm.llvm_version_info)
+        )
+        key = hashlib.sha256(text.encode() + sources() + others.encode()).hexdigest()
+        folder = cache_folder()
+        file = None if folder is None else folder / f"adjoint-{key[:32]}.o"
+        machine = llvm.Target.from_default_triple().create_target_machine(
+            cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=3, jit=True
+        )
+        kept = _kept(file)
+        if kept is None:
+            records = {2 + i: kind.cls for i, kind in enumerate(kinds) if isinstance(kind, RecordType)}
+            with event.trigger_event("numba:compile", {"dispatcher": SimpleNamespace(py_func=function), "args": ()}):
+                made = Transformed(text, name, records, arrays, wanted)
+                kept = made.used, _machine_code(made.text, machine)
+            _keep(file, *kept)
+        self.used, code = kept
+        module = llvm.parse_assembly("")
+        self._engine = llvm.create_mcjit_compiler(module, machine)
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+        made_of = [ctypes.c_void_p if isinstance(kind, RecordType) else ctypes.c_int64 for kind in kinds]
+        self._pattern = [isinstance(kind, RecordType) for kind in kinds]
+        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, *[ctypes.c_void_p] * 3, *made_of)
+        self._forward, self._backward = (
+            prototype(self._engine.get_function_address(each)) for each in ("forward", "backward")
+        )
+        self._results = np.zeros(4, dtype=np.int64)
+
+    def forward(self, memory: Memory, *numbers: int) -> None:
+        """Evaluate the kernel, and record what the adjoint needs.
+
+        Args:
+          numbers: arguments that are not records.
+        """
+        if self._forward(*self._arguments(memory, numbers)) != 0:
+            raise MeltemiError("adjoint: an exception in the code that is differentiated")
+
+    def backward(self, memory: Memory, *numbers: int) -> None:
+        """Carry the adjoints back over what was recorded."""
+        self._backward(*self._arguments(memory, numbers))
+
+    def _arguments(self, memory: Memory, numbers: Sequence[int]) -> list[int]:
+        words, others, at = iter(memory.words), iter(numbers), self._results.ctypes.data
+        passed = [int(next(words).ctypes.data) if record else next(others) for record in self._pattern]
+        return [memory.base, at, at + 16, *passed]
+
+
+@cache
+def sources() -> bytes:
+    """The source files of this package, for the key of the cache."""
+    return b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+
+
+def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
+    """Optimised LLVM code of a function with all that it calls, with names that no address is part of; its name."""
+    linked = numba.njit(pipeline_class=linking.LinkedCompiler, **OPTIONS)(function)
+    found: list[Any] = []
+    linked.add_overload = found.append
+    linked.compile(tuple(kinds))
+    with global_compiler_lock:
+        text = str(found[0].library._get_module_for_linking())
+    names: dict[str, str] = {}
+
+    def renamed(match: re.Match[str]) -> str:
+        return names.setdefault(match[0], f"@k{len(names)}")
+
+    text = re.sub(r"^; .*$|^source_filename.*$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"@_ZN[-\w.$]+", renamed, text)
+    text = re.sub(rf"^@{CONVERGING} = .*$", f"@{CONVERGING} = internal constant i64 1", text, flags=re.MULTILINE)
+    return text, names[f"@{found[0].fndesc.llvm_func_name}"]
+
+
+def _machine_code(text: str, machine: Any) -> bytes:
+    module = llvm.parse_assembly(text)
+    module.verify()
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    options.loop_vectorization = options.slp_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    return bytes(machine.emit_object(module))
+
+
+def _kept(file: Path | None) -> tuple[int, bytes] | None:
+    if file is None or not file.is_file():
+        return None
+    content = file.read_bytes()
+    seal, content = content[:_SEAL], content[_SEAL:]
+    if hashlib.sha256(content).digest() != seal:
+        return None
+    return int.from_bytes(content[:8], "little"), content[8:]
+
+
+def _keep(file: Path | None, used: int, code: bytes) -> None:
+    if file is None:
+        return
+    content = used.to_bytes(8, "little") + code
+    try:
+        with replacing(file) as (part,):
+            part.write_bytes(hashlib.sha256(content).digest() + content)
+    except MeltemiError:  # read-only, or the disk is full: the next process compiles again
+        return

@@ -1,0 +1,130 @@
+"""Reverse differentiation of compiled code against the chain rule, written out, in floats and lanes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import numba
+import numpy as np
+import pytest
+from kernel_arrays import compiled
+from test_duals import OPERATIONS
+
+from meltemi.core.errors import InputError
+from meltemi.maths.records import NODES, Array1, Array2, Float, Kind, Record
+from meltemi.studies.reverse.compiled import Compiled
+from meltemi.studies.reverse.memory import Memory
+
+pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="there is no compiled code")
+
+N = 48
+RNG = np.random.default_rng(5)
+FLOATS_ONLY = ("if", "if mixed", "sinh", "cosh", "whole", "unequal", "nothing but a number", "total", "largest")
+"""Operations that lanes do not have, or that differ there."""
+
+
+class Numbers(Record):
+    x: Annotated[Float, 2, NODES]
+    y: Annotated[Float, 2, NODES]
+    z: Annotated[Float, 2, NODES]
+
+
+class Pair(Record):
+    x: Array1
+    z: Array2
+
+
+def differentiated(function: Any, record: Record, **weights: Any) -> Memory:
+    """Memory with adjoints, after ``function(n, record)`` and its adjoint for the weights of members."""
+    kinds = [numba.types.int64, numba.typeof(record)]
+    code = Compiled(function, kinds, Memory.numbers([record]), wanted=None)
+    memory = Memory([record], code.used)
+    for name, by in weights.items():
+        memory.of(getattr(record, name), adjoint=True)[...] = by
+    memory.rewind()
+    code.forward(memory, 3)
+    code.backward(memory, 3)
+    assert memory.recorded == 0
+    return memory
+
+
+def every(functions: list[Callable[..., Any]]) -> Any:
+    """Function that applies each of some operations to its row of arguments."""
+    rows = "".join(f"\n        m.z[{k}, i] = f{k}(m.x[{k}, i], m.y[{k}, i])" for k in range(len(functions)))
+    made: dict[str, Any] = {"__name__": __name__} | {f"f{k}": compiled(f) for k, f in enumerate(functions)}
+    exec(f"def function(n, m):\n    for i in range(m.x.shape[1]):{rows}", made)
+    return made["function"]
+
+
+@pytest.mark.parametrize("kind", ["floats", "lanes"])
+def test_derivatives_follow_the_chain_rule(kind: Kind) -> None:
+    chosen = {n: o for n, o in OPERATIONS.items() if kind == "floats" or n not in FLOATS_ONLY}
+    x, y = (np.array([RNG.uniform(*getattr(o, name), N) for o in chosen.values()]) for name in ("x", "y"))
+    weights = RNG.uniform(-1.0, 1.0, x.shape)
+    function = every([o.ours for o in chosen.values()])
+    record = Numbers(kind, {"x": x, "y": y, "z": np.zeros_like(x)})
+    memory = differentiated(function, record, z=weights)
+    for k, (name, o) in enumerate(chosen.items()):
+        values = [o.ours(a, b) for a, b in zip(x[k], y[k], strict=True)]
+        np.testing.assert_allclose(memory.of(record.z)[k], values, rtol=1e-13, atol=1e-13, err_msg=name)
+        for array, by in ((x, o.by_x), (y, o.by_y)):
+            expected = weights[k] * [by(a, b) for a, b in zip(x[k], y[k], strict=True)]
+            found = memory.of(array, adjoint=True)[k]
+            np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12, err_msg=name)
+    assert not memory.of(record.z, adjoint=True).any()
+
+
+def test_loops_branches_and_memory_that_changes() -> None:
+    """A recurrence whose branches depend on its values, with numbers that are overwritten."""
+
+    @compiled
+    def map_of(a: float, b: float) -> float:
+        if a > 0.4:
+            return 3.2 * a * (1.0 - a) + 0.01 * b
+        return a + 0.3 * math.sqrt(b)
+
+    def function(n: int, m: Any) -> None:
+        for j in range(n):
+            total = 0.0
+            for i in range(m.x.shape[0]):
+                total += m.x[i] * m.x[i]
+                m.x[i] = map_of(m.x[i], total)
+            m.z[j, 0] = total
+            if total > 1.0:
+                m.z[j, 1] = math.exp(-total)
+
+    start = np.array([0.3, 0.6, 0.1, 0.45])
+    weights = RNG.uniform(-1.0, 1.0, (3, 2))
+
+    def value(x: Any) -> float:
+        record = Pair("floats", {"x": x.copy(), "z": np.zeros((3, 2))})
+        function.__globals__["map_of"] = map_of
+        function(3, record)
+        return float(np.sum(weights * record.z))
+
+    record = Pair("floats", {"x": start.copy(), "z": np.zeros((3, 2))})
+    found = differentiated(function, record, z=weights).of(record.x, adjoint=True)
+    h = 1e-6
+    expected = [(value(start + h * e) - value(start - h * e)) / (2.0 * h) for e in np.eye(4)]
+    np.testing.assert_allclose(found, expected, rtol=1e-7)
+
+
+def test_infinite_factors_in_branches_not_taken_do_no_harm() -> None:
+    def function(n: int, m: Any) -> None:
+        for i in range(m.x.shape[0]):
+            x = m.x[i]
+            m.z[0, i] = 2.0 * x if x == 0.0 else x * math.sqrt(x) / x
+
+    record = Pair("floats", {"x": np.array([0.0, 4.0]), "z": np.zeros((1, 2))})
+    found = differentiated(function, record, z=1.0).of(record.x, adjoint=True)
+    np.testing.assert_allclose(found, [2.0, 0.25])
+
+
+def test_what_has_no_derivative_is_an_error() -> None:
+    def function(n: int, m: Any) -> None:
+        m.z[0, 0] = math.erf(m.x[0])
+
+    with pytest.raises(InputError, match="'erf', which has no derivative"):
+        differentiated(function, Pair("floats", {"x": np.ones(1), "z": np.zeros((1, 1))}))
