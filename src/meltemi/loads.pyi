@@ -54,3 +54,5 @@ from meltemi.postprocess.spectra import power_spectrum as power_spectrum
 from meltemi.postprocess.spectra import rotor_frequency as rotor_frequency
 from meltemi.postprocess.spectra import spectral_peak as spectral_peak
 from meltemi.postprocess.statistics import azimuthal_averages as azimuthal_averages
+from meltemi.postprocess.summary import Summary as Summary
+from meltemi.postprocess.summary import summary as summary

@@ -10,12 +10,12 @@ is asked for the next one when a worker is free. So memory holds as many fields 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, cast
 
 from meltemi.control.controller import Controller
 from meltemi.core.calls import arguments_of, explained
@@ -28,6 +28,7 @@ from meltemi.core.representation import Card, Shown, badge
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.loadcases import card
 from meltemi.postprocess.files import read_netcdf, write_netcdf
+from meltemi.postprocess.summary import Counter, counted
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
@@ -97,11 +98,14 @@ class Batch:
       done: callback with each outcome, from the calling thread; its value is then not kept.
       device: "cpu" or "cuda", a graphics card, where cases march together in groups; needs ``meltemi[cuda]``, and
         controllers that are compiled.
+      series: keep the time series; without them the value of a case, and what ``reduce`` is called with, is a
+        :class:`~meltemi.loads.Summary`, computed while the case runs.
+      slopes: m of the S-N curves of summaries by channel; for others 10 for blades, 4 for other loads.
     """
 
     cases: Iterable[Run]
     _: KW_ONLY
-    reduce: Callable[[Result], Any] | None = None
+    reduce: Callable[[Any], Any] | None = None
     out: str | Path | None = None
     workers: int | None = None
     progress: Callable[[float], None] | None = None
@@ -109,12 +113,18 @@ class Batch:
     rerun: bool = False
     done: Callable[[Outcome], None] | None = None
     device: str = "cpu"
+    series: bool = True
+    slopes: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
         if self.workers is not None and not (isinstance(self.workers, int) and 1 <= self.workers <= MOST_WORKERS):
             raise InputError(f"workers must be an integer from 1 to {MOST_WORKERS}, found {self.workers!r}")
         if self.device not in DEVICES:
             raise InputError(f"device must be one of {', '.join(DEVICES)}, found {self.device!r}")
+        if not self.series and self.out is not None:
+            raise InputError("out and series=False exclude each other: files contain the time series")
+        if self.series and self.slopes is not None:
+            raise InputError("slopes are those of summaries: give series=False")
         if self.device == "cuda":
             card.check()
             self.workers = 1
@@ -254,33 +264,37 @@ class Batch:
             self._heard(None)
         result = run.result()
         result.meta["case"] = name
-        value: Any = result
+        value: Any = result if self.series else cast("Counter", run.sink).summary(result, run.output_step)
         if path is not None:
             result.meta["inputs"] = inputs
             value = write_netcdf(result, path)
         if self.reduce is not None:
-            value = self.reduce(result)
+            value = self.reduce(value if path is None else result)
         self.outcomes[i] = Outcome(name, result.status, result.message, value)
 
     def _prepare(self, case: Run) -> Simulation:
+        if case.view and not self.series:
+            raise InputError("view=True and series=False exclude each other: the view is made of time series")
+        held = None if self.series else card.CHUNK
         with self.first_lock:  # Numba compiles under one lock: the first case compiles, the others find it done
-            if not self.compiled:
-                run = prepare(case, self.device)
-                self.compiled = True
-                return run
-        return prepare(case, self.device)
+            run = None if self.compiled else prepare(case, self.device, held)
+            self.compiled = True
+        run = run or prepare(case, self.device, held)
+        if not self.series:
+            counted(run, self.slopes)
+        return run
 
 
 @explained
-def prepare(case: Run, device: str = "cpu") -> Simulation:
-    """Create the simulation of a case.
+def prepare(case: Run, device: str = "cpu", held_steps: int | None = None) -> Simulation:
+    """Create the simulation of a case, as :class:`Simulation`.
 
     Raises:
       InputError: something of it is not valid, or its controller cannot run on the device.
     """
     if device == "cpu":
-        return Simulation(case)
-    run = Simulation(case, numbers="floats")
+        return Simulation(case, held_steps=held_steps)
+    run = Simulation(case, numbers="floats", held_steps=held_steps)
     card.compiled_update(run.case.controller)
     return run
 

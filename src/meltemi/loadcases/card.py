@@ -35,7 +35,7 @@ MEMORY = 8 << 30
 BLOCK = 32
 """Threads of a block."""
 CHUNK = 500
-"""Time steps between checks of the keyboard."""
+"""Time steps between checks of the keyboard, of which a run without series holds the samples."""
 ALIGNMENT = 64
 Bytes = NDArray[np.uint8]
 
@@ -115,8 +115,8 @@ def field_of(run: Simulation) -> dict[int, int]:
 
 
 def records_of(run: Simulation) -> tuple[Any, ...]:
-    """The records of a run, as the time loop takes them."""
-    return run._arguments[1:]
+    """The records of a run, as the time loop takes them, and of its statistics if it keeps no series."""
+    return (*run._arguments[1:], *(() if run.sink is None else (run.sink.record,)))
 
 
 def _spans(records: Sequence[Any]) -> list[tuple[int, int, bool]]:
