@@ -85,6 +85,11 @@ card, processor = (meltemi.simulate_batch(cases, device=device) for device in ("
 for a, b in zip(card, processor, strict=True):
     assert a.ok and b.ok, (a, b)
     np.testing.assert_array_equal(a.value.data, b.value.data)
+card, processor = (meltemi.simulate_batch(cases, device=device, series=False) for device in ("cuda", "cpu"))
+for a, b in zip(card, processor, strict=True):
+    np.testing.assert_array_equal(a.value.statistics, b.value.statistics)
+    np.testing.assert_array_equal(a.value.damages, b.value.damages)
+    assert a.value.samples == 21
 print("agreed")
 """
 
