@@ -101,6 +101,30 @@ def test_a_batch_in_the_simulator_of_a_card_agrees_with_the_processor() -> None:
     assert done.stdout.strip() == "agreed", done.stderr
 
 
+PTX = """
+import sys
+sys.path.insert(0, "tools")
+import card_code
+print(card_code.ptx_of("pmsg20mw"))
+"""
+
+
+def missing() -> str:
+    """What compilation for a card needs and is not installed."""
+    for name in ("numba_cuda", "nvidia", "nvidia.cuda_nvcc"):
+        if importlib.util.find_spec(name) is None:
+            return f"needs {name}: meltemi[cuda]"
+    return ""
+
+
+@pytest.mark.skipif(bool(missing()), reason=missing())
+def test_the_loop_compiles_for_a_card() -> None:
+    done = subprocess.run([sys.executable, "-c", PTX], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert ".target sm_90" in done.stdout and "march_and_count" in done.stdout
+    assert "fma.rn.f64" in done.stdout and "cosf" not in done.stdout  # in double precision
+
+
 def has_card() -> bool:
     try:
         card.check()
