@@ -77,15 +77,17 @@ def test_a_batch_gives_the_bits_of_single_runs(model: Model) -> None:
     assert not np.array_equal(alone[0].data, alone[1].data)
 
 
-def test_outcomes_are_told_in_the_calling_thread_and_their_values_not_kept(model: Model) -> None:
+def test_outcomes_are_told_in_the_calling_thread_and_not_kept(model: Model) -> None:
     told: dict[str, tuple[Any, Any]] = {}
 
     def done(outcome: Outcome) -> None:
         told[outcome.name] = (outcome.value, threading.current_thread())
 
     cases = [Run(model, SteadyWind(speed=speed), duration=1.0, name=f"v{speed:g}") for speed in (8.0, 9.0, 10.0)]
-    outcomes = simulate_batch(cases, reduce=lambda result: result["rotor_speed"][-1], workers=2, done=done)
-    assert [outcome.value for outcome in outcomes] == [None] * 3
+    shares: list[float] = []
+    settings: dict[str, Any] = {"reduce": lambda result: result["rotor_speed"][-1], "progress": shares.append}
+    assert simulate_batch(cases, workers=2, done=done, **settings) == []
+    assert shares[-1] == 1.0
     assert {name: value for name, (value, _) in told.items()} == {
         case.name: simulate(model, case.wind, duration=1.0)["rotor_speed"][-1] for case in cases
     }

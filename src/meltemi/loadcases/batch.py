@@ -95,7 +95,7 @@ class Batch:
         there are.
       total: how many cases a generator gives, for ``progress``.
       rerun: run all cases, also those that are finished.
-      done: callback with each outcome, from the calling thread; its value is then not kept.
+      done: callback with each outcome, from the calling thread; outcomes are then not kept, and none is returned.
       device: "cpu" or "cuda", a graphics card, where cases march together in groups; needs ``meltemi[cuda]``, and
         controllers that are compiled.
       series: keep the time series; without them the value of a case, and what ``reduce`` is called with, is a
@@ -143,7 +143,7 @@ class Batch:
         self.names: set[str] = set()
         self.outcomes: dict[int, Outcome] = {}
         self.under_way: dict[int, Simulation] = {}
-        self.told: set[int] = set()
+        self.asked = self.told = 0
 
     @one_blas_thread  # once for all threads: the setting belongs to the process
     def run(self) -> list[Outcome]:
@@ -175,17 +175,16 @@ class Batch:
     def _tell(self) -> None:
         """Call the callbacks."""
         if self.done is not None:
-            for i in sorted(self.outcomes.keys() - self.told):
-                self.told.add(i)
-                outcome, self.outcomes[i] = self.outcomes[i], replace(self.outcomes[i], value=None)
-                self.done(outcome)
+            for i in sorted([*self.outcomes]):
+                self.told += 1
+                self.done(self.outcomes.pop(i))
         if self.progress is not None:
             self.progress(self._share())
 
     def _share(self) -> float:
         if self.total is None:
             return 0.0
-        done = len(self.outcomes)
+        done = self.told + len(self.outcomes)
         running = [run.share for run in list(self.under_way.values())]
         return (done + sum(running)) / max(self.total, done + len(running), 1)
 
@@ -216,12 +215,13 @@ class Batch:
         with self.next_lock:
             following = next(self.waiting, None)
             if following is None:
-                self.total, self.exhausted = len(self.names), True
+                self.total, self.exhausted = self.asked, True
                 return None
             i, case = following
             name = case.name or f"case_{i + 1:04d}"
-            taken = name in self.names
-            self.names.add(name)
+            taken, self.asked = name in self.names, i + 1
+            if case.name or self.folder is not None:  # a million names would need 0.1 GB
+                self.names.add(name)
         if taken:
             self.outcomes[i] = Outcome(
                 name, Status.FAILED, f"another case of the batch has the name {name!r}", error=InputError
@@ -307,7 +307,7 @@ def simulate_batch(batch: Batch) -> list[Outcome]:
     was computed until then is given back.
 
     Returns:
-      One outcome a case, in their order; after Ctrl-C those that were begun.
+      One outcome a case, in their order; after Ctrl-C those that were begun. None with ``done``.
 
     Raises:
       InputError: ``workers`` or ``out`` is not valid.
