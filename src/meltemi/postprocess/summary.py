@@ -20,9 +20,8 @@ from meltemi.simulation.tables import Clock
 
 Float = NDArray[np.float64]
 
-HELD_STEPS = 500
-"""Time steps of which a run holds the samples."""
 COLUMNS = ("mean", "std", "min", "max")
+KEPT = ("samples", "begin", "total", "squares", "low", "high", "slope")
 
 
 @dataclass(frozen=True, repr=False)
@@ -139,26 +138,27 @@ class Counter:
           about: status, message and origin.
           step: [s] between samples.
         """
-        states, points, spare = [ChannelState(row) for row in self.record.states], self.record.points, np.zeros(DEPTH)
-        n = int(states[0].samples)
+        states, spare = self.record.states, np.zeros(DEPTH)
+        n, begin, total, squares, low, high, slopes = (states[:, ChannelState.index(name)] for name in KEPT)
+        shift = total / np.maximum(n, 1.0)
+        std = np.sqrt(np.maximum(squares / np.maximum(n, 1.0) - shift * shift, 0.0))
+        rows = np.stack([begin + shift, std, low, high], axis=1)
+        rows[~np.isfinite(total) | (n == 0.0)] = np.nan
+        damages = np.zeros(len(states))
+        for k in np.flatnonzero(slopes):
+            damages[k] = damage_until_now(ChannelState(states[k]).cycles, self.record.points[k], spare)
+        samples = int(n[0])
         return Summary(
             self.channels,
-            np.array([_statistics(x) for x in states]),
-            np.array([x.cycles.slope for x in states]),
-            np.array([damage_until_now(x.cycles, p, spare) for x, p in zip(states, points, strict=True)]),
-            n,
-            max(n - 1, 0) * step,
+            rows,
+            slopes.copy(),
+            damages,
+            samples,
+            max(samples - 1, 0) * step,
             about.status,
             about.message,
             about.meta,
         )
-
-
-def _statistics(x: ChannelState) -> list[float]:
-    if x.samples == 0.0 or not np.isfinite(x.total):
-        return [np.nan] * len(COLUMNS)
-    shift = x.total / x.samples
-    return [x.begin + shift, float(np.sqrt(max(x.squares / x.samples - shift * shift, 0.0))), x.low, x.high]
 
 
 def counted(run: Simulation, slopes: Mapping[str, float] | None = None) -> Counter:
