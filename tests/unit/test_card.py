@@ -79,12 +79,14 @@ def test_missing_packages_and_cards_are_named(monkeypatch: pytest.MonkeyPatch) -
 
 BATCH = """
 import numpy as np, meltemi
+from meltemi import loadcases
 from tests.unit.test_card import run_of
 cases = [run_of(8.0), run_of(9.0)]
 card, processor = (meltemi.simulate_batch(cases, device=device) for device in ("cuda", "cpu"))
 for a, b in zip(card, processor, strict=True):
     assert a.ok and b.ok, (a, b)
     np.testing.assert_array_equal(a.value.data, b.value.data)
+loadcases.card.GROUP = 1  # two groups, of which one is prepared while the other one marches
 card, processor = (meltemi.simulate_batch(cases, device=device, series=False) for device in ("cuda", "cpu"))
 for a, b in zip(card, processor, strict=True):
     np.testing.assert_array_equal(a.value.statistics, b.value.statistics)

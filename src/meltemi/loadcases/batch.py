@@ -127,7 +127,7 @@ class Batch:
             raise InputError("slopes are those of summaries: give series=False")
         if self.device == "cuda":
             card.check()
-            self.workers = 1
+            self.workers = 2  # one group is prepared or evaluated while another one marches
         self.folder = None if self.out is None else Path(self.out)
         if self.folder is not None:
             try:
@@ -138,7 +138,7 @@ class Batch:
             self.total = len(self.cases)
         self.waiting: Iterator[tuple[int, Run]] = enumerate(self.cases)
         self.stop = threading.Event()
-        self.next_lock, self.first_lock = threading.Lock(), threading.Lock()
+        self.next_lock, self.first_lock, self.card_lock = threading.Lock(), threading.Lock(), threading.Lock()
         self.compiled = self.interrupted = self.exhausted = False
         self.names: set[str] = set()
         self.outcomes: dict[int, Outcome] = {}
@@ -196,7 +196,8 @@ class Batch:
     def _run_group(self) -> None:
         group = [*self._group()]
         if self.device == "cuda":
-            card.march_together([begun[-1] for _, _, begun in group], self.stop.is_set)
+            with self.card_lock:
+                card.march_together([begun[-1] for _, _, begun in group], self.stop.is_set)
         for i, name, begun in group:
             self._guarded(i, name, self._end, i, name, *begun)
             self.under_way.pop(i, None)
