@@ -1,4 +1,4 @@
-"""Seconds, euros, memory and disk of 10^3 to 10^7 ten-minute cases, from what a few cases cost on this machine.
+"""Seconds, euros, memory and disk of a thousand to ten million cases of ten minutes, from what a few cases cost here.
 
     python tools/scale.py measure scale.json                     4 minutes of processor time; needs meltemi[loads,dask]
     python tools/scale.py page scale.json docs/guide/scale.md    writes the tables into the page
@@ -270,9 +270,9 @@ def blocks(m: dict[str, Any]) -> dict[str, str]:
     ]
     return {
         "parts": table(["part of a case", "processor time"], [[name, f"{1e3 * s:.3g} ms"] for name, s in parts]),
-        "time": table(["", *(f"10^{len(str(n)) - 1} cases" for n in CASES)], rows),
+        "time": table(["", *(f"{n:,} cases" for n in CASES)], rows),
         "disk": table(
-            ["kept", "a case", *(f"10^{len(str(n)) - 1}" for n in CASES)],
+            ["kept", "a case", *(f"{n:,}" for n in CASES)],
             [[name, memory(size), *(memory(n * size) for n in CASES)] for name, size in kept],
         ),
         "memory": table(

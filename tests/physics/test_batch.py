@@ -94,6 +94,19 @@ def test_outcomes_are_told_in_the_calling_thread_and_not_kept(model: Model) -> N
     assert {thread for _, thread in told.values()} == {threading.current_thread()}
 
 
+def test_shared_turbulence_gives_the_loads_of_the_field_it_was_taken_from(model: Model) -> None:
+    described = meltemi.TurbulentWind(speed=11.0, intensity=0.14, periodic=True, shear_exponent=0.2)
+    field = meltemi.wind.generate_field(described, model.turbine, 40.0)
+    mean = SteadyWind(speed=11.0, shear_exponent=0.2)
+    shared = meltemi.wind.SharedTurbulence(mean, meltemi.wind.unit_turbulence(field), 0.14 * 11.0)
+    start = meltemi.operating_point(model, mean)
+    runs = [Run(model, wind, duration=40.0, start=start) for wind in (field, shared)]
+    whole, parts = (outcome.value for outcome in simulate_batch(runs, series=False))
+    for name, load in whole.equivalent_loads().items():
+        assert parts.equivalent_loads()[name] == pytest.approx(load, rel=0.01), name
+    assert parts["wind_x"]["std"] == pytest.approx(whole["wind_x"]["std"], rel=1e-3)
+
+
 def test_cases_that_fail_harm_no_other(model: Model) -> None:
     wild = meltemi.build(model.turbine, ModelOptions(time_step=0.1))
     small = WindBox(np.full((60, 3, 3, 3), 10.0, np.float32), dt=0.1, dy=10.0, dz=10.0, bottom=80.0, speed=10.0)

@@ -204,12 +204,12 @@ class Batch:
 
     def _group(self) -> Iterator[tuple[int, str, Begun]]:
         """Prepare one case, or as many as the memory holds and a graphics card runs together."""
-        fields: dict[int, int] = {}
+        held: dict[int, int] = {}
         for count, (i, name, case) in enumerate(iter(self._next, None), 1):
             if (begun := self._guarded(i, name, self._begin, i, name, case)) is not None:
                 yield i, name, begun
-                fields |= card.field_of(begun[-1])
-            if self.device == "cpu" or count == card.GROUP or sum(fields.values()) > card.MEMORY or self.stop.is_set():
+                held |= card.memory_of(begun[-1])
+            if self.device == "cpu" or count == card.GROUP or sum(held.values()) > card.MEMORY or self.stop.is_set():
                 return
 
     def _next(self) -> tuple[int, str, Run] | None:

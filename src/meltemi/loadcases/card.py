@@ -31,7 +31,7 @@ from meltemi.simulation.simulate import Simulation
 GROUP = 8192
 """Runs that march together: a quarter of the threads that the registers of an H100 hold at once."""
 MEMORY = 8 << 30
-"""Bytes of turbulent wind fields above which a group begins to march."""
+"""Bytes of wind fields and series above which a group begins to march."""
 BLOCK = 32
 """Threads of a block."""
 CHUNK = 500
@@ -108,10 +108,9 @@ class Image:
             _bytes(begin, size)[:] = self.content[place : place + size]
 
 
-def field_of(run: Simulation) -> dict[int, int]:
-    """Bytes of the wind field of a run, by its address."""
-    box = run.case.arrays["box"]
-    return {box.ctypes.data: box.nbytes}
+def memory_of(run: Simulation) -> dict[int, int]:
+    """Bytes of the wind field of a run and of its output, by their addresses."""
+    return {array.ctypes.data: array.nbytes for array in (run.case.arrays["box"], run._output)}
 
 
 def records_of(run: Simulation) -> tuple[Any, ...]:

@@ -284,7 +284,7 @@ def unit_turbulence(box: WindBox) -> WindBox:
     For :class:`SharedTurbulence`, where they get another mean wind and standard deviation.
 
     Args:
-      box: any; in the middle of its grid is the hub unless it says so.
+      box: any; without a hub height the hub is in the middle of its grid.
 
     Raises:
       InputError: the wind does not fluctuate.
