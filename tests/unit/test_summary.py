@@ -80,14 +80,6 @@ def test_the_output_of_a_run_without_series_has_constant_length() -> None:
     assert len({each._output.shape for each in held}) == 1
 
 
-def test_what_follows_from_a_model_is_made_once_for_it_and_anew_for_another_one() -> None:
-    made = iter("abc")
-    other = MODEL.with_parameters(**{"aerodynamics.air_density": 1.1})
-    found = [model.once("letter", lambda: next(made)) for model in (MODEL, MODEL, other, MODEL)]
-    assert found == ["a", "a", "b", "a"]
-    assert other.content_hash() != MODEL.content_hash()
-
-
 def test_what_needs_series_is_refused() -> None:
     with pytest.raises(InputError, match="out and series=False exclude each other"):
         meltemi.simulate_batch([run()], series=False, out="never")

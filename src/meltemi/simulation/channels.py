@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 
 from meltemi.core.errors import InputError, closest, did_you_mean
@@ -96,22 +96,6 @@ def catalogue(
       electrical: whether an electrical system is modelled.
       disk: include the channels that only power-coefficient turbines have.
     """
-    one = (n_blades, n_nodes, blade_stations, tower_stations, tuple(coordinates), flaps, gears, electrical, disk)
-    return {channel.name: channel for channel in _catalogue(*one)}
-
-
-@lru_cache(maxsize=64)
-def _catalogue(
-    n_blades: int,
-    n_nodes: int,
-    blade_stations: int,
-    tower_stations: int,
-    coordinates: tuple[str, ...],
-    flaps: int,
-    gears: tuple[int, int],
-    electrical: bool,
-    disk: bool,
-) -> list[Channel]:
     found = [_channel(row, ()) for row in _rows("machine")]
     found += _gearbox(*gears)
     if electrical:
@@ -138,7 +122,7 @@ def _catalogue(
         if name != "yaw":  # yaw has its own channel
             found.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
         found.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
-    return found
+    return {channel.name: channel for channel in found}
 
 
 def _gearbox(planetary: int, stages: int) -> list[Channel]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
@@ -80,7 +79,6 @@ class Rotor(Protocol):
 
 
 R = TypeVar("R", bound=Rotor)
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, repr=False)
@@ -198,17 +196,9 @@ class Model(Brief, Viewed, Generic[R]):
                 return array, table.names.index(name[len(prefix) :])
         raise InputError(f"no parameter {name!r}: {did_you_mean(name, self.parameter_names())}")
 
-    def once(self, what: str, make: Callable[[], T]) -> T:
-        """What follows from the model alone, made when it is first asked for: thousands of runs may share a model."""
-        kept = vars(self).setdefault("_kept", {})
-        if what not in kept:
-            kept[what] = make()
-        found: T = kept[what]
-        return found
-
     def content_hash(self) -> str:
         """Hash of all data that determine the results of this model."""
-        found = self.once("hash", lambda: fingerprint([getattr(self, field.name) for field in fields(self)]))
+        found = fingerprint([getattr(self, field.name) for field in fields(self)])
         assert found is not None, "models have records and arrays only"
         return found
 

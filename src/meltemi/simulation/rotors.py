@@ -159,7 +159,7 @@ def default_step(model: Model[Any]) -> float:
     if model.options.time_step is not None:
         return model.options.time_step
     kind = kind_of(model)
-    dt = model.once("time step", lambda: kind.time_step(model))
+    dt = kind.time_step(model)
     if dt < SHORTEST_STEP:
         raise InputError(
             f"{model.turbine.name}: its time step would be {dt:.2g} s, {1.0 / dt:.2g} steps for each second of a run: "

@@ -204,7 +204,7 @@ class Simulation:
         self._noticed += words
         case = Case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log
-        case["weights"][:2] = model.once(f"weights of {dt!r} s", lambda: kind.step_weights(model, dt))
+        case["weights"][:2] = kind.step_weights(model, dt)
         entry = case.bind(controller, first_point(model, wind, start))
         if case.controller.close is not None:
             weakref.finalize(self, case.controller.close)  # for a run that is never finished
@@ -573,14 +573,11 @@ def controller_warnings(controller: Controller, state: Any) -> list[str]:
         return [f"warnings of the controller {controller.name!r} raised {type(error).__name__}: {error}"]
 
 
-_version = cache(version)
-
-
 def describe(run: Simulation) -> dict[str, Any]:
     """Data to repeat a run."""
     model, wind = run.model, run.wind
     try:
-        package = _version("meltemi")
+        package = version("meltemi")
     except PackageNotFoundError:
         package = "unknown"
     return {
