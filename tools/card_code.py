@@ -1,6 +1,6 @@
 """Machine code of the time loop for a graphics card, without one: registers, spills and the mix of instructions.
 
-    python tools/card_code.py [nrel5mw] [--registers 128]
+    python tools/card_code.py [nrel5mw] [--registers 128] [--series]
 
 Needs ``meltemi[cuda]``, whose packages contain NVIDIA's compiler and assembler.
 """
@@ -20,6 +20,7 @@ from numba.cuda import api, dispatcher
 
 import meltemi
 from meltemi.loadcases import card
+from meltemi.postprocess.summary import counted
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 
@@ -27,11 +28,18 @@ ARITHMETIC = {"add", "sub", "mul", "fma", "div", "sqrt", "rcp", "neg", "abs", "m
 ARCHITECTURE = (9, 0)
 
 
-def ptx_of(name: str) -> str:
-    """The kernel of a turbine under its baseline controller in NVIDIA's intermediate code."""
+def ptx_of(name: str, *, series: bool = False) -> str:
+    """The kernel of a turbine under its baseline controller in NVIDIA's intermediate code.
+
+    Args:
+      series: keep the series, in place of statistics and rainflow damage.
+    """
     for module in (api, dispatcher):  # functions of the card ask it for its architecture
         module.get_current_device = lambda: SimpleNamespace(compute_capability=ARCHITECTURE)
-    run = Simulation(Run(meltemi.build(meltemi.load_turbine(name)), 12.0, duration=1.0), numbers="floats")
+    case = Run(meltemi.build(meltemi.load_turbine(name)), 12.0, duration=1.0)
+    run = Simulation(case, numbers="floats", held_steps=None if series else card.CHUNK)
+    if not series:
+        counted(run)
     kernel = card.kernel_of(run)
     signature = types.void(types.int64[::1], types.int64[:, ::1])
     from numba import cuda
@@ -43,9 +51,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("turbine", nargs="?", default="nrel5mw")
     parser.add_argument("--registers", type=int, default=255)
+    parser.add_argument("--series", action="store_true", help="keep the time series in place of statistics")
     chosen = parser.parse_args()
     began = time.perf_counter()
-    ptx = ptx_of(chosen.turbine)
+    ptx = ptx_of(chosen.turbine, series=chosen.series)
     print(f"compiled in {time.perf_counter() - began:.0f} s")
     mix = Counter(re.findall(r"^\t(?:@!?%p\d+ )?([a-z]\w*(?:\.\w+)*)\s", ptx, re.MULTILINE))
     double = sum(n for word, n in mix.items() if word.endswith(".f64") and word.split(".")[0] in ARITHMETIC)

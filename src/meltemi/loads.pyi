@@ -73,3 +73,5 @@ from meltemi.surrogate.site import class_table as class_table
 from meltemi.surrogate.site import lifetime_loads as lifetime_loads
 from meltemi.surrogate.site import read_site_table as read_site_table
 from meltemi.surrogate.site import site_suitability as site_suitability
+from meltemi.postprocess.summary import Summary as Summary
+from meltemi.postprocess.summary import summary as summary

@@ -32,6 +32,7 @@ PAGES = (
     "docs/guide/comparing.md",
     "docs/guide/own-controller.md",
     "docs/guide/batches.md",
+    "docs/guide/scale.md",
     pytest.param(
         "docs/guide/load-base.md", marks=pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
     ),

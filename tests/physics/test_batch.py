@@ -77,19 +77,34 @@ def test_a_batch_gives_the_bits_of_single_runs(model: Model) -> None:
     assert not np.array_equal(alone[0].data, alone[1].data)
 
 
-def test_outcomes_are_told_in_the_calling_thread_and_their_values_not_kept(model: Model) -> None:
+def test_outcomes_are_told_in_the_calling_thread_and_not_kept(model: Model) -> None:
     told: dict[str, tuple[Any, Any]] = {}
 
     def done(outcome: Outcome) -> None:
         told[outcome.name] = (outcome.value, threading.current_thread())
 
     cases = [Run(model, SteadyWind(speed=speed), duration=1.0, name=f"v{speed:g}") for speed in (8.0, 9.0, 10.0)]
-    outcomes = simulate_batch(cases, reduce=lambda result: result["rotor_speed"][-1], workers=2, done=done)
-    assert [outcome.value for outcome in outcomes] == [None] * 3
+    shares: list[float] = []
+    settings: dict[str, Any] = {"reduce": lambda result: result["rotor_speed"][-1], "progress": shares.append}
+    assert simulate_batch(cases, workers=2, done=done, **settings) == []
+    assert shares[-1] == 1.0
     assert {name: value for name, (value, _) in told.items()} == {
         case.name: simulate(model, case.wind, duration=1.0)["rotor_speed"][-1] for case in cases
     }
     assert {thread for _, thread in told.values()} == {threading.current_thread()}
+
+
+def test_shared_turbulence_gives_the_loads_of_the_field_it_was_taken_from(model: Model) -> None:
+    described = meltemi.TurbulentWind(speed=11.0, intensity=0.14, periodic=True, shear_exponent=0.2)
+    field = meltemi.wind.generate_field(described, model.turbine, 40.0)
+    mean = SteadyWind(speed=11.0, shear_exponent=0.2)
+    shared = meltemi.wind.SharedTurbulence(mean, meltemi.wind.unit_turbulence(field), 0.14 * 11.0)
+    start = meltemi.operating_point(model, mean)
+    runs = [Run(model, wind, duration=40.0, start=start) for wind in (field, shared)]
+    whole, parts = (outcome.value for outcome in simulate_batch(runs, series=False))
+    for name, load in whole.equivalent_loads().items():
+        assert parts.equivalent_loads()[name] == pytest.approx(load, rel=0.01), name
+    assert parts["wind_x"]["std"] == pytest.approx(whole["wind_x"]["std"], rel=1e-3)
 
 
 def test_cases_that_fail_harm_no_other(model: Model) -> None:

@@ -31,9 +31,8 @@ def march_alone(wind: float) -> Result:
     return run.result()
 
 
-def test_runs_march_in_moved_memory() -> None:
-    runs = [Simulation(run_of(wind), numbers="floats") for wind in (8.0, 9.0, 8.0)]
-    image = card.Image(runs)
+def march_moved(image: card.Image, runs: list[Simulation]) -> None:
+    """March runs to their ends in the memory of an image, and copy it back."""
     words = image.at(image.content.ctypes.data)
     for i, run in enumerate(runs):
         records = [
@@ -42,6 +41,12 @@ def test_runs_march_in_moved_memory() -> None:
         run._march(run.n_steps, run._arguments[0], *records)
         assert not run.finished  # its own memory has not changed
     image.restore()
+
+
+def test_runs_march_in_moved_memory() -> None:
+    runs = [Simulation(run_of(wind), numbers="floats") for wind in (8.0, 9.0, 8.0)]
+    image = card.Image(runs)
+    march_moved(image, runs)
     for run, wind in zip(runs, (8.0, 9.0, 8.0), strict=True):
         assert run.finished
         np.testing.assert_array_equal(run.result().data, march_alone(wind).data)
@@ -54,6 +59,23 @@ def test_shared_memory_is_moved_once_and_the_rest_for_each_run() -> None:
     outputs = [run._output.ctypes.data for run in runs]
     assert all(any(begin == output for begin, _, _ in two.parts) for output in outputs)
     assert len(card.Image([*runs, *runs]).parts) == 2 * len(two.parts)
+
+
+def test_cases_share_a_field_of_which_a_group_holds_one() -> None:
+    described = meltemi.TurbulentWind(speed=9.0, intensity=0.1, periodic=True, points=7)
+    field = meltemi.wind.unit_turbulence(meltemi.wind.generate_field(described, MODEL.turbine, 60.0))
+    winds = [meltemi.wind.SharedTurbulence(meltemi.SteadyWind(speed=v), field, 0.1 * v, 20.0 * v) for v in (8.0, 9.0)]
+    cases = [Run(MODEL, wind, duration=2.0, output_step=0.1) for wind in winds]
+    runs = [Simulation(case, numbers="floats") for case in cases]
+    image, size = card.Image(runs), field.velocity.nbytes
+    assert size < image.content.nbytes < 2 * size
+    held = card.memory_of(runs[0]) | card.memory_of(runs[1])
+    assert sum(held.values()) == size + 2 * runs[0]._output.nbytes
+    march_moved(image, runs)
+    for run, case in zip(runs, cases, strict=True):
+        march(alone := Simulation(case))
+        np.testing.assert_array_equal(run.result().data, alone.result().data)
+    assert not np.array_equal(runs[0].result()["wind_x"], runs[1].result()["wind_x"])
 
 
 def test_a_run_that_has_ended_stays_as_it_is() -> None:
@@ -79,12 +101,19 @@ def test_missing_packages_and_cards_are_named(monkeypatch: pytest.MonkeyPatch) -
 
 BATCH = """
 import numpy as np, meltemi
+from meltemi import loadcases
 from tests.unit.test_card import run_of
 cases = [run_of(8.0), run_of(9.0)]
 card, processor = (meltemi.simulate_batch(cases, device=device) for device in ("cuda", "cpu"))
 for a, b in zip(card, processor, strict=True):
     assert a.ok and b.ok, (a, b)
     np.testing.assert_array_equal(a.value.data, b.value.data)
+loadcases.card.GROUP = 1  # two groups, of which one is prepared while the other one marches
+card, processor = (meltemi.simulate_batch(cases, device=device, series=False) for device in ("cuda", "cpu"))
+for a, b in zip(card, processor, strict=True):
+    np.testing.assert_array_equal(a.value.statistics, b.value.statistics)
+    np.testing.assert_array_equal(a.value.damages, b.value.damages)
+    assert a.value.samples == 21
 print("agreed")
 """
 
@@ -94,6 +123,30 @@ def test_a_batch_in_the_simulator_of_a_card_agrees_with_the_processor() -> None:
     environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1"}
     done = subprocess.run([sys.executable, "-c", BATCH], env=environment, capture_output=True, text=True, check=False)
     assert done.stdout.strip() == "agreed", done.stderr
+
+
+PTX = """
+import sys
+sys.path.insert(0, "tools")
+import card_code
+print(card_code.ptx_of("pmsg20mw"))
+"""
+
+
+def missing() -> str:
+    """What compilation for a card needs and is not installed."""
+    for name in ("numba_cuda", "nvidia", "nvidia.cuda_nvcc"):
+        if importlib.util.find_spec(name) is None:
+            return f"needs {name}: meltemi[cuda]"
+    return ""
+
+
+@pytest.mark.skipif(bool(missing()), reason=missing())
+def test_the_loop_compiles_for_a_card() -> None:
+    done = subprocess.run([sys.executable, "-c", PTX], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert ".target sm_90" in done.stdout and "march_and_count" in done.stdout
+    assert "fma.rn.f64" in done.stdout and "cosf" not in done.stdout  # in double precision
 
 
 def has_card() -> bool:

@@ -14,7 +14,6 @@ from meltemi.postprocess.cycles import damage_sum, rainflow_cycles
 gymnasium = pytest.importorskip("gymnasium", reason="needs pip install 'gymnasium>=1.0,<2'")
 
 import meltemi.envs as envs  # noqa: E402
-from meltemi.envs.kernels import DEPTH, CounterState, count, damage_until_now  # noqa: E402
 from meltemi.envs.sensors import load_scale, sensors_of  # noqa: E402
 
 SHORT: dict[str, Any] = {"duration": 4.0, "transient": 1.0, "wind_duration": 5.0, "wind_points": 7, "model": "light"}
@@ -134,18 +133,6 @@ def test_power_component_is_the_mean_power() -> None:
     run = episode(env)
     mean = np.mean([info["reward_power"] for info in run["infos"][1:]])
     assert mean == pytest.approx(env.result().evaluated["generator_power"].mean() / 5e6, rel=2e-3)
-
-
-def test_online_rainflow_counting_is_that_of_whole_series() -> None:
-    rng = np.random.default_rng(3)
-    for series in (rng.standard_normal(400), np.round(np.cumsum(rng.standard_normal(400))), np.ones(5), np.arange(3.0)):
-        x, points = CounterState.of(slope=4.0), np.zeros((2, DEPTH))
-        for n, value in enumerate(series):
-            count(x, points[0], value)
-            if n % 50 == 20 or n == len(series) - 1:
-                expected = damage_sum(rainflow_cycles(series[: n + 1]), 4.0)
-                assert damage_until_now(x, points[0], points[1]) == pytest.approx(expected, rel=1e-12)
-        assert x.depth < DEPTH
 
 
 def test_load_component_is_the_damage_of_the_episode() -> None:

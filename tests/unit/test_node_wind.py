@@ -15,7 +15,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from meltemi.maths.vectors import Vec
-from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, mean_before, mean_speed, wind_field
+from meltemi.wind.fields import (
+    SharedTurbulence,
+    SteadyWind,
+    Wind,
+    WindBox,
+    WindSeries,
+    mean_before,
+    mean_speed,
+    unit_turbulence,
+    wind_field,
+)
 from meltemi.wind.velocity import WindNow, series_now, wind_velocity
 
 HUB, DIAMETER = 90.0, 126.0
@@ -293,3 +303,23 @@ def test_the_mean_speed_of_a_box_is_the_mean_at_its_middle_near_the_hub() -> Non
     u = field.velocity[:, 3, 2, :2]  # row 3 stands at 75 m
     assert mean_speed(field, 76.0) == pytest.approx(np.hypot(*u.T).mean(), rel=1e-6)  # single precision
     assert mean_before(field, 76.0) == pytest.approx(np.hypot(*u.mean(axis=0)), rel=1e-6)
+
+
+def test_shared_turbulence_is_a_mean_and_a_multiple_of_a_field_that_begins_later() -> None:
+    rng, direction, speed, begin = np.random.default_rng(4), 0.3, 10.0, 37.0
+    values = rng.standard_normal((40, 9, 9, 3)).astype(np.float32)
+    box = WindBox(values, dt=0.5, dy=15.0, dz=15.0, bottom=20.0, speed=8.0, periodic=True)
+    mean = SteadyWind(speed=speed, shear_exponent=0.2, direction=direction, upflow=0.1)
+    moved = WindBox(values, 0.4, 15.0, 15.0, 20.0, speed=speed, periodic=True, direction=direction)
+    for p in ((3.0, -20.0, 95.0), (-8.0, 44.0, 61.0), (0.0, 0.0, 5.0)):
+        a, b = velocity(mean, p), velocity(moved, p, 2.0 + begin / speed)
+        expected = [x + 1.5 * y for x, y in zip(a, b, strict=True)]
+        assert [*velocity(SharedTurbulence(mean, box, 1.5, begin), p, 2.0)] == pytest.approx(expected, rel=10 * SINGLE)
+
+
+def test_unit_turbulence_has_no_mean_and_a_standard_deviation_of_one_at_the_hub() -> None:
+    profile = np.linspace(7.0, 9.0, 9)[:, None, None]
+    values = (np.random.default_rng(5).standard_normal((400, 9, 9, 3)) * 1.7 + profile).astype(np.float32)
+    unit = unit_turbulence(WindBox(values, dt=0.5, dy=15.0, dz=15.0, bottom=20.0, speed=8.0))
+    np.testing.assert_allclose(unit.velocity.mean(axis=(0, 2)), 0.0, atol=1e-6)
+    assert unit.velocity[:, 4, 4, 0].std() == pytest.approx(1.0, rel=1e-5)

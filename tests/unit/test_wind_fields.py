@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 
 from meltemi.core.errors import InputError
-from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, at_speed, check_coverage
+from meltemi.wind.fields import (
+    SharedTurbulence,
+    SteadyWind,
+    WindBox,
+    WindSeries,
+    at_speed,
+    check_coverage,
+    unit_turbulence,
+)
 
 NT, NZ, NY = 200, 15, 15
 WIND = np.full((NT, NZ, NY, 3), 8.0, dtype=np.float32)
@@ -188,3 +196,34 @@ def test_a_series_out_of_range_is_refused(name: str, value: float) -> None:
     columns = {"speed": [10.0, 10.0], name: [1.0, value]}
     with pytest.raises(InputError, match=f"{name} must be within .*, but row 2 has"):
         WindSeries(time=[0.0, 1.0], **columns)
+
+
+def test_shared_turbulence_must_cover_the_run_with_its_own_speed() -> None:
+    def check(speed: float, begin: float = 0.0) -> None:
+        check_coverage(SharedTurbulence(SteadyWind(speed=speed), BOX, 1.0, begin), **RUN)
+
+    check(8.0)
+    with pytest.raises(InputError, match="it is 66.3 s long, a run of 60 s needs 66.2 s|needs"):
+        check(12.1)
+    check(8.0, 200.0)
+    with pytest.raises(InputError, match="needs 100.6 s"):
+        check(8.0, 250.0)
+    check_coverage(SharedTurbulence(SteadyWind(speed=25.0), replace(BOX, periodic=True), 1.0, 1e6), **RUN)
+
+
+def test_shared_turbulence_has_limits_and_a_hash_of_all_its_parts() -> None:
+    mean, other = SteadyWind(speed=8.0), SteadyWind(speed=9.0)
+    winds = [
+        SharedTurbulence(mean, BOX, 1.0),
+        SharedTurbulence(other, BOX, 1.0),
+        SharedTurbulence(mean, replace(BOX, velocity=WIND + 1.0), 1.0),
+        SharedTurbulence(mean, BOX, 2.0),
+        SharedTurbulence(mean, BOX, 1.0, 3.0),
+    ]
+    assert len({wind.content_hash() for wind in winds}) == len(winds)
+    assert winds[4].label == "steady wind 8 m/s, field.bts times 1 m/s from 3 m on"
+    for sigma, begin in ((-1.0, 0.0), (1.0, float("nan"))):
+        with pytest.raises(InputError, match="must be 0 or a positive number"):
+            SharedTurbulence(mean, BOX, sigma, begin)
+    with pytest.raises(InputError, match="a wind without turbulence cannot be scaled"):
+        unit_turbulence(BOX)

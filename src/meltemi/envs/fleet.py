@@ -20,7 +20,6 @@ from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
 from meltemi.envs.kernels import (
     COMMANDS,
-    DEPTH,
     TERMS,
     WORDS,
     AgentState,
@@ -32,6 +31,7 @@ from meltemi.envs.kernels import (
 )
 from meltemi.envs.sensors import load_scale, sensors_of
 from meltemi.envs.settings import MODELS, TASKS, EnvironmentSettings, Weights
+from meltemi.postprocess.counting import DEPTH
 from meltemi.postprocess.fatigue import usual_slope
 from meltemi.simulation.model import Model
 from meltemi.simulation.options import ModelOptions
@@ -263,7 +263,9 @@ class Episode:
             if channel is None or slope is None:
                 raise InputError(f"loads: {name!r} is not the meltemi name of a load channel, see `meltemi channels`")
             scale = load_scale(turbine, name)
-            counters.append(CounterState.of(column=names.index(name), slope=slope, scale=scale, weight=weight).array)
+            counter = CounterState.of(column=names.index(name), scale=scale, weight=weight)
+            counter.cycles.slope = slope
+            counters.append(counter.array)
         arrays = {
             "law": case.controller_state,
             "measured": case.measured,

@@ -2,8 +2,7 @@
 
 The agent acts through a controller that is called at every time step and adds its demands to those of the baseline
 controller. One compiled loop marches any number of turbines by one step of the environment each, and fills the rows of
-their observations and rewards. Rainflow cycles are counted while they close; what is left counts as half cycles, so
-that the sum over an episode is the damage that :func:`meltemi.loads.rainflow_cycles` gives.
+their observations and rewards. The damage of an episode is that of :func:`meltemi.loads.rainflow_cycles`.
 """
 
 from __future__ import annotations
@@ -27,6 +26,7 @@ from meltemi.core.kernel import kernel, kernel_for
 from meltemi.maths.generic import whole
 from meltemi.maths.records import Array1, Array2, Array3, Record
 from meltemi.maths.tables import Numbers, Table, blades, number, part
+from meltemi.postprocess.counting import OpenCycles, count, damage_until_now
 from meltemi.simulation.tables import Clock
 
 FEATURE = "the learning environments"
@@ -37,8 +37,6 @@ COMMANDS = ("pitch_1", "pitch_2", "pitch_3", "torque", "yaw_rate")
 """What the actions of an agent are converted to, in SI units."""
 TERMS = ("power", "speed", "reference", "yaw", "load", "pitch_travel", "yaw_travel", "failure")
 """Components of the reward, before their weights."""
-DEPTH = 64
-"""Turning points of open cycles that are kept; beyond them the oldest one counts as half a cycle."""
 OVERSPEED, REFERENCE, YAW_ERROR, TRAVEL = 0.1, 0.1, np.radians(10.0), np.radians(1.0)
 """Overspeed over reference speed, power error over rated power, yaw error [rad] and pitch rate [rad/s] at which the
 component is -1."""
@@ -97,15 +95,11 @@ class EpisodeState(Table, title="episode of an environment"):
 class CounterState(Table, title="load counter"):
     """One load of the reward."""
 
+    cycles: OpenCycles = part(OpenCycles, "in ranges of the scale", prefix="")
     column: float = number("-", "of the output")
-    slope: float = number("-", "of the S-N curve")
     scale: float = number("N m", "range that counts as one")
     weight: float = number("-", "in the load component")
-    depth: float = number("-", "turning points of open cycles")
-    end: float = number("N m", "present end of the series")
-    values: float = number("-", "values until now, as far as it matters: 0, 1, 2")
-    closed: float = number("-", "damage of closed cycles, in ranges of the scale to the power of the slope")
-    damage: float = number("-", "the same with open ones as half cycles, at the last observation")
+    damage: float = number("-", "of closed cycles, and of open ones as half cycles, at the last observation")
     rates: float = number("1/s^2", "sum of the squared rates since the last observation")
 
 
@@ -190,65 +184,6 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 
 
 @kernel
-def pair(points: Float, n: int, slope: float) -> tuple[int, float]:
-    """Close cycles after a new turning point by the three-point rule (F-2): points left, damage."""
-    damage = 0.0
-    while n > 2:
-        last, before = abs(points[n - 1] - points[n - 2]), abs(points[n - 2] - points[n - 3])
-        if last < before:
-            break
-        if n == 3:  # the range contains the first point
-            damage += 0.5 * before**slope
-            points[0], points[1] = points[1], points[2]
-            n = 2
-        else:
-            damage += before**slope
-            points[n - 3] = points[n - 1]
-            n -= 2
-    return n, damage
-
-
-@kernel
-def count(x: CounterState, points: Float, value: float) -> None:
-    """Add a value, in ranges of the scale, to the series of a load."""
-    n = whole(x.depth)
-    if x.values == 0.0:
-        points[0] = value
-        x.depth, x.end, x.values = 1.0, value, 1.0
-        return
-    if value == x.end:
-        return
-    if x.values == 1.0 or (x.end - points[n - 1]) * (value - x.end) > 0.0:
-        x.end, x.values = value, 2.0
-        return
-    if n == DEPTH - 1:
-        x.closed += 0.5 * abs(points[1] - points[0]) ** x.slope
-        for i in range(1, n):
-            points[i - 1] = points[i]
-        n -= 1
-    points[n] = x.end
-    left, damage = pair(points, n + 1, x.slope)
-    x.depth, x.end = float(left), value
-    x.closed += damage
-
-
-@kernel
-def damage_until_now(x: CounterState, points: Float, spare: Float) -> float:
-    """Damage of the series of a load if it ended here, its open cycles counted as half."""
-    n = whole(x.depth)
-    for i in range(n):
-        spare[i] = points[i]
-    damage = x.closed
-    if x.values == 2.0:
-        spare[n] = x.end
-        n, more = pair(spare, n + 1, x.slope)
-        damage += more
-    for i in range(n - 1):
-        damage += 0.5 * abs(spare[i + 1] - spare[i]) ** x.slope
-    return damage
-
-
-@kernel
 def read_loads(s: Slot, first: bool) -> float:
     """Read the rows of the output since the last observation; the load component of the reward."""
     e, rows, load = s.episode, s.clock.row, 0.0
@@ -258,11 +193,11 @@ def read_loads(s: Slot, first: bool) -> float:
         column, rates = whole(x.column), 0.0
         for row in range(max(rows - 1, 0) if first else begin, rows):
             value = s.output[row, column] / x.scale
-            if x.values > 0.0 and row > 0:
+            if x.cycles.values > 0.0 and row > 0:
                 rate = (value - s.output[row - 1, column] / x.scale) / e.output_step
                 rates += rate * rate
-            count(x, points, value)
-        damage = damage_until_now(x, points, s.points[k, 1])
+            count(x.cycles, points, value)
+        damage = damage_until_now(x.cycles, points, s.points[k, 1])
         if e.counting > 0.0:
             seconds = max(rows - begin, 1) * e.output_step
             load += x.weight * (damage - x.damage) / seconds

@@ -10,12 +10,12 @@ is asked for the next one when a worker is free. So memory holds as many fields 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, cast
 
 from meltemi.control.controller import Controller
 from meltemi.core.calls import arguments_of, explained
@@ -28,6 +28,7 @@ from meltemi.core.representation import Card, Shown, badge
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.loadcases import card
 from meltemi.postprocess.files import read_netcdf, write_netcdf
+from meltemi.postprocess.summary import Counter, counted
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
@@ -94,14 +95,17 @@ class Batch:
         there are.
       total: how many cases a generator gives, for ``progress``.
       rerun: run all cases, also those that are finished.
-      done: callback with each outcome, from the calling thread; its value is then not kept.
+      done: callback with each outcome, from the calling thread; outcomes are then not kept, and none is returned.
       device: "cpu" or "cuda", a graphics card, where cases march together in groups; needs ``meltemi[cuda]``, and
         controllers that are compiled.
+      series: keep the time series; without them the value of a case, and what ``reduce`` is called with, is a
+        :class:`~meltemi.loads.Summary`, computed while the case runs.
+      slopes: m of the S-N curves of summaries by channel; for others 10 for blades, 4 for other loads.
     """
 
     cases: Iterable[Run]
     _: KW_ONLY
-    reduce: Callable[[Result], Any] | None = None
+    reduce: Callable[[Any], Any] | None = None
     out: str | Path | None = None
     workers: int | None = None
     progress: Callable[[float], None] | None = None
@@ -109,15 +113,21 @@ class Batch:
     rerun: bool = False
     done: Callable[[Outcome], None] | None = None
     device: str = "cpu"
+    series: bool = True
+    slopes: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
         if self.workers is not None and not (isinstance(self.workers, int) and 1 <= self.workers <= MOST_WORKERS):
             raise InputError(f"workers must be an integer from 1 to {MOST_WORKERS}, found {self.workers!r}")
         if self.device not in DEVICES:
             raise InputError(f"device must be one of {', '.join(DEVICES)}, found {self.device!r}")
+        if not self.series and self.out is not None:
+            raise InputError("out and series=False exclude each other: files contain the time series")
+        if self.series and self.slopes is not None:
+            raise InputError("slopes are those of summaries: give series=False")
         if self.device == "cuda":
             card.check()
-            self.workers = 1
+            self.workers = 2  # one group is prepared or evaluated while another one marches
         self.folder = None if self.out is None else Path(self.out)
         if self.folder is not None:
             try:
@@ -128,12 +138,12 @@ class Batch:
             self.total = len(self.cases)
         self.waiting: Iterator[tuple[int, Run]] = enumerate(self.cases)
         self.stop = threading.Event()
-        self.next_lock, self.first_lock = threading.Lock(), threading.Lock()
+        self.next_lock, self.first_lock, self.card_lock = threading.Lock(), threading.Lock(), threading.Lock()
         self.compiled = self.interrupted = self.exhausted = False
         self.names: set[str] = set()
         self.outcomes: dict[int, Outcome] = {}
         self.under_way: dict[int, Simulation] = {}
-        self.told: set[int] = set()
+        self.asked = self.told = 0
 
     @one_blas_thread  # once for all threads: the setting belongs to the process
     def run(self) -> list[Outcome]:
@@ -165,17 +175,16 @@ class Batch:
     def _tell(self) -> None:
         """Call the callbacks."""
         if self.done is not None:
-            for i in sorted(self.outcomes.keys() - self.told):
-                self.told.add(i)
-                outcome, self.outcomes[i] = self.outcomes[i], replace(self.outcomes[i], value=None)
-                self.done(outcome)
+            for i in sorted([*self.outcomes]):
+                self.told += 1
+                self.done(self.outcomes.pop(i))
         if self.progress is not None:
             self.progress(self._share())
 
     def _share(self) -> float:
         if self.total is None:
             return 0.0
-        done = len(self.outcomes)
+        done = self.told + len(self.outcomes)
         running = [run.share for run in list(self.under_way.values())]
         return (done + sum(running)) / max(self.total, done + len(running), 1)
 
@@ -187,31 +196,33 @@ class Batch:
     def _run_group(self) -> None:
         group = [*self._group()]
         if self.device == "cuda":
-            card.march_together([begun[-1] for _, _, begun in group], self.stop.is_set)
+            with self.card_lock:
+                card.march_together([begun[-1] for _, _, begun in group], self.stop.is_set)
         for i, name, begun in group:
             self._guarded(i, name, self._end, i, name, *begun)
             self.under_way.pop(i, None)
 
     def _group(self) -> Iterator[tuple[int, str, Begun]]:
         """Prepare one case, or as many as the memory holds and a graphics card runs together."""
-        fields: dict[int, int] = {}
+        held: dict[int, int] = {}
         for count, (i, name, case) in enumerate(iter(self._next, None), 1):
             if (begun := self._guarded(i, name, self._begin, i, name, case)) is not None:
                 yield i, name, begun
-                fields |= card.field_of(begun[-1])
-            if self.device == "cpu" or count == card.GROUP or sum(fields.values()) > card.MEMORY or self.stop.is_set():
+                held |= card.memory_of(begun[-1])
+            if self.device == "cpu" or count == card.GROUP or sum(held.values()) > card.MEMORY or self.stop.is_set():
                 return
 
     def _next(self) -> tuple[int, str, Run] | None:
         with self.next_lock:
             following = next(self.waiting, None)
             if following is None:
-                self.total, self.exhausted = len(self.names), True
+                self.total, self.exhausted = self.asked, True
                 return None
             i, case = following
             name = case.name or f"case_{i + 1:04d}"
-            taken = name in self.names
-            self.names.add(name)
+            taken, self.asked = name in self.names, i + 1
+            if case.name or self.folder is not None:  # a million names would need 0.1 GB
+                self.names.add(name)
         if taken:
             self.outcomes[i] = Outcome(
                 name, Status.FAILED, f"another case of the batch has the name {name!r}", error=InputError
@@ -254,33 +265,37 @@ class Batch:
             self._heard(None)
         result = run.result()
         result.meta["case"] = name
-        value: Any = result
+        value: Any = result if self.series else cast("Counter", run.sink).summary(result, run.output_step)
         if path is not None:
             result.meta["inputs"] = inputs
             value = write_netcdf(result, path)
         if self.reduce is not None:
-            value = self.reduce(result)
+            value = self.reduce(value if path is None else result)
         self.outcomes[i] = Outcome(name, result.status, result.message, value)
 
     def _prepare(self, case: Run) -> Simulation:
+        if case.view and not self.series:
+            raise InputError("view=True and series=False exclude each other: the view is made of time series")
+        held = None if self.series else card.CHUNK
         with self.first_lock:  # Numba compiles under one lock: the first case compiles, the others find it done
-            if not self.compiled:
-                run = prepare(case, self.device)
-                self.compiled = True
-                return run
-        return prepare(case, self.device)
+            run = None if self.compiled else prepare(case, self.device, held)
+            self.compiled = True
+        run = run or prepare(case, self.device, held)
+        if not self.series:
+            counted(run, self.slopes)
+        return run
 
 
 @explained
-def prepare(case: Run, device: str = "cpu") -> Simulation:
-    """Create the simulation of a case.
+def prepare(case: Run, device: str = "cpu", held_steps: int | None = None) -> Simulation:
+    """Create the simulation of a case, as :class:`Simulation`.
 
     Raises:
       InputError: something of it is not valid, or its controller cannot run on the device.
     """
     if device == "cpu":
-        return Simulation(case)
-    run = Simulation(case, numbers="floats")
+        return Simulation(case, held_steps=held_steps)
+    run = Simulation(case, numbers="floats", held_steps=held_steps)
     card.compiled_update(run.case.controller)
     return run
 
@@ -293,7 +308,7 @@ def simulate_batch(batch: Batch) -> list[Outcome]:
     was computed until then is given back.
 
     Returns:
-      One outcome a case, in their order; after Ctrl-C those that were begun.
+      One outcome a case, in their order; after Ctrl-C those that were begun. None with ``done``.
 
     Raises:
       InputError: ``workers`` or ``out`` is not valid.

@@ -31,11 +31,11 @@ from meltemi.simulation.simulate import Simulation
 GROUP = 8192
 """Runs that march together: a quarter of the threads that the registers of an H100 hold at once."""
 MEMORY = 8 << 30
-"""Bytes of turbulent wind fields above which a group begins to march."""
+"""Bytes of wind fields and series above which a group begins to march."""
 BLOCK = 32
 """Threads of a block."""
 CHUNK = 500
-"""Time steps between checks of the keyboard."""
+"""Time steps between checks of the keyboard, of which a run without series holds the samples."""
 ALIGNMENT = 64
 Bytes = NDArray[np.uint8]
 
@@ -108,15 +108,14 @@ class Image:
             _bytes(begin, size)[:] = self.content[place : place + size]
 
 
-def field_of(run: Simulation) -> dict[int, int]:
-    """Bytes of the wind field of a run, by its address."""
-    box = run.case.arrays["box"]
-    return {box.ctypes.data: box.nbytes}
+def memory_of(run: Simulation) -> dict[int, int]:
+    """Bytes of the wind field of a run and of its output, by their addresses."""
+    return {array.ctypes.data: array.nbytes for array in (run.case.arrays["box"], run._output)}
 
 
 def records_of(run: Simulation) -> tuple[Any, ...]:
-    """The records of a run, as the time loop takes them."""
-    return run._arguments[1:]
+    """The records of a run, as the time loop takes them, and of its statistics if it keeps no series."""
+    return (*run._arguments[1:], *(() if run.sink is None else (run.sink.record,)))
 
 
 def _spans(records: Sequence[Any]) -> list[tuple[int, int, bool]]:

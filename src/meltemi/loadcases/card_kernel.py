@@ -8,18 +8,19 @@ from typing import Any
 from numba import cuda
 
 from meltemi.numbers.records import record_at
+from meltemi.postprocess.counting import add_samples
 
 
 def march_kernel(loop: Any, update: Any, classes: Sequence[type], first: Sequence[int], **options: Any) -> Any:
-    """Kernel that marches each run by its count of time steps.
+    """Kernel that marches each run by its count of time steps, and adds its samples to its statistics if it has them.
 
     Args:
       loop, update: the time loop and the update of the controller.
       classes: of the records, whose words begin at ``first``.
       options: of ``numba.cuda.jit``.
     """
-    run, control, system, one, plain, sections = (record_at(cls) for cls in classes)
-    of_run, of_control, of_system, of_one, of_plain, of_sections = first
+    run, control, system, one, plain, sections, *tally = (record_at(cls) for cls in classes)
+    of_run, of_control, of_system, of_one, of_plain, of_sections, *of_tally = first
 
     def march(counts: Any, words: Any) -> None:
         i = cuda.grid(1)
@@ -35,4 +36,15 @@ def march_kernel(loop: Any, update: Any, classes: Sequence[type], first: Sequenc
                 sections(words, i, of_sections),
             )
 
-    return cuda.jit(**options)(march)
+    whole = cuda.jit(**options)(march)
+    if not tally:
+        return whole
+    inner, (count,), (at,) = cuda.jit(device=True, **options)(march), tally, of_tally
+
+    def march_and_count(counts: Any, words: Any) -> None:
+        i = cuda.grid(1)
+        inner(counts, words)
+        if i < words.shape[0]:
+            add_samples(count(words, i, at))
+
+    return cuda.jit(**options)(march_and_count)

@@ -1,4 +1,8 @@
-"""Rainflow counting by the rules of ASTM E1049-85 (2017), and cells of range and mean, compiled."""
+"""Rainflow counting by the rules of ASTM E1049-85 (2017), cells of range and mean, statistics of channels.
+
+The statistics of a run are computed while it runs, sample by sample. Cycles are counted when they close; what is left
+counts as half cycles, so that the damage is that of :func:`meltemi.loads.rainflow_cycles` of the whole series.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
+from meltemi.maths.generic import whole
+from meltemi.maths.records import Array2, Record
+from meltemi.maths.tables import Table, number, part
+from meltemi.simulation.tables import Clock
 
 Float = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -16,6 +24,47 @@ RANGE_CELLS = 40
 """Cells an octave of the range."""
 KEPT_SLOPE = 10
 """Slope at which the cycles of a cell and their common range do the same damage."""
+DEPTH = 64
+"""Turning points of open cycles that are kept; beyond them the oldest one counts as half a cycle."""
+
+
+class OpenCycles(Table, title="rainflow counter"):
+    """Cycles of a series that grows by one value after the other."""
+
+    slope: float = number("-", "of the S-N curve")
+    depth: float = number("-", "turning points of open cycles")
+    end: float = number("of the series", "present end of the series")
+    values: float = number("-", "values until now, as far as it matters: 0, 1, 2")
+    closed: float = number("of the series to the power of the slope", "damage of closed cycles")
+
+
+class ChannelState(Table, title="statistics of a channel"):
+    """Statistics of a channel until now."""
+
+    cycles: OpenCycles = part(OpenCycles, "of a load", prefix="")
+    period: float = number("of the channel", "interval to which values are wrapped; 0 for none")
+    skipped: float = number("-", "samples of the initial transient that are still to come")
+    samples: float = number("-", "samples after them")
+    begin: float = number("of the channel", "first value")
+    total: float = number("of the channel", "sum of the differences from the first value")
+    squares: float = number("of the channel squared", "sum of the squares of these differences")
+    low: float = number("of the channel", "smallest value")
+    high: float = number("of the channel", "largest value")
+
+
+class Tally(Record):
+    """Statistics of a run in progress.
+
+    Attributes:
+      output: (rows, channels) samples; the first ``clock.row`` rows are new.
+      states: (channels, fields) of :class:`ChannelState`.
+      points: (channels, DEPTH) turning points of open cycles.
+    """
+
+    clock: Clock
+    output: Array2
+    states: Array2
+    points: Array2
 
 
 @kernel
@@ -98,3 +147,95 @@ def gather(ranges: Float, means: Float, counts: Float, top: int, width: float, s
             cells[0, k] *= (cells[3, k] / cells[2, k]) ** (1.0 / KEPT_SLOPE)
         cells[1, k] /= cells[2, k]
     return n
+
+
+# series that grow -----------------------------------------------------------------------------------------
+
+
+@kernel
+def close(points: Float, n: int, slope: float) -> tuple[int, float]:
+    """Close cycles after a new turning point by the three-point rule (F-2): points left, damage."""
+    damage = 0.0
+    while n > 2:
+        last, before = abs(points[n - 1] - points[n - 2]), abs(points[n - 2] - points[n - 3])
+        if last < before:
+            break
+        if n == 3:  # the range contains the first point
+            damage += 0.5 * before**slope
+            points[0], points[1] = points[1], points[2]
+            n = 2
+        else:
+            damage += before**slope
+            points[n - 3] = points[n - 1]
+            n -= 2
+    return n, damage
+
+
+@kernel
+def count(x: OpenCycles, points: Float, value: float) -> None:
+    """Add a value to a series."""
+    n = whole(x.depth)
+    if x.values == 0.0:
+        points[0] = value
+        x.depth, x.end, x.values = 1.0, value, 1.0
+        return
+    if value == x.end:
+        return
+    if x.values == 1.0 or (x.end - points[n - 1]) * (value - x.end) > 0.0:
+        x.end, x.values = value, 2.0
+        return
+    if n == DEPTH - 1:
+        x.closed += 0.5 * abs(points[1] - points[0]) ** x.slope
+        for i in range(1, n):
+            points[i - 1] = points[i]
+        n -= 1
+    points[n] = x.end
+    left, damage = close(points, n + 1, x.slope)
+    x.depth, x.end = float(left), value
+    x.closed += damage
+
+
+@kernel
+def damage_until_now(x: OpenCycles, points: Float, spare: Float) -> float:
+    """Damage of a series if it ended here, its open cycles counted as half."""
+    n = whole(x.depth)
+    for i in range(n):
+        spare[i] = points[i]
+    damage = x.closed
+    if x.values == 2.0:
+        spare[n] = x.end
+        n, more = close(spare, n + 1, x.slope)
+        damage += more
+    for i in range(n - 1):
+        damage += 0.5 * abs(spare[i + 1] - spare[i]) ** x.slope
+    return damage
+
+
+@kernel
+def add_channel(t: Tally, k: int) -> None:
+    """Add the new samples of a channel to its statistics."""
+    x, points = ChannelState(t.states[k]), t.points[k]
+    for row in range(t.clock.row):
+        if x.skipped > 0.0:
+            x.skipped -= 1.0
+            continue
+        value = t.output[row, k]
+        if x.period > 0.0:
+            value %= x.period
+        if x.samples == 0.0:
+            x.begin = x.low = x.high = value
+        x.samples += 1.0
+        change = value - x.begin
+        x.total += change
+        x.squares += change * change
+        x.low, x.high = min(x.low, value), max(x.high, value)
+        if x.cycles.slope > 0.0:
+            count(x.cycles, points, value)
+
+
+@kernel
+def add_samples(t: Tally) -> None:
+    """Add the new samples of all channels to their statistics, and discard them."""
+    for k in range(t.states.shape[0]):
+        add_channel(t, k)
+    t.clock.row = 0

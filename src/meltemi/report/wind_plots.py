@@ -16,7 +16,7 @@ from meltemi.core.errors import InputError
 from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import ABOVE, ON_TOP, figure_title, heading, new_figure, note, panel
 from meltemi.turbine.power_turbine import AnyTurbine
-from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
+from meltemi.wind.fields import SharedTurbulence, SteadyWind, WindBox, WindSeries
 from meltemi.wind.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
 from meltemi.wind.turbulence.field import AnyWind, generate_field, mean_profile
 from meltemi.wind.turbulence.grid import WindGrid
@@ -71,6 +71,8 @@ def plot_wind(
         if turbine is None:
             raise InputError("plot_wind: a turbulent wind requires a turbine, for which its field is generated")
         target, wind = wind, generate_field(wind, turbine, duration)
+    if isinstance(wind, SharedTurbulence):
+        raise InputError("plot_wind: shared turbulence consists of a mean wind and a field: plot one of them")
     if isinstance(wind, WindSeries):
         return {"series": plot_series(wind)}
     if isinstance(wind, SteadyWind):

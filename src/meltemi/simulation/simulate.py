@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from types import FrameType
-from typing import Any
+from typing import Any, Protocol
 
 import llvmlite.binding
 import numba
@@ -31,7 +31,7 @@ from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds, kernel_for
-from meltemi.maths.records import Kind
+from meltemi.maths.records import Kind, Record
 from meltemi.maths.tables import View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
@@ -113,6 +113,16 @@ def march(
         run.close()
 
 
+class Sink(Protocol):
+    """Takes the samples that a run holds and sets ``clock.row`` to zero."""
+
+    @property
+    def record(self) -> Record:
+        """Everything that this needs."""
+
+    def __call__(self) -> None: ...
+
+
 class Simulation:
     """A run in progress: :func:`simulate` in steps of the caller's choice.
 
@@ -120,6 +130,7 @@ class Simulation:
       run: the arguments of ``simulate``.
       numbers: number type of the computation, see ``Case``.
       prepare: callback with the case before its start is set.
+      held_steps: time steps of which the output is held, for a run with a ``sink``; by default all.
 
     ``advance`` marches under the run's own controller. For co-simulation and reinforcement learning, create the
     simulation with ``controller=meltemi.control.ConstantController(sample_time)``, call ``reset``, then ``step`` with
@@ -129,7 +140,16 @@ class Simulation:
       InputError: an argument of the run is not valid, or the wind does not cover the run.
     """
 
-    def __init__(self, run: Run, *, numbers: Kind = "lanes", prepare: Callable[[Case], None] | None = None) -> None:
+    sink: Sink | None
+
+    def __init__(
+        self,
+        run: Run,
+        *,
+        numbers: Kind = "lanes",
+        prepare: Callable[[Case], None] | None = None,
+        held_steps: int | None = None,
+    ) -> None:
         duration, transient, output_step, grid = run.duration, run.transient, run.output_step, run.grid
         model = run.model() if callable(run.model) else run.model
         if not isinstance(model, Model):
@@ -216,7 +236,10 @@ class Simulation:
         places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
         if self.recorder:
             places = np.concatenate([places, self.recorder.places(case)])
-        self._output = np.full(((self.n_steps - 1) // every_output + 1, len(places)), np.nan)
+        samples = (self.n_steps - 1) // every_output + 1
+        self.held_steps, self.sink = held_steps or n_steps, None
+        rows = min(samples, (self.held_steps - 1) // every_output + 1)
+        self._output = np.full((rows, len(places)), np.nan)
         if numbers == "duals":
             case.slopes["output"] = np.zeros((*self._output.shape, N_DERIVATIVES))
         self._run = case.run(places, self._output)
@@ -272,8 +295,11 @@ class Simulation:
 
     def advance(self, n_steps: int) -> None:
         """March ``n_steps`` time steps, at most to the end of the run."""
-        began = clock_time.perf_counter()
-        self._call(min(n_steps, self.n_steps - int(self.case.clock.step)), *self._arguments)
+        began, left = clock_time.perf_counter(), min(n_steps, self.n_steps - int(self.case.clock.step))
+        for done in range(0, left, self.held_steps):
+            self._call(min(left - done, self.held_steps), *self._arguments)
+            if self.sink is not None:
+                self.sink()
         self.run_seconds += clock_time.perf_counter() - began
         if isinstance(self.case.entry.exception, KeyboardInterrupt):  # raised while a Python controller was running
             self.interrupted = True

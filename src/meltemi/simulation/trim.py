@@ -43,7 +43,7 @@ from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.imbalance import deviations
 from meltemi.turbine.power_turbine import AnyTurbine
-from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, mean_speed
+from meltemi.wind.fields import SharedTurbulence, SteadyWind, WindBox, WindSeries, mean_speed
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
 
@@ -287,6 +287,8 @@ def steady_wind(wind: float | AnyWind, hub_height: float) -> SteadyWind:
         return validated({"speed": wind}, SteadyWind, "wind")
     if isinstance(wind, SteadyWind):
         return wind
+    if isinstance(wind, SharedTurbulence):
+        return wind.mean
     if isinstance(wind, TurbulentWind):
         return SteadyWind(**{name: getattr(wind, name) for name in SteadyWind.model_fields if hasattr(wind, name)})
     speed = mean_speed(wind, hub_height)

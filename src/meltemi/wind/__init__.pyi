@@ -1,7 +1,9 @@
+from meltemi.wind.fields import SharedTurbulence as SharedTurbulence
 from meltemi.wind.fields import SteadyWind as SteadyWind
 from meltemi.wind.fields import WindBox as WindBox
 from meltemi.wind.fields import WindSeries as WindSeries
 from meltemi.wind.fields import at_speed as at_speed
+from meltemi.wind.fields import unit_turbulence as unit_turbulence
 from meltemi.wind.iec.classes import WindClass as WindClass
 from meltemi.wind.iec.classes import extreme_speed as extreme_speed
 from meltemi.wind.iec.classes import sigma_etm as sigma_etm

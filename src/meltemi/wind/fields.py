@@ -278,7 +278,65 @@ def at_speed(box: WindBox, speed: float) -> WindBox:
     return replace(box, velocity=velocity, dt=box.dt * box.speed / speed, speed=speed)
 
 
-Wind = SteadyWind | WindSeries | WindBox
+def unit_turbulence(box: WindBox) -> WindBox:
+    """The fluctuations of a field over the standard deviation of their longitudinal component at the hub.
+
+    For :class:`SharedTurbulence`, where they get another mean wind and standard deviation.
+
+    Args:
+      box: any; without a hub height the hub is in the middle of its grid.
+
+    Raises:
+      InputError: the wind does not fluctuate.
+    """
+    mean = box.velocity.mean(axis=(0, 2), dtype=np.float64).astype(np.float32)
+    velocity = box.velocity - mean[:, None]
+    row = _row(box, box.hub_height or 0.5 * (box.bottom + box.top))
+    sigma = float(velocity[:, row, velocity.shape[2] // 2, 0].std(dtype=np.float64))
+    if not sigma > 0.0:
+        raise InputError(f"{box.label}: a wind without turbulence cannot be scaled")
+    return replace(box, velocity=velocity / np.float32(sigma), direction=0.0, source=f"unit turbulence of {box.label}")
+
+
+@dataclass(frozen=True)
+class SharedTurbulence:
+    """A steady mean wind, and turbulence that it shares with other cases: many cases need the memory of few fields.
+
+    The spectra and coherence of IEC 61400-1 are functions of wave number, so the same turbulence is right for every
+    mean speed: its planes keep their distance.
+
+    Attributes:
+      mean: wind without turbulence: speed, shear, direction, upflow.
+      field: from :func:`unit_turbulence`.
+      sigma: [m/s] standard deviation of the longitudinal component at the hub.
+      begin: [m] of the field that have passed when the run begins; any for a periodic field.
+
+    Raises:
+      InputError: ``sigma`` or ``begin`` is negative or not finite.
+    """
+
+    mean: SteadyWind
+    field: WindBox
+    sigma: float
+    begin: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("sigma", "begin"):
+            if not 0.0 <= (value := getattr(self, name)) < np.inf:
+                raise InputError(f"shared turbulence: {name} must be 0 or a positive number, found {value!r}")
+
+    @property
+    def label(self) -> str:
+        """Short description, for titles and metadata."""
+        return f"{self.mean.label}, {self.field.label} times {self.sigma:.4g} m/s from {self.begin:.6g} m on"
+
+    def content_hash(self) -> str:
+        """Hash of mean, field and both numbers."""
+        parts = (self.mean.content_hash(), self.field.content_hash(), self.sigma, self.begin)
+        return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
+Wind = SteadyWind | WindSeries | WindBox | SharedTurbulence
 
 
 NO_BOX = np.zeros((2, 2, 2, 3), dtype=np.float32)
@@ -293,10 +351,15 @@ def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> dict[st
     view["box_speed"] = view["box_dt"] = view["box_dy"] = view["box_dz"] = view["box_z"] = 1.0
     if isinstance(wind, WindBox):
         view["kind"] = 1.0
-        view["box_speed"], view["box_dt"], view["box_dy"], view["box_dz"] = wind.speed, wind.dt, wind.dy, wind.dz
-        view["box_y"], view["box_z"], view["box_x"] = -0.5 * wind.width, wind.bottom, wind.lead
-        view["box_direction"], view["periodic"] = wind.direction, float(wind.periodic)
-        return _arrays(array, NO_SERIES, np.ascontiguousarray(wind.velocity, dtype=np.float32))
+        _put_box(view, wind, wind.speed, wind.direction)
+        return _arrays(array, NO_SERIES, wind.velocity)
+    if isinstance(wind, SharedTurbulence):
+        arrays = wind_arrays(wind.mean, hub_height, rotor_diameter)
+        view = View(WindParameters, arrays["wind"])
+        view["kind"], view["gain"] = 2.0, wind.sigma
+        _put_box(view, wind.field, mean_speed(wind, hub_height), wind.mean.direction)
+        view["box_x"] += wind.begin
+        return arrays | {"box": wind.field.velocity}
     if wind.reference_height is not None:
         view["reference_height"] = wind.reference_height
     if isinstance(wind, SteadyWind):
@@ -308,6 +371,18 @@ def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> dict[st
         view["reference_length"] = wind.reference_length
     series = np.stack([getattr(wind, name) for name in WindNow.names], axis=1)
     return _arrays(array, np.ascontiguousarray(series), NO_BOX)
+
+
+def _put_box(view: View, box: WindBox, speed: float, direction: float) -> None:
+    """Parameters of a box that travels with ``speed`` [m/s]; its planes keep their distance."""
+    view["box_speed"], view["box_dt"], view["box_dy"], view["box_dz"] = (
+        speed,
+        box.dt * (box.speed / speed),
+        box.dy,
+        box.dz,
+    )
+    view["box_y"], view["box_z"], view["box_x"] = -0.5 * box.width, box.bottom, box.lead
+    view["box_direction"], view["periodic"] = direction, float(box.periodic)
 
 
 def _arrays(
@@ -331,6 +406,8 @@ def mean_speed(wind: Wind, hub_height: float) -> float:
     if isinstance(wind, WindBox):
         u = _at_hub(wind, hub_height)
         return float(np.mean(np.hypot(u[:, 0], u[:, 1])))
+    if isinstance(wind, SharedTurbulence):
+        return mean_speed(wind.mean, hub_height)
     ratio = hub_height / (wind.reference_height or hub_height)
     if isinstance(wind, WindSeries):
         return float(wind.speed[0] * ratio ** wind.exponent[0] + wind.gust[0])
@@ -341,8 +418,12 @@ def mean_speed(wind: Wind, hub_height: float) -> float:
 
 def _at_hub(box: WindBox, hub_height: float) -> NDArray[np.floating[Any]]:
     """(T, 2) [m/s] horizontal velocities of a box at the grid point nearest to the hub."""
-    row = int(np.clip(round((hub_height - box.bottom) / box.dz), 0, box.velocity.shape[1] - 1))
-    return box.velocity[:, row, box.velocity.shape[2] // 2, :2]
+    return box.velocity[:, _row(box, hub_height), box.velocity.shape[2] // 2, :2]
+
+
+def _row(box: WindBox, height: float) -> int:
+    """Row of a box nearest to a height [m]."""
+    return int(np.clip(round((height - box.bottom) / box.dz), 0, box.velocity.shape[1] - 1))
 
 
 def mean_before(wind: Wind, hub_height: float) -> float:
@@ -366,6 +447,7 @@ USUAL_EXPONENT, USUAL_UPFLOW = (-0.3, 0.7), np.radians(20.0)
 
 def unusual(wind: Any) -> list[str]:
     """Warnings about implausible shear and upflow of a wind."""
+    wind = wind.mean if isinstance(wind, SharedTurbulence) else wind
     exponent = np.atleast_1d(getattr(wind, "shear_exponent", getattr(wind, "exponent", 0.0)))
     upflow = np.atleast_1d(getattr(wind, "upflow", 0.0))
     if isinstance(wind, WindSeries):
@@ -391,28 +473,32 @@ def check_coverage(wind: Wind, *, hub_height: float, radius: float, reach: float
     Raises:
       InputError: naming what is too small, how much is there and how much is needed.
     """
-    if not isinstance(wind, WindBox):
+    if isinstance(wind, SharedTurbulence):
+        name, box, speed, ahead = wind.label, wind.field, mean_speed(wind, hub_height), wind.begin + reach
+    elif isinstance(wind, WindBox):
+        name, box, speed, ahead = wind.label, wind, wind.speed, reach
+    else:
         return
-    name = wind.label
     problems: list[str] = []
-    if wind.width < 2.0 * radius:
-        problems.append(f"it is {wind.width:g} m wide, the rotor needs {2.0 * radius:.1f} m")
-    if wind.top < hub_height + radius:
-        problems.append(f"it reaches up to {wind.top:g} m, the rotor to {hub_height + radius:.1f} m")
-    if wind.bottom > hub_height - radius:
+    if box.width < 2.0 * radius:
+        problems.append(f"it is {box.width:g} m wide, the rotor needs {2.0 * radius:.1f} m")
+    if box.top < hub_height + radius:
+        problems.append(f"it reaches up to {box.top:g} m, the rotor to {hub_height + radius:.1f} m")
+    if box.bottom > hub_height - radius:
         problems.append(
-            f"it begins at {wind.bottom:g} m above ground, the rotor reaches down to {hub_height - radius:.1f} m"
+            f"it begins at {box.bottom:g} m above ground, the rotor reaches down to {hub_height - radius:.1f} m"
         )
-    if wind.hub_height is not None and abs(wind.hub_height - hub_height) > 0.02 * hub_height:
+    if box.hub_height is not None and abs(box.hub_height - hub_height) > 0.02 * hub_height:
         problems.append(
-            f"it was generated for a hub height of {wind.hub_height:g} m, the turbine's is {hub_height:.1f} m "
+            f"it was generated for a hub height of {box.hub_height:g} m, the turbine's is {hub_height:.1f} m "
             "(in Python, dataclasses.replace(box, hub_height=None) overrides this)"
         )
-    needed = duration + (wind.lead + reach) / wind.speed
-    if not wind.periodic and wind.duration < needed:
-        longest = wind.duration - (wind.lead + reach) / wind.speed
+    there = box.duration * (box.speed / speed)
+    needed = duration + (box.lead + ahead) / speed
+    if not box.periodic and there < needed:
+        longest = there - (box.lead + ahead) / speed
         problems.append(
-            f"it is {wind.duration:.1f} s long, a run of {duration:g} s needs {needed:.1f} s "
+            f"it is {there:.1f} s long, a run of {duration:g} s needs {needed:.1f} s "
             f"(half its width passes the rotor before the end); the longest run is {max(longest, 0.0):.1f} s"
         )
     if problems:

@@ -1,7 +1,7 @@
 """Wind velocity at a point and time, for kernels.
 
-Two kinds: a *series*, uniform across the rotor except for shear and veer, given by a table in time;
-and a *box*, a turbulent field that is convected past the turbine at its mean speed (Taylor).
+A *series*, uniform across the rotor except for shear and veer, given by a table in time; a *box*, a turbulent field
+that is convected past the turbine at its mean speed (Taylor); or their sum, in which many cases share a box.
 
 Both are in one record, :class:`WindField`, which the records of the turbines inherit.
 
@@ -26,7 +26,7 @@ from meltemi.numbers.records import Record
 class WindParameters(Table, title="wind"):
     """Parameters of the wind."""
 
-    kind: float = number("-", "0: series, 1: box")
+    kind: float = number("-", "0: series, 1: box, 2: sum of a series and a box")
     reference_height: float = number("m", "height at which the speed of a series is given")
     reference_length: float = number("m", "distance over which linear shears of a series act")
     roughness: float = number("m", "roughness length of the logarithmic profile; 0 for the power law")
@@ -41,6 +41,7 @@ class WindParameters(Table, title="wind"):
     box_x: float = number("m", "position of the first plane at time 0")
     box_direction: float = number("rad", "mean wind direction of a box")
     periodic: float = number("-", "1: a box repeats after its last plane")
+    gain: float = number("-", "factor of a box that is added to a series")
 
 
 class WindNow(Table, title="wind series"):
@@ -59,7 +60,7 @@ class WindNow(Table, title="wind series"):
 
 
 class WindField(Record):
-    """Arrays of a wind for kernels: a series (its box is a dummy) or a box (its series is one row of zeros).
+    """Arrays of a wind for kernels: a series (its box is a dummy), a box (its series is one row of zeros), or both.
 
     ``series`` has shape (rows, columns) with the columns of :class:`WindNow`, of which ``times`` [s] (rows,) is the
     first; ``box`` has shape (planes, rows, columns, 3) [m/s]. ``now`` is the series at the time of the last
@@ -158,4 +159,8 @@ def wind_velocity(p: Vec, t: float, m: WindField) -> Vec:
     """Wind velocity [m/s] at point p [m] and time t [s], inertial axes; of a series at the time of ``m.now``."""
     if m.wind.kind == 0.0:
         return series_velocity(p, m)
-    return box_velocity(p, t, m)
+    u = box_velocity(p, t, m)
+    if m.wind.kind == 1.0:
+        return u
+    mean, gain = series_velocity(p, m), m.wind.gain
+    return Vec(mean.x + gain * u.x, mean.y + gain * u.y, mean.z + gain * u.z)

@@ -23,7 +23,7 @@ from meltemi.simulation.system import COMMON_SIGNALS
 from meltemi.structure.kinematics import N_SHAFT
 from meltemi.structure.tables import StructureParameters
 from meltemi.turbine.power_turbine import PowerTurbine
-from meltemi.wind.fields import Wind, WindBox
+from meltemi.wind.fields import SharedTurbulence, Wind, WindBox
 
 Float = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ class DiskRotor:
         """All other arrays of its records; a hub-height wind is evaluated at the hub."""
         return {
             **{field.name: getattr(self, field.name) for field in fields(self)},
-            "points": self.points if isinstance(wind, WindBox) else np.zeros((2, 1)),
+            "points": self.points if isinstance(wind, WindBox | SharedTurbulence) else np.zeros((2, 1)),
             "columns": np.zeros((6, N_SHAFT)),
             "flap_actuators": FlapActuators.zeros(flap=0),
         }

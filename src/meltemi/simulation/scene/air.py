@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.errors import InputError
 from meltemi.maths.vectors import Vec
 from meltemi.simulation.scene.record import Scene, track_arrays
-from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, wind_field
+from meltemi.wind.fields import SharedTurbulence, SteadyWind, Wind, WindBox, WindSeries, wind_field
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
@@ -48,7 +49,8 @@ def wind_section(
     wind: Wind, section: Section, begin: float, end: float, rate: float
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Description of a section, and its velocities (T, Z, Y, 3) in 8 bits, inertial axes, at a rate [Hz]."""
-    direction = float(wind.direction[0] if isinstance(wind, WindSeries) else wind.direction)
+    mean = wind.mean if isinstance(wind, SharedTurbulence) else wind
+    direction = float(mean.direction[0] if isinstance(mean, WindSeries) else mean.direction)
     times = np.array([begin]) if isinstance(wind, SteadyWind) else np.arange(begin, end + 1.0 / rate, 1.0 / rate)
     about, arrays = sampled(wind_field(wind, section.height, section.diameter), section, times, direction)
     return about | {"label": wind.label}, arrays
@@ -105,6 +107,8 @@ def usual_field(wind: TurbulentWind) -> WindBox:
 
 def wind_scene(wind: Wind) -> Scene:
     """Scene of a wind alone, with the wind in the middle of the section as a plot: at most its first 600 s."""
+    if isinstance(wind, SharedTurbulence):
+        raise InputError("view: shared turbulence consists of a mean wind and a field: show one of them")
     if isinstance(wind, WindBox):
         height, up, across = 0.5 * (wind.bottom + wind.top), 0.5 * (wind.top - wind.bottom), 0.5 * wind.width
         begin, end = float(wind.passing[0]), float(wind.passing[-1])
