@@ -69,10 +69,10 @@ print(f"{parameters} weights of the policy, {agent.num_timesteps} steps of 0.1 s
 print(f"{(time.perf_counter() - began) / 60.0:.1f} minutes")
 
 # %% [markdown]
-# Judged with the full model in 24 seeds, five minutes each: equivalent load of the tower
-# base, energy and pitch travel over those of the baseline controller, with the 95 %
-# interval of the mean over seeds. A proportional tower damper is what one gain can do.
-# Settings and gain were chosen in `meltemi.envs.TEST_SEEDS`; no choice has used the
+# Judged with the full model in 24 seeds, five minutes each: equivalent load of the
+# tower base, energy and pitch travel over those of the baseline controller, with the
+# 95 % interval of the mean over seeds. A proportional tower damper is what one gain can
+# do. Settings and gain were chosen in `meltemi.envs.TEST_SEEDS`; no choice has used the
 # seeds below.
 
 # %%
@@ -131,8 +131,8 @@ axes.legend()
 figure
 
 # %% [markdown]
-# At equal energy the policy lowers the load by somewhat more than the damper, and pays with
-# three times the pitch travel of the baseline controller. A larger weight of
+# At equal energy the policy lowers the load by somewhat more than the damper, and pays
+# with three times the pitch travel of the baseline controller. A larger weight of
 # `pitch_travel` brings it nearer to the damper. The reward measures the rate of the
 # load, not its cycles: with little weight on pitch travel, longer training raises the
 # equivalent load again.

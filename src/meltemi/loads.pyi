@@ -54,6 +54,8 @@ from meltemi.postprocess.spectra import power_spectrum as power_spectrum
 from meltemi.postprocess.spectra import rotor_frequency as rotor_frequency
 from meltemi.postprocess.spectra import spectral_peak as spectral_peak
 from meltemi.postprocess.statistics import azimuthal_averages as azimuthal_averages
+from meltemi.postprocess.summary import Summary as Summary
+from meltemi.postprocess.summary import summary as summary
 from meltemi.surrogate.campaign import SurrogateCampaign as SurrogateCampaign
 from meltemi.surrogate.campaign import SurrogateDesign as SurrogateDesign
 from meltemi.surrogate.campaign import run_surrogate as run_surrogate
@@ -73,5 +75,3 @@ from meltemi.surrogate.site import class_table as class_table
 from meltemi.surrogate.site import lifetime_loads as lifetime_loads
 from meltemi.surrogate.site import read_site_table as read_site_table
 from meltemi.surrogate.site import site_suitability as site_suitability
-from meltemi.postprocess.summary import Summary as Summary
-from meltemi.postprocess.summary import summary as summary
