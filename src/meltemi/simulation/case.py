@@ -87,7 +87,7 @@ class Case:
             **self.signals.views,
             **self.aero_state.views,
             "locked": model.locked.copy(),
-            "structure": model.structure,
+            "structure": model.structure.copy(),
             "aero": model.aero.copy(),
             "actuators": model.actuators,
             "electrical": model.electrical,

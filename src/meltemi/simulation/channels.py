@@ -56,15 +56,16 @@ class Channel:
 
 
 @cache
-def _rows(group: str) -> list[list[str]]:
+def _rows(group: str) -> list[tuple[str, ...]]:
     """Rows of one group of ``channels.csv``, without the group column."""
     import csv
 
     with (Path(__file__).parent / "channels.csv").open(newline="", encoding="utf-8") as file:
-        return [row[1:] for row in csv.reader(file) if row[0] == group]
+        return [tuple(row[1:]) for row in csv.reader(file) if row[0] == group]
 
 
-def _channel(row: list[str], index: tuple[int, ...], **numbers: int) -> Channel:
+@cache
+def _channel(row: tuple[str, ...], index: tuple[int, ...], **numbers: int) -> Channel:
     name, alias, also, unit, frame, sign, description, source = (part.format(**numbers) for part in row)
     array, field, *rest = source.split(".")
     if rest:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -198,6 +199,10 @@ class Model(Brief, Viewed, Generic[R]):
 
     def content_hash(self) -> str:
         """Hash of all data that determine the results of this model."""
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> str:
         found = fingerprint([getattr(self, field.name) for field in fields(self)])
         assert found is not None, "models have records and arrays only"
         return found

@@ -6,8 +6,10 @@ rotor are transformed to multiblade coordinates and averaged over the azimuth.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from functools import wraps
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +26,10 @@ from meltemi.turbine.imbalance import deviations
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
+T = TypeVar("T")
 
+KEEP = 64
+"""Models whose step and own vibrations are remembered."""
 STEP_LIMIT = 0.4
 """Largest product of angular frequency and default time step (docs/theory/simulation.md, M-5)."""
 IMPLICIT_LIMIT, IMPLICIT_PARTS = 0.8, 3
@@ -46,6 +51,22 @@ ITERATIONS = 20
 """Iterations of the momentum balance, enough for its derivatives to converge as well."""
 AZIMUTHS = 6
 """Rotor positions over which the equations of a rotating rotor are averaged."""
+
+
+def of_model(function: Callable[[BladedModel], T]) -> Callable[[BladedModel], T]:
+    """Compute a property of a model once for all runs of it."""
+    known: dict[str, T] = {}
+
+    @wraps(function)
+    def found(model: BladedModel) -> T:
+        key = model.content_hash()
+        if key not in known:
+            if len(known) >= KEEP:
+                known.clear()
+            known[key] = function(model)
+        return known[key]
+
+    return found
 
 
 @dataclass(frozen=True)
@@ -274,12 +295,15 @@ def _fastest(model: BladedModel, some: Any = True) -> tuple[float, str]:
     return float(np.sqrt(np.abs(squares[i]))), model.coordinates[free[int(np.argmax(np.abs(shapes[:, i])))]]
 
 
+@of_model
 def own_vibrations(model: BladedModel) -> Float:
     """(2, n) angular frequency [rad/s] and damping ratio of each coordinate about its own, in vacuum at rest (M-38)."""
     case = vacuum_case(model)
     stiffness, damping = (-np.diag(derivative_matrix(case, which)) for which in ("q", "v"))
     frequency = np.sqrt(np.maximum(stiffness, 0.0))
-    return np.array([frequency, 0.5 * damping / np.maximum(frequency, 1e-6)])
+    found = np.array([frequency, 0.5 * damping / np.maximum(frequency, 1e-6)])
+    found.setflags(write=False)
+    return found
 
 
 def stiff(model: BladedModel) -> NDArray[np.bool_]:
@@ -325,6 +349,7 @@ def fitted_step(x: float, damping: float) -> tuple[float, float]:
     return beta, min(kappa, (1.0 + x * x * (beta - 0.25)) / max(8.0 * lost, 1e-9))
 
 
+@of_model
 def time_step(model: BladedModel) -> float:
     """Default time step [s]: the largest fraction of 0.05 s that resolves the highest frequency that is not stiff."""
     residual = any("residual" in name for name in model.coordinates)

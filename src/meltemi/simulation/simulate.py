@@ -573,15 +573,20 @@ def controller_warnings(controller: Controller, state: Any) -> list[str]:
         return [f"warnings of the controller {controller.name!r} raised {type(error).__name__}: {error}"]
 
 
+@cache
+def _package() -> str:
+    """Version of the installed package."""
+    try:
+        return version("meltemi")
+    except PackageNotFoundError:
+        return "unknown"
+
+
 def describe(run: Simulation) -> dict[str, Any]:
     """Data to repeat a run."""
     model, wind = run.model, run.wind
-    try:
-        package = version("meltemi")
-    except PackageNotFoundError:
-        package = "unknown"
     return {
-        "meltemi": package,
+        "meltemi": _package(),
         "turbine": model.turbine.name,
         "turbine_hash": model.turbine.content_hash(),
         "model_hash": model.content_hash(),
