@@ -15,7 +15,7 @@ import meltemi
 from meltemi import Model, Outcome, Result, Status, SteadyWind, TurbulentWind, WindBox, load_turbine
 from meltemi.analysis import linearise
 from meltemi.core.display import quantity
-from meltemi.core.representation import BINS, MOST_ROWS, Card, Section, html, sparkline
+from meltemi.core.representation import BINS, MOST_ROWS, Card, Fold, html, sparkline
 from meltemi.io import LoadCase
 from meltemi.loadbase.campaign import make_campaign
 from meltemi.loadbase.engine import BaseStatus, DlcStatus
@@ -157,7 +157,7 @@ def test_a_small_line_keeps_the_extremes() -> None:
 
 
 def test_texts_are_escaped() -> None:
-    card = Card("<b>", "x & y", [("a<", "<i>")], [Section("<u>", [["<s>"]], ["<h>"], note="<n>")])
+    card = Card("<b>", "x & y", [("a<", "<i>")], [Fold("<u>", [["<s>"]], ["<h>"], note="<n>")])
     assert not set(Reader(html(card)).tags) & {"i", "u", "s", "h", "n"}
 
 

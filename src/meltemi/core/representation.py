@@ -51,14 +51,14 @@ MOST_INSIDE = 12
 """Records in a list or dictionary that are shown; of more, the names."""
 
 
-class Markup(str):
+class Html(str):
     """HTML that is not escaped."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True)
-class Section:
+class Fold:
     """A part of a representation that folds.
 
     Attributes:
@@ -75,7 +75,7 @@ class Section:
     head: Sequence[str] = ()
     note: str = ""
     open: bool = False
-    inside: Sequence[Section] = ()
+    inside: Sequence[Fold] = ()
 
 
 @dataclass(frozen=True)
@@ -92,11 +92,11 @@ class Card:
     title: str
     lead: str = ""
     facts: Sequence[Sequence[str]] = ()
-    sections: Sequence[Section] = ()
+    sections: Sequence[Fold] = ()
 
-    def folded(self, title: str) -> Section:
+    def folded(self, title: str) -> Fold:
         """The card as a section of another one."""
-        return Section(title, self.facts, note=self.lead or self.title, inside=self.sections)
+        return Fold(title, self.facts, note=self.lead or self.title, inside=self.sections)
 
 
 class Shown:
@@ -141,17 +141,17 @@ def html(card: Card) -> str:
     return f'<div class="meltemi"><style>{STYLE}</style><p><b>{_text(card.title)}</b>{lead}</p>{facts}{inside}</div>'
 
 
-def badge(text: str, kind: str) -> Markup:
+def badge(text: str, kind: str) -> Html:
     """A word with the colour of its ``kind``: good, doubtful, bad."""
-    return Markup(f'<span class="{escape(kind)}">&#9679;</span> {escape(text, quote=False)}')
+    return Html(f'<span class="{escape(kind)}">&#9679;</span> {escape(text, quote=False)}')
 
 
-def sparkline(values: ArrayLike) -> Markup:
+def sparkline(values: ArrayLike) -> Html:
     """A small line of a series without axes, from its smallest to its largest value; empty for less than two values."""
     x = np.asarray(values, dtype=float).ravel()
     x = x[np.isfinite(x)]
     if len(x) < 2:
-        return Markup("")
+        return Html("")
     low, high = float(x.min()), float(x.max())
     scale = (HEIGHT - 2.0) / (high - low) if high > low else 0.0
     points = []
@@ -164,10 +164,10 @@ def sparkline(values: ArrayLike) -> Markup:
     middle = 0.5 * HEIGHT if scale == 0.0 else HEIGHT - 1.0
     path = " ".join(f"{place:.0f},{middle - scale * (v - low):.1f}" for place, v in points)
     frame = f'viewBox="0 0 {2 * BINS} {HEIGHT}" preserveAspectRatio="none" aria-hidden="true"'
-    return Markup(f'<svg {frame}><path d="M{path}"/></svg>')
+    return Html(f'<svg {frame}><path d="M{path}"/></svg>')
 
 
-def _section(section: Section) -> str:
+def _section(section: Fold) -> str:
     note = f"<span>{_text(section.note)}</span>" if section.note else ""
     table = _table(section.rows, section.head) if section.rows else ""
     inside = "".join(map(_section, section.inside))
@@ -195,13 +195,13 @@ def _table(rows: Iterable[Sequence[str]], head: Sequence[str]) -> str:
 
 
 def _cell(text: str, tag: str, number: bool) -> str:
-    kind = "number" if number else "long" if tag == "td" and len(text) > LONG and not isinstance(text, Markup) else ""
+    kind = "number" if number else "long" if tag == "td" and len(text) > LONG and not isinstance(text, Html) else ""
     return f"<{tag}{f' class={kind}' if kind else ''}>{_text(text)}</{tag}>"
 
 
 def _numeric(cell: str) -> bool:
     """Whether a cell is a number, alone or with a unit; empty cells and dashes are."""
-    if isinstance(cell, Markup):
+    if isinstance(cell, Html):
         return False
     first = cell.split(" ", 1)[0].rstrip("%")
     if first in ("", "-"):
@@ -214,14 +214,14 @@ def _numeric(cell: str) -> bool:
 
 
 def _text(text: str) -> str:
-    return text if isinstance(text, Markup) else escape(text, quote=False)
+    return text if isinstance(text, Html) else escape(text, quote=False)
 
 
 def record_card(record: BaseModel) -> Card:
     """Card of an input record: what differs from the defaults, then the defaults, folded; records in it fold."""
     given: list[tuple[str, ...]] = []
     usual: list[tuple[str, ...]] = []
-    inside: list[Section] = []
+    inside: list[Fold] = []
     for name, field in type(record).model_fields.items():
         value, about = getattr(record, name), field.description or ""
         if sections := _records_in(name, value):
@@ -230,12 +230,12 @@ def record_card(record: BaseModel) -> Card:
             row = (_words(name), *_value(value, unit_of(about), name), _first_sentence(about))
             (usual if is_default(value, field) else given).append(row)
     if usual:
-        inside.append(Section("Defaults", usual, note=str(len(usual))))
+        inside.append(Fold("Defaults", usual, note=str(len(usual))))
     lead = getattr(record, "label", "") or getattr(record, "name", "")
     return Card(type(record).__name__, lead if isinstance(lead, str) else "", given, inside)
 
 
-def _records_in(name: str, value: Any) -> list[Section]:
+def _records_in(name: str, value: Any) -> list[Fold]:
     """Sections of a record, or of the records in a list or dictionary."""
     if isinstance(value, BaseModel):
         return [value.card().folded(_words(name))]  # type: ignore[attr-defined]
@@ -244,9 +244,9 @@ def _records_in(name: str, value: Any) -> list[Section]:
         return []
     if len(entries) > MOST_INSIDE:
         names = ", ".join(str(key) if isinstance(value, dict) else type(each).__name__ for key, each in entries)
-        return [Section(_words(name), [("names", names)], note=str(len(entries)))]
+        return [Fold(_words(name), [("names", names)], note=str(len(entries)))]
     inside = [each.card().folded(str(key)) for key, each in entries]
-    return [Section(_words(name), note=str(len(entries)), inside=inside)]
+    return [Fold(_words(name), note=str(len(entries)), inside=inside)]
 
 
 def _is_many(value: Any) -> bool:

@@ -16,7 +16,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 from meltemi.core.errors import InputError, MeltemiError, Status
-from meltemi.core.representation import Card, Section, Shown
+from meltemi.core.representation import Card, Fold, Shown
 from meltemi.core.threads import available_cores
 from meltemi.loadbase.jobs import Job, Row, Workshop, check_key, jobs_of
 from meltemi.loadbase.plan import Plan
@@ -106,10 +106,10 @@ class BaseStatus(Shown):
         facts = [("done", f"{self.done} of {self.total} cases"), ("missing", f"{self.hours:.1f} h simulated")]
         head = ["DLC", "cases", "ok", "doubtful", "failed", "missing", "cannot run"]
         rows = [[row.dlc, *(str(n) if n else "-" for n in astuple(row)[1:])] for row in self.dlcs]
-        sections = [Section("Design load cases", rows, head, open=True)]
+        sections = [Fold("Design load cases", rows, head, open=True)]
         if self.problems:
             problems = list(self.problems.items())
-            sections.append(Section("Messages", problems[:MOST_PROBLEMS], ["case", "message"], note=str(len(problems))))
+            sections.append(Fold("Messages", problems[:MOST_PROBLEMS], ["case", "message"], note=str(len(problems))))
         return Card("BaseStatus", "", facts, sections)
 
     @property

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import replacing
-from meltemi.core.representation import Card, Section, Shown
+from meltemi.core.representation import Card, Fold, Shown
 from meltemi.core.yamlfile import validated
 from meltemi.loadbase.campaign import Campaign
 from meltemi.loadbase.ranges import counts, numbers
@@ -167,9 +167,9 @@ class Plan(Shown):
         rows = [[r.name, r.situation, r.wind, r.type, r.factor, str(r.cases), f"{r.hours:.1f}"] for r in self.summary()]
         head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours"]
         lacking = [[why, ", ".join(names)] for why, names in self.missing().items()]
-        sections = [Section("Design load cases", rows, head, note=f"{len(rows)} rows"), c.card().folded("Campaign")]
+        sections = [Fold("Design load cases", rows, head, note=f"{len(rows)} rows"), c.card().folded("Campaign")]
         if lacking:
-            sections.append(Section("Cannot run", lacking, ["what is missing", "DLC"]))
+            sections.append(Fold("Cannot run", lacking, ["what is missing", "DLC"]))
         return Card("Plan", Path(c.turbine).name, facts, sections)
 
     @property

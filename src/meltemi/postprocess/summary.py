@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, Status
-from meltemi.core.representation import Card, Section, Shown
+from meltemi.core.representation import Card, Fold, Shown
 from meltemi.postprocess.counting import DEPTH, ChannelState, Tally, add_samples, damage_until_now
 from meltemi.postprocess.fatigue import check_equivalent, usual_slope
 from meltemi.simulation.channels import Channel, find
@@ -84,7 +84,7 @@ class Summary(Shown):
         ]
         facts = [("status", self.status.name), ("time", f"{self.duration:g} s"), ("samples", str(self.samples))]
         head = ["channel", "unit", *COLUMNS, "equivalent load"]
-        return Card("Summary", str(self.meta.get("case", "")), facts, [Section("Channels", rows, head, open=True)])
+        return Card("Summary", str(self.meta.get("case", "")), facts, [Fold("Channels", rows, head, open=True)])
 
 
 class Counter:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, MeltemiError, UnsupportedError
-from meltemi.core.representation import Brief, Card, Section, sparkline
+from meltemi.core.representation import Brief, Card, Fold, sparkline
 from meltemi.maths.multiblade import blade_matrix
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
 from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise
@@ -76,9 +76,7 @@ class Campbell(Brief):
             for label, f, d in zip(self.labels, hertz, percent, strict=True)
         ]
         head = ["mode", "Hz, first", "last", "", "damping %, first", "last", ""]
-        return Card(
-            "Campbell", "with air" if self.air else "in vacuum", facts, [Section("Modes", rows, head, open=True)]
-        )
+        return Card("Campbell", "with air" if self.air else "in vacuum", facts, [Fold("Modes", rows, head, open=True)])
 
 
 def campbell(

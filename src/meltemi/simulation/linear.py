@@ -29,7 +29,7 @@ from meltemi.control.actuators import Actuators, FlapActuators
 from meltemi.control.signals import Demands
 from meltemi.core.display import quantity
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
-from meltemi.core.representation import Brief, Card, Section
+from meltemi.core.representation import Brief, Card, Fold
 from meltemi.core.threads import one_blas_thread
 from meltemi.electrical.tables import N_STATES, ElectricState
 from meltemi.environment.conditions import Conditions
@@ -122,7 +122,7 @@ class LinearModel(Brief):
         rows = [
             [f"{m.frequency / (2.0 * np.pi):.4g}", f"{100.0 * m.damping:.3g}", m.participation(2)] for m in self.modes()
         ]
-        sections = [Section("Modes", rows, ["Hz", "damping %", "largest amplitudes"], note=str(len(rows)))]
+        sections = [Fold("Modes", rows, ["Hz", "damping %", "largest amplitudes"], note=str(len(rows)))]
         for what in ("input", "output", "state"):
             names, units = getattr(self, f"{what}s"), getattr(self, f"{what}_units")
             values = getattr(self, {"input": "u0", "output": "y0", "state": "x0"}[what])
@@ -131,7 +131,7 @@ class LinearModel(Brief):
                 for name, unit, value in zip(names, units, values, strict=True)
             ]
             head = ["name", "SI unit", "at the operating point"]
-            sections.append(Section(f"{what.capitalize()}s", shown, head, note=str(len(shown))))
+            sections.append(Fold(f"{what.capitalize()}s", shown, head, note=str(len(shown))))
         return Card("LinearModel", "deviations from steady operation, in SI units", facts, sections)
 
     @one_blas_thread

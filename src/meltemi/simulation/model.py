@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from meltemi.control.actuators import Actuators
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
-from meltemi.core.representation import Brief, Card, Section, Viewed
+from meltemi.core.representation import Brief, Card, Fold, Viewed
 from meltemi.core.variants import number
 from meltemi.electrical.tables import ElectricalParameters, electrical_array
 from meltemi.environment.site import Environment
@@ -141,7 +141,7 @@ class Model(Brief, Viewed, Generic[R]):
             (name, "locked" if fixed else "free") for name, fixed in zip(self.coordinates, self.locked, strict=True)
         ]
         sections = [
-            Section("Coordinates", numbered, note=str(len(numbered))),
+            Fold("Coordinates", numbered, note=str(len(numbered))),
             self.options.card().folded("Options"),
             self.environment.card().folded("Environment"),
             self.turbine.card().folded("Turbine"),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.display import rounded
 from meltemi.core.errors import RunError, Status
-from meltemi.core.representation import MOST_ROWS, Card, Section, Shown, Viewed, badge, sparkline
+from meltemi.core.representation import MOST_ROWS, Card, Fold, Shown, Viewed, badge, sparkline
 from meltemi.core.units import display
 from meltemi.simulation.channels import Channel, find
 from meltemi.simulation.scene.record import Scene
@@ -189,14 +189,14 @@ class Result(Shown, Viewed):
         head = ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", ""]
         after = "after the transient" if self.meta.get("transient") else ""
         sections = [
-            *([Section("Messages", [[words] for words in said], [""], open=True)] if said else []),
-            Section(f"{len(self.channels)} channels", rows, head, note=after, open=True),
+            *([Fold("Messages", [[words] for words in said], [""], open=True)] if said else []),
+            Fold(f"{len(self.channels)} channels", rows, head, note=after, open=True),
         ]
         if self.log:
             log = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in self.log]
-            sections.append(Section(f"{len(log)} events", log, ["time s", "source", "what", "reason"]))
+            sections.append(Fold(f"{len(log)} events", log, ["time s", "source", "what", "reason"]))
         origin = [(k.replace("_", " "), str(v)) for k, v in self.meta.items() if isinstance(v, str | int | float)]
-        sections.append(Section("Origin", origin, note=f"meltemi {self.meta.get('meltemi', '')}"))
+        sections.append(Fold("Origin", origin, note=f"meltemi {self.meta.get('meltemi', '')}"))
         lead = ", ".join(str(self.meta[name]) for name in ("turbine", "wind") if name in self.meta)
         return Card("Result", lead, facts, sections if self.meta else sections[:-1])
 

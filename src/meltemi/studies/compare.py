@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief, Card, Section, badge
+from meltemi.core.representation import Brief, Card, Fold, badge
 from meltemi.core.units import display
 from meltemi.loadcases.batch import Outcome
 from meltemi.postprocess.bands import IdealRemoval, harmonic_bands, ideal_removal
@@ -203,13 +203,13 @@ class Comparison(Brief):
         head, rows, groups = scheme_rows(self.table(), self.units(), means=True)
         spanned = [name for name, span in groups for _ in range(span)]
         head = [f"{scheme} {name}".strip() for scheme, name in zip(spanned, head, strict=True)]
-        sections = [Section("Loads", rows, head, note=f"changes are against {self.schemes[0]}", open=True)]
-        sections.append(Section("Winds", [[label] for label in self.winds], ["wind"], note=str(len(self.winds))))
+        sections = [Fold("Loads", rows, head, note=f"changes are against {self.schemes[0]}", open=True)]
+        sections.append(Fold("Winds", [[label] for label in self.winds], ["wind"], note=str(len(self.winds))))
         if said := self.warnings():
-            sections.append(Section("Messages", [[words] for words in said], [""], open=True))
+            sections.append(Fold("Messages", [[words] for words in said], [""], open=True))
         if self.failures:
             facts.append(("excluded", badge(f"{len(self.failures)} runs", "bad")))
-            sections.append(Section("Excluded", [[failure_line(each)] for each in self.failures], [""]))
+            sections.append(Fold("Excluded", [[failure_line(each)] for each in self.failures], [""]))
         return Card("Comparison", f"{len(self.schemes)} control schemes in the same wind fields", facts, sections)
 
     def values(self, quantity: str, scheme: str, window: str = WHOLE) -> Float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from meltemi.core.record import Record
-from meltemi.core.representation import Card, Section, Viewed, record_card
+from meltemi.core.representation import Card, Fold, Viewed, record_card
 from meltemi.core.units import display
 
 
@@ -36,7 +36,7 @@ class Machine(Record, Viewed):
         others = [row for row in whole.facts if row[0] not in ("name", "description", "source", "rated power")]
         source = [("source", self.source)] if self.source else []
         facts = [*key_figures(self), *source]
-        inside = [*([Section("Further data", others)] if others else []), *whole.sections]
+        inside = [*([Fold("Further data", others)] if others else []), *whole.sections]
         return replace(whole, lead=f"{self.name} {self.description}".strip(), facts=facts, sections=inside)
 
 

@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from meltemi.core.display import rounded
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
-from meltemi.core.representation import Brief, Card, Section, Viewed, sparkline
+from meltemi.core.representation import Brief, Card, Fold, Viewed, sparkline
 from meltemi.maths.tables import View
 from meltemi.wind.velocity import WindField, WindNow, WindParameters
 
@@ -218,7 +218,7 @@ class WindBox(Brief, Viewed):
             for name, x in zip("uvw", middle.T, strict=True)
         ]
         head = ["", "mean m/s", "std m/s", "min m/s", "max m/s", ""]
-        return Card("WindBox", self.label, facts, [Section("Wind in the middle of the grid", rows, head, open=True)])
+        return Card("WindBox", self.label, facts, [Fold("Wind in the middle of the grid", rows, head, open=True)])
 
     @property
     def width(self) -> float:

@@ -28,7 +28,7 @@ FULL = 127
 
 
 @dataclass(frozen=True)
-class Section:
+class CrossSection:
     """A section across the wind.
 
     Attributes:
@@ -46,7 +46,7 @@ class Section:
 
 
 def wind_section(
-    wind: Wind, section: Section, begin: float, end: float, rate: float
+    wind: Wind, section: CrossSection, begin: float, end: float, rate: float
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Description of a section, and its velocities (T, Z, Y, 3) in 8 bits, inertial axes, at a rate [Hz]."""
     mean = wind.mean if isinstance(wind, SharedTurbulence) else wind
@@ -57,7 +57,7 @@ def wind_section(
 
 
 def sampled(
-    field: WindField, section: Section, times: NDArray[np.float64], direction: float
+    field: WindField, section: CrossSection, times: NDArray[np.float64], direction: float
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Description of a section, and its velocities (T, Z, Y, 3) in 8 bits, inertial axes, at some times [s]."""
     n = section.points
@@ -118,7 +118,7 @@ def wind_scene(wind: Wind) -> Scene:
             (float(wind.time[0]), float(wind.time[-1])) if isinstance(wind, WindSeries) else (0.0, USUAL_DURATION)
         )
     begin, end = max(begin, 0.0), min(max(end, begin + 1.0), max(begin, 0.0) + LONGEST)
-    about, arrays = wind_section(wind, Section(height, across, up, POINTS, 2.0 * across), begin, end, RATE)
+    about, arrays = wind_section(wind, CrossSection(height, across, up, POINTS, 2.0 * across), begin, end, RATE)
     about["alone"] = True
     middle = POINTS // 2
     found = Scene(

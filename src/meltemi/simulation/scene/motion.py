@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model, Stations
-from meltemi.simulation.scene.air import Section, wind_section
+from meltemi.simulation.scene.air import CrossSection, wind_section
 from meltemi.simulation.scene.record import Scene, track_arrays
 from meltemi.simulation.scene.shape import beam_axis, blade_skin, machine, sections
 from meltemi.structure.kinematics import YAW, blade_motion
@@ -106,11 +106,11 @@ class Recorder:
         return Scene(still | about, constant | arrays | air)
 
     @cached_property
-    def section(self) -> Section:
+    def section(self) -> CrossSection:
         """The drawn section of the wind."""
         turbine = self.model.turbine
         size = WIND_SIZE * turbine.rotor_radius
-        return Section(turbine.hub_height, size, size, WIND_POINTS, turbine.rotor_diameter)
+        return CrossSection(turbine.hub_height, size, size, WIND_POINTS, turbine.rotor_diameter)
 
     @cached_property
     def still(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
