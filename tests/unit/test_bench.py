@@ -43,6 +43,7 @@ def figures() -> dict[str, Any]:
             "empty, in plain Python": 0.4,
             "individual pitch in plain Python at 80 Hz, real-time factor": next(numbers),
             "step() from Python": 34.5,
+            "step of an observer": next(numbers),
         },
         "environments": {
             name: {"time_step_s": 0.01, "per_second": 12345, "per_second_all": 23456, "reset_ms": 17.0}

@@ -44,7 +44,9 @@ def test_all_figures_are_there_and_can_be_drawn(figures: dict[str, Any], wind: T
     for figure in figures.values():
         assert figure.get_suptitle().startswith(wind.label[:40])
         figure.canvas.draw()
-    assert "matplotlib.pyplot" not in sys.modules or not sys.modules["matplotlib.pyplot"].get_fignums()
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    shown = [pyplot.figure(number) for number in pyplot.get_fignums()] if pyplot else []
+    assert not any(figure in shown for figure in figures.values())
 
 
 def test_every_panel_has_a_title_and_units(figures: dict[str, Any]) -> None:

@@ -82,6 +82,7 @@ BENT = 0.25
 """Tip deflection over blade length beyond which the range of the blades' models ends."""
 SOUND = 340.0
 """[m/s] fastest speed of the blade tips: coefficients of sections are those of incompressible flow."""
+DIVERGES = "operating_point: the motion diverges"
 UNBALANCED = 30.0
 """Multiple of BALANCE beyond which a search has failed."""
 CLOSE = 0.97
@@ -560,7 +561,7 @@ class _Orbit:
           NotConverged: the motion diverges.
         """
         if not np.all(np.abs(change) < ABSURD):
-            raise NotConverged("operating_point: the motion diverges")
+            raise NotConverged(DIVERGES)
         core, blade = self.free_core, self.free_blade
         sizes = [2 * len(core), len(core), (BLADE_HARMONICS + 1) * len(blade)]
         parts = np.split(change, np.cumsum(sizes))
@@ -571,9 +572,15 @@ class _Orbit:
 
     def missing(self, azimuths: Float, dt: float) -> tuple[Float, float]:
         """Residuals over a sector, projected on the harmonics in the order of
-        :meth:`coefficients`, and the mean residual torque."""
+        :meth:`coefficients`, and the mean residual torque.
+
+        Raises:
+          NotConverged: the motion diverges.
+        """
         B = self.B
         core, blade = self.residuals(azimuths, dt)
+        if not (np.isfinite(core).all() and np.isfinite(blade).all()):
+            raise NotConverged(DIVERGES)
         core_0 = core.sum(axis=0)
         core_c, core_s = 2.0 * np.cos(B * azimuths) @ core, 2.0 * np.sin(B * azimuths) @ core
         n = np.arange(BLADE_HARMONICS + 1.0)

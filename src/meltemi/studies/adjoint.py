@@ -252,7 +252,10 @@ def _code(simulation: Simulation, tables: bool) -> Compiled:
     key = (update, has_gears, electrical, tables, *kinds[4:], *arrays.items())
     if key not in _CODES:
         function = _whole(settle_gears if has_gears else _without_gears, electrical)
-        _CODES[key] = Compiled(function, kinds, arrays, wanted=None if tables else CONTROLLER)
+        law: Any = simulation.controller.update
+        ours = all(each.__module__.startswith("meltemi.") for each in (law, *map(type, records)))
+        name = f"{law.__module__}.{law.__qualname__} {has_gears} {electrical} {kinds[2:]}" if ours else ""
+        _CODES[key] = Compiled(function, kinds, arrays, wanted=None if tables else CONTROLLER, name=name)
     return _CODES[key]
 
 

@@ -36,6 +36,7 @@ class Compiled:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers, records, or functions.
       arrays, wanted: see :class:`Transformed`.
+      name: of function and records if all their sources are those of meltemi, for the cache; otherwise their code tells.
 
     Attributes:
       used: [bytes] of the memory that the code uses itself.
@@ -51,12 +52,13 @@ class Compiled:
         arrays: Mapping[tuple[str, str], int | None],
         *,
         wanted: frozenset[str] | None,
+        name: str = "",
     ) -> None:
-        text, name = code_of(function, kinds)
+        text, top = ("", "") if name else code_of(function, kinds)
         others = repr(
             (sorted(arrays.items()), wanted and sorted(wanted), llvm.get_host_cpu_name(), llvm.llvm_version_info)
         )
-        key = hashlib.sha256(text.encode() + sources() + others.encode()).hexdigest()
+        key = hashlib.sha256((name or text).encode() + sources() + others.encode()).hexdigest()
         folder = cache_folder()
         file = None if folder is None else folder / f"adjoint-{key[:32]}.o"
         machine = llvm.Target.from_default_triple().create_target_machine(
@@ -66,7 +68,8 @@ class Compiled:
         if kept is None:
             records = {2 + i: kind.cls for i, kind in enumerate(kinds) if isinstance(kind, RecordType)}
             with event.trigger_event("numba:compile", {"dispatcher": SimpleNamespace(py_func=function), "args": ()}):
-                made = Transformed(text, name, records, arrays, wanted)
+                text, top = (text, top) if text else code_of(function, kinds)
+                made = Transformed(text, top, records, arrays, wanted)
                 kept = made.used, _machine_code(made.text, machine)
             _keep(file, *kept)
         self.used, code = kept
@@ -103,8 +106,9 @@ class Compiled:
 
 @cache
 def sources() -> bytes:
-    """The source files of this package, for the key of the cache."""
-    return b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    """The source files of this package and of its user, for the key of the cache."""
+    here = Path(__file__).parent
+    return b"".join(path.read_bytes() for path in (here.parent / "adjoint.py", *sorted(here.glob("*.py"))))
 
 
 def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
@@ -118,12 +122,12 @@ def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
     names: dict[str, str] = {}
 
     def renamed(match: re.Match[str]) -> str:
-        return names.setdefault(match[0], f"@k{len(names)}")
+        return names.setdefault(match[0], f"k{len(names)}")
 
-    text = re.sub(r"^; .*$|^source_filename.*$", "", text, flags=re.MULTILINE)
-    text = re.sub(r"@_ZN[-\w.$]+", renamed, text)
+    text = re.sub(r"^(?:; |!\d+ = |source_filename).*$| +; preds = .*$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"(?<![-\w.$])_ZN[-\w.$]+", renamed, text)  # of functions, and of blocks where one was inlined
     text = re.sub(rf"^@{CONVERGING} = .*$", f"@{CONVERGING} = internal constant i64 1", text, flags=re.MULTILINE)
-    return text, names[f"@{found[0].fndesc.llvm_func_name}"]
+    return text, "@" + names[found[0].fndesc.llvm_func_name]
 
 
 def _machine_code(text: str, machine: Any) -> bytes:

@@ -81,6 +81,8 @@ class Memory:
 
     def of(self, array: Any, *, adjoint: bool = False) -> Any:
         """The copy of an array, or its adjoints."""
+        if not array.size:
+            return np.empty(array.shape, array.dtype)
         at = self.place(array.ctypes.data) + (SHADOW if adjoint else 0)
         return np.ndarray(array.shape, array.dtype, self._bytes, at, array.strides)
 

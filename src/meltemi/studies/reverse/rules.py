@@ -151,6 +151,7 @@ FUNCTIONS: dict[str, Any] = {
     "cos": _by(lambda e, k, value: e.neg(k, e.call("sin", k, value(0)))),
     "tan": _by(_one_plus("fadd", -1)),
     "exp": _by(lambda e, k, value: value(-1)),
+    "expm1": _by(lambda e, k, value: e.op("fadd", k, value(-1), constant(k, 1.0))),
     "log": _by(lambda e, k, value: e.op("fdiv", k, constant(k, 1.0), value(0))),
     "tanh": _by(_one_plus("fsub", -1)),
     "sinh": _by(lambda e, k, value: e.call("cosh", k, value(0))),

@@ -334,7 +334,7 @@ class _Adjoint:
         self.doubtful: set[str] = set()
         for each in sequence:
             singular = each.operation == "fdiv" or (
-                each.operation == "call" and intrinsic(each.callee) in ("log", "pow", "exp", "tan", "sqrt")
+                each.operation == "call" and intrinsic(each.callee) in ("log", "pow", "exp", "expm1", "tan", "sqrt")
             )
             passes = each.operation in (
                 "fadd",
