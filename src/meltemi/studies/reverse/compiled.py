@@ -36,7 +36,7 @@ class Compiled:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers, records, or functions.
       arrays, wanted: see :class:`Transformed`.
-      name: of function and records if all their sources are those of meltemi, for the cache; otherwise their code tells.
+      name: for the cache, of function and records all of whose sources are those of meltemi; otherwise their code tells.
 
     Attributes:
       used: [bytes] of the memory that the code uses itself.
