@@ -25,19 +25,23 @@ from typing import NamedTuple
 from meltemi.aero.air import Air
 from meltemi.aero.polars import coefficient, locate
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import anywhere, beyond, where
+from meltemi.maths.generic import anywhere, beyond, held, reverse, where
 
 PHI_LOW, PHI_HIGH = -0.25 * pi, 0.75 * pi
 RESCUE, BISECTIONS = 1e-6, 48
 """Residual beyond which bisections follow, and their number: to the resolution of the bracket."""
 ROUNDING = 1e-12
 """[-], [rad] residual of a solution; by this a step may leave the bracket, which has no width at convergence."""
+LEAST_SLOPE = 1e-3
+"""Least slope of the residual for derivatives."""
 LEAST_SECANT = 1e-10
 """[rad] step below which the slope stays: rounding would spoil it."""
 LOSS_FLOOR = 1e-4
 """Smallest loss factor."""
 LEAST_FLOW, TINY = 0.3, 1e-6
 """Minimum flow through the annulus over |s|, below all that occurs where a > 1 (A-10), and absolute minimum."""
+NUDGE = 1e-8
+"""[rad] step of the slopes that derivatives of the solution take."""
 SKEW_STEPS = 12
 """Newton steps for the axial flow in skewed momentum."""
 HALF_WAKE = 0.6
@@ -235,8 +239,19 @@ def induction(phi: float, slope: float, strip: Strip, m: Air) -> Induction:
             x = where(lost, 0.5 * (low + high), x)
             now = balance(x, strip, onset, m)
             low, high = where(now.residual < 0.0, x, low), where(now.residual < 0.0, high, x)
+    open_ = beyond(now.residual, ROUNDING)
+    if reverse(x):
+        # derivatives from a Newton step and the last one below: exact to the square of the error of the slopes (J-3a)
+        x = held(x)
+        old, now = balance(x, strip, onset, m), balance(x + NUDGE, strip, onset, m)
+        slope = held(max((now.residual - old.residual) / NUDGE, LEAST_SLOPE))
+        axial_slope = held((now.axial - old.axial) / NUDGE)
+        tangential_slope = held((now.tangential - old.tangential) / NUDGE)
+        x = where(lost, x, x - old.residual / slope)
+        now = balance(x, strip, onset, m)
+        open_ = now.residual == now.residual
     # a last secant step, along which both sides, sine and cosine are linear
-    dx = where(beyond(now.residual, ROUNDING), where(lost, 0.0, -now.residual / slope), 0.0)
+    dx = where(open_, where(lost, 0.0, -now.residual / slope), 0.0)
     axial, tangential = now.axial + dx * axial_slope, now.tangential + dx * tangential_slope
     a = 1.0 - (now.sin + dx * now.cos) / where(abs(axial) > 1e-6, axial, 1e-6)
     ap = (now.cos - dx * now.sin) / where(abs(tangential) > 1e-6, tangential, 1e-6) - 1.0

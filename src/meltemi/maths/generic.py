@@ -39,11 +39,20 @@ def anywhere(condition: Any) -> bool:
 
 @_for_floats
 def beyond(x: Any, bound: float) -> Any:
-    """Whether |x|, the residual of an iteration, exceeds its bound.
-
-    Always with derivatives, which converge later than values: with duals, and in code differentiated in reverse.
-    """
+    """Whether |x|, the residual of an iteration, exceeds its bound; always with duals, which converge later."""
     return abs(x) > bound
+
+
+@_for_floats
+def reverse(x: Any) -> bool:
+    """Whether this code, with numbers of the type of x, is being differentiated in reverse (``studies.reverse``)."""
+    return False
+
+
+@_for_floats
+def held(x: Any) -> Any:
+    """x as a constant: in code differentiated in reverse, it has no derivatives."""
+    return x
 
 
 @_for_floats

@@ -25,7 +25,20 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.cpython import slicing
 from numba.extending import intrinsic, models, overload, register_model
 
-from meltemi.maths.generic import beyond, crossed, floor, largest, last, running, total, where, whole, zero
+from meltemi.maths.generic import (
+    beyond,
+    crossed,
+    floor,
+    held,
+    largest,
+    last,
+    reverse,
+    running,
+    total,
+    where,
+    whole,
+    zero,
+)
 from meltemi.numbers.lanes import WIDTH, lanes, splat
 
 N_DERIVATIVES = WIDTH
@@ -273,6 +286,16 @@ _operation(crossed, 1, types.float64, _within_step)
 @overload(beyond, strict=False)
 def _beyond(x: Any, bound: Any) -> Any:
     return (lambda x, bound: bound == bound) if x == dual else None
+
+
+@overload(reverse, strict=False)
+def _reverse(x: Any) -> Any:
+    return (lambda x: False) if x == dual else None
+
+
+@overload(held, strict=False)
+def _held(x: Any) -> Any:
+    return (lambda x: x) if x == dual else None
 
 
 # elementary functions -------------------------------------------------------------------------------

@@ -36,9 +36,11 @@ from meltemi.maths.generic import (
     beyond,
     crossed,
     floor,
+    held,
     largest,
     last,
     neighbours,
+    reverse,
     running,
     split,
     total,
@@ -344,18 +346,16 @@ for _function, _ours in (
     _overload_one(_function, _ours)
 
 
-CONVERGING = "meltemi_converging"
+REVERSE = "meltemi_reverse"
 """A word that is zero; code that is differentiated in reverse has a 1 in its place."""
 _NEVER = np.zeros(1, dtype=np.int64)
-llvmlite.binding.add_symbol(CONVERGING, _NEVER.ctypes.data)
+llvmlite.binding.add_symbol(REVERSE, _NEVER.ctypes.data)
 
 
 @intrinsic
-def _converging(typing_context: Any) -> Any:
-    """Whether iterations go on, since their derivatives converge later than their values."""
-
+def _in_reverse(typing_context: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        word = builder.module.globals.get(CONVERGING) or cgutils.add_global_variable(builder.module, _I64, CONVERGING)
+        word = builder.module.globals.get(REVERSE) or cgutils.add_global_variable(builder.module, _I64, REVERSE)
         load = builder.load(word, typ=_I64)
         load.set_metadata("invariant.load", builder.module.add_metadata([]))
         return builder.icmp_unsigned("!=", load, _I64(0))
@@ -363,9 +363,30 @@ def _converging(typing_context: Any) -> Any:
     return types.boolean(), generate
 
 
+@intrinsic
+def _fence(typing_context: Any, x: Any) -> Any:
+    """x behind a mark that reverse differentiation does not pass, and that costs nothing."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        name = f"llvm.arithmetic.fence.v{WIDTH}f64"
+        return builder.call(cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VF, [_VF]), name), args)
+
+    return lanes(lanes), generate
+
+
+@overload(reverse, strict=False)
+def _reverse(x: Any) -> Any:
+    return (lambda x: _in_reverse()) if x == lanes else None
+
+
+@overload(held, strict=False)
+def _held(x: Any) -> Any:
+    return (lambda x: _fence(x)) if x == lanes else None
+
+
 @overload(beyond, strict=False)
 def _beyond(x: Any, bound: Any) -> Any:
-    return (lambda x, bound: (abs(x) > bound) | _converging()) if x == lanes else None
+    return (lambda x, bound: abs(x) > bound) if x == lanes else None
 
 
 @overload(math.atan2, strict=False)

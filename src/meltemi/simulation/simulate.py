@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from meltemi.control import constant
 from meltemi.control.baseline import BaselineController
-from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, Entry, LogEntry, StartPoint
+from meltemi.control.controller import Controller, Entry, LogEntry, StartPoint
 from meltemi.control.faults import Faults, apply_events
 from meltemi.control.signals import Demands, Measurements
 from meltemi.control.supervisor.tables import STATES
@@ -533,9 +533,7 @@ def compiled_advance(*arguments: Any) -> Any:
     """The time loop, compiled for all its arguments but the first; the controller has the type of all controllers."""
     if numba.config.DISABLE_JIT:
         return step.advance
-    entry = ENTRY_DUALS if arguments[0].signatures == [UPDATE_DUALS.args] else ENTRY
-    types_ = (numba.typeof(argument) for argument in arguments[1:])
-    return _loop_for(step.advance, types.void(types.int64, entry, *types_))
+    return _loop_for(step.advance, types.void(types.int64, *map(numba.typeof, arguments)))
 
 
 def without_dispatch(function: Any) -> Any:

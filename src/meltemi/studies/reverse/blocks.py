@@ -228,7 +228,7 @@ class Reverse:
             return
         callee = part.module.parts.get(each.callee)
         if callee is not None:
-            if callee.touches:
+            if part.recorded(each):
                 self._adjoint_of_kernel(each, callee)
             return
         name = intrinsic(each.callee)

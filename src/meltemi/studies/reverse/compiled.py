@@ -21,7 +21,7 @@ from meltemi.core import linking
 from meltemi.core.errors import MeltemiError
 from meltemi.core.files import replacing
 from meltemi.core.kernel import OPTIONS, cache_folder
-from meltemi.numbers.lanes import CONVERGING
+from meltemi.numbers.lanes import REVERSE
 from meltemi.numbers.records import RecordType
 from meltemi.studies.reverse.memory import Memory
 from meltemi.studies.reverse.transform import Transformed
@@ -34,7 +34,7 @@ class Compiled:
 
     Args:
       function: plain Python function for Numba, without results.
-      kinds: types of its arguments: integers, records, or functions.
+      kinds: types of its arguments: integers and functions, then records.
       arrays, wanted: see :class:`Transformed`.
       name: for the cache, of function and records all of whose sources are those of meltemi; otherwise their code tells.
 
@@ -78,30 +78,26 @@ class Compiled:
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
         made_of = [ctypes.c_void_p if isinstance(kind, RecordType) else ctypes.c_int64 for kind in kinds]
-        self._pattern = [isinstance(kind, RecordType) for kind in kinds]
         prototype = ctypes.CFUNCTYPE(ctypes.c_int32, *[ctypes.c_void_p] * 3, *made_of)
         self._forward, self._backward = (
             prototype(self._engine.get_function_address(each)) for each in ("forward", "backward")
         )
         self._results = np.zeros(4, dtype=np.int64)
+        at = int(self._results.ctypes.data)
+        self._places = at, at + 16
 
     def forward(self, memory: Memory, *numbers: int) -> None:
         """Evaluate the kernel, and record what the adjoint needs.
 
         Args:
-          numbers: arguments that are not records.
+          numbers: arguments before the records.
         """
-        if self._forward(*self._arguments(memory, numbers)) != 0:
+        if self._forward(memory.base, *self._places, *numbers, *memory.addresses) != 0:
             raise MeltemiError("adjoint: an exception in the code that is differentiated")
 
     def backward(self, memory: Memory, *numbers: int) -> None:
         """Carry the adjoints back over what was recorded."""
-        self._backward(*self._arguments(memory, numbers))
-
-    def _arguments(self, memory: Memory, numbers: Sequence[int]) -> list[int]:
-        words, others, at = iter(memory.words), iter(numbers), self._results.ctypes.data
-        passed = [int(next(words).ctypes.data) if record else next(others) for record in self._pattern]
-        return [memory.base, at, at + 16, *passed]
+        self._backward(memory.base, *self._places, *numbers, *memory.addresses)
 
 
 @cache
@@ -118,7 +114,7 @@ def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
     linked.add_overload = found.append
     linked.compile(tuple(kinds))
     with global_compiler_lock:
-        text = str(found[0].library._get_module_for_linking())
+        text = _folded(str(found[0].library._get_module_for_linking()))
     names: dict[str, str] = {}
 
     def renamed(match: re.Match[str]) -> str:
@@ -126,8 +122,18 @@ def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
 
     text = re.sub(r"^(?:; |!\d+ = |source_filename).*$| +; preds = .*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"(?<![-\w.$])_ZN[-\w.$]+", renamed, text)  # of functions, and of blocks where one was inlined
-    text = re.sub(rf"^@{CONVERGING} = .*$", f"@{CONVERGING} = internal constant i64 1", text, flags=re.MULTILINE)
     return text, "@" + names[found[0].fndesc.llvm_func_name]
+
+
+def _folded(text: str) -> str:
+    """The code for reverse differentiation: what is never evaluated there is left out."""
+    module = llvm.parse_assembly(re.sub(rf"^@{REVERSE} = .*$", f"@{REVERSE} = internal constant i64 1", text, flags=re.M))
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_sccp_pass()
+    passes.add_simplify_cfg_pass()
+    target = llvm.Target.from_default_triple().create_target_machine()
+    passes.run(module, llvm.create_pass_builder(target, llvm.create_pipeline_tuning_options(speed_level=1)))
+    return str(module)
 
 
 def _machine_code(text: str, machine: Any) -> bytes:

@@ -25,7 +25,7 @@ class Memory:
 
     Attributes:
       base: address of the block.
-      words: for each record the words of its copy.
+      addresses: of the words of the copies of the records.
 
     Raises:
       InputError: the arrays are too large.
@@ -52,9 +52,10 @@ class Memory:
         self._tape = np.zeros(TAPE, dtype=np.uint8)
         first = -self._block.ctypes.data % _PAGE
         self._bytes = self._block[first:]
-        self.base = int(self._bytes.ctypes.data)
+        self.base, self._end = int(self._bytes.ctypes.data), self._bytes[:8].view(np.int64)
         self.tape = int(self._tape.ctypes.data + (-self._tape.ctypes.data) % 64)
-        self.words = [self._moved(record) for record in records]
+        self._words = [self._moved(record) for record in records]
+        self.addresses = [int(words.ctypes.data) for words in self._words]
         for array in arrays:
             self.of(array)[...] = array
 
@@ -93,12 +94,12 @@ class Memory:
 
     def rewind(self) -> None:
         """Begin the tape anew."""
-        self._bytes[:8].view(np.int64)[0] = self.tape
+        self._end[0] = self.tape
 
     @property
     def recorded(self) -> int:
         """[bytes] on the tape."""
-        return int(self._bytes[:8].view(np.int64)[0]) - self.tape
+        return int(self._end[0]) - self.tape
 
     def _moved(self, record: Record) -> Any:
         words, at = record.words.copy(), 0

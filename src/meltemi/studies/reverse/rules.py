@@ -170,8 +170,8 @@ FUNCTIONS: dict[str, Any] = {
 """Derivatives by the arguments of functions: (emitter, type, adjoint of the result, values) -> terms by argument."""
 
 
-FLAT = ("floor", "ceil", "trunc", "rint", "round", "nearbyint", "roundeven")
-"""Functions whose derivative is zero."""
+FLAT = ("floor", "ceil", "trunc", "rint", "round", "nearbyint", "roundeven", "arithmetic.fence")
+"""Functions whose derivative is zero; the last one is ``held`` of ``maths.generic``."""
 
 
 def terms(

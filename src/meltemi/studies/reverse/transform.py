@@ -105,7 +105,9 @@ class Transformed:
         self.changed = {self.arrays[root] for root in changed if isinstance(root, tuple)}
         self.unknown = UNKNOWN in changed
         self.emitter = Emitter()
+        self.plain: dict[str, str] = {}
         made = [text for name in self.order for text in self.parts[name].code()]
+        made += self.plain.values()
         first = self.parts[top]
         plain = [o for o in first.function.arguments if not is_float(o.kind)]
         inputs = ", ".join(f"{o.kind} {o.name}" for o in plain)
@@ -308,8 +310,8 @@ class _Adjoint:
             return [] if name in FLAT else list(range(len(each.operands)))
         return []
 
-    def analyse(self) -> None:
-        """Find the values that depend on numbers with derivatives, and on which something depends."""
+    def _active(self) -> set[str]:
+        """The values that depend on numbers with derivatives, and on which something depends."""
         active: set[str] = {o.name for o in self.floats}
         sequence = [e for b in self.function.blocks.values() for e in (*b.phis, *b.body)]
         changed = True
@@ -330,7 +332,19 @@ class _Adjoint:
                     new = {each.operands[i].name for i in self.inputs(each)} - wanted
                     wanted |= new
                     changed = changed or bool(new)
-        self.active = active & wanted
+        return active & wanted
+
+    def analyse(self) -> None:
+        """Find the values with adjoints, and the calls that need none."""
+        self.silent = {id(call): at for call in self.calls if (at := self._results(call)) is not None}
+        while True:
+            self.active = self._active()
+            heard = [key for key, at in self.silent.items() if any(self._matters(name) for name in at)]
+            if not heard:
+                break
+            for key in heard:
+                del self.silent[key]
+        sequence = [e for b in self.function.blocks.values() for e in (*b.phis, *b.body)]
         self.doubtful: set[str] = set()
         for each in sequence:
             singular = each.operation == "fdiv" or (
@@ -349,6 +363,55 @@ class _Adjoint:
                 self.doubtful.add(each.name)
         self.touches = any(self._touches(each) for each in sequence)
 
+    def bases(self, pointer: str) -> frozenset[str]:
+        """Arguments and places on the stack into which an address leads; "" for anything else."""
+        each = self.made.get(pointer)
+        if pointer in self.arguments or (each is not None and each.operation == "alloca"):
+            return frozenset([pointer])
+        if each is not None and each.operation in ("getelementptr", "freeze"):
+            return self.bases(each.operands[0].name)
+        return frozenset([""])
+
+    def _changes(self) -> frozenset[str]:
+        """Arguments at whose addresses numbers are stored, here or in functions that are called; "" for elsewhere."""
+        found: set[str] = set()
+        for block in self.function.blocks.values():
+            for each in block.body:
+                if self._stores(each):
+                    at = each.operands[0 if intrinsic(each.callee).startswith("mem") else 1]
+                    found |= self.bases(at.name)
+        for call in self.calls:
+            found |= self._changed_by(call)
+        return frozenset(name for name in found if name in self.arguments or not name)
+
+    def _changed_by(self, call: Instruction) -> frozenset[str]:
+        callee = self.module.parts[call.callee]
+        names = [o.name for o in callee.function.arguments]
+        places = (self.bases(call.operands[names.index(name)].name) if name else {""} for name in callee.changes)
+        return frozenset().union(*places)
+
+    def _results(self, call: Instruction) -> frozenset[str] | None:
+        """Places on the stack where a call stores numbers, if it stores none elsewhere."""
+        found = self._changed_by(call)
+        return found if found <= set(self.slots) else None
+
+    def _matters(self, place: str) -> bool:
+        """Whether numbers at a place on the stack are read where an adjoint passes."""
+        for each in self.users.get(place, []):
+            if each.operation == "getelementptr":
+                if self._matters(each.name):
+                    return True
+            elif each.operation == "load":
+                if each.name in self.active:
+                    return True
+            elif each.operation == "call":
+                writes = NOTHING.match(each.callee) or intrinsic(each.callee).startswith("memset")
+                if not writes and id(each) not in self.silent:
+                    return True
+            elif each.operation != "store":
+                return True
+        return False
+
     def _depends(self, each: Instruction, active: set[str]) -> bool:
         if each.operation == "load":
             return not self.inert(each.operands[0].name)
@@ -362,26 +425,30 @@ class _Adjoint:
         if each.operation == "call":
             if intrinsic(each.callee) in ("masked.store", "masked.scatter"):
                 return [] if self.inert(each.operands[1].name) else [each.operands[0]]
-            callee = self.module.parts.get(each.callee)
-            if callee is not None and callee.touches:
+            if self.recorded(each):
                 return [o for o in each.operands if is_float(o.kind)]
         return []
+
+    def recorded(self, call: Instruction) -> bool:
+        """Whether a call is of a function with an adjoint, and its results matter."""
+        callee = self.module.parts.get(call.callee)
+        return callee is not None and callee.touches and id(call) not in self.silent
 
     def _touches(self, each: Instruction) -> bool:
         if self._stores(each):
             return not self.inert(each.operands[0 if intrinsic(each.callee).startswith("mem") else 1].name)
-        callee = self.module.parts.get(each.callee)
-        return callee is not None and callee.touches
+        return self.recorded(each)
 
     # code ---------------------------------------------------------------------------------------
 
     def code(self) -> list[str]:
         """The recording function, and its adjoint if it has one."""
+        self.changes = self._changes()
         self.analyse()
         blocks = self.function.blocks
         self.returns = [label for label, block in blocks.items() if block.end.startswith("ret")]
         if not self.touches:
-            return [self._forward({})]
+            return [self._forward({})] if self.function.name == self.module.order[-1] else []
         first = {label: Reverse(self, block, frozenset()).emit() for label, block in blocks.items()}
         self.across = set().union(*(r.across for r in first.values()))
         done = {}
@@ -417,6 +484,21 @@ class _Adjoint:
     def _slots(self) -> list[str]:
         return [f"  {name} = getelementptr i8, ptr %base, i64 {at}" for name, at in self.slots.items()]
 
+    def plain(self) -> str:
+        """Name of the function that records nothing."""
+        name = f"@p{self.number}"
+        if name not in self.module.plain:
+            self.module.plain[name] = ""
+            arguments = ", ".join(["ptr %base", *(f"{o.kind} {o.name}" for o in self.function.arguments)])
+            lines = [f"define internal {self.function.kind} {name}({arguments}) noinline {{", "start:", *self._slots()]
+            lines.append(f"  br label %{next(iter(self.function.blocks))}")
+            for label, block in self.function.blocks.items():
+                lines += [f"{label}:", *("  " + clean(phi.text) for phi in block.phis)]
+                lines += [line for each in block.body for line in self._repeat(each, recorded=False)]
+                lines.append("  " + clean(block.end))
+            self.module.plain[name] = "\n".join([*lines, "}", ""])
+        return name
+
     def _forward(self, reverse: dict[str, Reverse]) -> str:
         arguments = ", ".join(["ptr %base", *(f"{o.kind} {o.name}" for o in self.function.arguments)])
         lines = [f"define internal {self.function.kind} {self.forward}({arguments}) noinline {{"]
@@ -432,7 +514,7 @@ class _Adjoint:
                 pairs = ", ".join(f"[ {record.sources.index(source)}, %{source} ]" for source in block.sources)
                 lines.append(f"  %from.{n} = phi i64 {pairs}")
             for each in block.body:
-                lines += self._repeat(each, n)
+                lines += self._repeat(each)
             if record is not None:
                 lines += record.push(n)
             if block.end.startswith("ret"):
@@ -442,7 +524,7 @@ class _Adjoint:
             lines.append("  " + clean(block.end))
         return "\n".join([*lines, "}", ""])
 
-    def _repeat(self, each: Instruction, n: int) -> list[str]:
+    def _repeat(self, each: Instruction, *, recorded: bool = True) -> list[str]:
         if each.operation == "alloca" and each.name in self.slots:
             return []
         if each.operation != "call":
@@ -457,10 +539,12 @@ class _Adjoint:
             values = ", ".join(f"{o.kind} {o.name}" for o in each.operands)
             made = f"{each.name} = " if each.name else ""
             return [f"  {made}call {each.kind} {each.callee}({values})"]
-        self.module.emitter.count += 1
-        k = self.module.emitter.count
         passed = ", ".join(["ptr %base", *(f"{o.kind} {o.name}" for o in each.operands)])
         made = f"{each.name} = " if each.name else ""
+        if not (recorded and self.recorded(each)):
+            return [f"  {made}call {each.kind} {callee.plain()}({passed})"]
+        self.module.emitter.count += 1
+        k = self.module.emitter.count
         return [
             f"  %tape.b{k} = load ptr, ptr %tape",
             f"  store ptr %tape.b{k}, ptr %base",
