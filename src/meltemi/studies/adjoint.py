@@ -39,7 +39,7 @@ CONTROLLER = frozenset({"controller_state"})
 Float = NDArray[np.float64]
 Objective = Callable[[Result], tuple[float, Mapping[str, Any]]]
 """Gives the value of an objective and, by channel, its derivatives by the samples of the series (T,)."""
-SEGMENT, CHECKPOINTS = 8, 256 << 20
+SEGMENT, CHECKPOINTS = 12, 256 << 20
 """Steps of a segment at least, and [bytes] of all checkpoints at most."""
 
 

@@ -27,6 +27,8 @@ class Reverse:
 
     Attributes:
       saved: values, and their types, that the block records.
+      kept: values, their types, and the numbers of the loops that keep them.
+      left: those of loops that the block follows: it records them.
       across: values whose adjoints pass from block to block.
     """
 
@@ -36,6 +38,8 @@ class Reverse:
         self.switch = len(self.sources) > 1
         self.e = part.module.emitter
         self.saved: dict[str, str] = {}
+        self.kept: dict[str, tuple[str, int]] = {}
+        self.left: dict[str, tuple[str, int]] = {}
         self.across: set[str] = set()
         self.known: dict[str, str] = {}
         self.sums: dict[str, str] = {}
@@ -73,6 +77,13 @@ class Reverse:
         return self.known[name]
 
     def _save(self, name: str, kind: str) -> str:
+        loop = self.part.loop_without(self.block.label, name)
+        if loop is not None:
+            self.kept[name] = kind, loop
+            self.e.count += 1
+            self.known[name] = f"%t{self.e.count}"
+            self.before.append(f"  %t{self.e.count} = load {kind}, ptr %k.{loop}.{name[1:]}")
+            return self.known[name]
         self.saved[name] = kind
         self.known[name] = f"%s.{self.block.label}.{name[1:]}"
         return self.known[name]
@@ -324,8 +335,9 @@ class Reverse:
     def record(self) -> tuple[list[tuple[str, str, int]], int]:
         """Type, name and place of what the block records, and its size."""
         found, at = [], 0
-        for name, kind in sorted(self.saved.items(), key=lambda item: -size_of(item[1])[0]):
+        for name, kind in sorted(self.recorded.items(), key=lambda item: -size_of(item[1])[0]):
             size, align = size_of(kind)
+            align = min(align, self.part.unit)
             at = -(-at // align) * align
             found.append((kind, name, at))
             at += size
@@ -333,12 +345,18 @@ class Reverse:
             at = -(-at // 8) * 8
             found.append(("i64", "from", at))
             at += 8
-        return found, -(-at // 64) * 64
+        return found, -(-at // self.part.unit) * self.part.unit
+
+    @property
+    def recorded(self) -> dict[str, str]:
+        """Values that the block records, with their types."""
+        return self.saved | {name: kind for name, (kind, _) in self.left.items()}
 
     def push(self, n: int) -> list[str]:
         """Code of the forward pass that records."""
         found, size = self.record()
-        return pushed(str(n), [(k, f"%from.{n}" if name == "from" else name, at) for k, name, at in found], size)
+        values = [(k, f"%from.{n}" if name == "from" else name, at) for k, name, at in found]
+        return pushed(str(n), values, size, self.part.unit)
 
     def lines(self) -> list[str]:
         """Code of the adjoint."""
@@ -350,8 +368,10 @@ class Reverse:
             for kind, name, at in found:
                 lines.append(f"  %p.{label}.{at} = getelementptr i8, ptr %tape.{label}, i64 {at}")
                 short = "from" if name == "from" else name[1:]
-                align = min(size_of(kind)[1], 64)
+                align = min(size_of(kind)[1], part.unit)
                 lines.append(f"  %s.{label}.{short} = load {kind}, ptr %p.{label}.{at}, align {align}")
+                if name in self.left:
+                    lines.append(f"  store {kind} %s.{label}.{short}, ptr %k.{self.left[name][1]}.{short}")
         lines += self.before + self.body
         if label == next(iter(part.function.blocks)):
             lines += ["  %tape.last = load ptr, ptr %tape", "  store ptr %tape.last, ptr %base"]
@@ -373,13 +393,40 @@ class Reverse:
         return lines
 
 
-def pushed(n: str, found: list[tuple[str, str, int]], size: int) -> list[str]:
+VECTOR, NUMBER = 64, 8
+"""[bytes] units of the records of functions with vectors in most blocks, and of others, whose tape is padded at their end."""
+
+
+def padded() -> list[str]:
+    """Code that continues the tape at a multiple of ``VECTOR``, with its former end before that."""
+    return [
+        "  %pad.end = load ptr, ptr %tape",
+        "  %pad.at = ptrtoint ptr %pad.end to i64",
+        f"  %pad.more = add i64 %pad.at, {VECTOR - 1 + NUMBER}",
+        f"  %pad.whole = and i64 %pad.more, -{VECTOR}",
+        "  %pad.new = inttoptr i64 %pad.whole to ptr",
+        f"  %pad.word = getelementptr i8, ptr %pad.new, i64 -{NUMBER}",
+        "  store ptr %pad.end, ptr %pad.word, align 8",
+        "  store ptr %pad.new, ptr %tape",
+    ]
+
+
+def unpadded() -> list[str]:
+    """Code that goes back to that end."""
+    return [
+        f"  %pad.word = getelementptr i8, ptr %tape.0, i64 -{NUMBER}",
+        "  %pad.end = load ptr, ptr %pad.word, align 8",
+        "  store ptr %pad.end, ptr %tape",
+    ]
+
+
+def pushed(n: str, found: list[tuple[str, str, int]], size: int, unit: int) -> list[str]:
     """Code that appends values to the tape: type, name and place of each in a record of a size."""
     if not found:
         return []
     lines = [f"  %tape.at{n} = load ptr, ptr %tape"]
     for i, (kind, name, at) in enumerate(found):
-        align = min(size_of(kind)[1], 64)
+        align = min(size_of(kind)[1], unit)
         lines.append(f"  %tape.{n}.{i} = getelementptr i8, ptr %tape.at{n}, i64 {at}")
         lines.append(f"  store {kind} {name}, ptr %tape.{n}.{i}, align {align}")
     lines.append(f"  %tape.next{n} = getelementptr i8, ptr %tape.at{n}, i64 {size}")

@@ -131,6 +131,7 @@ def _folded(text: str) -> str:
     passes = llvm.create_new_module_pass_manager()
     passes.add_sccp_pass()
     passes.add_simplify_cfg_pass()
+    passes.add_loop_simplify_pass()  # what follows a loop is reached from it only
     target = llvm.Target.from_default_triple().create_target_machine()
     passes.run(module, llvm.create_pass_builder(target, llvm.create_pipeline_tuning_options(speed_level=1)))
     return str(module)

@@ -22,11 +22,15 @@ from meltemi.studies.reverse.blocks import (
     ARITHMETIC,
     CHEAP,
     NOTHING,
+    NUMBER,
+    VECTOR,
     Reverse,
     clean,
     intrinsic,
+    padded,
     popped,
     pushed,
+    unpadded,
 )
 from meltemi.studies.reverse.code import (
     LOCAL,
@@ -38,6 +42,7 @@ from meltemi.studies.reverse.code import (
     read,
     size_of,
 )
+from meltemi.studies.reverse.loops import loops_of
 from meltemi.studies.reverse.rules import FLAT, Emitter
 
 HEAD = 128
@@ -449,14 +454,29 @@ class _Adjoint:
         self.returns = [label for label, block in blocks.items() if block.end.startswith("ret")]
         if not self.touches:
             return [self._forward({})] if self.function.name == self.module.order[-1] else []
+        self.loops = loops_of(blocks)
         first = {label: Reverse(self, block, frozenset()).emit() for label, block in blocks.items()}
         self.across = set().union(*(r.across for r in first.values()))
         done = {}
         for label, block in blocks.items():
-            done[label] = Reverse(self, block, self._again(first[label].saved)).emit()
+            done[label] = Reverse(self, block, self._again({**first[label].saved, **first[label].kept})).emit()
+        self.kept: dict[str, str] = {}
+        for r in done.values():
+            for name, (kind, number) in r.kept.items():
+                self.kept[f"%k.{number}.{name[1:]}"] = kind
+                for label in self.loops[number][1]:
+                    done[label].left[name] = kind, number
+        vectors = [any(size_of(k)[0] >= VECTOR for k in r.recorded.values()) for r in done.values() if r.recorded]
+        called = (self.module.parts[call.callee].unit for call in self.calls if self.recorded(call))
+        self.unit = VECTOR if 2 * sum(vectors) > len(vectors) else max(called, default=NUMBER)
         return [self._forward(done), self._backward(done)]
 
-    def _again(self, saved: dict[str, str]) -> frozenset[str]:
+    def loop_without(self, label: str, name: str) -> int | None:
+        """Number of the largest loop with a block, in which a value is a constant."""
+        home = self.home.get(name)
+        return next((k for k, (body, _) in enumerate(self.loops) if label in body and home not in body), None)
+
+    def _again(self, saved: Mapping[str, Any]) -> frozenset[str]:
         """Values that follow from those that are needed, by operations that are cheaper than the memory."""
         known: dict[str, bool] = {}
         again = set()
@@ -519,7 +539,9 @@ class _Adjoint:
                 lines += record.push(n)
             if block.end.startswith("ret"):
                 if reverse and len(self.returns) > 1:
-                    lines += pushed(f"end.{n}", [("i64", str(self.returns.index(label)), 0)], 64)
+                    lines += pushed(f"end.{n}", [("i64", str(self.returns.index(label)), 0)], self.unit, self.unit)
+                if reverse and self.unit == NUMBER:
+                    lines += [re.sub(r"%pad\.", f"%pad.{n}.", line) for line in padded()]
                 lines += [f"  %tape.end{n} = load ptr, ptr %tape", f"  store ptr %tape.end{n}, ptr %base"]
             lines.append("  " + clean(block.end))
         return "\n".join([*lines, "}", ""])
@@ -563,8 +585,10 @@ class _Adjoint:
         for name in sorted(self.across | {o.name for o in self.floats}):
             lines += [f"  %a.{name[1:]} = alloca {kinds[name]}"]
             lines += [f"  store {kinds[name]} zeroinitializer, ptr %a.{name[1:]}"]
+        lines += [f"  {name} = alloca {kind}" for name, kind in self.kept.items()]
+        lines += unpadded() if self.unit == NUMBER else []
         if len(self.returns) > 1:
-            lines += [*popped("end", 64), "  %end = load i64, ptr %tape.end"]
+            lines += [*popped("end", self.unit), "  %end = load i64, ptr %tape.end"]
             cases = " ".join(f"i64 {k}, label %r.{label}" for k, label in enumerate(self.returns))
             lines.append(f"  switch i64 %end, label %r.{self.returns[0]} [ {cases} ]")
         else:
