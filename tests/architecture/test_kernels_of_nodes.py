@@ -81,7 +81,7 @@ class Reader:
             field = isinstance(of, ast.Attribute) and (of.attr == "shape" or self.without_nodes(of.value))
             return (plain or field) and self.same(e.slice)
         if isinstance(e, ast.Call):
-            if isinstance(e.func, ast.Name) and e.func.id == "anywhere":
+            if isinstance(e.func, ast.Name) and e.func.id in ("anywhere", "reverse"):
                 return True
             return all(self.same(a) for a in e.args) and not e.keywords
         if isinstance(e, ast.BinOp | ast.Compare | ast.BoolOp | ast.UnaryOp | ast.IfExp | ast.Tuple):

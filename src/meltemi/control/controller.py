@@ -71,12 +71,12 @@ ENTRY, ENTRY_DUALS = EntryType(UPDATE), EntryType(UPDATE_DUALS)
 register_model(EntryType)(FunctionModel)
 
 
-@typeof_impl.register(EntryPoint)
+@typeof_impl.register(EntryPoint)  # type: ignore[untyped-decorator]
 def _typeof(value: EntryPoint, context: Any) -> Any:
     return value.type
 
 
-@unbox(EntryType)
+@unbox(EntryType)  # type: ignore[untyped-decorator]
 def _unbox(kind: Any, value: Any, c: Any) -> Any:
     made = cgutils.create_struct_proxy(kind)(c.context, c.builder)
     made.py_addr = c.builder.bitcast(value, made.py_addr.type)

@@ -394,7 +394,7 @@ class Reverse:
 
 
 VECTOR, NUMBER = 64, 8
-"""[bytes] units of the records of functions with vectors in most blocks, and of others, whose tape is padded at their end."""
+"""[bytes] units of the records of functions with vectors in most blocks, and of others, whose end is padded."""
 
 
 def padded() -> list[str]:

@@ -36,7 +36,7 @@ class Compiled:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers and functions, then records.
       arrays, wanted: see :class:`Transformed`.
-      name: for the cache, of function and records all of whose sources are those of meltemi; otherwise their code tells.
+      name: for the cache, of function and records whose sources are those of meltemi; otherwise their code tells.
 
     Attributes:
       used: [bytes] of the memory that the code uses itself.
@@ -127,7 +127,9 @@ def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
 
 def _folded(text: str) -> str:
     """The code for reverse differentiation: what is never evaluated there is left out."""
-    module = llvm.parse_assembly(re.sub(rf"^@{REVERSE} = .*$", f"@{REVERSE} = internal constant i64 1", text, flags=re.M))
+    module = llvm.parse_assembly(
+        re.sub(rf"^@{REVERSE} = .*$", f"@{REVERSE} = internal constant i64 1", text, flags=re.M)
+    )
     passes = llvm.create_new_module_pass_manager()
     passes.add_sccp_pass()
     passes.add_simplify_cfg_pass()

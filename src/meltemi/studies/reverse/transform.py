@@ -169,6 +169,8 @@ class _Adjoint:
         self.records: dict[int, Any] = {}
         self.bound: dict[str, frozenset[Root]] = {}
         self._roots: dict[str, frozenset[Root]] = {}
+        self.silent: dict[int, frozenset[str]] = {}
+        self.unit = VECTOR
         _expand(function)
         self.made: dict[str, Instruction] = {}
         self.home: dict[str, str] = {}
