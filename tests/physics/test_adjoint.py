@@ -74,8 +74,7 @@ def test_adjoint_is_the_limit_of_differences(run: Run, found: Gradient) -> None:
 CASES: dict[str, dict[str, Any]] = {
     "as by default": {},
     "corrections": {"corrections": 1},
-    "electrical": {"electrical": "averaged"},
-    "gearbox": {"drivetrain": "multibody"},
+    "electrical, gearbox": {"electrical": "averaged", "drivetrain": "multibody"},
     "modal blades, static polars": {"torsion_modes": 0, "stall": "static", "inflow": "quasi_steady"},
 }
 
@@ -83,14 +82,12 @@ CASES: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("case", CASES)
 def test_random_weights_and_directions(case: str, turbine: Turbine, geared: Turbine) -> None:
     """The adjoint of random weights, times a direction, is the weighted sum of derivatives in it (J-5)."""
-    if case == "electrical":
+    if "electrical" in CASES[case]:
         law = turbine.control
         system = meltemi.turbine.size_electrical(law.torque.rated_power, law.pitch.reference_speed)
-        turbine = turbine.replace(electrical=system)
+        turbine = geared.replace(electrical=system)
     # lanes end the iterations of the induction at a tolerance, duals do not
-    model = meltemi.build(
-        geared if case == "gearbox" else turbine, ModelOptions(induction_tolerance=0.0, **CASES[case])
-    )
+    model = meltemi.build(turbine, ModelOptions(induction_tolerance=0.0, **CASES[case]))
     check(Run(model, 15.0, duration=0.2), [name for name in PARAMETERS if not name.startswith("turbine")])
 
 
@@ -160,4 +157,4 @@ def test_result_is_that_of_the_run_and_errors_are_clear(run: Run, found: Gradien
     with pytest.raises(InputError, match="proportional_gain"):
         gradient(run, objective, ["controller.proportional_gian"])
     with pytest.raises(InputError, match="expected 81 derivatives"):
-        gradient(run, lambda result: (0.0, {TOWER: np.zeros(3)}), PARAMETERS[:1])
+        gradient(run, lambda result: (0.0, {TOWER: np.zeros(3)}), PARAMETERS)

@@ -8,10 +8,11 @@ from typing import Annotated, Any
 import numba
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import FAST_MATH
+from meltemi.core.kernel import FAST_MATH, loose
 from meltemi.maths.records import CONSTANT, NODES, Kind, Record
 
-compiled = numba.njit(fastmath=FAST_MATH, error_model="numpy")
+compiled = loose
+"""For functions that compiled ones call: without machine code of their own."""
 
 
 def call(
@@ -37,4 +38,6 @@ def call(
     cls = type("Arrays", (Record,), {"__annotations__": members, "__module__": __name__})
     made: dict[str, Any] = {"__name__": __name__, "function": compiled(function)}
     exec(f"def outer(m):\n    function({', '.join(f'm.{name}' for name in names)})", made)
-    compiled(made["outer"])(cls(kind, dict(zip(names, arrays, strict=True)), given))
+    numba.njit(fastmath=FAST_MATH, error_model="numpy")(made["outer"])(
+        cls(kind, dict(zip(names, arrays, strict=True)), given)
+    )

@@ -13,7 +13,9 @@ from kernel_arrays import compiled
 from test_duals import OPERATIONS
 
 from meltemi.core.errors import InputError
+from meltemi.maths.generic import held, reverse
 from meltemi.maths.records import NODES, Array1, Array2, Float, Kind, Record
+from meltemi.maths.vectors import Vec
 from meltemi.studies.reverse.compiled import Compiled
 from meltemi.studies.reverse.memory import Memory
 
@@ -45,6 +47,7 @@ def differentiated(function: Any, record: Record, **weights: Any) -> Memory:
         memory.of(getattr(record, name), adjoint=True)[...] = by
     memory.rewind()
     code.forward(memory, 3)
+    memory.longest = memory.recorded
     code.backward(memory, 3)
     assert memory.recorded == 0
     return memory
@@ -109,6 +112,40 @@ def test_loops_branches_and_memory_that_changes() -> None:
     h = 1e-6
     expected = [(value(start + h * e) - value(start - h * e)) / (2.0 * h) for e in np.eye(4)]
     np.testing.assert_allclose(found, expected, rtol=1e-7)
+
+
+def test_a_held_solution_has_the_derivatives_of_its_last_steps() -> None:
+    """x^3 = y by Newton's method: neither the way to the solution nor where it began is recorded (J-3a)."""
+
+    @compiled
+    def sides(x: Any, y: Any) -> Any:
+        return Vec(x * x * x - y, 3.0 * x * x, 0.0)
+
+    def solved(held_there: bool) -> Any:
+        def function(n: int, m: Any) -> None:
+            for i in range(m.x.shape[1]):
+                x, y = m.x[0, i], m.y[0, i]
+                for _ in range(30):
+                    f = sides(x, y)
+                    x -= f.x / f.y
+                if held_there and reverse(x):
+                    x = held(x)
+                    slope = held(sides(x, y).y)
+                    x -= sides(x, y).x / slope
+                    x -= sides(x, y).x / slope
+                m.z[0, i] = x
+
+        return function
+
+    x, y = RNG.uniform(0.5, 2.0, (1, N)), RNG.uniform(0.5, 2.0, (1, N))
+    recorded = []
+    for held_there in (True, False):
+        record = Numbers("lanes", {"x": x, "y": y, "z": np.zeros_like(x)})
+        memory = differentiated(solved(held_there), record, z=1.0)
+        recorded.append(memory.longest)
+        np.testing.assert_allclose(memory.of(y, adjoint=True), y ** (-2.0 / 3.0) / 3.0, rtol=1e-12)
+        np.testing.assert_allclose(memory.of(x, adjoint=True), 0.0, atol=0.0 if held_there else 1e-12)
+    assert recorded[0] < 0.2 * recorded[1]
 
 
 def test_infinite_factors_in_branches_not_taken_do_no_harm() -> None:
