@@ -3,7 +3,6 @@
     python tools/scale.py measure scale.json                     4 minutes of processor time; needs meltemi[loads,dask]
     python tools/scale.py page scale.json docs/guide/scale.md    writes the tables into the page
     python tools/scale.py sharing                                scatter over seeds, and over shifts of one field
-    python tools/scale.py single                                 states rounded to single precision after each step
 
 Times are processor times: other programs on the machine change them little.
 """
@@ -188,22 +187,6 @@ def sharing(count: int = 12) -> None:
         print(f"{name}: standard deviation [%]", np.round(100.0 * found.std(axis=0, ddof=1) / found.mean(axis=0), 1))
 
 
-def single(duration: float = 120.0) -> None:
-    """Print what rounding all states to single precision after each step changes in equivalent loads."""
-    model = meltemi.build(meltemi.load_turbine("nrel5mw"))
-    wind = meltemi.TurbulentWind(speed=SPEED, intensity=SIGMA / SPEED, points=15)
-    case = meltemi.Run(model, wind, duration=duration, channels=LOADS)
-    exact, coarse = (meltemi.Simulation(case, numbers="floats") for _ in range(2))
-    march(exact)
-    arrays = [array for array in coarse.moving if array.dtype == np.float64]
-    while not coarse.finished:
-        coarse.advance(1)
-        for array in arrays:
-            array[:] = array.astype(np.float32)
-    a, b = (meltemi.equivalent_loads(run.result()) for run in (exact, coarse))
-    print({name: f"{100.0 * (b[name] / a[name] - 1.0):.3f} %" for name in a})
-
-
 # tables ---------------------------------------------------------------------------------------------------
 
 
@@ -304,8 +287,6 @@ if __name__ == "__main__":
             peak_memory(int(count))
         case ["sharing"]:
             sharing()
-        case ["single"]:
-            single()
         case ["page", file, target]:
             page(Path(file), Path(target))
         case _:

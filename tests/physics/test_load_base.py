@@ -144,7 +144,7 @@ def test_any_division_gives_the_same_bits(tiny: Plan, whole: Path, tmp_path: Pat
         engine.run_base(tiny, tmp_path, shard=(4, 3))
     with pytest.raises(InputError, match="device 'cuda' and dask exclude each other"):
         engine.run_base(tiny, tmp_path, device="cuda", dask="local")
-    with pytest.raises(InputError, match="device must be one of cpu, cuda, found 'gpu'"):
+    with pytest.raises(InputError, match="device must be one of cpu, cuda, cuda-single, found 'gpu'"):
         engine.run_base(tiny, tmp_path, device="gpu")
 
 

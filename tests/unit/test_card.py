@@ -12,7 +12,7 @@ import pytest
 
 import meltemi
 from meltemi.core.errors import InputError, Status
-from meltemi.loadcases import card
+from meltemi.loadcases import card, single_precision
 from meltemi.numbers.records import record_at
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
@@ -92,7 +92,7 @@ def test_plain_python_controllers_are_refused() -> None:
 
 
 def test_missing_packages_and_cards_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(InputError, match="device must be one of cpu, cuda, found 'gpu'"):
+    with pytest.raises(InputError, match="device must be one of cpu, cuda, cuda-single, found 'gpu'"):
         meltemi.simulate_batch([run_of(8.0)], device="gpu")
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r'pip install "numba-cuda\[cu12\]>=0.28,<0.31"'):
@@ -125,11 +125,51 @@ def test_a_batch_in_the_simulator_of_a_card_agrees_with_the_processor() -> None:
     assert done.stdout.strip() == "agreed", done.stderr
 
 
+CODE = """
+define double @_ZN7meltemi4aero3bem7balance(double %x, ptr %p) {
+  %y = load double, ptr %p, align 8
+  %z = fmul nsz contract double %x, %y
+  %1 = call contract double @llvm.sqrt.f64(double %z)
+  %n = load i64, ptr %p, align 8
+  ret double %1
+}
+define double @_ZN7meltemi10simulation4step7predict(double %x) {
+  %z = fmul double %x, %x
+  ret double %z
+}
+"""
+
+
+def test_evaluations_are_rounded_to_single_precision() -> None:
+    made = single_precision.rounded(CODE)
+    assert made.count("fptrunc double") == made.count("fpext float") == 3
+    assert made.endswith(CODE[CODE.index("define double @_ZN7meltemi10") :].rstrip())  # the step is not
+    lines = made.splitlines()
+    assert [line.split(" = ")[0].strip() for line in lines if "fpext" in line] == ["%y", "%z", "%1"]
+
+
+@pytest.mark.slow
+def test_equivalent_loads_in_single_precision(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend("tools")
+    tool = importlib.import_module("single_precision")
+    wind = meltemi.TurbulentWind(speed=12.0, intensity=0.16, seed=1, points=9)
+    case = Run(meltemi.build(meltemi.load_turbine("nrel5mw")), wind, duration=30.0, channels=tool.LOADS)
+    exact, coarse = (Simulation(case, numbers="floats") for _ in range(2))
+    march(exact)
+    a, b = exact.result(), tool.rounded_march(coarse)(coarse)
+    deviation = np.abs(b.data - a.data).max(axis=0) / a.data.std(axis=0)
+    assert np.all((deviation > 1e-7) & (deviation < 2e-3))
+    loads = meltemi.equivalent_loads(b)
+    assert meltemi.equivalent_loads(a) == pytest.approx(loads, rel=2e-4)
+
+
 PTX = """
 import sys
 sys.path.insert(0, "tools")
 import card_code
-print(card_code.ptx_of("pmsg20mw"))
+for single in (False, True):
+    print(card_code.ptx_of("pmsg20mw", single=single))
+    print("next")
 """
 
 
@@ -141,12 +181,16 @@ def missing() -> str:
     return ""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(missing()), reason=missing())
 def test_the_loop_compiles_for_a_card() -> None:
     done = subprocess.run([sys.executable, "-c", PTX], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert ".target sm_90" in done.stdout and "march_and_count" in done.stdout
-    assert "fma.rn.f64" in done.stdout and "cosf" not in done.stdout  # in double precision
+    double, single, _ = done.stdout.split("next")
+    for code in (double, single):
+        assert ".target sm_90" in code and "march_and_count" in code and "fma.rn.f64" in code
+        assert "cosf" not in code
+    assert single.count("mul.f32") > double.count("mul.f32") + 20
 
 
 def has_card() -> bool:

@@ -173,7 +173,7 @@ def run_(
     dask: Annotated[
         str | None, typer.Option("--dask", help="Address of a Dask scheduler, or: local (processes of this machine).")
     ] = None,
-    device: Annotated[str, typer.Option("--device", help="cpu, or cuda: a graphics card.")] = "cpu",
+    device: Annotated[str, typer.Option("--device", help="cpu; cuda or cuda-single: a graphics card.")] = "cpu",
     retry: Annotated[bool, typer.Option("--retry", help="Run cases again that failed.")] = False,
 ) -> None:
     """Run the cases of a load base that are missing."""

@@ -147,7 +147,7 @@ def run_base(
       shard: number k, from 1, and N: only every N-th case, beginning with the k-th.
       workers: threads; by default one for each core this process may use.
       dask: address of the scheduler of a Dask cluster, or ``local``: worker processes of this machine.
-      device: "cpu", or "cuda" for a graphics card.
+      device: "cpu"; "cuda" or "cuda-single" for a graphics card, the latter in single precision.
       retry: run cases again that failed.
       progress: called as cases are finished.
 
@@ -252,7 +252,7 @@ class OnThreads:
 
     Attributes:
       workers: number of threads; by default one for each core this process may use.
-      device: "cpu", or "cuda" for a graphics card.
+      device: "cpu"; "cuda" or "cuda-single" for a graphics card, the latter in single precision.
       tell: called with the simulated time [s] of the finished cases that are not yet handed over.
     """
 

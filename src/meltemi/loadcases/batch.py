@@ -34,7 +34,7 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 
 MOST_WORKERS = 1000
-DEVICES = ("cpu", "cuda")
+DEVICES = ("cpu", "cuda", "cuda-single")
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
 Begun = tuple[Run, Path | None, str | None, Simulation]
@@ -97,7 +97,7 @@ class Batch:
       rerun: run all cases, also those that are finished.
       done: callback with each outcome, from the calling thread; outcomes are then not kept, and none is returned.
       device: "cpu" or "cuda", a graphics card, where cases march together in groups; needs ``meltemi[cuda]``, and
-        controllers that are compiled.
+        controllers that are compiled; "cuda-single" evaluates in single precision.
       series: keep the time series; without them the value of a case, and what ``reduce`` is called with, is a
         :class:`~meltemi.loads.Summary`, computed while the case runs.
       slopes: m of the S-N curves of summaries by channel; for others 10 for blades, 4 for other loads.
@@ -125,7 +125,7 @@ class Batch:
             raise InputError("out and series=False exclude each other: files contain the time series")
         if self.series and self.slopes is not None:
             raise InputError("slopes are those of summaries: give series=False")
-        if self.device == "cuda":
+        if self.device != "cpu":
             card.check()
             self.workers = 2  # one group is prepared or evaluated while another one marches
         self.folder = None if self.out is None else Path(self.out)
@@ -195,9 +195,10 @@ class Batch:
 
     def _run_group(self) -> None:
         group = [*self._group()]
-        if self.device == "cuda":
+        if self.device != "cpu":
             with self.card_lock:
-                card.march_together([begun[-1] for _, _, begun in group], self.stop.is_set)
+                runs = [begun[-1] for _, _, begun in group]
+                card.march_together(runs, self.stop.is_set, single=self.device == "cuda-single")
         for i, name, begun in group:
             self._guarded(i, name, self._end, i, name, *begun)
             self.under_way.pop(i, None)

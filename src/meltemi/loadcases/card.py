@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernels, loose
+from meltemi.loadcases import single_precision
 from meltemi.maths.records import members
 from meltemi.maths.tables import TableType
 from meltemi.numbers.records import type_of_class
@@ -37,6 +38,8 @@ BLOCK = 32
 CHUNK = 500
 """Time steps between checks of the keyboard, of which a run without series holds the samples."""
 ALIGNMENT = 64
+SIGNATURE = numba.types.void(numba.types.int64[::1], numba.types.int64[:, ::1])
+"""Of the kernel: steps of each run, and words."""
 Bytes = NDArray[np.uint8]
 
 
@@ -175,17 +178,24 @@ def _loop() -> Any:
 
 
 @cache
-def _compiled(update: Any, classes: tuple[type, ...], first: tuple[int, ...], registers: int | None) -> Any:
+def _compiled(
+    update: Any, classes: tuple[type, ...], first: tuple[int, ...], registers: int | None, single: bool
+) -> Any:
     from meltemi.loadcases.card_kernel import march_kernel
 
-    return march_kernel(_loop(), on_card(of_vectors(update)), classes, first, max_registers=registers)
+    kernel = march_kernel(_loop(), on_card(of_vectors(update)), classes, first, max_registers=registers)
+    if single:
+        with single_precision.on_card():
+            kernel.compile(SIGNATURE)
+    return kernel
 
 
-def kernel_of(run: Simulation, registers: int | None = None) -> Any:
+def kernel_of(run: Simulation, registers: int | None = None, *, single: bool = False) -> Any:
     """The kernel that marches a run and others with the same kind of rotor and the same controller.
 
     Args:
       registers: largest number of a thread; by default as many as there are.
+      single: evaluate in single precision.
     """
     records = records_of(run)
     lengths = [len(record.words) for record in records]
@@ -194,23 +204,29 @@ def kernel_of(run: Simulation, registers: int | None = None) -> Any:
         from meltemi.loadcases.card_kernel import march_kernel
 
         return march_kernel(run._march, run._arguments[0], classes, first)
-    return _compiled(compiled_update(run.case.controller), classes, first, registers)
+    return _compiled(compiled_update(run.case.controller), classes, first, registers, single)
 
 
-def march_together(runs: Sequence[Simulation], stop: Callable[[], bool] = lambda: False) -> None:
-    """March runs on the card to their ends, or until ``stop``; they are then interrupted."""
+def march_together(
+    runs: Sequence[Simulation], stop: Callable[[], bool] = lambda: False, *, single: bool = False
+) -> None:
+    """March runs on the card to their ends, or until ``stop``; they are then interrupted.
+
+    Args:
+      single: evaluate in single precision.
+    """
     groups: dict[Any, list[Simulation]] = {}
     for run in runs:
         groups.setdefault((run.case.controller.update, *map(type, records_of(run))), []).append(run)
     for group in groups.values():
-        _march(group, stop)
+        _march(group, stop, single)
 
 
-def _march(runs: Sequence[Simulation], stop: Callable[[], bool]) -> None:
+def _march(runs: Sequence[Simulation], stop: Callable[[], bool], single: bool) -> None:
     from numba import cuda
 
     began = time.perf_counter()
-    kernel, image = kernel_of(runs[0]), Image(runs)
+    kernel, image = kernel_of(runs[0], single=single), Image(runs)
     memory = cuda.to_device(image.content)
     words = cuda.to_device(image.at(address(memory)))
     left = np.array([run.n_steps - int(run.case.clock.step) for run in runs])
