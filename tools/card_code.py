@@ -64,9 +64,8 @@ def main() -> None:
         for kind in (".f64", ".f32")
     )
     memory = sum(n for word, n in mix.items() if word.split(".")[0] in ("ld", "st") and ".param" not in word)
-    print(
-        f"{mix.total()} instructions: {double} float64 and {single} float32 arithmetic, {memory} loads and stores; {mix.most_common(12)}"
-    )
+    print(f"{mix.total()} instructions: {double} float64 and {single} float32 arithmetic, {memory} loads and stores")
+    print(mix.most_common(12))
     assembler = next(Path(next(iter(nvidia.cuda_nvcc.__path__))).rglob("bin/ptxas"))
     with tempfile.TemporaryDirectory() as folder:
         (file := Path(folder, "march.ptx")).write_text(ptx, encoding="utf-8")
