@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from terminal import Command
 
+from meltemi.app.view import _names
+
 RUN = ("run", "nrel5mw", "--wind-speed", 10, "--duration", 1)
 
 
@@ -33,6 +35,18 @@ def test_a_run_writes_its_view_and_view_repeats_it(command: Command, tmp_path: P
     text = both.read_text("utf-8")
     assert '"names":["out","result"]' in text
     assert '"theme":"dark"' in text
+
+
+@pytest.mark.parametrize(
+    ("files", "names"),
+    [
+        (["a.nc", "b.nc"], ["a", "b"]),
+        (["one/result.nc", "two/result.nc"], ["one", "two"]),
+        (["one/a.nc", "one/a.outb"], ["1: one/a", "2: one/a"]),
+    ],
+)
+def test_names_tell_the_results_apart(files: list[str], names: list[str]) -> None:
+    assert _names([Path(file) for file in files]) == names
 
 
 @pytest.mark.usefixtures("no_plots")

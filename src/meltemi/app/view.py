@@ -53,8 +53,10 @@ def view(
 
 
 def _names(files: list[Path]) -> list[str]:
-    """Names of the results: of the files, with their folders where these are equal."""
+    """Names of the results: of the files; where these are equal, of their folders, or both."""
     names = [path.stem for path in files]
+    if len(set(names)) < len(names):
+        names = [(path if path.is_dir() else path.absolute().parent).name for path in files]
     if len(set(names)) < len(names):
         names = [f"{(path if path.is_dir() else path.parent).name}/{path.stem}" for path in files]
     return names if len(set(names)) == len(names) else [f"{i + 1}: {name}" for i, name in enumerate(names)]
