@@ -331,11 +331,12 @@ def test_a_browser_draws_the_tips_where_the_simulation_has_them(seen: Result, mo
 
 
 PLACES = """<!DOCTYPE html><body><script>
-const places = {}, frames = [390, 800, 1440].map((width) => Object.assign(document.createElement("iframe"), { srcdoc: %s, width, height: 900 }));
+const places = {}, page = { height: 900, srcdoc: %s };
+const frames = [390, 800, 1440].map((width) => Object.assign(document.createElement("iframe"), { width }, page));
 frames.forEach((frame) => {
   frame.onload = () => {
-    const box = (id) => (({ x, width }) => [x, width])(frame.contentDocument.getElementById(id).getBoundingClientRect());
-    places[frame.width] = ["stage", "plots", "time"].map(box);
+    const boxes = ["stage", "plots", "time"].map((id) => frame.contentDocument.getElementById(id).getClientRects()[0]);
+    places[frame.width] = boxes.map(({ x, width }) => [x, width]);
     if (Object.keys(places).length === frames.length) document.body.innerHTML = `<pre>${JSON.stringify(places)}</pre>`;
   };
   document.body.append(frame);
