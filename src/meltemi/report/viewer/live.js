@@ -202,7 +202,7 @@ class LiveClock {
     const line = (text, kind) => Object.assign(document.createElement("li"), { textContent: text, className: kind });
     panel.querySelector("ol").replaceChildren(
       ...now.warnings.map((text) => line(text, "warning")),
-      ...now.log.map(([time, source, what, reason]) => line(`${time.toFixed(1)} s, ${source}: ${what}${reason ? ` (${reason})` : ""}`, source)).reverse(),
+      ...now.log.map(([time, source, what, reason]) => line(`${time.toFixed(1)} s, ${source}: ${what.replace("->", "→")}${reason ? ` (${reason})` : ""}`, source)).reverse(),
     );
     if (now.ended) this.halt(`The simulation has stopped: ${now.ended}`, true);
     else if (this.ended) this.note("");

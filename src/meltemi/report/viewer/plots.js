@@ -42,6 +42,7 @@ class Plot {
     const foot = Number(style.getPropertyValue("--foot")), floor = height - foot; // below it, the numbers of the time axis
     const columns = Math.max(Math.round(width - left), 2), curves = this.lines.map((line) => line.envelope(begin, end, columns));
     let [low, high] = curves.reduce(([a, b], c) => [Math.min(a, c.low), Math.max(b, c.high)], [Infinity, -Infinity]);
+    if (!Number.isFinite(high - low)) [low, high] = [0, 1]; // no samples yet
     if (!(high - low > 1e-6 * Math.max(Math.abs(high), Math.abs(low), 1e-3))) [low, high] = [low - Math.max(0.05 * Math.abs(low), 0.5), high + Math.max(0.05 * Math.abs(high), 0.5)];
     const margin = 0.06 * (high - low), y = (v) => floor - 3 - ((floor - 8) * (v - low + margin)) / (high - low + 2 * margin);
     pen.font = "10px system-ui, sans-serif";
