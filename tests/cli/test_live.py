@@ -397,8 +397,8 @@ def test_a_browser_draws_it_moves_a_slider_and_ends_it() -> None:
             until(page, f"{latest} > 13")
             until(page, f"view.frames > {frames + 3}")
             # plots without samples, as at a restart before the first piece of the new run
-            clear = "view.live.socket.onmessage = null, view.live.series.clear(0), view.state.redraw = true, view.frames"
-            until(page, f"view.frames > {page.evaluate(clear) + 1}")
+            page.evaluate("view.live.socket.onmessage = null, view.live.series.clear(0), view.state.redraw = true")
+            until(page, f"view.frames > {page.evaluate('view.frames') + 1}")
             browser.close()
         out, _ = process.communicate(timeout=20.0)
     finally:
