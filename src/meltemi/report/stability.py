@@ -92,7 +92,7 @@ def plot_flutter(found: Flutter, name: str = "") -> Figure:
 MOST_GROWTH = 5.0
 """[%] negative damping at the end of the colour scale of a map; fast growth lies beyond."""
 LINEAR = 0.1
-"""[%] damping up to which the colour scale of a map is linear; beyond, it is logarithmic, as damping is mostly small."""
+"""[%] damping up to which the colour scale of a map is linear; it is logarithmic beyond, as damping is mostly small."""
 
 
 def parked_rows(found: ParkedStability) -> tuple[list[str], list[list[str]]]:
