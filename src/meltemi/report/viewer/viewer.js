@@ -392,5 +392,5 @@ const stop = () => {
   renderer.dispose();
   renderer.forceContextLoss();
 };
-return Object.assign(view, { render, camera, renderer, begin, duration, stop });
+return Object.assign(view, { render, camera, renderer, begin, duration, setTheme, stop });
 }
