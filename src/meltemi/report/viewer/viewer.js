@@ -167,7 +167,7 @@ function press() {
 }
 function build() {
   root.querySelector("h1").textContent = spec.title;
-  root.querySelector("header .about").textContent = spec.subtitle.replace(/(\d) (?=[^\d,])/g, "$1\u00a0"); // units stay with their numbers
+  root.querySelector("header .about").textContent = spec.subtitle.replace(/(\d|seed|exponent) (?=[^,])/g, "$1\u00a0"); // numbers stay with their units
   if (scenes.length > 1) root.querySelector(".key").append(...spec.names.map((name, i) => Object.assign(document.createElement("span"), { innerHTML: `<i style="background:var(--c${i})"></i>`, title: name })));
   all(".key span").forEach((each) => each.append(each.title));
   find("help").querySelector(".words").textContent = spec.words;
