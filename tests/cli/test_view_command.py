@@ -83,6 +83,15 @@ def test_a_wind_file_is_viewed_alone(command: Command, bts: Callable[..., Path],
     assert (ran.status, "a wind is viewed alone" in ran.err) == (2, True)
 
 
+def test_ctrl_c_ends_it_in_a_line(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(path: Path) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("meltemi.app.view._read", interrupted)
+    ran = command("view", "some.nc", "-o", tmp_path / "x.html")
+    assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
