@@ -41,7 +41,12 @@ def view(
     if len(results) == len(found):
         wanted = [name.strip() for name in (channels or "").split(",") if name.strip()]
         wrote(result_view(results, wanted, look).write(out))
-        suggest("channels")
+        if len(files) == 2:
+            suggest("diff", *(path / "result.nc" if path.is_dir() else path for path in files))
+        elif wanted:
+            suggest("channels")
+        else:
+            suggest("view", files[0], "--channels", "RootMyc1,TwrBsMyt", "--out", out)
         return
     winds = [r for r in found if not isinstance(r, Result)]
     if len(found) > 1:
