@@ -30,7 +30,7 @@ def on_files(files: Any, *, config: Any, **_: Any) -> Any:
     import meltemi
 
     run = next(file for file in files if file.src_uri == f"images/{RUN}")
-    page = meltemi.plots.view(meltemi.read_result(run.abs_src_path), look=meltemi.plots.Look("light"))
+    page = meltemi.plots.view(meltemi.read_result(run.abs_src_path))
     files.append(File.generated(config, "guide/turbine.html", content=page.html))
     files.remove(run)
     return files

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 import meltemi
 from meltemi.core.files import write_text
 from meltemi.core.physics import PHYSICS
-from meltemi.report.html import Picture, Section, Table, write_page
+from meltemi.report.html import Picture, Section, Table, result_first, write_page
 from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
 from meltemi.studies.run_store import current, guarded, run_store
@@ -219,7 +219,7 @@ def reproduce(
             study.title,
             [*before, *parts, *after],
             facts=facts,
-            lead=plain(said.lead),
+            lead=result_first(plain(said.lead)),
             footer=study.source,
         )
         return Reproduction(said.shown, said.lead, [*files, *said.files, html], documented(text, study.name))

@@ -126,3 +126,9 @@ def test_a_deck_runs_under_rosco_with_its_own_settings(command: Command, rosco_c
     case = meltemi.io.read_case(tmp_path / "out" / "case.yaml").controller
     assert isinstance(case, LibraryCase) and case.input == str(deck.with_name("DISCON.IN"))
     assert sorted((tmp_path / "NREL-5MW").rglob("*")) == before
+
+
+def test_control_schemes_are_named_where_they_can_be_used(command: Command) -> None:
+    ran = command("run", "nrel5mw", *STEADY, "--controller", "ipc")
+    assert ran.status == 2
+    assert "--controller ipc: a control scheme, which compare, bench-controller and live simulate" in ran.err

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -252,7 +253,7 @@ def test_the_page_needs_token_and_host(server: LiveServer) -> None:
         LiveServer(lambda: "", int(port))
 
 
-def test_the_socket_needs_token_origin_and_host(server: LiveServer) -> None:
+def test_the_socket_needs_token_origin_and_host(server: LiveServer, caplog: pytest.LogCaptureFixture) -> None:
     address, good = server.url.replace("http", "ws") + "socket", f"http://{server.host}"
     for origin in (None, "http://evil.example", "https://" + server.host, "null"):
         with pytest.raises(InvalidStatus, match="403"), connect(address, origin=origin):  # type: ignore[arg-type]
@@ -275,6 +276,19 @@ def test_the_socket_needs_token_origin_and_host(server: LiveServer) -> None:
             assert second.recv(5.0) == '{"b": 2}'
             with pytest.raises(ConnectionClosed, match="another window"):
                 page.recv(5.0)
+    assert caplog.records == []
+
+
+def test_a_browser_that_is_killed_closes_the_page(server: LiveServer) -> None:
+    with connect(server.url.replace("http", "ws") + "socket", origin=f"http://{server.host}") as page:  # type: ignore[arg-type]
+        server.received(5.0)
+        assert server.open
+        page.socket.shutdown(socket.SHUT_RDWR)
+        end = time.monotonic() + 5.0
+        while server.closed_at is None:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+    assert not server.open
 
 
 def test_it_runs_at_the_speed_and_ends_with_its_page(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -284,17 +298,17 @@ def test_it_runs_at_the_speed_and_ends_with_its_page(session: Session, monkeypat
         found: dict[str, Any] = {"pieces": 0}
 
         def page() -> None:
-            with connect(address, origin=f"http://{server.host}") as socket:  # type: ignore[arg-type]
-                socket.send('{"playing": true, "speed": 5}')
-                socket.send('{"set": "wind_speed", "value": 50}')
+            with connect(address, origin=f"http://{server.host}") as line:  # type: ignore[arg-type]
+                line.send('{"playing": true, "speed": 5}')
+                line.send('{"set": "wind_speed", "value": 50}')
                 began = time.monotonic()
                 while time.monotonic() < began + 2.0:
-                    message = socket.recv(5.0)
+                    message = line.recv(5.0)
                     if isinstance(message, bytes):
                         found["pieces"] += 1
                     elif message.startswith('{"error"'):
                         found["error"] = message
-                socket.send('{"playing": false, "speed": 5}')
+                line.send('{"playing": false, "speed": 5}')
 
         reader = Thread(target=page)
         reader.start()
@@ -382,6 +396,9 @@ def test_a_browser_draws_it_moves_a_slider_and_ends_it() -> None:
             latest = "view.live.series.value(view.live.series.rows - 1, 0)"
             until(page, f"{latest} > 13")
             until(page, f"view.frames > {frames + 3}")
+            # plots without samples, as at a restart before the first piece of the new run
+            page.evaluate("view.live.socket.onmessage = null, view.live.series.clear(0), view.state.redraw = true")
+            until(page, f"view.frames > {page.evaluate('view.frames') + 1}")
             browser.close()
         out, _ = process.communicate(timeout=20.0)
     finally:

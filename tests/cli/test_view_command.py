@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from terminal import Command
 
+from meltemi.app.view import _names
+
 RUN = ("run", "nrel5mw", "--wind-speed", 10, "--duration", 1)
 
 
@@ -33,6 +35,18 @@ def test_a_run_writes_its_view_and_view_repeats_it(command: Command, tmp_path: P
     text = both.read_text("utf-8")
     assert '"names":["out","result"]' in text
     assert '"theme":"dark"' in text
+
+
+@pytest.mark.parametrize(
+    ("files", "names"),
+    [
+        (["a.nc", "b.nc"], ["a", "b"]),
+        (["one/result.nc", "two/result.nc"], ["one", "two"]),
+        (["one/a.nc", "one/a.outb"], ["1: one/a", "2: one/a"]),
+    ],
+)
+def test_names_tell_the_results_apart(files: list[str], names: list[str]) -> None:
+    assert _names([Path(file) for file in files]) == names
 
 
 @pytest.mark.usefixtures("no_plots")
@@ -67,6 +81,15 @@ def test_a_wind_file_is_viewed_alone(command: Command, bts: Callable[..., Path],
     assert (ran.status, ran.files) == (0, [out]), ran.err
     ran = command("view", file, file, "-o", tmp_path / "two.html")
     assert (ran.status, "a wind is viewed alone" in ran.err) == (2, True)
+
+
+def test_ctrl_c_ends_it_in_a_line(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(path: Path) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("meltemi.app.view._read", interrupted)
+    ran = command("view", "some.nc", "-o", tmp_path / "x.html")
+    assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
 
 
 @pytest.mark.parametrize(

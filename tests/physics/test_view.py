@@ -330,6 +330,39 @@ def test_a_browser_draws_the_tips_where_the_simulation_has_them(seen: Result, mo
     assert 0.01 < drawn < 0.2
 
 
+PLACES = """<!DOCTYPE html><body><script>
+const places = {}, page = { height: 900, srcdoc: %s };
+const frames = [390, 800, 1440].map((width) => Object.assign(document.createElement("iframe"), { width }, page));
+frames.forEach((frame) => {
+  frame.onload = () => {
+    const boxes = ["stage", "plots", "time"].map((id) => frame.contentDocument.getElementById(id).getClientRects()[0]);
+    places[frame.width] = boxes.map(({ x, width }) => [x, width]);
+    if (Object.keys(places).length === frames.length) document.body.innerHTML = `<pre>${JSON.stringify(places)}</pre>`;
+  };
+  document.body.append(frame);
+});
+</script></body>"""
+
+
+@needs_browser
+def test_on_a_phone_the_picture_has_the_whole_width(seen: Result, tmp_path: Path) -> None:
+    bare = re.sub("<script.*</script>", "", seen.view().html, flags=re.DOTALL)
+    bare = bare.replace('aria-label="Plots">', 'aria-label="Plots"><figure class="plot"></figure>')
+    file = tmp_path / "places.html"
+    file.write_text(PLACES % json.dumps(bare).replace("</", "<\\/"), "utf-8")
+    how = ("--headless=new", "--no-sandbox", "--disable-gpu", "--dump-dom", f"--user-data-dir={tmp_path / 'profile'}")
+    made = subprocess.run([str(BROWSER), *how, file.as_uri()], capture_output=True, text=True, timeout=60.0, check=True)
+    places = json.loads(made.stdout.split("<pre>")[1].split("</pre>")[0])
+    assert places["390"] == [[0, 390]] * 3
+    for width, column in ((800, 15.5 * 16), (1440, 24 * 16)):
+        assert places[str(width)] == [[0, width - column], [width - column, column], [0, width]]
+
+
+def test_the_scripts_are_short() -> None:
+    own = [file for file in Path(viewer.__file__).parent.glob("*.js") if file.name != "three.min.js"]
+    assert sum(len(file.read_text("utf-8").splitlines()) for file in own) < 1500
+
+
 @needs_browser
 def test_a_widget_draws_the_same_and_shares_its_time(seen: Result, tmp_path: Path) -> None:
     widget = pytest.importorskip("meltemi.report.widget")

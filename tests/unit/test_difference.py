@@ -186,6 +186,17 @@ def test_rows_are_in_units_for_people() -> None:
     assert row[:4] == ["RootMyc1", "kN m", "8000", "+12.50"]
 
 
+def test_a_notebook_shows_the_most_different_channels_first() -> None:
+    names = ("wind_x", "root_moment_out_of_plane_1")
+    a = series(0.1, 20.0, **{name: sine(1.0 + 0.1 * i, 8.0) for i, name in enumerate(names)})
+    b = series(0.1, 20.0, **dict.fromkeys(names, sine(1.0, 8.0)), wind_y=sine())
+    found = compare_results(a, b)
+    (section,) = found.card().sections
+    assert [row[0] for row in section.rows] == ["root_moment_out_of_plane_1", "wind_x"]
+    assert section.rows[0][1:4] == ["kN m", "0.008000", "+0.00"]
+    assert repr(found) == "ResultDifferences(channels=2, only_second=wind_y, notes=compared from 0 to 20 s)"
+
+
 def test_a_picture_shows_what_everyone_wants_and_the_most_different() -> None:
     names = ["rotor_speed", "pitch_1", *(f"node_{n}_alpha_{b}" for n in range(1, 7) for b in (1, 2))]
     a = series(0.1, 50.0, **{name: sine(1.0 + 0.01 * i) for i, name in enumerate(names)})

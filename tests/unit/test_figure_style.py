@@ -135,6 +135,7 @@ FIGURES |= {f"field, {name}": partial(lambda name: field()[name], name) for name
 
 @pytest.fixture(scope="module", params=FIGURES)
 def drawn(request: pytest.FixtureRequest) -> Any:
+    mpl.get_backend()  # Matplotlib chooses one when it is asked for the first time
     before = mpl.rcParams.copy()
     figure = FIGURES[request.param]()
     figure.canvas.draw()

@@ -14,7 +14,7 @@ import pytest
 
 from meltemi import InputError
 from meltemi.report.charts import chosen
-from meltemi.report.html import Code, Picture, Section, Table, folded, page, write_page
+from meltemi.report.html import Code, Picture, Section, Table, folded, page, result_first, write_page
 
 PNG = b"\x89PNG\r\n\x1a\n and so on"
 TABLE = Table(
@@ -189,6 +189,16 @@ def test_reader_chooses_one_of_several_parts() -> None:
     text = page("a", [Section("b", blocks), Section("c", chosen("x", [("only", ["one"])]))])
     assert text.count("<option>") == 2 and "<option>a &lt;b&gt;</option>" in text and Reader(text).open == []
     assert 'class="choose all"' in page("a", [Section("b", chosen("x", [("a", []), ("b", [])], print_all=True))])
+
+
+def test_the_first_sentence_leads() -> None:
+    found = result_first("3 of 4 claims hold. At 9.9 rpm loads fall by 2. 5 of them matter. All < 1.")
+    assert found.html == (
+        '<div class="lead"><p>3 of 4 claims hold.</p>'
+        "<ul><li>At 9.9 rpm loads fall by 2. 5 of them matter.</li><li>All &lt; 1.</li></ul></div>"
+    )
+    assert Reader(page("a", [], lead=found)).open == []
+    assert "<ul>" not in result_first("It works.").html
 
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)

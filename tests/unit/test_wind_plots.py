@@ -129,15 +129,22 @@ def test_a_series_is_drawn_in_units_for_people() -> None:
     time = np.linspace(0.0, 10.0, 11)
     wind = WindSeries(time=time, speed=10.0 + time, direction=0.1 * time, gust=1.0, exponent=0.2, source="a gust")
     figure = plot_wind(wind)["series"]
-    speed, direction, vertical, shear = figure.axes
+    speed, direction = figure.axes
     assert figure.get_suptitle() == "a gust"
-    assert [ax.get_ylabel() for ax in figure.axes] == ["[m/s]", "[deg]", "[m/s]", "[-]"]
+    assert [ax.get_ylabel() for ax in figure.axes] == ["[m/s]", "[deg]"]
     assert speed.get_title(loc="left") == "speed, gust included"
     np.testing.assert_allclose(speed.lines[0].get_ydata(), 11.0 + time)
     np.testing.assert_allclose(direction.lines[0].get_ydata(), np.degrees(0.1 * time))
-    assert vertical.get_ylim() == (-1.0, 1.0)
+    assert direction.get_xlabel() == "time [s]"
+    assert figure.get_supxlabel() == (
+        "constant: vertical speed 0 m/s, exponent of the power law 0.2, linear vertical shear 0, "
+        "linear horizontal shear 0"
+    )
+    wind = wind.replace(vertical_shear=0.1 * time, vertical=0.5)
+    *_, shear = plot_wind(wind)["series"].axes
     assert len(shear.lines) == 3
-    assert shear.get_xlabel() == "time [s]"
+    still = plot_wind(WindSeries(time=time, speed=10.0 + 0.0 * time))["series"]
+    assert [ax.get_ylim() for ax in still.axes] == [(9.0, 11.0)]
 
 
 def test_a_steady_wind_has_a_profile(turbine: Turbine) -> None:

@@ -482,7 +482,7 @@ def campbell(
             all_rows=campbell_rows(diagram),
         )
         wrote(write_csv(out / "campbell.csv", *campbell_rows(diagram)))
-        wrote(save(plot_campbell(diagram), out / "campbell.png"))
+        wrote(save(plot_campbell(diagram, described.name), out / "campbell.png"))
         if seen:
             from meltemi.report.view import modes_view
 

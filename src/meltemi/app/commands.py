@@ -13,7 +13,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from meltemi.app.terminal import output
+from meltemi.app.terminal import output, say
 from meltemi.core.errors import InputError
 
 GROUP = "meltemi.commands"
@@ -66,6 +66,14 @@ def _json_option() -> Any:
 
 class Commands(Group):
     """Commands of meltemi, and those of other packages, loaded when an unknown name is used."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command; Ctrl-C ends it in a line, with exit status 130."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            say("interrupted")
+            raise typer.Exit(130) from None
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of all commands, ours first."""

@@ -48,13 +48,14 @@ def clone() -> Path:
 
 
 def built_site(folder: Path) -> Path:
-    """The site of a clone; it is built if pages or docstrings are newer.
+    """The site of a clone; it is built if pages, docstrings or the scripts of the view are newer.
 
     Raises:
       InputError: mkdocs is not installed, or fails.
     """
     site, part = folder / "site", folder / "site.part"
-    sources = (folder / "mkdocs.yml", *(folder / "docs").rglob("*"), *(folder / "src").rglob("*.py"))
+    made_of = ("docs/**/*", "tools/*.py", *(f"src/**/*.{kind}" for kind in ("py", "js", "css", "html")))
+    sources = (folder / "mkdocs.yml", *(path for pattern in made_of for path in folder.glob(pattern)))
     index = site / "index.html"
     if index.is_file() and index.stat().st_mtime >= max(path.stat().st_mtime for path in sources):
         return site

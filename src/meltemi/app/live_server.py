@@ -141,11 +141,14 @@ class LiveServer:
         return response
 
     def _talk(self, connection: ServerConnection) -> None:
+        from websockets.exceptions import ConnectionClosed
+
         before, self._open, self.closed_at = self._open, connection, None
         if before is not None:
             before.close(4000, "opened in another window")
         self._inbox.put('{"opened": true}')
-        for message in connection:
-            self._inbox.put(message if isinstance(message, str) else "")
+        with suppress(ConnectionClosed):  # a browser that was killed says no good-bye
+            for message in connection:
+                self._inbox.put(message if isinstance(message, str) else "")
         if self._open is connection:
             self._open, self.closed_at = None, monotonic()

@@ -259,5 +259,10 @@ def controller_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
         if file is not None:
             raise InputError("--controller-input: requires --controller, the path of a library or rosco")
         return {"kind": "baseline"}
+    if name in SCHEMES and not Path(name).exists():
+        raise InputError(
+            f"--controller {name}: a control scheme, which compare, bench-controller and live simulate; "
+            "here: baseline, rosco, or the path of a controller library"
+        )
     library = name if name == "rosco" else str(Path(name).absolute())
     return {"kind": "bladed", "library": library, "input": None if file is None else str(file.absolute())}

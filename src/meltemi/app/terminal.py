@@ -225,12 +225,8 @@ def _plain(cell: str, text: bool) -> str | float | int | None:
 
 @contextmanager
 def results_in(out: Path) -> Iterator[Path]:
-    """The output folder, for a command that reports an interruption."""
-    try:
-        yield folder_for(out)
-    except KeyboardInterrupt:
-        say("interrupted")
-        raise
+    """The output folder for the work within."""
+    yield folder_for(out)
 
 
 def folder_for(out: Path, option: str = "--out") -> Path:

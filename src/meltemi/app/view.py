@@ -41,7 +41,12 @@ def view(
     if len(results) == len(found):
         wanted = [name.strip() for name in (channels or "").split(",") if name.strip()]
         wrote(result_view(results, wanted, look).write(out))
-        suggest("channels")
+        if len(files) == 2:
+            suggest("diff", *(path / "result.nc" if path.is_dir() else path for path in files))
+        elif wanted:
+            suggest("channels")
+        else:
+            suggest("view", files[0], "--channels", "RootMyc1,TwrBsMyt", "--out", out)
         return
     winds = [r for r in found if not isinstance(r, Result)]
     if len(found) > 1:
@@ -53,8 +58,10 @@ def view(
 
 
 def _names(files: list[Path]) -> list[str]:
-    """Names of the results: of the files, with their folders where these are equal."""
+    """Names of the results: of the files; where these are equal, of their folders, or both."""
     names = [path.stem for path in files]
+    if len(set(names)) < len(names):
+        names = [(path if path.is_dir() else path.absolute().parent).name for path in files]
     if len(set(names)) < len(names):
         names = [f"{(path if path.is_dir() else path.parent).name}/{path.stem}" for path in files]
     return names if len(set(names)) == len(names) else [f"{i + 1}: {name}" for i, name in enumerate(names)]

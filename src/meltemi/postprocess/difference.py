@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.display import rounded
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief
+from meltemi.core.representation import Brief, Card, Fold
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
@@ -75,6 +76,26 @@ class ResultDifferences(Brief):
     only_first: tuple[str, ...]
     only_second: tuple[str, ...]
     notes: tuple[str, ...]
+
+    def facts(self) -> dict[str, str]:
+        """Number of channels, and what was done to compare them."""
+        found = {"channels": str(len(self.channels))}
+        for name in ("only_first", "only_second", "notes"):
+            if words := getattr(self, name):
+                found[name] = ", ".join(words)
+        return found
+
+    def card(self) -> Card:
+        """The channels, the most different one first."""
+        head = ["channel", "unit", "mean, second", "change %", "std, second", "change %", "rms / std", "worst", "at s"]
+        rows = []
+        for d in sorted(self.channels, key=lambda d: -np.nan_to_num(d.distance)):
+            unit, factor = d.channel.display_unit
+            means = (rounded(factor * d.mean[1]), _percent(d.mean_change))
+            deviations = (rounded(factor * d.std[1]), _percent(d.std_change))
+            worst = (rounded(d.distance), rounded(factor * d.worst), f"{d.worst_time:g}")
+            rows.append([d.channel.name, unit, *means, *deviations, *worst])
+        return replace(super().card(), sections=[Fold("Differences, the largest first", rows, head, open=True)])
 
     def of(self, i: int) -> tuple[Float, Float]:
         """Time series (T,) of the compared channel ``i`` in both results."""
@@ -236,6 +257,10 @@ def _scatter(x: Float) -> float:
     """Standard deviation, exactly 0 for a constant."""
     with np.errstate(invalid="ignore"):
         return float(x.std()) if np.ptp(x) != 0.0 else 0.0
+
+
+def _percent(change: float) -> str:
+    return "-" if np.isnan(change) else f"{100.0 * change:+.2f}"
 
 
 def _over(value: float, size: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.postprocess.difference import ChannelDifference, ResultDifferences, gaps, most_different
 from meltemi.report.palette import COLOURS, FAINT, INK
-from meltemi.report.plots import EVERYBODY, heading, new_figure
+from meltemi.report.plots import EVERYBODY, heading, new_figure, readable_unit
 from meltemi.report.tables import number
 
 if TYPE_CHECKING:
@@ -77,14 +77,17 @@ def plot_differences(
     Raises:
       InputError: a channel was not compared.
     """
+    from meltemi.report.figure import MINUS, grouped
+
     shown = [_entry(found, name) for name in channels] if channels else _chosen(found)
     figure, axes = new_figure(len(shown), 3, size=(15.0, 1.5 * len(shown) + 0.9), share=False)
     time = found.second.time
     half = 0.5 * min(ZOOM, 0.2 * float(time[-1] - time[0]))
     for (whole, zoom, gap), d in zip(axes, shown, strict=True):
-        unit, factor = d.channel.display_unit
         i = found.channels.index(d)
-        x, y = (result.data[:, i] * factor for result in (found.first, found.second))
+        x, y = (result.data[:, i] for result in (found.first, found.second))
+        unit, factor = readable_unit(d.channel, x, y)
+        x, y = factor * x, factor * y
         near = np.abs(time - np.clip(d.worst_time, time[0] + half, time[-1] - half)) <= half
         for ax, part, thick, thin in ((whole, slice(None), 0.9, 0.6), (zoom, near, 2.4, 1.0)):
             ax.plot(time[part], y[part], color=COLOURS[1], linewidth=thick, label=labels[1])
@@ -93,8 +96,10 @@ def plot_differences(
         for ax in (whole, gap):
             ax.axvspan(time[near][0], time[near][-1], color=FAINT, alpha=0.18, linewidth=0.0)
         zoom.axvline(d.worst_time, color=INK, linewidth=0.8, linestyle=":")
-        worst = f"worst {number(d.worst * factor)} {unit.strip('-')}".strip() + f" at {d.worst_time:g} s"
-        changes = f"mean {_percent(d.mean_change)} %, std {_percent(d.std_change)} %, rms/std {_fixed(d.distance)}"
+        worst = f"worst {grouped(number(d.worst * factor))} {unit.strip('-')}".strip() + f" at {d.worst_time:g} s"
+        worst = worst.replace("-", MINUS)
+        changes = f"mean {_percent(d.mean_change)} %, std {_percent(d.std_change)} %".replace("-", MINUS)
+        changes += f", rms/std {_fixed(d.distance)}"
         for ax, text in ((whole, d.channel.name.replace("_", " ")), (zoom, worst), (gap, f"difference: {changes}")):
             heading(ax, text, size=9 if ax is whole else 8)
             ax.tick_params(labelsize=7)

@@ -25,6 +25,8 @@ P = ParamSpec("P")
 R = TypeVar("R")
 THIN = "\u2009"
 """Space between thousands."""
+MINUS = "\u2212"
+"""Sign of negative numbers."""
 STYLE: dict[str, Any] = {
     **{name: rcParamsDefault[name] for name in ("font.family", "font.sans-serif", "mathtext.fontset", "text.usetex")},
     "font.size": 9.0,

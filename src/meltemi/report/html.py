@@ -134,6 +134,18 @@ def write_page(
     return write_text(Path(path), page(title, sections, facts=facts, lead=lead, footer=footer, cases=cases))
 
 
+def result_first(text: str) -> Markup:
+    """The lead of a page out of several sentences: the first one, then the others as a list."""
+    first, *others = re.split(r"\.\s+(?=[A-Z])", text.strip().rstrip("."))
+    more = f"<ul>{''.join(f'<li>{plain(each)}.</li>' for each in others)}</ul>" if others else ""
+    return Markup(f'<div class="lead"><p>{plain(first)}.</p>{more}</div>')
+
+
+def _begin(label: str) -> str:
+    """A label with a capital letter at its beginning."""
+    return label if label == "meltemi" else label[:1].upper() + label[1:]
+
+
 def page(
     title: str,
     sections: Sequence[Section],
@@ -145,7 +157,7 @@ def page(
 ) -> str:
     """HTML text of the page of :func:`write_page`; all arguments are plain text."""
     parts = [f"<h1>{escape(title)}</h1>"]
-    if described := [f"<div><dt>{plain(name)}</dt><dd>{plain(value)}</dd></div>" for name, value in facts]:
+    if described := [f"<div><dt>{plain(_begin(name))}</dt><dd>{plain(value)}</dd></div>" for name, value in facts]:
         parts.append(f'<dl class="facts">{"".join(described)}</dl>')
     if lead:
         parts.append(lead.html if isinstance(lead, Markup) else f'<p class="lead">{plain(lead)}</p>')

@@ -8,7 +8,7 @@ import numpy as np
 
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.palette import COLOURS, INK
-from meltemi.report.plots import new_figure, panel
+from meltemi.report.plots import ABOVE, figure_title, new_figure, panel, readable_unit
 from meltemi.report.tables import number
 from meltemi.simulation.observer import Estimate
 from meltemi.simulation.result import Result
@@ -38,14 +38,16 @@ def plot_estimate(estimate: Estimate, measured: Result | None = None) -> Figure:
     figure, axes = new_figure(len(SHOWN), size=(9.0, 9.5))
     for ax, name in zip(axes[:, 0], SHOWN, strict=True):
         channel = found.channel(name)
-        unit, factor = channel.display_unit
+        unit, factor = readable_unit(channel, found[name])
         x, wide = found[name] * factor, BAND * factor * estimate.deviation[:, found.names.index(channel.name)]
         ax.fill_between(found.time, x - wide, x + wide, color=COLOURS[0], alpha=0.25, linewidth=0, label="90 % band")
         ax.plot(found.time, x, color=COLOURS[0], linewidth=1.0, label="estimate")
         if measured is not None and name in measured:
             ax.plot(measured.time, measured[name] * factor, color=INK, linewidth=0.8, label="in the file")
         panel(ax, channel.name.replace("_", " "), unit, "time [s]" if name == SHOWN[-1] else "")
-    axes[min(1, len(SHOWN) - 1), 0].legend(ncols=3, fontsize=8, loc="upper right")
+        ax.set_xlim(found.time[0], found.time[-1])
+    axes[0, 0].legend(handles=axes[1, 0].get_legend_handles_labels()[0], ncols=3, **ABOVE)
+    figure_title(figure, f"{found.meta.get('turbine', '')}: wind and loads estimated from signals".strip(": "))
     return figure
 
 

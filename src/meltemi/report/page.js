@@ -3,7 +3,7 @@
 (() => {
   const all = (selector, within = document) => [...within.querySelectorAll(selector)];
   const make = (name, attributes = {}, ...children) => {
-    const svg = /^(svg|g|path|text|circle|rect|line|title)$/.test(name);
+    const svg = /^(svg|g|path|text|tspan|circle|rect|line|title)$/.test(name);
     const node = svg ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
     for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
     node.append(...children);
@@ -144,10 +144,10 @@
       const line = (of) => of.map(([p], i) => `${i ? "L" : "M"}${p[0].toFixed(1)} ${p[1].toFixed(1)}`).join("");
       if (s.y2) {
         const back = s.x.map((x, i) => [plot(x, s.y2[i])]).filter(([p]) => p).reverse();
-        svg.append(make("path", { d: `${line([...points, ...back])}Z`, style: `fill:${s.colour}`, class: "band" }));
+        svg.append(make("path", { d: points.length ? `${line([...points, ...back])}Z` : "", style: `fill:${s.colour}`, class: "band" }));
       } else if (s.dots) {
         svg.append(make("path", { d: points.map(([p]) => `M${p[0].toFixed(1)} ${p[1].toFixed(1)}h0`).join(""), style: `stroke:${s.colour}`, class: "dots" }));
-      } else svg.append(make("path", { d: line(points) + (spec.polar ? "Z" : ""), style: `stroke:${s.colour}`, class: "line", "stroke-dasharray": s.dash || "none" }));
+      } else svg.append(make("path", { d: line(points) + (spec.polar && points.length ? "Z" : ""), style: `stroke:${s.colour}`, class: "line", "stroke-dasharray": s.dash || "none" }));
       if (!s.y2) found.push(...points.map(([p, i]) => [p, s, i]));
     }
     const mark = make("circle", { r: 5, class: "mark", visibility: "hidden" }), tip = make("div", { class: "tip", hidden: "" });
@@ -208,15 +208,24 @@
     svg.append(make("text", { x: (left + right) / 2, y: height - 6, "text-anchor": "middle" }, named(spec.x)), make("text", { x: 4, y: 14 }, named(spec.y)));
     return (x, y) => (x === null || y === null || (spec.y.log && y <= 0) || (spec.x.log && x <= 0) ? null : [px(x), py(y)]);
   }
+  /** A text of more than a dozen letters in two lines. */
+  function lines(text) {
+    const ends = [...text.matchAll(/ /g)].map(({ index }) => index), middle = ends.sort((a, b) => Math.abs(a - text.length / 2) - Math.abs(b - text.length / 2))[0];
+    return text.length > 12 && middle ? [text.slice(0, middle), text.slice(middle + 1)] : [text];
+  }
   function polar(svg, spec, series, width) {
-    const centre = width / 2, radius = centre - (spec.spokes ? 0.26 * width : 34), n = spec.spokes ? spec.spokes.length : 12;
+    const spokes = (spec.spokes || []).map(lines), longest = Math.max(...spokes.flat().map((line) => line.length), 0);
+    const centre = width / 2, radius = centre - (spec.spokes ? 6.6 * longest + 12 : 34), n = spec.spokes ? spokes.length : 12;
     const largest = Math.max(...series.flatMap((s) => s.y), 1e-9), rings = ticks(0, largest, false).filter((v) => v > 0);
     for (const v of rings) svg.append(make("circle", { cx: centre, cy: centre, r: (v / largest) * radius, class: "ring" }), make("text", { x: centre + 3, y: centre - (v / largest) * radius - 2 }, short(v)));
     for (let i = 0; i < n; i++) {
       const a = (360 * i) / n;
       const [s, c] = [Math.sin((a * Math.PI) / 180), Math.cos((a * Math.PI) / 180)];
       svg.append(make("path", { d: `M${centre} ${centre}L${centre + radius * c} ${centre - radius * s}`, class: "grid" }));
-      svg.append(make("text", { x: centre + (radius + (spec.spokes ? 8 : 16)) * c, y: centre - (radius + 16) * s + 4, "text-anchor": spec.spokes && Math.abs(c) > 0.3 ? (c > 0 ? "start" : "end") : "middle" }, spec.spokes ? spec.spokes[i] : `${a}°`));
+      const x = centre + (radius + (spec.spokes ? 8 : 16)) * c, y = centre - (radius + 16) * s + 4, words = spec.spokes ? spokes[i] : [`${a}°`];
+      const text = make("text", { y, "text-anchor": spec.spokes && Math.abs(c) > 0.3 ? (c > 0 ? "start" : "end") : "middle" });
+      text.append(...words.map((line, j) => make("tspan", { x, y: y + 13 * (j - (words.length - 1) * (0.5 + 0.5 * s)) }, line)));
+      svg.append(text);
     }
     svg.append(make("text", { x: 4, y: 14 }, `${spec.y.label} [${spec.y.unit}]`));
     return (x, y) => (y === null ? null : [centre + (y / largest) * radius * Math.cos((x * Math.PI) / 180), centre - (y / largest) * radius * Math.sin((x * Math.PI) / 180)]);

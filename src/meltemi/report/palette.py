@@ -20,8 +20,12 @@ ON_DARK = (
     *("#30c798", "#ff5fba", "#c5ecdb", "#a18a53", "#d1a0ff"),
 )
 """The same on a dark page; they differ by at least 13."""
+BLADES = tuple(COLOURS[i] for i in (0, 1, 6))
+"""Colours of blades 1 to 3."""
 DIVERGING = ("#882255", "#e9a3c4", "#ffffff", "#a8d5e5", "#0b6e99")
 """Colours of fields that are negative, zero and positive."""
+GROWING = ("#ffffff", "#e9a3c4", "#882255")
+"""Colours of fields from zero to large, where large is bad."""
 MARKERS = "osD^v<>P*Xp"
 LINES = ("-", "--", "-.")
 FACES = {

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
-from meltemi.report.palette import COLOURS, FAINT, INK, SOFT, curve
+from meltemi.report.palette import BLADES, COLOURS, FAINT, INK, SOFT, curve
 from meltemi.report.tables import DISK_CURVE, is_disk
 from meltemi.simulation.channels import Channel
 
@@ -229,7 +229,7 @@ def plot(
             series = [(several[0], each, f"blade {each[-1]}") for each in blades]
         unit = readable_unit(several[0].channel(name), *(result[each] for result, each, _ in series))
         for j, (result, each, text) in reversed(list(enumerate(series))):  # the first on top
-            plot_channel(result, each, axes[i, 0], text, COLOURS[j % len(COLOURS)], unit)
+            plot_channel(result, each, axes[i, 0], text, (BLADES if blades else COLOURS)[j % len(COLOURS)], unit)
         if blades:
             heading(axes[i, 0], name.removesuffix("_1").replace("_", " "))
             handles = axes[i, 0].get_lines()[::-1]
@@ -280,7 +280,10 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
             panel(ax, name.replace("_", " "), text)
         if len(names) > 1:
             heading(ax, "tip deflection")
-            ax.legend()
+            for i, name in enumerate(names):  # beside the curve, where it has fallen and there is room above
+                at = (3 * len(points)) // 5
+                values = points[0].channels[name].display_unit[1] * points[at][name]
+                note(ax, name.removesuffix("_1").replace("_", " "), (speeds[at], values), (4, 8), color=COLOURS[i])
     if model is not None and blades:
         pressure = 0.5 * model.environment.density * speeds**2 * np.pi * model.turbine.rotor_radius**2
         power = np.array([p["rotor_aero_torque"] * p["rotor_speed"] for p in points]) / (pressure * speeds)
@@ -298,7 +301,8 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
         note(axes[0, 0], f" rated from {rated:g} m/s", (rated, 0.02), **ON_TOP)
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
-    figure_title(figure, "Steady operation in uniform wind, azimuthal averages")
+    of = f"{model.turbine.name}: steady" if model is not None else "Steady"
+    figure_title(figure, f"{of} operation in uniform wind, azimuthal averages")
     return figure
 
 
@@ -323,10 +327,10 @@ HIGHEST_DAMPING = 25.0
 """[%] to which the second panel of a Campbell diagram reaches."""
 
 
-def plot_campbell(diagram: Campbell) -> Figure:
+def plot_campbell(diagram: Campbell, name: str = "") -> Figure:
     """Plot frequency and damping of the modes, and the per-rev frequencies that may excite them.
 
-    The curves run over wind speed, or over rotor speed where there is no wind.
+    The curves run over wind speed, or over rotor speed where there is no wind. ``name`` is that of the turbine.
     """
     windless = bool(np.any(np.isnan(diagram.wind_speed)))
     rpm = diagram.rotor_speed * 30.0 / np.pi
@@ -352,7 +356,8 @@ def plot_campbell(diagram: Campbell) -> Figure:
     for ax, what, unit in ((axes[0, 0], "natural frequency", "Hz"), (axes[0, 1], f"damping ratio{cut}", "%")):
         panel(ax, what, unit, "rotor speed [rpm]" if windless else "wind speed [m/s]")
         name_curves(ax)
-    figure_title(figure, f"Campbell diagram, {'with air' if diagram.air else 'in vacuum'}")
+    of = f"{name}: " if name else ""
+    figure_title(figure, f"{of}Campbell diagram, {'with air' if diagram.air else 'in vacuum'}")
     return figure
 
 

@@ -81,15 +81,18 @@ def plot_flutter(found: Flutter, name: str = "") -> Figure:
         note(axes[0, 1], f"limit {at:.2f} rpm", (at, 0.02), (-5, 0), ha="right", fontsize=9, **ON_TOP)
     for ax in axes[0]:
         name_curves(ax)
+    of = f"{name}: " if name else ""
     figure_title(
         figure,
-        f"{name}: stability over rotor speed, wind {found.wind_speed:g} m/s, pitch {math.degrees(found.pitch):.3g} deg",
+        f"{of}stability over rotor speed, wind {found.wind_speed:g} m/s, pitch {math.degrees(found.pitch):.3g} deg",
     )
     return figure
 
 
 MOST_GROWTH = 5.0
 """[%] negative damping at the end of the colour scale of a map; fast growth lies beyond."""
+LINEAR = 0.1
+"""[%] damping up to which the colour scale of a map is linear; it is logarithmic beyond, as damping is mostly small."""
 
 
 def parked_rows(found: ParkedStability) -> tuple[list[str], list[list[str]]]:
@@ -109,7 +112,9 @@ def parked_rows(found: ParkedStability) -> tuple[list[str], list[list[str]]]:
 
 def plot_parked(found: ParkedStability, name: str = "") -> Figure:
     """Map of the smallest damping ratio at standstill over yaw and pitch; letters name the unstable modes."""
-    from matplotlib.colors import LinearSegmentedColormap
+    from matplotlib.colors import LinearSegmentedColormap, SymLogNorm
+
+    from meltemi.report.figure import MINUS
 
     figure, axes = new_figure(1, 1, size=(11.0, 1.6 + 0.5 * max(len(found.pitch), 4)))
     ax = axes[0, 0]
@@ -120,22 +125,25 @@ def plot_parked(found: ParkedStability, name: str = "") -> Figure:
         np.arange(len(pitch) + 1.0) - 0.5,
         100.0 * found.damping.T,
         cmap=scale,
-        vmin=-MOST_GROWTH,
-        vmax=MOST_GROWTH,
+        norm=SymLogNorm(LINEAR, linscale=0.5, vmin=-MOST_GROWTH, vmax=MOST_GROWTH),
     )
     for i in range(len(yaw)):
         for j in range(len(pitch)):
             if found.damping[i, j] < 0.0:
                 kind = found.coordinate[i][j]
                 letter = next((word[0].upper() for word in ("flap", "edge", "torsion") if word in kind), "o")
-                colour = INK if 100.0 * found.damping[i, j] > -0.5 * MOST_GROWTH else "white"
+                colour = INK if 100.0 * found.damping[i, j] > -0.4 * MOST_GROWTH else "white"
                 ax.text(i, j, letter, fontsize=8, color=colour, ha="center", va="center")
     every = max(1, round(len(yaw) / 18))
     ax.set_xticks(range(0, len(yaw), every), [f"{angle:.4g}" for angle in yaw[::every]])
     ax.set_yticks(range(len(pitch)), [f"{angle:.4g}" for angle in pitch])
     ax.set_xlabel("yaw misalignment [deg]")
     ax.set_ylabel("pitch [deg]")
-    figure.colorbar(image, ax=ax, extend="both", label="smallest damping ratio [%]")
+    levels = [sign * level for sign in (-1, 1) for level in (LINEAR, 0.3, 1.0, MOST_GROWTH)]
+    bar = figure.colorbar(image, ax=ax, extend="both", label="smallest damping ratio [%]")
+    levels = sorted([0.0, *levels])
+    bar.set_ticks(levels, labels=[f"{level:g}".replace("-", MINUS) for level in levels])
+    bar.minorticks_off()
     heading(ax, "unstable: F flapwise, E edgewise, T torsion, o other")
     figure_title(figure, f"{name} at standstill, wind {found.wind.speed:g} m/s")
     return figure

@@ -49,9 +49,9 @@ def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
     drive = [
         ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
         ("generator speed", f"{number(pitch.reference_speed * 30.0 / math.pi)} rpm"),
-        ("rated torque", f"{number(torque.rated_power / torque.rated_speed / 1e3)} kN m"),
+        ("rated torque", prefixed(torque.rated_power / torque.rated_speed, "N m")),
         ("efficiency", f"{number(100.0 * d.generator_efficiency * d.gearbox_efficiency)} %"),
-        ("generator inertia", f"{number(d.generator_inertia)} kg m²"),
+        ("generator inertia", _inertia(d.generator_inertia)),
         ("shaft stiffness", prefixed(d.stiffness, "N m/rad")),
     ]
     control = [("speed filter", f"{number(t.control.filter_frequency / (2.0 * math.pi))} Hz"), *_control(t)]
@@ -83,9 +83,9 @@ def _power_facts(seen: PowerPortrait) -> Groups:
         operation.append(("rated wind", f"{pitched[0].wind.speed:.2f} m/s, uniform"))
     drive = [
         ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
-        ("inertia", f"{number(d.inertia)} kg m², {number(stored / t.rated_power)} s of rated power"),
+        ("inertia", f"{_inertia(d.inertia)}, {number(stored / t.rated_power)} s of rated power"),
         ("shaft", "rigid" if d.stiffness is None else prefixed(d.stiffness, "N m/rad")),
-        ("rated torque", f"{number(law.rated_power / law.rated_speed / 1e3)} kN m"),
+        ("rated torque", prefixed(law.rated_power / law.rated_speed, "N m")),
         ("efficiency", f"{number(100.0 * d.generator_efficiency)} %"),
     ]
     return [("Rotor", rotor), ("Operation", operation), ("Drivetrain", drive), ("Control", _control(t))]
@@ -151,6 +151,11 @@ def prefixed(value: float, unit: str) -> str:
     """A value with the prefix of its unit that leaves one to three digits before the point."""
     steps = 0 if abs(value) < 1e3 else min(int(math.log10(abs(value)) // 3), 3)
     return f"{number(value / 1e3**steps)} {('', 'k', 'M', 'G')[steps]}{unit}"
+
+
+def _inertia(value: float) -> str:
+    """A moment of inertia in kg m² or, if it is large, in t m²."""
+    return f"{number(value)} kg m²" if value < 1e6 else f"{number(value / 1e3)} t m²"
 
 
 def _degrees(angle: float) -> str:

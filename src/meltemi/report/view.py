@@ -18,7 +18,7 @@ import numpy as np
 from meltemi.core.errors import InputError
 from meltemi.core.files import write_text
 from meltemi.report.html import stored
-from meltemi.report.palette import COLOURS
+from meltemi.report.palette import BLADES
 from meltemi.report.viewer import beside, script
 from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, packed, track_arrays
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from meltemi.wind.fields import Wind
     from meltemi.wind.turbulence.field import AnyWind
 
-TIP_COLOURS = tuple(COLOURS[i] for i in (0, 1, 6))
-"""Of blades 1 to 3, and of their lines in the plots."""
 PLOT_RATE = 20.0
 """[Hz] largest rate of the plotted channels."""
 PLOTS: Mapping[str, Sequence[str]] = {
@@ -277,7 +275,7 @@ def view_of(
         "subtitle": subtitle,
         "names": list(names),
         "words": note,
-        "colours": TIP_COLOURS,
+        "colours": BLADES,
         "theme": look.theme,
         "begin": look.begin,
         "state": dict(look.state or {}),

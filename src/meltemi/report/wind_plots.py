@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaincinv
 
 from meltemi.core.errors import InputError
-from meltemi.report.palette import COLOURS, FAINT, INK
+from meltemi.report.palette import COLOURS, FAINT, INK, SOFT
 from meltemi.report.plots import ABOVE, ON_TOP, figure_title, heading, new_figure, note, panel
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SharedTurbulence, SteadyWind, WindBox, WindSeries
@@ -384,24 +384,34 @@ def _steady_profile(wind: SteadyWind, turbine: AnyTurbine | None) -> tuple[Float
 
 
 def plot_series(wind: WindSeries) -> Figure:
-    """Plot speed, direction, vertical speed and shear of a uniform wind over time.
+    """Plot the speed of a uniform wind over time, and what else of direction, vertical speed and shear changes.
+
+    What is constant is written below.
 
     Args:
       wind: a series.
     """
     shear = {
         "exponent of the power law": wind.exponent,
-        "linear, vertical": wind.vertical_shear,
-        "linear, horizontal": wind.horizontal_shear,
+        "linear vertical shear": wind.vertical_shear,
+        "linear horizontal shear": wind.horizontal_shear,
     }
-    panels = (
+    panels: list[tuple[str, str, dict[str, Float]]] = [
         ("speed, gust included" if np.any(wind.gust) else "speed", "m/s", {"": wind.speed + wind.gust}),
         ("direction, clockwise from above", "deg", {"": np.degrees(wind.direction)}),
         ("vertical speed", "m/s", {"": wind.vertical}),
         ("shear", "-", shear),
-    )
-    figure, axes = new_figure(4, size=(9.0, 6.4))
-    for i, (ax, (what, unit, lines)) in enumerate(zip(axes[:, 0], panels, strict=True)):
+    ]
+    shown = [i for i, (_, _, lines) in enumerate(panels) if i == 0 or not all(map(_constant, lines.values()))]
+    fixed = [
+        f"{label or what.partition(',')[0]} {_clean(float(values[0])):.4g} {unit.strip('-')}".strip()
+        for i, (what, unit, lines) in enumerate(panels)
+        for label, values in lines.items()
+        if i not in shown
+    ]
+    figure, axes = new_figure(len(shown), size=(9.0, 1.0 + 1.4 * max(len(shown), 2)))
+    for i, ax in zip(shown, axes[:, 0], strict=True):
+        what, unit, lines = panels[i]
         for j, (label, values) in enumerate(lines.items()):
             colour = COLOURS[i] if len(lines) == 1 else COLOURS[j]
             ax.plot(wind.time, values, linewidth=1.2, color=colour, label=label or None)
@@ -409,12 +419,19 @@ def plot_series(wind: WindSeries) -> Figure:
         together = np.concatenate(list(lines.values()))
         low, high = float(together.min()), float(together.max())
         ax.margins(y=0.3 if len(lines) > 1 else 0.1)
-        if high - low < 1e-9 * max(abs(high), 1.0):  # a constant is no noise
+        if _constant(together):  # and no noise
             ax.set_ylim(low - max(0.1 * abs(low), 1.0), high + max(0.1 * abs(high), 1.0))
         elif len(lines) == 1:
             heading(ax, f"from {_clean(low):.4g} to {_clean(high):.4g} {unit}", "right", 8)
         if len(lines) > 1:
             ax.legend(ncols=3, **ABOVE)
     axes[-1, 0].set_xlabel("time [s]")
+    if fixed:
+        figure.supxlabel(f"constant: {', '.join(fixed)}", x=0.01, ha="left", fontsize=8, color=SOFT)
     _title(figure, wind.label)
     return figure
+
+
+def _constant(values: Float) -> bool:
+    low, high = float(values.min()), float(values.max())
+    return high - low < 1e-9 * max(abs(high), 1.0)

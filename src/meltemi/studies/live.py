@@ -92,13 +92,13 @@ def choices(turbine: Turbine, own: str | None = None) -> dict[str, Choice]:
         return model, SupervisedController(model.turbine, load=settings)
 
     found = {
-        "baseline": Choice("collective pitch, no supervision", lambda: (plain, None), operator=False),
-        "supervised": Choice("start, stop, protection, power limit", lambda: (plain, SupervisedController(turbine))),
-        "ipc": Choice("supervised, individual pitch (1P)", lambda: designed("ipc")),
-        "cpfc": Choice("supervised, individual pitch and flaps", lambda: designed("cpfc")),
+        "baseline": Choice("Collective pitch, no supervision", lambda: (plain, None), operator=False),
+        "supervised": Choice("Start, stop, protection, power limit", lambda: (plain, SupervisedController(turbine))),
+        "ipc": Choice("Supervised, individual pitch (1P)", lambda: designed("ipc")),
+        "cpfc": Choice("Supervised, individual pitch and flaps", lambda: designed("cpfc")),
     }
     if own:
-        found[label(own)] = Choice(f"of {own}", lambda: (plain, own_controller(own, turbine)))
+        found[label(own)] = Choice(f"From {own}", lambda: (plain, own_controller(own, turbine)))
     return found
 
 

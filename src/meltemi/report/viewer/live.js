@@ -173,6 +173,7 @@ class LiveClock {
     [...help.querySelectorAll("dt")].find((each) => each.textContent.startsWith("←")).replaceWith(Object.assign(document.createElement("dt"), { textContent: "r" }));
     help.querySelectorAll("dd")[1].textContent = "restart";
     [...help.querySelectorAll("dd")].find((each) => each.textContent.startsWith("plots")).textContent = "plots: the last minute, or half of it";
+    [find("window").options[0].text, find("window").options[1].text] = ["last minute", "half of it"];
     find("wind").querySelector("[value=travelling]").remove(); // it would need the wind of some seconds ahead
     find("settings").open = false;
     find("stage").insertAdjacentHTML("beforeend", '<div id="halt" role="alert" hidden><div><p></p><button>Restart</button></div></div>');
@@ -201,7 +202,7 @@ class LiveClock {
     const line = (text, kind) => Object.assign(document.createElement("li"), { textContent: text, className: kind });
     panel.querySelector("ol").replaceChildren(
       ...now.warnings.map((text) => line(text, "warning")),
-      ...now.log.map(([time, source, what, reason]) => line(`${time.toFixed(1)} s, ${source}: ${what}${reason ? ` (${reason})` : ""}`, source)).reverse(),
+      ...now.log.map(([time, source, what, reason]) => line(`${time.toFixed(1)} s, ${source}: ${what.replace("->", "→")}${reason ? ` (${reason})` : ""}`, source)).reverse(),
     );
     if (now.ended) this.halt(`The simulation has stopped: ${now.ended}`, true);
     else if (this.ended) this.note("");

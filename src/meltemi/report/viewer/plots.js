@@ -2,7 +2,7 @@
 // Plots of channels over time, with a cursor that all of them and the turbine share.
 
 class Plot {
-  /** ``spec``: title, unit, lines as of plotLine. */
+  /** ``spec``: title, unit, zero [s] of its times, lines as of plotLine. */
   constructor(parent, spec, seek) {
     Object.assign(this, spec);
     const figure = document.createElement("figure");
@@ -33,27 +33,42 @@ class Plot {
   /** Draw the lines between two times [s]. */
   draw(begin, end) {
     Object.assign(this, { begin, end });
-    const { canvas, left } = this, ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth, height = canvas.clientHeight;
+    const { canvas, left, zero } = this, ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth, height = canvas.clientHeight;
     if (!width) return;
     canvas.width = width * ratio;
     canvas.height = height * ratio;
     const pen = canvas.getContext("2d"), style = getComputedStyle(canvas);
     pen.scale(ratio, ratio);
+    const foot = Number(style.getPropertyValue("--foot")), floor = height - foot; // below it, the numbers of the time axis
     const columns = Math.max(Math.round(width - left), 2), curves = this.lines.map((line) => line.envelope(begin, end, columns));
     let [low, high] = curves.reduce(([a, b], c) => [Math.min(a, c.low), Math.max(b, c.high)], [Infinity, -Infinity]);
+    if (!Number.isFinite(high - low)) [low, high] = [0, 1]; // no samples yet
     if (!(high - low > 1e-6 * Math.max(Math.abs(high), Math.abs(low), 1e-3))) [low, high] = [low - Math.max(0.05 * Math.abs(low), 0.5), high + Math.max(0.05 * Math.abs(high), 0.5)];
-    const margin = 0.06 * (high - low), y = (v) => height - 3 - ((height - 8) * (v - low + margin)) / (high - low + 2 * margin);
+    const margin = 0.06 * (high - low), y = (v) => floor - 3 - ((floor - 8) * (v - low + margin)) / (high - low + 2 * margin);
     pen.font = "10px system-ui, sans-serif";
-    pen.textAlign = "right";
     pen.textBaseline = "middle";
-    const { found, step } = ticks(low, high), each = Math.ceil(13 / (y(0) - y(step))); // a low plot has fewer numbers
+    pen.fillStyle = style.getPropertyValue("--line");
+    const times = ticks(zero + begin, zero + end, 4), across = (t) => left + ((width - left) * (t - zero - begin)) / (end - begin);
+    times.found.forEach((t) => pen.fillRect(Math.min(Math.round(across(t)), width - 1), 5, 1, floor - 5));
+    if (foot) {
+      pen.fillStyle = style.getPropertyValue("--soft");
+      const last = times.found.at(-1);
+      for (const t of times.found) {
+        const text = tickText(t, times.step) + (t === last ? " s" : ""), half = pen.measureText(text).width / 2;
+        pen.textAlign = "center";
+        pen.fillText(text, Math.min(across(t), width - half), floor + 0.6 * foot);
+      }
+    }
+    pen.textAlign = "right";
+    const { found, step } = ticks(low, high, floor > 75 ? 3 : 2), each = Math.ceil(13 / (y(0) - y(step))); // a low plot has fewer numbers
     found.forEach((tick, i) => {
       pen.fillStyle = style.getPropertyValue("--line");
       pen.fillRect(left, Math.round(y(tick)), width - left, 1);
       pen.fillStyle = style.getPropertyValue("--soft");
-      if (i % each === 0) pen.fillText(tickText(tick, step), left - 6, Math.min(Math.max(y(tick), 6), height - 6));
+      if (i % each === 0) pen.fillText(tickText(tick, step), left - 6, Math.min(Math.max(y(tick), 6), floor - 6));
     });
-    curves.forEach((curve, i) => {
+    curves.reverse().forEach((curve, k) => { // the first one lies above the others
+      const i = curves.length - 1 - k;
       pen.strokeStyle = style.getPropertyValue(this.lines[i].colour);
       pen.lineWidth = 1.3;
       pen.lineJoin = "round";
@@ -106,15 +121,15 @@ function plotLine(series, column, look) {
   };
 }
 
-/** At least two round numbers within an interval, and their step. */
-function ticks(low, high) {
+/** At least some round numbers within an interval, and their step. */
+function ticks(low, high, least) {
   let power = 10 ** Math.ceil(Math.log10(high - low)), found = [], step = power;
-  for (; found.length < 2; power /= 10) {
+  for (; found.length < least; power /= 10) {
     for (const f of [1, 0.5, 0.2]) {
       step = f * power;
       found = [];
       for (let i = Math.ceil(low / step - 1e-9); i * step <= high * (1 + 1e-12); i++) found.push(i * step);
-      if (found.length >= 2) return { found, step };
+      if (found.length >= least) return { found, step };
     }
   }
   return { found, step };

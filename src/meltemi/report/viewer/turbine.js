@@ -281,7 +281,7 @@ class TurbineView {
 
   placeArrows(t, pose, factor) {
     const { about, arrays } = this.scene, R = this.about.rotor_radius, from = new THREE.Vector3(), along = new THREE.Vector3();
-    const scale = (0.28 * R) / about.largest.air;
+    const scale = (0.5 * R) / about.largest.air;
     this.airArrows.forEach((arrows, b) => {
       const load = this.air.at(t, this.values.air, b), c = Math.cos(pose.pitch[b]), s = Math.sin(pose.pitch[b]);
       this.nodes.forEach(([place, n], i) => {
@@ -289,11 +289,11 @@ class TurbineView {
         from.set(c * x + s * y, c * y - s * x, z); // from pitched to coned axes
         arrows.set(i, from, along.set(scale * load[2 * n], -scale * load[2 * n + 1], 0), 0.05 * R);
       });
-      const m = this.bending.at(t, this.values.bending, b), size = (0.3 * R) / about.largest.bending;
+      const m = this.bending.at(t, this.values.bending, b), size = (0.6 * R) / about.largest.bending;
       const root = [0, 1, 2].map((k) => arrays.axis[k]);
       this.momentArrows[b].set(0, from.set(...root), along.set(size * m[1], -size * m[0], 0), 0.12 * R);
     });
-    const m = this.towerBending.at(t, this.values.tower), size = (0.45 * R) / about.largest.tower_bending;
+    const m = this.towerBending.at(t, this.values.tower), size = (0.7 * R) / about.largest.tower_bending;
     this.momentArrows.at(-1).set(0, from.set(0, 0, this.about.tower_base + 0.03 * R), along.set(size * m[1], -size * m[0], 0), 0.2 * R);
   }
 

@@ -141,7 +141,8 @@ function look(name) {
   state.dirty = true;
   if (name === "blade" || !name) return;
   const direction = new THREE.Vector3(...CAMERAS[name][1]).normalize(), spread = scenes.length > 1 && state.pairs === "beside" ? 1.25 * size : 0;
-  const tall = name === "above" ? 2.3 * size : 1.14 * high, across = 2.25 * size + (name === "side" ? 0 : 2.6 * spread);
+  const tall = (name === "above" ? 2.3 * size : 1.2 * high) / (1 + 2 * (camera.view ? camera.view.offsetY / camera.view.fullHeight : 0));
+  const across = 2.25 * size + (name === "side" ? 0 : 2.8 * spread);
   const half = Math.tan((camera.fov * Math.PI) / 360);
   const away = (alone ? 1.2 : 1) * Math.max(tall / 2 / half, across / 2 / half / camera.aspect) + (name === "side" ? 1.6 * spread : 0.35 * size);
   orbit.target.set(0, 0, name === "above" ? hub : 0.515 * high);
@@ -166,12 +167,12 @@ function press() {
 }
 function build() {
   root.querySelector("h1").textContent = spec.title;
-  root.querySelector("header .about").textContent = spec.subtitle;
+  root.querySelector("header .about").textContent = spec.subtitle.replace(/(\d|seed|exponent) (?=[^,])/g, "$1\u00a0"); // numbers stay with their units
   if (scenes.length > 1) root.querySelector(".key").append(...spec.names.map((name, i) => Object.assign(document.createElement("span"), { innerHTML: `<i style="background:var(--c${i})"></i>`, title: name })));
   all(".key span").forEach((each) => each.append(each.title));
   find("help").querySelector(".words").textContent = spec.words;
   find("help").querySelector("pre").textContent = licence;
-  const has = { modes, shapes: !alone && !modes, pairs: scenes.length > 1, wind: winds.length > 0, loads: kind === "run" };
+  const has = { modes, shapes: !alone && !modes, plots: plots.length > 0 && (spec.live || duration > 30), pairs: scenes.length > 1, wind: winds.length > 0, loads: kind === "run" };
   for (const [name, yes] of Object.entries(has)) all(`.of-${name}`).forEach((each) => { each.hidden = !yes; });
   const names = Object.keys(CAMERAS).filter((name) => turbines.length || name !== "blade");
   find("settings").querySelector(".cameras").append(...names.map((name, i) => {
@@ -184,6 +185,7 @@ function build() {
   bind("factor", setFactor);
   bind("wind", (value) => { state.wind = value; legends(); });
   bind("loads", (value) => { state.loads = value; legends(); });
+  bind("window", (value) => { state.window = Number(value) || Infinity; state.redraw = true; });
   bind("speed", (value) => { state.speed = Number(value); });
   bind("pairs", (value) => { state.pairs = value; arrange(); look(state.camera || "corner"); });
   bind("seek", (value) => { state.t = Number(value); state.playing = false; });
@@ -194,6 +196,7 @@ function build() {
   find("ask").onclick = () => { find("help").hidden = !find("help").hidden; };
   if (root.clientWidth <= 960) find("settings").open = false;
   for (const name of ["wind", "loads", "pairs"]) find(name).value = state[name];
+  find("window").value = Number.isFinite(state.window) ? state.window : "";
   if (modes) buildModes(bind);
   setFactor(state.factor);
 }
@@ -246,6 +249,7 @@ function legends() {
 const plots = (first.plots || []).map((plot) => new Plot(find("plots"), {
   title: plot.title,
   unit: plot.unit,
+  zero: spec.live ? 0 : begin,
   lines: scenes.flatMap((scene, i) => {
     const own = scene.about.plots.find((other) => other.title === plot.title);
     const chosen = own ? (scenes.length > 1 ? own.lines.slice(0, 1) : own.lines) : [];
@@ -294,7 +298,7 @@ const KEYS = {
   " ": () => find("play").click(), ArrowLeft: (e) => seekBy(e.shiftKey ? -5 : -0.1), ArrowRight: (e) => seekBy(e.shiftKey ? 5 : 0.1),
   ArrowUp: () => faster(1), ArrowDown: () => faster(-1), "+": () => setFactor(Math.min(state.factor + 1, 10)), "-": () => setFactor(Math.max(state.factor - 1, 0)),
   w: () => choose("wind", 1), l: () => choose("loads", 1), p: picture, d: () => find("theme").click(), h: () => find("ask").click(),
-  z: () => { state.window = Number.isFinite(state.window) ? Infinity : 30; state.redraw = true; }, Escape: () => { find("help").hidden = true; },
+  z: () => choose("window", 1), Escape: () => { find("help").hidden = true; },
 };
 keys.addEventListener("keydown", (event) => {
   const [{ tagName, type, id }] = event.composedPath(); // the target, of a widget, too
@@ -311,7 +315,7 @@ keys.addEventListener("keydown", (event) => {
 /** Place of the horizon on the picture, from its top, as a share of the height. */
 function horizon() {
   const down = -camera.getWorldDirection(new THREE.Vector3()).z, slope = down / Math.sqrt(Math.max(1 - down * down, 1e-6));
-  return 0.5 - (0.5 * slope) / Math.tan((camera.fov * Math.PI) / 360);
+  return 0.5 - (0.5 * slope) / Math.tan((camera.fov * Math.PI) / 360) - (camera.view ? camera.view.offsetY / camera.view.fullHeight : 0);
 }
 function render() {
   const { t, factor } = state;
@@ -330,8 +334,9 @@ function resize() {
   if (box.width === resize.width && box.height === resize.height) return;
   [resize.width, resize.height] = [box.width, box.height];
   renderer.setSize(box.width, box.height, false);
-  const aside = box.width > 700 && find("settings").open ? -0.07 * box.width : 0; // of the panel
-  camera.setViewOffset(box.width, box.height, aside, 0, box.width, box.height);
+  const wide = box.width > 700, aside = wide && find("settings").open ? -0.07 * box.width : 0; // of the panel
+  const under = wide ? 0 : -0.5 * root.querySelector("header").offsetHeight; // the text above
+  camera.setViewOffset(box.width, box.height, aside, under, box.width, box.height);
   camera.aspect = box.width / Math.max(box.height, 1);
   camera.updateProjectionMatrix();
   if (state.camera) look(state.camera);
@@ -387,5 +392,5 @@ const stop = () => {
   renderer.dispose();
   renderer.forceContextLoss();
 };
-return Object.assign(view, { render, camera, renderer, begin, duration, stop });
+return Object.assign(view, { render, camera, renderer, begin, duration, setTheme, stop });
 }

@@ -58,7 +58,7 @@ class WindView {
     const [i, j, w] = place(Math.max(t - x / Math.max(where.speed, 1), 0), this.step, this.rows), size = 3 * n * n;
     for (let p = 0; p < size; p++) this.now[p] = this.mean[p % 3] + this.scale[p % 3] * ((1 - w) * this.value[i * size + p] + w * this.value[j * size + p]);
     const fade = travels ? Math.min(1, (x + 1.3 * D) / (0.25 * D), (0.9 * D - x) / (0.25 * D)) : 1;
-    this.plane.material.opacity = (where.alone ? 0.8 : 0.5) * fade;
+    this.plane.material.opacity = (where.alone ? 0.65 : 0.5) * fade;
     const [low, high] = this.range, c = Math.cos(where.direction), s = Math.sin(where.direction);
     for (let p = 0; p < n * n; p++) {
       const along = c * this.now[3 * p] - s * this.now[3 * p + 1];

@@ -95,7 +95,7 @@ def criteria_table(found: Verdicts) -> Table:
                 doubtful = "limit" in v.word
                 classes[i, j + 2] = "doubtful" if doubtful else "good" if v.passed else "bad"
         rows.append(row)
-    note = "Green: passes. Red: fails. Amber: the limit lies within the 95 % interval. Energy and loads are changes."
+    note = "✗: fails. ~: the limit lies within the 95 % interval. Energy and loads are changes."
     return Table(["criterion", "limit", *found], rows, text_columns=2, classes=classes, note=note)
 
 

@@ -36,7 +36,7 @@ class Compiled:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers and functions, then records.
       arrays, wanted: see :class:`Transformed`.
-      name: for the cache, of function and records whose sources are those of meltemi; otherwise their code tells.
+      name: for the cache, if all sources of function and records are those of meltemi; otherwise their code tells.
 
     Attributes:
       used: [bytes] of the memory that the code uses itself.

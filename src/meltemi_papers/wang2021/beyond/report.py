@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.postprocess.ensemble import mean_interval
+from meltemi.report.figure import MINUS
 from meltemi.report.html import Table
-from meltemi.report.palette import COLOURS, INK
+from meltemi.report.palette import COLOURS, DIVERGING, GROWING, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.rotors import build
 from meltemi.studies.run_store import FailedResult, attempt
@@ -26,6 +28,7 @@ from meltemi_papers.wang2021.runs import Runs
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+    from matplotlib.colors import LinearSegmentedColormap
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
@@ -216,14 +219,22 @@ def chapter(found: Beyond, draw: Draw) -> Chapter:
     )
 
 
+def _scale(name: str, colours: Sequence[str]) -> LinearSegmentedColormap:
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list(name, colours)
+
+
 def _heat(ax: Axes, x: Float, y: Float, values: Float, title: str, *, text: str, low: float, high: float) -> None:
-    drawn = ax.imshow(values, origin="lower", aspect="auto", cmap="RdYlBu_r", vmin=low, vmax=high)
+    scale = _scale("growing", GROWING) if low == 0.0 else _scale("change", DIVERGING[::-1])
+    drawn = ax.imshow(values, origin="lower", aspect="auto", cmap=scale, vmin=low, vmax=high)
     for i in range(len(y)):
         for j in range(len(x)):
             if np.isfinite(values[i, j]):
                 light = drawn.cmap(drawn.norm(values[i, j]))[:3] @ np.array([0.2126, 0.7152, 0.0722]) > 0.4
                 colour = INK if light else "white"
-                ax.text(j, i, format(values[i, j], text), ha="center", va="center", fontsize=7.5, color=colour)
+                said = format(values[i, j], text).replace("-", MINUS).replace("+0", "0").replace(f"{MINUS}0", "0")
+                ax.text(j, i, said, ha="center", va="center", fontsize=7.5, color=colour)
     ax.set_xticks(range(len(x)), [f"{v:g}" for v in x])
     ax.set_yticks(range(len(y)), [f"{v:g}" for v in y])
     ax.set_title(title)
@@ -249,7 +260,7 @@ def page(found: Beyond) -> Figure:
         _heat(ax, *by_gust(part, "lost"), f"{name}: energy lost a gust [kWh]", text=".0f", low=0.0, high=top)
     for ax, name in zip(axes[1], ("S1", "S2", OURS), strict=True):
         part = load[load["strategy"] == name].assign(percent=lambda r: 100.0 * r["gain"])
-        title = f"{name}: extreme bending at the yaw bearing against S3 [%]"
+        title = f"{name}: extreme bending over S3 [%]"
         _heat(ax, *by_gust(part, "percent"), title, text="+.0f", low=-60.0, high=60.0)
     for ax in axes[:2].flat:
         ax.set_xlabel("direction change [deg]")
@@ -259,7 +270,7 @@ def page(found: Beyond) -> Figure:
     _years(axes[2, 2], found.years)
     figure.suptitle(
         f"Derate or stop? {len(found.grid.rows)} runs; maps at {np.degrees(middle):.1f} deg/s, means over "
-        "wind speeds, seeds, begins",
+        "wind speeds, seeds, begins; bending at the yaw bearing",
     )
     return figure
 
@@ -274,13 +285,16 @@ def _recheck(ax: Axes, grid: Found) -> None:
 
 
 def _limits(ax: Axes, limits: Limits) -> None:
+    from matplotlib.colors import TwoSlopeNorm
+
     c = np.linspace(0.0, 30.0, 301)
     drawn = ax.contourf(
         limits.speeds,
         np.degrees(limits.errors),
         limits.use.T,
         levels=np.arange(0.2, 2.01, 0.2),
-        cmap="RdYlBu_r",
+        norm=TwoSlopeNorm(1.0, 0.0, 2.0),
+        cmap=_scale("change", DIVERGING[::-1]),
         extend="both",
     )
     ax.figure.colorbar(drawn, ax=ax, label="largest load over its limit")
