@@ -44,8 +44,9 @@ renderer.domElement.tabIndex = 0;
 renderer.domElement.setAttribute("aria-label", "The turbine in three dimensions");
 
 const kind = scenes[0].about.kind, alone = kind === "wind", modes = kind === "modes";
-const first = scenes[0].about, size = alone ? first.wind.half_width : first.turbine.rotor_radius;
-const hub = alone ? first.wind.height : first.turbine.hub_height, high = hub + (alone ? first.wind.half_height : size);
+const first = scenes[0].about, largest = (key) => Math.max(...scenes.map(({ about }) => about.turbine[key]));
+const size = alone ? first.wind.half_width : largest("rotor_radius");
+const hub = alone ? first.wind.height : largest("hub_height"), high = hub + (alone ? first.wind.half_height : size);
 
 const world = new THREE.Scene(), camera = new THREE.PerspectiveCamera(32, 1, 0.02 * size, 60 * size);
 camera.up.set(0, 0, 1);
@@ -151,7 +152,7 @@ function look(name) {
 }
 /** Camera that turns with blade 1, at its root, and looks along it. */
 function follow() {
-  const { pitched } = turbines[0].view.frames[0], R = size;
+  const { pitched } = turbines[0].view.frames[0], R = first.turbine.rotor_radius;
   pitched.updateWorldMatrix(true, false);
   const at = (x, y, z) => new THREE.Vector3(x, y, z).applyMatrix4(pitched.parent.matrixWorld);
   camera.position.copy(at(-0.1 * R, -0.02 * R, -0.02 * R));

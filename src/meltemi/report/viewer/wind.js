@@ -9,9 +9,7 @@ class WindView {
     this.n = w.points;
     this.group = new THREE.Group();
     this.take(scene);
-    const n = this.n, count = n * n, deviation = [...this.value].filter((_, i) => i % 3 === 0).sort((a, b) => a - b);
-    const high = Math.max(deviation[Math.floor(0.995 * (deviation.length - 1))], -deviation[Math.floor(0.005 * deviation.length)]);
-    const spread = Math.max(high * this.scale[0], 0.5);
+    const n = this.n, count = n * n, spread = Math.max(this.largest(0.005) * this.scale[0], 0.5);
     this.range = [Math.max(w.speed - spread, 0), w.speed + spread];
     this.now = new Float32Array(3 * count);
     this.pixels = new Uint8Array(4 * count);
@@ -34,6 +32,17 @@ class WindView {
       const x = (i / 255) * (colours.length - 1), j = Math.min(Math.floor(x), colours.length - 2);
       for (let k = 0; k < 3; k++) this.table[3 * i + k] = (1 - x + j) * colours[j][k] + (x - j) * colours[j + 1][k];
     }
+  }
+
+  /** Deviation of the longitudinal wind from its mean, in steps of its 8 bits, that a share of all is above, or below its negative. */
+  largest(share) {
+    const { value } = this, counts = new Uint32Array(256);
+    for (let i = 0; i < value.length; i += 3) counts[value[i] + 128] += 1;
+    const most = (share * value.length) / 3, beyond = (at, by) => {
+      for (let sum = counts[at]; sum <= most; at += by) sum += counts[at + by];
+      return Math.abs(at - 128);
+    };
+    return Math.max(beyond(255, -1), beyond(0, 1));
   }
 
   /** Velocities of a scene with the same section. */
