@@ -18,7 +18,7 @@ from meltemi.studies.controller_bench.bench import ControllerBench
 from meltemi.studies.controller_bench.contenders import Contender, check_names, contenders
 from meltemi.studies.controller_bench.disturbance import disturbed
 from meltemi.studies.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
-from meltemi.studies.controller_bench.report import write_bench
+from meltemi.studies.controller_bench.report import all_verdicts, criteria_table, leaderboard_rows, write_bench
 from meltemi.studies.controller_bench.runs import run_bench
 from meltemi.studies.controller_bench.suite import (
     FIRST_SEED,
@@ -176,6 +176,25 @@ def test_failed_run_fails_the_criterion_and_leaves_out_its_seed(bench):
     assert broken.lifetime("same").seeds == bench.lifetime("same").seeds - 1
     assert broken.lifetime("no pitch").seeds == bench.lifetime("no pitch").seeds
     assert broken.verdicts("same")[0].passed is False
+
+
+def test_a_controller_whose_runs_fail_is_last_and_is_no_reference(bench):
+    lost = {(case.name, "same"): "diverged" for case in bench.cases}
+    broken = replace(bench, numbers={k: v for k, v in bench.numbers.items() if k[1] != "same"}, failures=lost)
+    assert [standing.controller for standing in broken.leaderboard()] == ["baseline", "no pitch", "same"]
+    table = criteria_table(all_verdicts(broken))
+    energy = next(row for row in table.texts if row[0] == "energy")
+    assert energy[2:4] == ["reference", "-"]
+
+
+def test_margins_are_upper_bounds_where_a_loop_is_not_linear(bench):
+    loops = tuple(replace(loop, repeatability=0.2 * i) for i, loop in enumerate(bench.loops["same"]))
+    bent = replace(bench, loops={**bench.loops, "same": loops})
+    (standing,) = (s for s in bent.leaderboard() if s.controller == "same")
+    assert standing.nonlinear == (18.0,)
+    assert standing.phase_margin == loops[0].phase_margin
+    row = next(row for row in leaderboard_rows(bent)[1] if row[0] == "same")
+    assert row[-1].startswith("≤ ") and row[-2].startswith("≤ ")
 
 
 def loop_of(L, lowest=0.05, highest=20.0):

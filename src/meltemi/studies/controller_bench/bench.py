@@ -23,6 +23,15 @@ Numbers = Mapping[str, float]
 
 SLOPES = {"RootMyc1": 10.0, "RootMxc1": 10.0, "TwrBsMyt": 4.0, "TwrBsMxt": 4.0, "YawBrMyp": 4.0, "YawBrMzp": 4.0}
 """Loads, and the slopes of their S-N curves."""
+NAMES = {
+    "RootMyc1": "blade root, out of plane",
+    "RootMxc1": "blade root, in plane",
+    "TwrBsMyt": "tower base, fore-aft",
+    "TwrBsMxt": "tower base, side-side",
+    "YawBrMyp": "yaw bearing, tilt",
+    "YawBrMzp": "yaw bearing, yaw",
+}
+"""Their names in words."""
 LEFT = 0.9
 """Share of the reference speed above which there was no stop."""
 HOURS = 8766.0
@@ -69,8 +78,9 @@ class Standing:
       pitch_travel: [rad/s] mean pitch rate in production.
       speed: largest generator speed over its reference.
       clearance: smallest tower clearance over that of the undeflected blade.
-      phase_margin, gain_margin: [rad], factor; smallest of the speed loop at all wind speeds, NaN without a linear
-        response.
+      phase_margin, gain_margin: [rad], factor; smallest of the speed loop at all wind speeds with a linear response; NaN
+        if there is none.
+      nonlinear: [m/s] wind speeds without it, where the margins may be smaller.
     """
 
     controller: str
@@ -84,6 +94,7 @@ class Standing:
     clearance: float
     phase_margin: float
     gain_margin: float
+    nonlinear: tuple[float, ...]
 
 
 @dataclass(frozen=True, repr=False)
@@ -207,8 +218,10 @@ class ControllerBench(Brief):
         return replace(self, limits=limits)
 
     def leaderboard(self) -> tuple[Standing, ...]:
-        """Controllers, those with fewest failed criteria first."""
-        return tuple(sorted((self._standing(name) for name in self.controllers), key=lambda s: s.failed))
+        """Controllers, those with fewest failed criteria first, those with failed runs last."""
+        lost = {name for _, name in self.failures}
+        standings = (self._standing(name) for name in self.controllers)
+        return tuple(sorted(standings, key=lambda s: (s.controller in lost, s.failed)))
 
     def _standing(self, name: str) -> Standing:
         found = self.verdicts(name)
@@ -218,7 +231,8 @@ class ControllerBench(Brief):
             for q in ("energy", "RootMyc1 DEL", "TwrBsMyt DEL")
         )
         grid, producing = _with_grid(self, name).values(), _producing(self, name).values()
-        linear = [loop for loop in self.loops.get(name, ()) if loop.linear]
+        loops = self.loops.get(name, ())
+        linear = [loop for loop in loops if loop.linear]
         return Standing(
             name,
             sum(v.passed is False for v in found),
@@ -231,6 +245,7 @@ class ControllerBench(Brief):
             min((n["tower clearance"] for n in producing), default=math.nan),
             min((loop.phase_margin for loop in linear), default=math.nan),
             min((loop.gain_margin for loop in linear), default=math.nan),
+            tuple(loop.wind_speed for loop in loops if not loop.linear),
         )
 
     def card(self) -> Card:
@@ -356,14 +371,16 @@ def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> It
             100.0 * limit,
             "%",
             change.mean <= limit,
-            load,
+            NAMES[load],
             100.0 * change.half_width,
         )
     base, own = bench.extremes(bench.reference), bench.extremes(controller)
     if base and own:
         growth, load = max((own[n][0] / base[n][0] - 1.0, n) for n in SLOPES)
         limit = limits.extreme_increase
-        yield Verdict("extreme loads", 100.0 * growth, 100.0 * limit, "%", growth <= limit, f"{load}: {own[load][1]}")
+        yield Verdict(
+            "extreme loads", 100.0 * growth, 100.0 * limit, "%", growth <= limit, f"{NAMES[load]}: {own[load][1]}"
+        )
 
 
 def _operation(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[Verdict]:

@@ -37,12 +37,12 @@ class Multisine:
 
     Attributes:
       period: [s] of the signal, of which two are evaluated.
-      settling: [s] before.
+      settling: [s] before: motions of a damping ratio of 0.01 at 1 rad/s have decayed to a seventh.
       sign: of the signal.
     """
 
     period: float = 100.0
-    settling: float = 100.0
+    settling: float = 200.0
     sign: float = 1.0
 
     @property

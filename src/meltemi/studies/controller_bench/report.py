@@ -18,19 +18,11 @@ from meltemi.report.charts import Axis, Curve, beside, chart, part
 from meltemi.report.ensemble_tables import change_text
 from meltemi.report.html import Block, Code, Markup, Section, Table, plain, write_page
 from meltemi.report.tables import number, write_csv
-from meltemi.studies.controller_bench.bench import SLOPES, ControllerBench, Standing, Verdict, decibel
+from meltemi.studies.controller_bench.bench import NAMES, SLOPES, ControllerBench, Standing, Verdict, decibel
 
 Rows = tuple[list[str], list[list[str]]]
 Verdicts = Mapping[str, Sequence[Verdict]]
 
-NAMES = {
-    "RootMyc1": "blade root, out of plane",
-    "RootMxc1": "blade root, in plane",
-    "TwrBsMyt": "tower base, fore-aft",
-    "TwrBsMxt": "tower base, side-side",
-    "YawBrMyp": "yaw bearing, tilt",
-    "YawBrMzp": "yaw bearing, yaw",
-}
 MOMENT = display("N m")
 RATE = display("rad/s", angular_rate_in_degrees=True)
 UNITS: dict[str, tuple[str, float]] = {
@@ -86,7 +78,7 @@ def _value(x: float) -> str:
 
 
 def criteria_table(found: Verdicts) -> Table:
-    """Criteria as rows, controllers as columns."""
+    """Criteria as rows, controllers as columns, the reference first."""
     criteria = list(dict.fromkeys(v.criterion for own in found.values() for v in own))
     by_name = {name: {v.criterion: v for v in own} for name, own in found.items()}
     rows, classes = [], {}
@@ -97,7 +89,7 @@ def criteria_table(found: Verdicts) -> Table:
         for j, own in enumerate(by_name.values()):
             v = own.get(criterion)
             if v is None:
-                row.append("reference")
+                row.append("-" if j else "reference")  # no run to judge
                 continue
             width = "" if math.isnan(v.half_width) else f" ± {v.half_width:.2g}"
             row.append(f"{_value(v.value)}{width}" if v.passed is not None or v.value == v.value else v.where)
@@ -120,10 +112,17 @@ BOARD: dict[str, Callable[[Standing], str]] = {
     "travel deg/s": lambda s: _value(math.degrees(s.pitch_travel)),
     "speed %": lambda s: _value(100.0 * s.speed),
     "clearance %": lambda s: _value(100.0 * s.clearance),
-    "phase deg": lambda s: _value(math.degrees(s.phase_margin)),
-    "gain dB": lambda s: _value(decibel(s.gain_margin)),
+    "phase deg": lambda s: _margin(math.degrees(s.phase_margin), s),
+    "gain dB": lambda s: _margin(decibel(s.gain_margin), s),
 }
 """Columns of the leaderboard after controller and failed criteria."""
+
+
+def _margin(value: float, standing: Standing) -> str:
+    """The smallest margin, an upper bound where the loop had no linear response at some wind speed."""
+    return f"≤ {_value(value)}" if standing.nonlinear and math.isfinite(value) else _value(value)
+
+
 CHANGES = 3
 """How many of them are changes, which the reference has not."""
 
@@ -345,7 +344,8 @@ def _verdict_block(name: str, own: Sequence[Verdict], base: bool) -> Markup:
     lines = []
     for v in failed:
         where = f" ({v.where})" if v.where else ""
-        lines.append(f"{v.criterion} {_value(v.value)} {v.unit}, limit {_value(v.limit)} {v.unit}{where}")
+        value, limit = (f"{_value(x)} {v.unit}".rstrip() for x in (v.value, v.limit))
+        lines.append(f"{v.criterion} {value}, limit {limit}{where}")
     lines += [f"{v.criterion}: {v.where}" for v in own if v.passed is None]
     body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
     kind = "bad" if failed else "good"

@@ -18,7 +18,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.iec.classes import as_class
 
-QUICK_SINE = Multisine(period=50.0, settling=60.0)
+QUICK_SINE = Multisine(period=50.0, settling=150.0)
 """Test signal of the margins in the reduced suite."""
 TUNING = 0.05
 """Share of the time that the tuning of schemes takes, for the progress."""
