@@ -78,7 +78,7 @@ class Standing:
       pitch_travel: [rad/s] mean pitch rate in production.
       speed: largest generator speed over its reference.
       clearance: smallest tower clearance over that of the undeflected blade.
-      phase_margin, gain_margin: [rad], factor; smallest of the speed loop at all wind speeds with a linear response; NaN
+      phase_margin, gain_margin: [rad], factor; smallest at all wind speeds where the loop has a linear response; NaN
         if there is none.
       nonlinear: [m/s] wind speeds without it, where the margins may be smaller.
     """
