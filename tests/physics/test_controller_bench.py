@@ -98,6 +98,8 @@ def test_seeds_are_held_out(turbine):
 
 def test_a_turbine_with_a_lower_cut_out_has_fewer_speeds(turbine):
     assert max(v for s in suite_of(turbine.replace(cut_out=20.0)) for v in s.speeds) == 18.0
+    narrow = suite_of(turbine.replace(cut_in=15.0, cut_out=20.0), quick=True)
+    assert next(s.speeds for s in narrow if s.group == "production") == (16.0, 18.0)
 
 
 def test_mistuned_plant_has_other_frequencies_and_the_same_control(turbine, model):
