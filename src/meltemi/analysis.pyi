@@ -28,6 +28,10 @@ from meltemi.studies.baseline_tuning import tune_baseline as tune_baseline
 from meltemi.studies.compare import Comparison as Comparison
 from meltemi.studies.compare import compare as compare
 from meltemi.studies.comparison_report import write_comparison as write_comparison
+from meltemi.studies.controller_bench.bench import ControllerBench as ControllerBench
+from meltemi.studies.controller_bench.report import write_bench as write_bench
+from meltemi.studies.controller_bench.study import bench_controllers as bench_controllers
+from meltemi.studies.controller_bench.suite import BenchLimits as BenchLimits
 from meltemi.studies.icing import IcingEffects as IcingEffects
 from meltemi.studies.icing import icing_effects as icing_effects
 from meltemi.studies.inspection import inspect_turbine as inspect_turbine

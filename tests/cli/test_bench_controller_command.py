@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from terminal import Command
 
-from meltemi.studies.controller_bench import bench, suite
+from meltemi.studies.controller_bench import study, suite
 from meltemi.studies.controller_bench.margins import Multisine
 
 TINY = suite.Situation("normal turbulence", "NTM", "production", "NTM", (16.0, 18.0), 1, 5.0, 1.0)
@@ -26,8 +26,8 @@ def tiny(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
         asked.append(quick)
         return (TINY,)
 
-    monkeypatch.setattr(suite, "suite_of", suite_of)
-    monkeypatch.setattr(bench, "QUICK_SINE", Multisine(5.0, 5.0))
+    monkeypatch.setattr(study, "suite_of", suite_of)
+    monkeypatch.setattr(study, "QUICK_SINE", Multisine(5.0, 5.0))
     return asked
 
 
@@ -99,7 +99,7 @@ def test_unknown_limit_names_the_nearest(command: Command, tmp_path: Path, monke
 
 
 def test_limits_may_have_units() -> None:
-    assert suite.Limits(phase_margin="45 deg").phase_margin == pytest.approx(0.7854, abs=1e-4)  # type: ignore[arg-type]
+    assert suite.BenchLimits(phase_margin="45 deg").phase_margin == pytest.approx(0.7854, abs=1e-4)  # type: ignore[arg-type]
 
 
 def test_the_class_changes_the_winds() -> None:

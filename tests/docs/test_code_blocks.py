@@ -153,6 +153,25 @@ def test_the_twin_of_the_power_turbines_page() -> None:
     assert found["twin"].rated_power == pytest.approx(5e6, rel=1e-3)
 
 
+def test_the_bench_of_its_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of docs/guide/controller-bench.md, with two short runs a controller, none of which is tuned."""
+    from meltemi.studies.controller_bench import study
+    from meltemi.studies.controller_bench.margins import Multisine
+    from meltemi.studies.controller_bench.suite import Situation
+
+    tiny = Situation("normal turbulence", "NTM", "production", "NTM", (16.0, 18.0), 1, 5.0, 1.0)
+    monkeypatch.setattr(study, "suite_of", lambda turbine, quick: (tiny,))
+    monkeypatch.setattr(study, "QUICK_SINE", Multisine(5.0, 5.0))
+    monkeypatch.chdir(tmp_path)
+    (code,) = blocks("docs/guide/controller-bench.md", "python")
+    exec(code.replace('"ipc"', '"cpc"'), {"__name__": "page"})
+    out = capsys.readouterr().out
+    assert "individual" in out and "generator speed" in out and "MeanEstimate" in out
+    assert (tmp_path / "bench.png").stat().st_size > 10_000 and (tmp_path / "page" / "bench.html").is_file()
+
+
 @pytest.mark.long
 @pytest.mark.skipif(find_spec("windIO") is None, reason="needs windIO")
 def test_the_iced_turbine_of_the_icing_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

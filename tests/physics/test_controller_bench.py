@@ -13,14 +13,16 @@ from meltemi.control.bladed.rosco import SUFFIXES
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError
 from meltemi.simulation.rotors import default_step
-from meltemi.studies.controller_bench.bench import Bench, run_bench, verdicts
+from meltemi.studies.controller_bench import study
+from meltemi.studies.controller_bench.bench import ControllerBench
 from meltemi.studies.controller_bench.contenders import Contender, check_names, contenders
 from meltemi.studies.controller_bench.disturbance import disturbed
 from meltemi.studies.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
-from meltemi.studies.controller_bench.report import write_bench
+from meltemi.studies.controller_bench.report import all_verdicts, criteria_table, leaderboard_rows, write_bench
+from meltemi.studies.controller_bench.runs import run_bench
 from meltemi.studies.controller_bench.suite import (
     FIRST_SEED,
-    Limits,
+    BenchLimits,
     Situation,
     cases_of,
     mistuned,
@@ -96,6 +98,8 @@ def test_seeds_are_held_out(turbine):
 
 def test_a_turbine_with_a_lower_cut_out_has_fewer_speeds(turbine):
     assert max(v for s in suite_of(turbine.replace(cut_out=20.0)) for v in s.speeds) == 18.0
+    narrow = suite_of(turbine.replace(cut_in=15.0, cut_out=20.0), quick=True)
+    assert next(s.speeds for s in narrow if s.group == "production") == (16.0, 18.0)
 
 
 def test_mistuned_plant_has_other_frequencies_and_the_same_control(turbine, model):
@@ -115,31 +119,35 @@ def test_mistuned_plant_has_other_frequencies_and_the_same_control(turbine, mode
 def test_an_identical_controller_differs_by_nothing_and_fails_nothing_of_its_own(bench):
     table = bench.lifetime("same")
     assert all(e.change.mean == 0.0 and e.change.half_width == 0.0 for e in table if e.change is not None)
-    same = {v.criterion: v for v in verdicts(bench, "same", Limits())}
+    same = {v.criterion: v for v in bench.verdicts("same")}
     for name in ("energy", "lifetime loads", "extreme loads"):
         assert same[name].value == 0.0 and same[name].passed
-    base = {v.criterion: v.passed for v in verdicts(bench, "baseline", Limits())}
+    base = {v.criterion: v.passed for v in bench.verdicts("baseline")}
     assert all(passed == same[name].passed for name, passed in base.items())
     # near rated wind the published gains leave less than 30 degrees
     assert {name for name, passed in base.items() if passed is False} <= {"phase margin"}
 
 
 def test_a_controller_without_pitch_fails_the_limits_of_speed(bench):
-    bad = {v.criterion: v for v in verdicts(bench, "no pitch", Limits())}
+    bad = {v.criterion: v for v in bench.verdicts("no pitch")}
     assert bad["generator speed"].passed is False
     assert bad["generator speed"].value > 120.0
     assert bad["generator speed"].where.startswith("normal turbulence, 1")
 
 
 def test_limits_decide(bench):
-    (tight,) = (v for v in verdicts(bench, "same", Limits(over_speed=1.01)) if v.criterion == "generator speed")
+    (tight,) = (
+        v for v in bench.judged(BenchLimits(over_speed=1.01)).verdicts("same") if v.criterion == "generator speed"
+    )
     assert tight.passed is False
-    (wide,) = (v for v in verdicts(bench, "no pitch", Limits(over_speed=5.0)) if v.criterion == "generator speed")
+    (wide,) = (
+        v for v in bench.judged(BenchLimits(over_speed=5.0)).verdicts("no pitch") if v.criterion == "generator speed"
+    )
     assert wide.passed
 
 
 def test_verdict_says_that_the_limit_lies_within_the_interval(bench):
-    energy = next(v for v in verdicts(bench, "same", Limits()) if v.criterion == "energy")
+    energy = next(v for v in bench.verdicts("same") if v.criterion == "energy")
     assert replace(energy, value=-0.9, half_width=0.2).word == "pass, limit within interval"
     assert replace(energy, value=-0.5, half_width=0.2).word == "pass"
 
@@ -154,7 +162,9 @@ def test_changes_are_paired_by_seed():
         size = 1.0 + 0.3 * rng.random()
         numbers[case.name, "a"] = dict.fromkeys(names, size)
         numbers[case.name, "b"] = dict.fromkeys(names, 0.9 * size)
-    found = Bench("", "IB", ("a", "b"), {}, frozenset(), cases, numbers, {}, {}, PRODUCTION.speeds, 10.0)
+    found = ControllerBench(
+        "", "IB", ("a", "b"), {}, frozenset(), cases, numbers, {}, {}, PRODUCTION.speeds, 10.0, BenchLimits()
+    )
     change = found.lifetime("b").entry("TwrBsMyt DEL", "b").change
     assert change.mean == pytest.approx(-0.1, abs=1e-12)
     assert change.half_width < 1e-12 < found.lifetime("b").entry("TwrBsMyt DEL", "b").value.half_width
@@ -167,7 +177,26 @@ def test_failed_run_fails_the_criterion_and_leaves_out_its_seed(bench):
     broken = replace(bench, numbers={k: v for k, v in bench.numbers.items() if k != key}, failures={key: "diverged"})
     assert broken.lifetime("same").seeds == bench.lifetime("same").seeds - 1
     assert broken.lifetime("no pitch").seeds == bench.lifetime("no pitch").seeds
-    assert verdicts(broken, "same", Limits())[0].passed is False
+    assert broken.verdicts("same")[0].passed is False
+
+
+def test_a_controller_whose_runs_fail_is_last_and_is_no_reference(bench):
+    lost = {(case.name, "same"): "diverged" for case in bench.cases}
+    broken = replace(bench, numbers={k: v for k, v in bench.numbers.items() if k[1] != "same"}, failures=lost)
+    assert [standing.controller for standing in broken.leaderboard()] == ["baseline", "no pitch", "same"]
+    table = criteria_table(all_verdicts(broken))
+    energy = next(row for row in table.texts if row[0] == "energy")
+    assert energy[2:4] == ["reference", "-"]
+
+
+def test_margins_are_upper_bounds_where_a_loop_is_not_linear(bench):
+    loops = tuple(replace(loop, repeatability=0.2 * i) for i, loop in enumerate(bench.loops["same"]))
+    bent = replace(bench, loops={**bench.loops, "same": loops})
+    (standing,) = (s for s in bent.leaderboard() if s.controller == "same")
+    assert standing.nonlinear == (18.0,)
+    assert standing.phase_margin == loops[0].phase_margin
+    row = next(row for row in leaderboard_rows(bent)[1] if row[0] == "same")
+    assert row[-1].startswith("≤ ") and row[-2].startswith("≤ ")
 
 
 def loop_of(L, lowest=0.05, highest=20.0):
@@ -288,7 +317,7 @@ def test_module_and_function_names(model, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     source = "import meltemi\ndef regulator(turbine):\n    return meltemi.control.BaselineController(turbine)\n"
     (tmp_path / "bench_mine.py").write_text(source + "def wrong(turbine):\n    return 1\n")
-    (made,) = contenders(["bench_mine:regulator"], model, "nrel5mw")
+    (made,) = contenders({"mine": "bench_mine:regulator"}, model)
     assert isinstance(made.controller, Controller)
     for name, words in (
         ("bench_min:regulator", "no module 'bench_min' here or installed; did you mean 'bench_mine'"),
@@ -297,20 +326,20 @@ def test_module_and_function_names(model, tmp_path, monkeypatch):
         (":x", "expected module:function"),
     ):
         with pytest.raises(InputError, match=words):
-            contenders([name], model, "nrel5mw")
+            contenders({"x": name}, model)
 
 
-def test_rosco_needs_an_input_file_for_other_turbines(model):
+def test_rosco_needs_an_input_file_for_other_turbines(turbine):
     try:
         meltemi.control.find_rosco()
     except InputError:
         pytest.skip("the rosco package is not installed")
     with pytest.raises(InputError, match="rosco@DISCON.IN"):
-        contenders(["rosco"], model, "mine")
+        contenders({"rosco": "rosco"}, meltemi.build(turbine.replace(name="mine")))
 
 
 def test_files(bench, tmp_path):
-    files = {path.name for path in write_bench(bench, tmp_path, Limits(), repeat="meltemi bench-controller x")}
+    files = {path.name for path in write_bench(bench, tmp_path, repeat="meltemi bench-controller x")}
     assert {"bench.html", "bench.json", "runs.csv", "margins.csv", "verdicts.csv", "leaderboard.md"} <= files
     content = json.loads((tmp_path / "bench.json").read_text())
     assert content["reference"] == "baseline"
@@ -325,3 +354,67 @@ def test_files(bench, tmp_path):
     for heading in ("Criteria", "Production", "Stability margins", "Robustness"):
         assert f"<h2>{heading}</h2>" in page
     assert '"spokes"' in page
+
+
+def test_leaderboard_in_numbers(bench):
+    first, *_, last = bench.leaderboard()
+    assert (first.controller, last.controller) == ("baseline", "no pitch")
+    assert first.energy is None and first.failed < last.failed
+    assert last.speed == max(numbers["generator speed max"] for numbers in bench.of("no pitch").values())
+    table = bench.lifetime("no pitch")
+    assert last.tower_load == table.entry("TwrBsMyt DEL", "no pitch").change
+    with pytest.raises(InputError, match="did you mean 'no pitch'"):
+        bench.verdicts("no ptch")
+
+
+def test_card_and_figure(bench):
+    shown = bench._repr_html_()
+    assert "3 controllers of nrel5mw" in shown and "Leaderboard" in shown and "no pitch" in shown
+    assert repr(bench) == "<ControllerBench of baseline, same, no pitch on nrel5mw in 5 cases>"
+    figure = meltemi.plots.plot_bench(bench)
+    radar, *margins = figure.axes
+    assert [line.get_label() for line in radar.lines] == list(bench.controllers)
+    assert np.allclose(radar.lines[1].get_ydata(), 100.0)
+    assert len(margins) == 2
+
+
+TINY = (Situation("normal turbulence", "NTM", "production", "NTM", (16.0, 18.0), 1, 5.0, 1.0),)
+
+
+def test_controllers_functions_and_names_by_label(turbine, monkeypatch):
+    monkeypatch.setattr(study, "suite_of", lambda turbine, quick: TINY)
+    monkeypatch.setattr(study, "QUICK_SINE", Multisine(5.0, 5.0))
+    law, seen = meltemi.control.BaselineController, []
+    given = {"object": law(turbine), "function": law, "name": "baseline"}
+    found = meltemi.analysis.bench_controllers(
+        turbine, given, reference="name", quick=True, limits=BenchLimits(over_speed=1.3), progress=seen.append
+    )
+    assert found.controllers == ("name", "object", "function")
+    assert found.supervised == {"name"}
+    assert found.limits.over_speed == 1.3
+    assert all(standing.tower_load.mean == 0.0 for standing in found.leaderboard() if standing.tower_load)
+    assert seen == sorted(seen) and seen[-1] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("controllers", "more", "words"),
+    [
+        ({}, {}, "at least one is needed"),
+        ([], {}, "at least one is needed"),
+        ("ipx", {}, "did you mean 'ipc'"),
+        ({"a": 5}, {}, "'a': expected a controller, a function of the turbine or a name, found int"),
+        (["x/mine.so", "y/mine.so"], {}, "two of them are called 'mine'"),
+        (["ipc"], {"reference": "basline"}, "did you mean 'baseline'"),
+        (["ipc"], {"wind_class": "IX"}, "IX"),
+        (["ipc"], {"refrence": "baseline"}, "did you mean 'reference'"),
+        ({"a": lambda turbine: 1}, {}, "a: controller.turbine. must return a meltemi.Controller, found int"),
+    ],
+)
+def test_bad_calls(turbine, controllers, more, words):
+    with pytest.raises(InputError, match=words):
+        meltemi.analysis.bench_controllers(turbine, controllers, **more)
+
+
+def test_a_turbine_of_coefficients_has_no_bench():
+    with pytest.raises(InputError, match="power-coefficient turbine"):
+        meltemi.analysis.bench_controllers(meltemi.load_turbine("pmsg20mw"), ["ipc"])

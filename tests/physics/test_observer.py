@@ -17,6 +17,7 @@ from meltemi.postprocess.files.signals import read_signals
 from meltemi.simulation.channels import catalogue
 from meltemi.simulation.model import Model
 from meltemi.simulation.observer import (
+    SENSORS,
     ExpectedTurbulence,
     Observer,
     SensorNoise,
@@ -223,9 +224,54 @@ def test_power_replaces_torque_and_signals_may_be_missing(made: Observer, steady
     with pytest.raises(InputError, match="every 0.1 s or more"):
         made.estimate(replace(steady, time=steady.time[::10], data=steady.data[::10]))
     broken = steady.data.copy()
-    broken[5, 0] = np.nan
-    with pytest.raises(InputError, match="not finite"):
+    broken[: len(broken) // 2 + 1, 0] = np.nan
+    with pytest.raises(InputError, match="samples are finite; most are not in the signal 'generator_speed'"):
         made.estimate(replace(steady, data=broken))
+
+
+def test_gaps_and_missing_values_are_bridged_and_named(made: Observer, steady: Result) -> None:
+    plain = made.estimate(steady)
+    assert plain.result.warnings == ()
+    place, step = steady.names.index("generator_speed"), steady.time[1] - steady.time[0]
+    some = steady.data.copy()
+    some[300, place] = np.nan  # a sample
+    once = made.estimate(replace(steady, data=some))
+    assert once.result.warnings == (f"1 of {len(some)} samples are left out: not all of their signals are finite",)
+    np.testing.assert_allclose(once.result.data[200:], plain.result.data[200:], rtol=0.05, atol=2e5)
+    begin, end = 300, 300 + round(2.0 / step)
+    some = np.delete(steady.data, slice(begin, end), axis=0)
+    gap = made.estimate(replace(steady, data=some, time=np.delete(steady.time, slice(begin, end))))
+    assert len(gap.result.warnings) == 1 and "prediction without sensors" in gap.result.warnings[0]
+    inside = (gap.result.time > steady.time[begin] + 0.1) & (gap.result.time < steady.time[end] - 0.1)
+    assert np.all(np.isnan(gap.innovation[inside])) and np.all(np.isfinite(gap.result.data))
+    assert gap.result["rotor_effective_wind"][-1] == pytest.approx(plain.result["rotor_effective_wind"][-1], abs=0.05)
+
+
+@pytest.mark.parametrize("factor", [30.0 / np.pi, 1.0 / 97.0])
+def test_signals_in_other_units_or_of_the_rotor_are_doubted(made: Observer, steady: Result, factor: float) -> None:
+    wrong = steady.data.copy()
+    wrong[:, steady.names.index("generator_speed")] *= factor
+    found = made.estimate(replace(steady, data=wrong))
+    assert any(words.startswith("generator_speed is ") for words in found.result.warnings)
+
+
+def test_moments_once_a_revolution_are_those_with_the_wake_at_rest(model: Model) -> None:
+    """Shear and tilt at 16 m/s: the wake does not follow what a blade meets in a revolution (16 % less if it did)."""
+    made = narrow(model, 15.0, 17.0, 1.0)
+    channels = ["generator_speed", "generator_torque", "pitch_1", "azimuth", "RootMyc1", *SENSORS[1:]]
+    wind = meltemi.SteadyWind(speed=16.0, shear_exponent=0.2)
+    result = meltemi.simulate(model, wind, duration=60.0, channels=channels, output_step=0.04)
+    found = made.estimate(result).result
+
+    def once(part: Result, azimuth: Any) -> complex:
+        late = part.time >= 40.0
+        terms = np.exp(1j * np.outer(np.interp(part.time[late], result.time, azimuth), (0, 1, -1, 2, -2, 3, -3)))
+        return complex(np.linalg.lstsq(terms, part["RootMyc1"][late].astype(complex), rcond=None)[0][1])
+
+    azimuth = np.unwrap(result["azimuth"])
+    true, mine = once(result, azimuth), once(found, azimuth)
+    assert abs(mine) == pytest.approx(abs(true), rel=0.05)
+    assert abs(np.angle(mine / true)) < np.radians(6.0)
 
 
 def test_every_option_changes_the_observer(model: Model) -> None:
@@ -326,6 +372,7 @@ def test_signals_of_a_csv_file_are_those_of_the_result(tmp_path: Path, made: Obs
         ("time [s],speed [furlong]\n0,1\n", "unknown unit 'furlong'"),
         ("time [s],speed [rpm]\n0,x\n", "row 2: expected 2 numbers"),
         ("time [s]\n", "expected a row of names"),
+        ("time [s],GenPwr (kN)\n0,1\n", "column 'GenPwr' has the unit kN, but generator_power is in kW"),
     ):
         (tmp_path / "bad.csv").write_text(text)
         with pytest.raises(InputError, match=words.replace("[", r"\[")):

@@ -313,3 +313,19 @@ def test_unknown_names_are_refused() -> None:
         make().reset(options={"wind": 12.0})
     with pytest.raises(InputError, match="at least 1"):
         envs.make_vec(LOAD, 0)
+
+
+def test_actions_of_another_shape_are_refused() -> None:
+    """The compiled loop would read beyond them."""
+    env = make("Meltemi/IPC-v0")
+    env.reset(seed=1)
+    with pytest.raises(InputError, match=r"expected 1 x 3 actions \(pitch_1, pitch_2, pitch_3\), found 1 x 2"):
+        env.step(np.zeros(2, np.float32))
+    vector = envs.make_vec("Meltemi/IPC-v0", 2, **SHORT)
+    with pytest.raises(InputError, match="begin one by reset"):
+        vector.step(np.zeros((2, 3), np.float32))
+    vector.reset(seed=1)
+    for shape in ((1, 3), (2, 1), (6,)):
+        with pytest.raises(InputError, match="expected 2 x 3 actions"):
+            vector.step(np.zeros(shape, np.float32))
+    vector.close()

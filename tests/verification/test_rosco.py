@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 import meltemi
 from meltemi.control.bladed.rosco import edit_discon, rosco_example
@@ -159,3 +161,60 @@ def test_the_iea15mw(speed: float, source: str, tmp_path: Path) -> None:
     assert end["RotSpeed"].mean() == pytest.approx(7.56 * np.pi / 30.0, rel=1e-3)
     assert end["GenPwr"].mean() == pytest.approx(15e6, rel=1e-3)
     assert end["pitch_1"].mean() == pytest.approx(meltemi.operating_point(model, speed).pitch, abs=2e-3)
+
+
+def oscillation(time: NDArray[np.float64], x: NDArray[np.float64]) -> tuple[float, float]:
+    """Frequency [rad/s] and damping ratio of the slow oscillation of a series, beside a straight line."""
+
+    def deviation(p: NDArray[np.float64]) -> NDArray[np.float64]:
+        wave = (p[2] * np.cos(p[4] * t) + p[3] * np.sin(p[4] * t)) * np.exp(-p[5] * t)
+        return p[0] + p[1] * t + wave - x
+
+    t = time - time[0]
+    w, decay = least_squares(deviation, [x.mean(), 0.0, x.std(), x.std(), 1.1, 0.05]).x[4:]
+    return float(w), float(decay / np.hypot(w, decay))
+
+
+@pytest.mark.reference
+def test_its_oscillation_above_rated_is_that_in_openfast(discon: Path, reference: Path) -> None:
+    """At 14 m/s, 1.12 rad/s with a damping ratio of 7.3 %; torsion of the blades, which ElastoDyn lacks, lowers it."""
+    with np.load(reference / "openfast_dlc/series/S_stuck1_estop_14.npz") as z:
+        theirs = dict(zip(z["channels"], z["data"].T.astype(float), strict=True))
+    inside = (theirs["Time"] >= 12.0) & (theirs["Time"] <= 44.9)  # before its event
+    w, damping = oscillation(theirs["Time"][inside], theirs["BldPitch1"][inside])
+    library = meltemi.load_turbine("nrel5mw")
+    deck = deck_turbine(library)
+    found = []
+    for turbine, options in ((deck, deck_options(deck, "B", time_step=0.01)), (library, meltemi.ModelOptions())):
+        result = meltemi.simulate(
+            meltemi.build(turbine, options),
+            meltemi.SteadyWind(speed=14.0, shear_exponent=0.2),
+            duration=44.9,
+            controller=meltemi.control.BladedController(turbine, meltemi.control.find_rosco(), discon),
+            channels=["BldPitch1"],
+            start=meltemi.Start(rotor_speed=12.1 * np.pi / 30.0, pitch=np.radians(6.0)),
+        )
+        part = result.between(12.0, 44.9)
+        found.append(oscillation(part.time, np.degrees(part["BldPitch1"])))
+    assert found[0][0] == pytest.approx(w, rel=0.02)
+    assert found[0][1] == pytest.approx(damping, abs=0.01)
+    assert 0.005 < found[1][1] < 0.03 < 0.5 * damping
+
+
+@pytest.mark.parametrize("speed", [14.0, 16.0])
+def test_its_gains_are_those_of_a_rigid_rotor_with_a_steady_wake(discon: Path, speed: float) -> None:
+    """Its example is tuned for 0.6 rad/s: integral gain w^2 / B. Flexible rotors with dynamic inflow answer more."""
+    lines = {line.rpartition("!")[2].split()[0]: line for line in discon.read_text().splitlines() if "!" in line}
+    angles, gains = (np.array(lines[name].partition("!")[0].split(), float) for name in ("PC_GS_angles", "PC_GS_KI"))
+    turbine, answers = meltemi.load_turbine("nrel5mw"), []
+    rigid = dict.fromkeys(("torsion_modes", "flap_modes", "edge_modes", "fore_aft_modes", "side_side_modes"), 0)
+    for options in (meltemi.ModelOptions(inflow="quasi_steady", stall="static", **rigid), meltemi.ModelOptions()):
+        model = meltemi.build(turbine, options)
+        point = meltemi.operating_point(model, speed)
+        linear = meltemi.analysis.linearise(model, point, ("pitch",), ("generator_speed",), azimuths=12)
+        s = 1j * np.array([1.15])
+        answers.append(abs(s[0] * linear.response(s)[0, 0, 0]))
+        if len(answers) == 1:
+            expected = 0.6**2 / -np.interp(point.pitch, angles, gains)
+    assert answers[0] == pytest.approx(expected, rel=0.1)
+    assert answers[1] > 1.4 * answers[0]

@@ -47,68 +47,53 @@ def bench_controller(
         raise InputError(f"controllers: {twice!r} is named twice")
     names = list(dict.fromkeys((reference, *controllers)))
     from meltemi.core.yamlfile import read_record
-    from meltemi.studies.controller_bench.contenders import check_names, contenders
-    from meltemi.studies.controller_bench.suite import Limits, cases_of, suite_of
+    from meltemi.studies.controller_bench.contenders import check_names, digest_of, labelled
+    from meltemi.studies.controller_bench.suite import BenchLimits
     from meltemi.wind.iec.classes import as_class
 
     check_names(names)
     as_class(wind_class, None)
-    bounds = Limits() if limits is None else read_record(limits, Limits)
-    from meltemi.studies.schemes import equipped
+    bounds = None if limits is None else read_record(limits, BenchLimits)
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
 
-    described = equipped(aeroelastic(load_turbine(turbine), "meltemi bench-controller"), names)
-    suite = suite_of(described, quick=quick)
-    from meltemi.simulation.rotors import build
-    from meltemi.studies.controller_bench.bench import QUICK_SINE, run_bench, verdicts
-    from meltemi.studies.controller_bench.report import leaderboard_rows, verdict_rows, write_bench
+    described = aeroelastic(load_turbine(turbine), "meltemi bench-controller")
+    labels = list(labelled(names))
+    inputs = repr(("bench-controller", wind_class, quick, [(name, digest_of(name)) for name in names]))
+    from meltemi.studies.controller_bench import report, study
     from meltemi.studies.run_store import run_store
 
     began = time.perf_counter()
-    model = build(described)
-    with progress_bar("tuning") as progress:
-        entries = contenders(names, model, Path(turbine).stem, progress=progress)
-    inputs = repr(("bench-controller", wind_class, quick, [(e.name, e.digest) for e in entries]))
-    cases = list(cases_of(suite))
     with results_in(out), run_store(out, inputs):
-        total = len(cases) * len(entries)
-        with progress_bar(f"{len(entries)} controllers, {len(cases)} cases", total, "runs") as progress:
-            sine = QUICK_SINE if quick else None
-            bench = run_bench(
-                model, entries, suite, wind_class=wind_class, sine=sine, workers=workers, progress=progress
+        with progress_bar(f"{len(labels)} controllers") as progress:
+            bench = study.bench_controllers(
+                described,
+                names,
+                reference=labels[0],
+                quick=quick,
+                wind_class=wind_class,
+                limits=bounds,
+                workers=workers,
+                progress=progress,
             )
         import meltemi
 
-        facts = [
-            ("Turbine", described.name),
-            ("Class", wind_class),
-            ("Reference", bench.reference),
-            ("Suite", f"{'reduced' if quick else 'complete'}, {len(cases)} cases a controller"),
-            *((f"Controller {e.name}", e.about) for e in entries),
-        ]
-        files = write_bench(
-            bench,
-            out,
-            bounds,
-            facts=facts,
-            repeat=shlex.join(["meltemi", *sys.argv[1:]]),
-            footer=f"meltemi {meltemi.__version__}",
-        )
-    found = {name: verdicts(bench, name, bounds) for name in bench.controllers}
-    print_table(f"{described.name}, class {wind_class}", *leaderboard_rows(bench, found))
+        repeat, footer = shlex.join(["meltemi", *sys.argv[1:]]), f"meltemi {meltemi.__version__}"
+        files = report.write_bench(bench, out, repeat=repeat, footer=footer)
+    print_table(f"{bench.turbine}, class {wind_class}", *report.leaderboard_rows(bench))
     print(
         "changes against the reference in the same winds, with 95 % intervals; speed over its reference, clearance over"
     )
     print("that of the undeflected blade: worst case; margins of the speed loop: smallest of all wind speeds")
+    found = report.all_verdicts(bench)
     failing = {name: [v for v in own if v.passed is False] for name, own in found.items()}
     print_table(
         "Criteria that fail",
-        *verdict_rows(failing),
+        *report.verdict_rows(failing),
         text_columns=2,
-        all_rows=verdict_rows(found),
+        all_rows=report.verdict_rows(found),
     )
-    seconds = sum(case.duration for case in cases) * len(entries)
+    seconds = sum(case.duration for case in bench.cases) * len(labels)
     print(f"{seconds:.0f} s simulated in {time.perf_counter() - began:.0f} s")
     wrote(*files)
     suggest("compare", turbine, "--ntm", "--wind-class", wind_class, "--wind-speed", 18)

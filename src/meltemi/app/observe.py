@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from meltemi.app.options import TURBINES
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, suggest, wrote
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
 from meltemi.core.errors import InputError
 
 
@@ -76,4 +76,6 @@ def observe(
     print(f"rotor-effective wind {wind.mean():.2f} m/s, standard deviation {wind.std():.2f} m/s")
     print("estimate: of the estimated series alone; expected: with the part that the signals do not show, 90 % within")
     wrote(*files)
+    for warning in found.result.warnings:
+        say(f"warning: {warning}")
     suggest("diff", out / "estimate.nc", signals, "--out", out)

@@ -329,7 +329,19 @@ class Fleet:
         episode.law.pitch_share, episode.law.torque_share = machine.shares
 
     def step(self, which: NDArray[np.int64], actions: NDArray[np.float32], rngs: list[np.random.Generator]) -> None:
-        """March some of the turbines by one step of the environment under actions (n, actions)."""
+        """March some of the turbines by one step of the environment under actions (n, actions).
+
+        Raises:
+          InputError: no episode is running, or the actions have another shape.
+        """
+        if any(episode is None for episode in self.episodes):
+            raise InputError("step: no episode is running; begin one by reset()")
+        if actions.shape != self._idle.shape:
+            names = ", ".join(self.machine.action_names)
+            found = " x ".join(map(str, actions.shape))
+            raise InputError(
+                f"step: expected {self.n} x {len(self.machine.action_names)} actions ({names}), found {found}"
+            )
         if self.machine.settings.noise > 0.0:
             for i in which:
                 self._noise(i, rngs[i])

@@ -77,7 +77,7 @@ class TurbineEnv(gymnasium.Env[Observation, Observation]):  # type: ignore[misc]
           the weighted components of the reward, ``reward_power`` and so on.
 
         Raises:
-          InputError: there is no episode, or it has ended.
+          InputError: there is no episode, it has ended, or the action has another length.
         """
         fleet = self.fleet
         if fleet.episodes[0] is None or fleet.ended[0]:
@@ -166,6 +166,9 @@ class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]])
 
         Returns:
           (num_envs, ...) observations, rewards, terminated, truncated, and the weighted components of the rewards.
+
+        Raises:
+          InputError: there is no episode, or the actions have another shape.
         """
         fleet = self.fleet
         again = self._ended

@@ -16,7 +16,7 @@ from meltemi.report.html import Block, Markup, html_of, plain, stored, together
 
 @dataclass(frozen=True)
 class Axis:
-    """Of a chart. ``start``: a value that it must contain."""
+    """Of a chart. ``start``: a value that it must contain, or that of the centre of a polar one."""
 
     label: str
     unit: str = ""
@@ -71,7 +71,7 @@ def chart(
     """A chart of lines, dots and bands; ``polar``: x are angles [deg], anticlockwise from the right.
 
     ``spokes`` are names of evenly spaced angles, the first to the right: then it is polar, with a value of each curve
-    on every spoke.
+    on every spoke; a line break within a name is one on the page.
     """
     polar = polar or bool(spokes)
     place = place_of("chart")

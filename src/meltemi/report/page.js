@@ -132,7 +132,7 @@
   const off = new WeakMap();
   function draw(figure, spec) {
     const large = figure.classList.contains("large"), room = (figure.clientWidth || 700) - (large ? 40 : 0);
-    const width = Math.max(300, large ? (spec.polar ? Math.min(room, innerHeight - 130) : room) : Math.min(room, spec.polar ? 460 : 1000));
+    const width = Math.max(300, large ? (spec.polar ? Math.min(room, innerHeight - 130) : room) : Math.min(room, spec.spokes ? 560 : spec.polar ? 460 : 1000));
     const height = spec.polar ? width : large ? innerHeight - 150 : Math.min(400, Math.max(250, 0.5 * width));
     const hidden = off.get(figure) || off.set(figure, new Set()).get(figure);
     const series = spec.series.map((s, i) => ({ ...s, colour: colour(s, i) })).filter((s) => !hidden.has(s.name));
@@ -170,7 +170,7 @@
       mark.setAttribute("cy", p[1]);
       const name = s.cases ? page.cases[s.base || 0][s.cases[i]] : "";
       tip.replaceChildren(make("b", {}, name || s.name), ` ${name ? s.name : ""}`, make("br"),
-        spec.spokes ? spec.spokes[i] : `${spec.x.label} ${short(s.x[i])} ${spec.x.unit}`, make("br"), `${spec.y.label} ${short(s.y[i])} ${spec.y.unit}`);
+        spec.spokes ? spec.spokes[i].replace("\n", " ") : `${spec.x.label} ${short(s.x[i])} ${spec.x.unit}`, make("br"), `${spec.y.label} ${short(s.y[i])} ${spec.y.unit}`);
       tip.style.top = `${p[1] / scale + 12}px`;
       tip.style.left = `${Math.min(p[0] / scale, box.width - 190)}px`;
     };
@@ -208,27 +208,23 @@
     svg.append(make("text", { x: (left + right) / 2, y: height - 6, "text-anchor": "middle" }, named(spec.x)), make("text", { x: 4, y: 14 }, named(spec.y)));
     return (x, y) => (x === null || y === null || (spec.y.log && y <= 0) || (spec.x.log && x <= 0) ? null : [px(x), py(y)]);
   }
-  /** A text of more than a dozen letters in two lines. */
-  function lines(text) {
-    const ends = [...text.matchAll(/ /g)].map(({ index }) => index), middle = ends.sort((a, b) => Math.abs(a - text.length / 2) - Math.abs(b - text.length / 2))[0];
-    return text.length > 12 && middle ? [text.slice(0, middle), text.slice(middle + 1)] : [text];
-  }
   function polar(svg, spec, series, width) {
-    const spokes = (spec.spokes || []).map(lines), longest = Math.max(...spokes.flat().map((line) => line.length), 0);
-    const centre = width / 2, radius = centre - (spec.spokes ? 6.6 * longest + 12 : 34), n = spec.spokes ? spokes.length : 12;
-    const largest = Math.max(...series.flatMap((s) => s.y), 1e-9), rings = ticks(0, largest, false).filter((v) => v > 0);
-    for (const v of rings) svg.append(make("circle", { cx: centre, cy: centre, r: (v / largest) * radius, class: "ring" }), make("text", { x: centre + 3, y: centre - (v / largest) * radius - 2 }, short(v)));
+    const names = spec.spokes && spec.spokes.map((name) => name.split("\n")), n = names ? names.length : 12;
+    const room = names ? 14 + 6.4 * Math.max(...names.flat().map((line) => line.length)) : 34;
+    const centre = width / 2, radius = Math.max(centre - room, 0.2 * width), low = spec.y.from || 0;
+    const largest = Math.max(...series.flatMap((s) => s.y), low + 1e-9), rings = ticks(low, largest, false).filter((v) => v > low);
+    const at = (v) => (Math.max(v - low, 0) / (largest - low)) * radius;
+    for (const v of rings) svg.append(make("circle", { cx: centre, cy: centre, r: at(v), class: "ring" }), make("text", { x: centre + 3, y: centre - at(v) - 2 }, short(v)));
     for (let i = 0; i < n; i++) {
-      const a = (360 * i) / n;
+      const a = (360 * i) / n, lines = names ? names[i] : [`${a}°`];
       const [s, c] = [Math.sin((a * Math.PI) / 180), Math.cos((a * Math.PI) / 180)];
       svg.append(make("path", { d: `M${centre} ${centre}L${centre + radius * c} ${centre - radius * s}`, class: "grid" }));
-      const x = centre + (radius + (spec.spokes ? 8 : 16)) * c, y = centre - (radius + 16) * s + 4, words = spec.spokes ? spokes[i] : [`${a}°`];
-      const text = make("text", { y, "text-anchor": spec.spokes && Math.abs(c) > 0.3 ? (c > 0 ? "start" : "end") : "middle" });
-      text.append(...words.map((line, j) => make("tspan", { x, y: y + 13 * (j - (words.length - 1) * (0.5 + 0.5 * s)) }, line)));
-      svg.append(text);
+      const label = { "text-anchor": names && Math.abs(c) > 0.3 ? (c > 0 ? "start" : "end") : "middle" };
+      const x = centre + (radius + (names ? 8 : 16)) * c, y = centre - (radius + 10 + 7 * lines.length) * s + 4 - 7 * (lines.length - 1);
+      lines.forEach((line, k) => svg.append(make("text", { ...label, x, y: y + 14 * k }, line)));
     }
     svg.append(make("text", { x: 4, y: 14 }, `${spec.y.label} [${spec.y.unit}]`));
-    return (x, y) => (y === null ? null : [centre + (y / largest) * radius * Math.cos((x * Math.PI) / 180), centre - (y / largest) * radius * Math.sin((x * Math.PI) / 180)]);
+    return (x, y) => (y === null ? null : [centre + at(y) * Math.cos((x * Math.PI) / 180), centre - at(y) * Math.sin((x * Math.PI) / 180)]);
   }
   const watch = new ResizeObserver((entries) => entries.forEach(({ target }) => target.clientWidth && target.clientWidth !== target.drawn && target.draw()));
   const chart = (figure, spec) => {

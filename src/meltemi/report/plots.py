@@ -282,8 +282,8 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
             heading(ax, "tip deflection")
             for i, name in enumerate(names):  # beside the curve, where it has fallen and there is room above
                 at = (3 * len(points)) // 5
-                values = points[0].channels[name].display_unit[1] * points[at][name]
-                note(ax, name.removesuffix("_1").replace("_", " "), (speeds[at], values), (4, 8), color=COLOURS[i])
+                height = points[0].channels[name].display_unit[1] * points[at][name]
+                note(ax, name.removesuffix("_1").replace("_", " "), (speeds[at], height), (4, 8), color=COLOURS[i])
     if model is not None and blades:
         pressure = 0.5 * model.environment.density * speeds**2 * np.pi * model.turbine.rotor_radius**2
         power = np.array([p["rotor_aero_torque"] * p["rotor_speed"] for p in points]) / (pressure * speeds)

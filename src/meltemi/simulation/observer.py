@@ -44,6 +44,15 @@ TOWER = ("tower_base_moment_fore_aft", "tower_base_moment_side_side", "tower_top
 BLADE = ("root_moment_out_of_plane", "root_moment_in_plane")
 HARMONICS = (1, 2, 3, 4)
 """Multiples of the rotor frequency of the turbulence in a rotating frame."""
+AZIMUTHS = 4
+"""Rotor positions in a third of a revolution over which the matrices are averaged."""
+LONGEST = 0.1
+"""[s] between samples; where they are further apart, the sensors are not used."""
+BEYOND = 0.3
+"""Share of the largest steady value by which speed, torque and pitch may leave their range in production."""
+MISFIT = 10.0
+"""Innovation over its expected deviation from which on the signals are not those of the turbine; in full simulations
+with dynamic stall and wake it is 2 to 3."""
 WIND = Channel(
     "rotor_effective_wind",
     "",
@@ -234,14 +243,20 @@ class Observer(Brief):
           samples: number of samples of the distribution of the loads.
           seed: of the samples.
 
+        Samples with values that are not finite are left out. Over gaps the estimate goes on without sensors; the
+        warnings of the estimated result name them, and signals that do not fit the turbine.
+
         Raises:
-          InputError: a signal is missing or not finite, or the series is too short.
+          InputError: a signal is missing, hardly any of its samples is finite, or the series is too short.
           MeltemiError: without the accelerations the state is not determined.
         """
-        time, u, measured, azimuth = self._signals(result)
-        if np.any(missing := np.isnan(measured[0])):
-            return self.using(~missing)._estimate(time, u, measured, azimuth, result, samples, seed)
-        return self._estimate(time, u, measured, azimuth, result, samples, seed)
+        time, u, measured, azimuth, told = self._signals(result)
+        missing = np.isnan(measured[0])
+        made = self.using(~missing) if np.any(missing) else self
+        found = made._estimate(time, u, measured, azimuth, result, samples, seed)
+        told += self._outside(measured[:, 0], *u.T) + _misfits(found.innovation)
+        meta = found.result.meta | {"warnings": told}
+        return replace(found, result=replace(found.result, meta=meta))
 
     def _estimate(
         self, time: Float, u: Float, measured: Float, azimuth: Float, result: Result, samples: int, seed: int
@@ -283,6 +298,21 @@ class Observer(Brief):
             drawn.append(replace(found, data=data + np.column_stack([wind, mix(wrong)])))
         return Estimate(found, deviation, gaps, tuple(drawn))
 
+    def _outside(self, *signals: Float) -> list[str]:
+        """Warnings about generator speed, torque and pitch that are mostly outside their range in production."""
+        steady = (self.outputs[:, 0], *self.inputs.T)
+        found = []
+        for name, x, here in zip((SENSORS[0], *INPUTS), signals, steady, strict=True):
+            room = BEYOND * float(np.abs(here).max())
+            low, high = float(here.min()) - room, float(here.max()) + room
+            share = float(np.mean((x < low) | (x > high)))
+            if share > 0.5:
+                found.append(
+                    f"{name} is {x.mean():.4g} on average, in production it is {here.min():.4g} to {here.max():.4g} (SI "
+                    "units): the estimate is not that of the turbine; check units, names and turbine"
+                )
+        return found
+
     def _nearest(self, speed: Float) -> NDArray[np.intp]:
         spacing = self.wind_speed[1] - self.wind_speed[0]
         place = np.rint((speed - self.wind_speed[0]) / spacing)
@@ -293,8 +323,8 @@ class Observer(Brief):
         places = [*TOWER, *(f"{b}_{i}" for b in BLADE for i in (1, 2, 3))]
         return (WIND, *(known[name] for name in places)), places
 
-    def _signals(self, result: Result) -> tuple[Float, Float, Float, Float]:
-        """Times of the filter's steps, inputs (T, 2), sensors (T, 3) and azimuth (T,)."""
+    def _signals(self, result: Result) -> tuple[Float, Float, Float, Float, list[str]]:
+        """Times of the filter's steps, inputs (T, 2), sensors (T, 3), azimuth (T,) and warnings."""
         if len(result.time) < 2 or result.time[-1] - result.time[0] < 1.0:
             raise InputError("observer: the series is shorter than 1 s")
         for name in ("generator_speed", "pitch_1"):
@@ -302,33 +332,62 @@ class Observer(Brief):
                 raise InputError(f"observer: the signal {name!r} is missing; found {', '.join(result.names)}")
         if not {"generator_torque", "generator_power"} & set(result.names):
             raise InputError("observer: neither 'generator_torque' nor 'generator_power' is given")
-        spacing = float(np.median(np.diff(result.time)))
-        if spacing > 0.1 + 1e-9:
+        torque = "generator_torque" if "generator_torque" in result else "generator_power"
+        pitches = [name for b in (1, 2, 3) if (name := f"pitch_{b}") in result]
+        sensors = [name for name in SENSORS[1:] if name in result]
+        used = ["generator_speed", torque, *pitches, *sensors, *(["azimuth"] if "azimuth" in result else [])]
+        table = {name: np.asarray(result[name], float) for name in used}
+        finite = np.all([np.isfinite(x) for x in table.values()], axis=0)
+        if finite.sum() < max(2.0, 0.5 * len(finite)):
+            broken = min(table, key=lambda name: np.isfinite(table[name]).sum())
             raise InputError(
-                f"observer: signals need a sample every 0.1 s or more often, found one every {spacing:g} s"
+                f"observer: {finite.sum()} of {len(finite)} samples are finite; most are not in the signal {broken!r}"
             )
-        time = np.arange(result.time[0], result.time[-1] + 0.25 * STEP, STEP)
+        known, told = result.time[finite], []
+        if some := len(finite) - int(finite.sum()):
+            told.append(f"{some} of {len(finite)} samples are left out: not all of their signals are finite")
+        apart = np.diff(known)
+        if (spacing := float(np.median(apart))) > LONGEST + 1e-9:
+            raise InputError(
+                f"observer: signals need a sample every {LONGEST:g} s or more often, found one every {spacing:g} s"
+            )
+        time = np.arange(known[0], known[-1] + 0.25 * STEP, STEP)
 
         def at(name: str) -> Float:
-            x = np.asarray(result[name], float)
-            if not np.all(np.isfinite(x)):
-                raise InputError(f"observer: the signal {name!r} has values that are not finite")
-            return np.interp(time, result.time, x)
+            return np.interp(time, known, table[name][finite])
 
-        speed = at("generator_speed")
-        pitch = np.mean([at(f"pitch_{b}") for b in (1, 2, 3) if f"pitch_{b}" in result], axis=0)
-        if "generator_torque" in result:
-            torque = at("generator_torque")
-        else:
+        speed, pitch = at("generator_speed"), np.mean([at(name) for name in pitches], axis=0)
+        moment = at(torque)
+        if torque == "generator_power":
             efficiency = self.model.turbine.drivetrain.generator_efficiency
-            torque = at("generator_power") / efficiency / np.maximum(speed, 1e-3)
+            moment = moment / efficiency / np.maximum(speed, 1e-3)
         missing = np.full(len(time), np.nan)
-        measured = [speed, *(at(name) if name in result else missing for name in SENSORS[1:])]
+        measured = np.column_stack([speed, *(at(name) if name in sensors else missing for name in SENSORS[1:])])
+        for k in np.flatnonzero(apart > LONGEST + 1e-9):
+            begin, end = float(known[k]), float(known[k + 1])
+            measured[(time > begin) & (time < end)] = np.nan
+            told.append(f"no samples from {begin:g} to {end:g} s: the estimate there is a prediction without sensors")
         if "azimuth" in result:
-            azimuth = np.interp(time, result.time, np.unwrap(result["azimuth"]))
+            azimuth = np.interp(time, known, np.unwrap(table["azimuth"][finite]))
         else:
             azimuth = np.cumsum(speed) * STEP / self.model.turbine.drivetrain.gear_ratio
-        return time, np.column_stack([torque, pitch]), np.column_stack(measured), azimuth
+        return time, np.column_stack([moment, pitch]), measured, azimuth, _few(told)
+
+
+def _few(lines: list[str], most: int = 4) -> list[str]:
+    return lines if len(lines) <= most else [*lines[: most - 1], f"and {len(lines) - most + 1} more gaps"]
+
+
+def _misfits(innovation: Float) -> list[str]:
+    """Warnings about sensors far from their predictions; by the median, which a start or a fault does not move."""
+    found = []
+    for name, gaps in zip(SENSORS, innovation.T, strict=True):
+        if np.any(np.isfinite(gaps)) and (far := float(np.nanmedian(np.abs(gaps)) / 0.6745)) > MISFIT:
+            found.append(
+                f"{name} differs from its prediction by {far:.2g} times the expected deviation: the signals are not "
+                "those of this turbine in production; check units, names and turbine"
+            )
+    return found
 
 
 class ObserverFilter:
@@ -434,8 +493,8 @@ def observer(
 ) -> Observer:
     """Observer of wind and loads of a turbine with three blades.
 
-    Air density, flexibility and aerodynamic options are those of the model; inflow and stall are quasi-steady in the
-    filter.
+    Air density, flexibility and aerodynamic options are those of the model; in the filter stall is quasi-steady, and the
+    wake in equilibrium in the fixed frame.
 
     Args:
       model: of the turbine.
@@ -454,8 +513,7 @@ def observer(
     turbulence, noise = turbulence or ExpectedTurbulence(), noise or SensorNoise()
     turbine = model.turbine
     turbine = turbine.replace(**{"pitch_actuator.kind": "ideal"})
-    options = model.options.replace(inflow="quasi_steady", stall="static")
-    plain = build(turbine, options, model.environment)
+    plain = build(turbine, model.options.replace(stall="static"), model.environment)
     rated = turbine.control.pitch.reference_speed
     R = np.diag([(noise.speed * rated) ** 2, noise.acceleration**2, noise.acceleration**2])
     speeds = np.arange(turbine.cut_in, turbine.cut_out + 1e-9, spacing)
@@ -466,7 +524,8 @@ def observer(
         wind = SteadyWind(speed=float(speed), shear_exponent=shear_exponent)
         inputs = (*INPUTS, "wind_speed", "vertical_shear", "horizontal_shear")
         outputs = (*SENSORS, *TOWER, *(f"{name}_1" for name in BLADE))
-        linear = linearise(plain, operating_point(plain, wind), inputs, outputs)
+        linear = linearise(plain, operating_point(plain, wind), inputs, outputs, azimuths=AZIMUTHS)
+        linear = condensed(linear, np.array([" inflow " in name for name in linear.states]))
         try:
             parts.append(_design(linear, turbine, turbulence, R))
         except np.linalg.LinAlgError as error:
@@ -482,6 +541,28 @@ def observer(
 
 ARRAYS = ("centre", "A", "B", "K", "C", "D", "inputs", "outputs", "covariance", "innovation", "Q")
 """What :func:`_design` gives, as attributes of :class:`Observer`."""
+
+
+def condensed(linear: LinearModel, fast: NDArray[np.bool_]) -> LinearModel:
+    """The model whose states of a mask are in equilibrium with the others (O-1a).
+
+    Those of the wake are in equilibrium in the fixed frame: collective induction follows slow changes of the load, while
+    the cosine and sine components lag what a blade meets once a revolution.
+
+    Args:
+      linear: in the fixed frame.
+      fast: (n,) which states.
+    """
+    if not fast.any():
+        return linear
+    kept = ~fast
+    follows = -np.linalg.solve(linear.A[np.ix_(fast, fast)], np.hstack([linear.A[np.ix_(fast, kept)], linear.B[fast]]))
+    n = int(kept.sum())
+    A = linear.A[np.ix_(kept, kept)] + linear.A[np.ix_(kept, fast)] @ follows[:, :n]
+    B = linear.B[kept] + linear.A[np.ix_(kept, fast)] @ follows[:, n:]
+    C, D = linear.C[:, kept] + linear.C[:, fast] @ follows[:, :n], linear.D + linear.C[:, fast] @ follows[:, n:]
+    states, units = (tuple(np.array(x)[kept].tolist()) for x in (linear.states, linear.state_units))
+    return replace(linear, A=A, B=B, C=C, D=D, states=states, state_units=units, x0=linear.x0[kept])
 
 
 def _design(linear: LinearModel, turbine: AnyTurbine, turbulence: ExpectedTurbulence, R: Float) -> tuple[Float, ...]:

@@ -28,7 +28,7 @@ def read_signals(path: str | Path, names: Mapping[str, str] | None = None) -> Re
     """Read signals from a CSV file, in SI units.
 
     Args:
-      path: of the file; its first column is the time.
+      path: of the file; its first column is the time. Empty cells become NaN.
       names: channel by the name of a column, where the file has other names than meltemi's or OpenFAST's.
 
     Raises:
@@ -53,10 +53,17 @@ def read_signals(path: str | Path, names: Mapping[str, str] | None = None) -> Re
         if own not in (columns := [name for name, _ in found]):
             raise InputError(f"{path}: no column {own!r}: {did_you_mean(own, columns)}")
         find(channel, every_kind())
+    known_channels = {name.lower(): c for c in every_kind().values() for name in c.names}
+    for own, unit in found[1:]:
+        meant = known_channels.get((names or {}).get(own, own).lower())
+        if meant is not None and meant.unit != si_unit(unit)[0]:
+            raise InputError(
+                f"{path}: column {own!r} has the unit {unit}, but {meant.name} is in {meant.display_unit[0]}"
+            )
     data = np.empty((len(rows) - 1, len(found)))
     for i, row in enumerate(rows[1:]):
         try:
-            data[i] = [float(cell) for cell in row]
+            data[i] = [float(cell) if cell.strip() else np.nan for cell in row]
         except ValueError:
             raise InputError(f"{path}: row {i + 2}: expected {len(found)} numbers, found {','.join(row)!r}") from None
     named = tuple((names or {}).get(name, name) for name, _ in found[1:])

@@ -1,53 +1,41 @@
-"""``run_bench``: controllers through the suite in the same winds, and the verdicts against limits."""
+"""``ControllerBench``: the numbers of controllers in the cases of the suite, and their verdicts against limits."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief
-from meltemi.loadcases.batch import Outcome
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.representation import Brief, Card, Fold, badge
 from meltemi.postprocess.ensemble import (
     EnsembleTable,
     MeanEstimate,
-    actuator_travel,
     ensemble_table,
     lifetime_del,
     mean_interval,
     rayleigh_weights,
 )
-from meltemi.postprocess.fatigue import damage_equivalent_load
-from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.result import Result
-from meltemi.simulation.rotors import build
-from meltemi.simulation.run import Run
-from meltemi.simulation.start import Start
-from meltemi.simulation.validity import undeflected_clearance
-from meltemi.studies.compare import SharedField
-from meltemi.studies.controller_bench.contenders import Contender
-from meltemi.studies.controller_bench.disturbance import disturbed
-from meltemi.studies.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
-from meltemi.studies.controller_bench.suite import EVENT, BenchCase, Limits, Situation, cases_of
-from meltemi.studies.run_store import SizedCases, current, resumed
-from meltemi.wind.fields import SteadyWind
-from meltemi.wind.iec.classes import as_class
+from meltemi.studies.controller_bench.margins import SpeedLoop
+from meltemi.studies.controller_bench.suite import BenchCase, BenchLimits
 
-Float = NDArray[np.float64]
 Numbers = Mapping[str, float]
 
 SLOPES = {"RootMyc1": 10.0, "RootMxc1": 10.0, "TwrBsMyt": 4.0, "TwrBsMxt": 4.0, "YawBrMyp": 4.0, "YawBrMzp": 4.0}
 """Loads, and the slopes of their S-N curves."""
-STOPPED, LEFT = 0.2, 0.9
-"""Shares of the reference speed: below the first a stop is complete; above the second there was none."""
+NAMES = {
+    "RootMyc1": "blade root, out of plane",
+    "RootMxc1": "blade root, in plane",
+    "TwrBsMyt": "tower base, fore-aft",
+    "TwrBsMxt": "tower base, side-side",
+    "YawBrMyp": "yaw bearing, tilt",
+    "YawBrMzp": "yaw bearing, yaw",
+}
+"""Their names in words."""
+LEFT = 0.9
+"""Share of the reference speed above which there was no stop."""
 HOURS = 8766.0
 """[h] of a year."""
-QUICK_SINE = Multisine(period=50.0, settling=60.0)
 
 
 @dataclass(frozen=True)
@@ -78,9 +66,40 @@ class Verdict:
         return "-" if self.passed is None else ("pass" if self.passed else "fail") + open_
 
 
+@dataclass(frozen=True)
+class Standing:
+    """A controller on the leaderboard.
+
+    Attributes:
+      controller: name.
+      failed, judged: numbers of criteria.
+      energy, blade_load, tower_load: relative lifetime changes against the reference: energy, equivalent loads of the
+        blade root out of plane and of the tower base fore-aft; None for the reference, and without a common seed.
+      pitch_travel: [rad/s] mean pitch rate in production.
+      speed: largest generator speed over its reference.
+      clearance: smallest tower clearance over that of the undeflected blade.
+      phase_margin, gain_margin: [rad], factor; smallest at all wind speeds where the loop has a linear response; NaN
+        if there is none.
+      nonlinear: [m/s] wind speeds without it, where the margins may be smaller.
+    """
+
+    controller: str
+    failed: int
+    judged: int
+    energy: MeanEstimate | None
+    blade_load: MeanEstimate | None
+    tower_load: MeanEstimate | None
+    pitch_travel: float
+    speed: float
+    clearance: float
+    phase_margin: float
+    gain_margin: float
+    nonlinear: tuple[float, ...]
+
+
 @dataclass(frozen=True, repr=False)
-class Bench(Brief):
-    """Controllers in the same cases.
+class ControllerBench(Brief):
+    """Controllers in the same cases of a fixed suite.
 
     Attributes:
       turbine: name.
@@ -94,6 +113,7 @@ class Bench(Brief):
       loops: measured speed loops by controller, by wind speed.
       speeds: [m/s] of normal turbulence.
       mean_speed: [m/s] of the Rayleigh distribution of the lifetime.
+      limits: of the verdicts.
     """
 
     turbine: str
@@ -107,6 +127,13 @@ class Bench(Brief):
     loops: Mapping[str, tuple[SpeedLoop, ...]]
     speeds: tuple[float, ...]
     mean_speed: float
+    limits: BenchLimits
+
+    def __repr__(self) -> str:
+        failed = f", {len(self.failures)} runs failed" if self.failures else ""
+        return (
+            f"<ControllerBench of {', '.join(self.controllers)} on {self.turbine} in {len(self.cases)} cases{failed}>"
+        )
 
     @property
     def reference(self) -> str:
@@ -176,175 +203,87 @@ class Bench(Brief):
         common = [case for case in base if case in own]
         return mean_interval([own[c][quantity] / base[c][quantity] - 1.0 for c in common]) if common else None
 
+    def verdicts(self, controller: str) -> tuple[Verdict, ...]:
+        """Outcome of all criteria for a controller, against the limits.
 
-def run_bench(
-    model: BladedModel,
-    entries: Sequence[Contender],
-    suite: Sequence[Situation],
-    *,
-    wind_class: str = "IB",
-    sine: Multisine | None = None,
-    workers: int | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> Bench:
-    """Run controllers through the suite, in the same winds, and measure the margins of their speed loops.
+        Raises:
+          InputError: there is no such controller.
+        """
+        if controller not in self.controllers:
+            raise InputError(f"no controller {controller!r} on the bench: {did_you_mean(controller, self.controllers)}")
+        return tuple(_verdicts(self, controller))
 
-    A run that fails counts as failed for its controller and stops no other.
+    def judged(self, limits: BenchLimits) -> ControllerBench:
+        """The same runs against other limits."""
+        return replace(self, limits=limits)
 
-    Args:
-      model: of the nominal turbine.
-      entries: controllers; the first is the reference.
-      suite: from ``suite_of``.
-      wind_class: of IEC 61400-1.
-      sine: test signal of the margins.
-      workers: threads.
-      progress: callback with the completed fraction.
+    def leaderboard(self) -> tuple[Standing, ...]:
+        """Controllers, those with fewest failed criteria first, those with failed runs last."""
+        lost = {name for _, name in self.failures}
+        standings = (self._standing(name) for name in self.controllers)
+        return tuple(sorted(standings, key=lambda s: (s.controller in lost, s.failed)))
 
-    Raises:
-      InputError: an unknown class, no controllers, or no run at all reached its end.
-      KeyboardInterrupt: Ctrl-C ended the runs.
-    """
-    if not entries:
-        raise InputError("bench-controller: at least one controller is needed")
-    sine, turbine = sine or Multisine(), model.turbine
-    mean_speed = 0.2 * as_class(wind_class, None).v_ref
-    cases = tuple(cases_of(suite))
-    speeds = next(s.speeds for s in suite if s.group == "production")
-    plants = {s.name: s.plant(turbine) for s in suite}
-    models: dict[str | None, BladedModel] = {None: model}
-    by_situation: dict[str, BladedModel] = {}
-    for s in suite:
-        plant = plants[s.name]
-        key = None if plant is turbine else plant.content_hash()
-        by_situation[s.name] = models[key] = models.get(key) or build(plant, model.options)
-    about = {f"{case.name}: {e.name}": (case, e.name) for case in cases for e in entries}
-    flaps = [f"flap_{j + 1}_angle_{b + 1}" for j in range(model.n_flaps) for b in range(model.n_blades)]
-    blades = range(1, model.n_blades + 1)
-    channels = ["generator_speed", "generator_power", *SLOPES, *flaps]
-    channels += [f"{name}_{b}" for name in ("pitch", "tip_clearance") for b in blades]
-    feather = turbine.pitch_actuator.maximum
+    def _standing(self, name: str) -> Standing:
+        found = self.verdicts(name)
+        table = self.lifetime(name)
+        energy, blade, tower = (
+            table.entry(q, name).change if table and name != self.reference else None
+            for q in ("energy", "RootMyc1 DEL", "TwrBsMyt DEL")
+        )
+        grid, producing = _with_grid(self, name).values(), _producing(self, name).values()
+        loops = self.loops.get(name, ())
+        linear = [loop for loop in loops if loop.linear]
+        return Standing(
+            name,
+            sum(v.passed is False for v in found),
+            sum(v.passed is not None for v in found),
+            energy,
+            blade,
+            tower,
+            table.entry("pitch travel", name).value.mean if table else math.nan,
+            max((n["generator speed max"] for n in grid), default=math.nan),
+            min((n["tower clearance"] for n in producing), default=math.nan),
+            min((loop.phase_margin for loop in linear), default=math.nan),
+            min((loop.gain_margin for loop in linear), default=math.nan),
+            tuple(loop.wind_speed for loop in loops if not loop.linear),
+        )
 
-    def runs() -> Iterator[Run]:
-        for case in cases:
-            s = case.situation
-            wind = SharedField(case.wind(turbine, wind_class), model, case.duration, len(entries))
-            for entry in entries:
-                controller = entry.operating if s.group == "operation" else entry.controller
-                if s.noise or s.delay:
-                    controller = disturbed(controller, noise=s.noise, delay=s.delay, seed=case.seed or 1)
-                yield Run(
-                    by_situation[s.name],
-                    wind,
-                    duration=case.duration,
-                    controller=controller,
-                    channels=channels,
-                    transient=s.settling,
-                    events=s.events,
-                    start=Start(rotor_speed="idling", pitch=feather) if s.starts else None,
-                    name=f"{case.name}: {entry.name}",
-                )
-        for v in speeds:
-            for entry in entries:
-                for sign in (1.0, -1.0):
-                    signal = Multisine(sine.period, sine.settling, sign)
-                    yield Run(
-                        model,
-                        SteadyWind(speed=v),
-                        duration=signal.duration,
-                        controller=disturbed(entry.controller, probe=signal),
-                        channels=["generator_speed"],
-                        output_step=STEP,
-                        name=_sine_name(v, entry.name, sign),
-                    )
+    def card(self) -> Card:
+        """Leaderboard, criteria, lifetime and margins."""
+        from meltemi.studies.controller_bench import report
 
-    clear, reference = undeflected_clearance(model), turbine.control.pitch.reference_speed
+        found = {name: self.verdicts(name) for name in self.controllers}
+        facts = [(name, self.about.get(name, "")) for name in self.controllers]
+        facts[0] = (f"{self.reference} (reference)", facts[0][1])
+        table = report.criteria_table(found)
+        cells = [
+            [badge(text, kind) if (kind := table.classes.get((i, j))) else text for j, text in enumerate(row)]
+            for i, row in enumerate(table.texts)
+        ]
 
-    def reduce(result: Result) -> Any:
-        name = str(result.meta["case"])
-        if name not in about:
-            return result["generator_speed"].copy()
-        return numbers_of(result, about[name][0], reference, clear)
+        def fold(title: str, rows: report.Rows, note: str = "", *, open: bool = False) -> Fold:  # noqa: A002
+            return Fold(title, rows[1], [" ".join(h.split()) for h in rows[0]], note=note, open=open)
 
-    total = len(about) + 2 * len(speeds) * len(entries)
-    outcomes = {o.name: o for o in resumed(SizedCases(runs, total), reduce=reduce, workers=workers, progress=progress)}
-    done, failed = {}, {}
-    for name, (case, controller) in about.items():
-        outcome = outcomes[name]
-        if outcome.status.complete and outcome.value is not None:
-            done[case.name, controller] = outcome.value
-        else:
-            failed[case.name, controller] = outcome.message
-            current().enter(name, outcome.message)
-    if not done:
-        raise InputError(f"bench-controller: no run reached its end; the first: {next(iter(failed.values()))}")
-    loops = {e.name: tuple(_loop(v, e.name, sine, outcomes) for v in speeds) for e in entries}
-    return Bench(
-        turbine.name,
-        wind_class,
-        tuple(e.name for e in entries),
-        {e.name: e.about for e in entries},
-        frozenset(e.name for e in entries if e.operating is not e.controller),
-        cases,
-        done,
-        failed,
-        loops,
-        speeds,
-        mean_speed,
-    )
+        against = f"changes are against {self.reference}"
+        sections = [
+            fold("Leaderboard", report.leaderboard_rows(self), against, open=True),
+            fold("Criteria", (list(table.head), cells), table.note),
+            fold("Lifetime", report.lifetime_rows(self), against),
+            fold("Margins of the speed loop", report.margin_rows(self)),
+        ]
+        if self.failures:
+            lost = [[case, name, why] for (case, name), why in self.failures.items()]
+            facts.append(("failed", badge(f"{len(lost)} runs", "bad")))
+            sections.append(Fold("Failed runs", lost, ["case", "controller", "message"]))
+        lead = (
+            f"{len(self.controllers)} controllers of {self.turbine} in {len(self.cases)} cases, class {self.wind_class}"
+        )
+        return Card("Controller bench", lead, facts, sections)
 
 
-def _sine_name(speed: float, controller: str, sign: float) -> str:
-    return f"margins, {speed:g} m/s, {'up' if sign > 0.0 else 'down'}: {controller}"
-
-
-def _loop(speed: float, controller: str, sine: Multisine, outcomes: Mapping[str, Outcome]) -> SpeedLoop:
-    up, down = (outcomes[_sine_name(speed, controller, sign)] for sign in (1.0, -1.0))
-    if not (up.status.complete and down.status.complete):
-        nothing = np.full(len(sine.lines), complex(math.nan, math.nan))
-        return SpeedLoop(speed, 2.0 * math.pi * sine.lines, nothing, math.inf)
-    return speed_loop(speed, sine, up.value, down.value)
-
-
-def numbers_of(result: Result, case: BenchCase, reference: float, clearance: float) -> dict[str, float]:
-    """What is kept of a run.
-
-    Args:
-      result: of the case.
-      case: of the suite.
-      reference: [rad/s] generator speed.
-      clearance: [m] of the undeflected blade.
-    """
-    part = result.evaluated
-    length = float(part.time[-1] - part.time[0])
-    speed, power = part["generator_speed"] / reference, part["generator_power"]
-    pitches = [name for name in part.names if name.startswith("pitch_")]
-    found = {
-        "power mean": float(power.mean()),
-        "power std": float(power.std()),
-        "generator speed max": float(speed.max()),
-        "generator speed std": float(speed.std()),
-        "tower clearance": min(float(part[n].min()) for n in part.names if n.startswith("tip_clearance")) / clearance,
-        "pitch travel": float(np.mean([actuator_travel(part, name) for name in pitches])),
-        "pitch rate max": max(float(np.abs(np.diff(part[n]) / np.diff(part.time)).max()) for n in pitches),
-    }
-    if flaps := [name for name in part.names if name.startswith("flap_")]:
-        found["flap travel"] = sum(actuator_travel(part, name) for name in flaps) / len(pitches)
-    for load, slope in SLOPES.items():
-        found[f"{load} DEL"] = damage_equivalent_load(part[load], duration=length, slope=slope)
-        found[f"{load} max"] = float(np.abs(part[load]).max())
-    if case.situation.group == "operation":
-        after = part.time >= EVENT
-        slow = np.flatnonzero(after & (speed < STOPPED))
-        found["stop time"] = float(part.time[slow[0]]) - EVENT if len(slow) else math.inf
-        found["end speed"], found["end power"] = float(speed[-1]), float(power[-1])
-    return found
-
-
-def verdicts(bench: Bench, controller: str, limits: Limits) -> list[Verdict]:
-    """Outcome of all criteria for a controller, against the limits and the reference of the bench."""
-    found = bench.of(controller)
+def _verdicts(bench: ControllerBench, controller: str) -> list[Verdict]:
+    limits = bench.limits
     lost = [case for case, name in bench.failures if name == controller]
-    grid = {c: n for c, n in found.items() if c.situation.name != "grid loss"}
     tests = [Verdict("failed runs", len(lost), 0.0, "", not lost, lost[0] if lost else "")]
 
     def worst(name: str, of: Mapping[BenchCase, Numbers], key: str, limit: float, *, least: bool = False) -> None:
@@ -354,15 +293,14 @@ def verdicts(bench: Bench, controller: str, limits: Limits) -> list[Verdict]:
             ok = value >= limit if least else value <= limit
             tests.append(Verdict(name, 100.0 * value, 100.0 * limit, "%", ok, case.name))
 
-    worst("generator speed", grid, "generator speed max", limits.over_speed)
+    worst("generator speed", _with_grid(bench, controller), "generator speed max", limits.over_speed)
     worst(
         "generator speed after grid loss",
         bench.of(controller, situation="grid loss"),
         "generator speed max",
         limits.grid_loss_speed,
     )
-    producing = {c: n for c, n in found.items() if c.situation.group != "operation"}
-    worst("tower clearance", producing, "tower clearance", limits.clearance, least=True)
+    worst("tower clearance", _producing(bench, controller), "tower clearance", limits.clearance, least=True)
     tests += _margin_verdicts(bench.loops[controller], limits)
     if controller != bench.reference:
         tests += _changes(bench, controller, limits)
@@ -376,12 +314,20 @@ def verdicts(bench: Bench, controller: str, limits: Limits) -> list[Verdict]:
     return [*tests, *_operation(bench, controller, limits)]
 
 
+def _with_grid(bench: ControllerBench, controller: str) -> dict[BenchCase, Numbers]:
+    return {c: n for c, n in bench.of(controller).items() if c.situation.name != "grid loss"}
+
+
+def _producing(bench: ControllerBench, controller: str) -> dict[BenchCase, Numbers]:
+    return {c: n for c, n in bench.of(controller).items() if c.situation.group != "operation"}
+
+
 def decibel(factor: float) -> float:
     """[dB] of a gain."""
     return 20.0 * math.log10(factor)
 
 
-def _margin_verdicts(loops: Sequence[SpeedLoop], limits: Limits) -> Iterator[Verdict]:
+def _margin_verdicts(loops: Sequence[SpeedLoop], limits: BenchLimits) -> Iterator[Verdict]:
     bent = [loop for loop in loops if not loop.linear]
     rows = (
         ("phase margin", "phase_margin", math.degrees, limits.phase_margin, "deg"),
@@ -402,7 +348,7 @@ def _margin_verdicts(loops: Sequence[SpeedLoop], limits: Limits) -> Iterator[Ver
             yield Verdict(name, math.nan, shown(limit), unit, None, "no linear response")
 
 
-def _changes(bench: Bench, controller: str, limits: Limits) -> Iterator[Verdict]:
+def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[Verdict]:
     if table := bench.lifetime(controller):
         energy = table.entry("energy", controller).change
         assert energy is not None
@@ -425,17 +371,19 @@ def _changes(bench: Bench, controller: str, limits: Limits) -> Iterator[Verdict]
             100.0 * limit,
             "%",
             change.mean <= limit,
-            load,
+            NAMES[load],
             100.0 * change.half_width,
         )
     base, own = bench.extremes(bench.reference), bench.extremes(controller)
     if base and own:
         growth, load = max((own[n][0] / base[n][0] - 1.0, n) for n in SLOPES)
         limit = limits.extreme_increase
-        yield Verdict("extreme loads", 100.0 * growth, 100.0 * limit, "%", growth <= limit, f"{load}: {own[load][1]}")
+        yield Verdict(
+            "extreme loads", 100.0 * growth, 100.0 * limit, "%", growth <= limit, f"{NAMES[load]}: {own[load][1]}"
+        )
 
 
-def _operation(bench: Bench, controller: str, limits: Limits) -> Iterator[Verdict]:
+def _operation(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[Verdict]:
     for situation in ("normal stop", "emergency stop"):
         if found := bench.of(controller, situation=situation):
             case = max(found, key=lambda c: found[c]["stop time"])
@@ -453,6 +401,6 @@ def _operation(bench: Bench, controller: str, limits: Limits) -> Iterator[Verdic
     if found := bench.of(controller, situation="start"):
         connected = {case: n["end power"] > 0.0 for case, n in found.items()}
         none = not any(connected.values()) and controller not in bench.supervised
-        share = sum(connected.values())
+        share = math.nan if none else sum(connected.values())
         passed = None if none else all(connected.values())
         yield Verdict("start", share, len(connected), "of cases", passed, "not offered" if none else "power at the end")

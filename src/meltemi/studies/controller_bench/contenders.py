@@ -6,7 +6,7 @@ import hashlib
 import inspect
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -34,6 +34,10 @@ LIBRARIES = tuple(SUFFIXES)
 NAMES = (BASELINE, ROSCO, *SCHEMES, *POWER_SCHEMES)
 
 
+Entry = Controller | Callable[[Turbine], Controller] | str
+"""What may be tested: a controller, a function of the turbine that returns one, or a name."""
+
+
 @dataclass(frozen=True)
 class Contender:
     """A controller on the bench.
@@ -43,64 +47,75 @@ class Contender:
       controller: in production.
       operating: in starts, stops and grid losses: the same with the supervisor where it has one of meltemi's.
       about: what it is.
-      digest: of its files and sources, so that finished runs of an earlier version are not reused.
     """
 
     name: str
     controller: Controller = field(repr=False)
     operating: Controller = field(repr=False)
     about: str = ""
-    digest: str = ""
 
 
 def contenders(
-    names: Sequence[str],
-    model: BladedModel,
-    turbine_name: str,
-    *,
-    progress: Callable[[float], None] | None = None,
+    entries: Mapping[str, Entry], model: BladedModel, *, progress: Callable[[float], None] | None = None
 ) -> list[Contender]:
-    """Controllers by name, in their order.
+    """Controllers for a turbine, in their order.
 
     Args:
-      names: ``baseline``, ``rosco``, a scheme of ``meltemi compare``, A0 to A3, the path of a library or of a Python
-        file with ``controller(turbine)``, or ``module:function``; libraries with their input file after ``@``.
+      entries: by label. Names are ``baseline``, ``rosco``, a scheme of ``meltemi compare``, A0 to A3, the path of a
+        library or of a Python file with ``controller(turbine)``, or ``module:function``; libraries with their input
+        file after ``@``.
       model: of the turbine with the actuators that the schemes require; controllers are made for it.
-      turbine_name: in the library, which selects ROSCO's example input.
       progress: callback with the completed fraction of the tuning.
 
     Raises:
-      InputError: a name is unknown or repeated, a file or function is missing, or makes no controller.
+      InputError: a name is unknown, a file or function is missing, or makes no controller.
     """
-    check_names(names)
-    designed = [name for name in names if name in SCHEMES]
+    designed = list(dict.fromkeys(entry for entry in entries.values() if isinstance(entry, str) and entry in SCHEMES))
     tuned = design_controllers(model, designed, progress=progress) if designed else None
     turbine, found = model.turbine, []
-    for name in names:
-        if name == BASELINE:
+    for label, entry in entries.items():
+        if isinstance(entry, Controller):
+            found.append(Contender(label, entry, entry, f"controller {entry.name}"))
+        elif callable(entry):
+            made = checked_controller(label, entry, turbine)
+            found.append(Contender(label, made, made, f"function {getattr(entry, '__name__', type(entry).__name__)}"))
+        elif entry == BASELINE:
             plain = BaselineController(turbine)
-            found.append(Contender(name, plain, SupervisedController(turbine), "baseline controller of the turbine"))
-        elif tuned is not None and name in SCHEMES:
-            settings = tuned.settings[name]
-            operating = SupervisedController(turbine, load=settings)
-            found.append(Contender(name, tuned.controllers[name], operating, SCHEMES[name].about))
-        elif name.upper() in POWER_SCHEMES:
-            scheme = PowerControl.model_validate({"scheme": name.upper()})
+            found.append(Contender(label, plain, SupervisedController(turbine), "baseline controller of the turbine"))
+        elif tuned is not None and entry in SCHEMES:
+            operating = SupervisedController(turbine, load=tuned.settings[entry])
+            found.append(
+                Contender(label, tuned.controllers[entry], operating, f"scheme {entry}: {SCHEMES[entry].about}")
+            )
+        elif entry.upper() in POWER_SCHEMES:
+            scheme = PowerControl.model_validate({"scheme": entry.upper()})
             power = CoordinatedController(turbine, performance_of(turbine), power=scheme)
-            found.append(Contender(name, power, power, f"power control, scheme {name.upper()}"))
+            found.append(Contender(label, power, power, f"power control, scheme {entry.upper()}"))
         else:
-            found.append(_external(name, turbine, turbine_name))
+            made, about = _external(entry, label, turbine)
+            found.append(Contender(label, made, made, about))
     return found
 
 
-def check_names(names: Sequence[str]) -> None:
+def labelled(names: Sequence[str]) -> dict[str, str]:
+    """Names by label, that of files without folder and ending.
+
+    Raises:
+      InputError: two have the same label.
+    """
+    labels = [_label(name) for name in names]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise InputError(f"controllers: two of them are called {label!r}")
+    return dict(zip(labels, names, strict=True))
+
+
+def check_names(names: Iterable[str]) -> None:
     """Check names without making anything.
 
     Raises:
-      InputError: see :func:`contenders`.
+      InputError: a name is unknown, or a file is missing.
     """
-    if not names:
-        raise InputError(f"controllers: name at least one of {', '.join(NAMES)}, a library, or module:function")
     for name in names:
         path = Path(name.partition("@")[0])
         if path.suffix in LIBRARIES or is_file(name):
@@ -113,10 +128,30 @@ def check_names(names: Sequence[str]) -> None:
                 f"no controller {name!r}: {did_you_mean(name, NAMES)} "
                 "(or give a library, a Python file, or module:function)"
             )
-    labels = [_label(name) for name in names]
-    for label in labels:
-        if labels.count(label) > 1:
-            raise InputError(f"controllers: two of them are called {label!r}")
+
+
+def digest_of(name: str) -> str:
+    """Hash of the files or source of a named controller, so that runs of an earlier version are not taken over.
+
+    Raises:
+      InputError: a file or function is missing.
+    """
+    source, _, given = name.partition("@")
+    if source == ROSCO or Path(source).suffix in LIBRARIES:
+        library = find_rosco() if source == ROSCO else Path(source)
+        return _hash(bytes_of(library, 10**9) + (bytes_of(Path(given)) if given else b""))
+    if is_file(name):
+        return _hash(bytes_of(Path(name)))
+    if name in NAMES or name.upper() in NAMES:
+        return ""
+    try:
+        return _hash(inspect.getsource(sys.modules[_function(name).__module__]).encode())
+    except (OSError, TypeError, KeyError):
+        return os.urandom(16).hex()
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def _label(name: str) -> str:
@@ -124,30 +159,21 @@ def _label(name: str) -> str:
     return path.stem if path.suffix in (".py", *LIBRARIES) else name.partition("@")[0]
 
 
-def _external(name: str, turbine: Turbine, turbine_name: str) -> Contender:
+def _external(name: str, label: str, turbine: Turbine) -> tuple[Controller, str]:
+    """The controller of a library, a file or a function, and what it is."""
     source, _, given = name.partition("@")
-    label = _label(name)
     if source == ROSCO or Path(source).suffix in LIBRARIES:
         library = find_rosco() if source == ROSCO else Path(source)
         file = Path(given) if given else None
         if file is None and source == ROSCO:
-            if turbine_name not in EXAMPLES:
-                raise InputError(f"controller rosco: needs its input file for {turbine_name}: rosco@DISCON.IN")
-            file = rosco_example(EXAMPLES[turbine_name])
-        made = BladedController(turbine, library, file, name=label)
-        digest = hashlib.sha256(bytes_of(library, 10**9) + (bytes_of(file) if file else b"")).hexdigest()
+            if turbine.name not in EXAMPLES:
+                raise InputError(f"controller rosco: needs its input file for {turbine.name}: rosco@DISCON.IN")
+            file = rosco_example(EXAMPLES[turbine.name])
         about = f"library {library.name}" + (f" with {file.name}" if file else "")
-        return Contender(label, made, made, about, digest)
+        return BladedController(turbine, library, file, name=label), about
     if is_file(name):
-        made = own_controller(name, turbine)
-        return Contender(label, made, made, name, hashlib.sha256(bytes_of(Path(name))).hexdigest())
-    function = _function(name)
-    made = checked_controller(name, function, turbine)
-    try:
-        text = inspect.getsource(sys.modules[function.__module__])
-    except (OSError, TypeError, KeyError):
-        text = os.urandom(16).hex()
-    return Contender(label, made, made, f"function {name}", hashlib.sha256(text.encode()).hexdigest())
+        return own_controller(name, turbine), name
+    return checked_controller(name, _function(name), turbine), f"function {name}"
 
 
 def _function(name: str) -> Callable[[Turbine], object]:

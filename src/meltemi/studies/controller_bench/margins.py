@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,12 +38,12 @@ class Multisine:
 
     Attributes:
       period: [s] of the signal, of which two are evaluated.
-      settling: [s] before.
+      settling: [s] before: motions of a damping ratio of 0.01 at 1 rad/s have decayed to a seventh.
       sign: of the signal.
     """
 
     period: float = 100.0
-    settling: float = 100.0
+    settling: float = 200.0
     sign: float = 1.0
 
     @property
@@ -50,17 +51,21 @@ class Multisine:
         """[s] of a run."""
         return self.settling + 2.0 * self.period
 
-    @property
+    @cached_property
     def lines(self) -> Float:
         """(F,) frequencies [Hz], multiples of 1 / period, about evenly spaced in their logarithm."""
         return np.unique(np.maximum(np.round(np.geomspace(LOWEST, HIGHEST, LINES) * self.period), 1.0)) / self.period
 
+    @cached_property
+    def _waves(self) -> tuple[Float, Float, Float]:
+        """Frequencies [rad/s], phases and amplitudes."""
+        f = self.lines
+        return 2.0 * math.pi * f, math.pi * np.arange(len(f)) ** 2 / len(f), AMPLITUDE / (1.0 + f / CORNER)
+
     def __call__(self, time: float) -> float:
         """Share of the speed at a time [s]."""
-        f = self.lines
-        phase = math.pi * np.arange(len(f)) ** 2 / len(f)
-        size = AMPLITUDE / (1.0 + f / CORNER)
-        return self.sign * float(np.sum(size * np.cos(2.0 * math.pi * f * time + phase)))
+        w, phase, size = self._waves
+        return self.sign * float(size @ np.cos(w * time + phase))
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from meltemi.core.errors import InputError
 from meltemi.core.files import write_text
 from meltemi.core.units import display
 from meltemi.postprocess.ensemble import MeanEstimate
@@ -17,20 +18,11 @@ from meltemi.report.charts import Axis, Curve, beside, chart, part
 from meltemi.report.ensemble_tables import change_text
 from meltemi.report.html import Block, Code, Markup, Section, Table, plain, write_page
 from meltemi.report.tables import number, write_csv
-from meltemi.studies.controller_bench.bench import SLOPES, Bench, Verdict, decibel, verdicts
-from meltemi.studies.controller_bench.suite import Limits
+from meltemi.studies.controller_bench.bench import NAMES, SLOPES, ControllerBench, Standing, Verdict, decibel
 
 Rows = tuple[list[str], list[list[str]]]
 Verdicts = Mapping[str, Sequence[Verdict]]
 
-NAMES = {
-    "RootMyc1": "blade root, out of plane",
-    "RootMxc1": "blade root, in plane",
-    "TwrBsMyt": "tower base, fore-aft",
-    "TwrBsMxt": "tower base, side-side",
-    "YawBrMyp": "yaw bearing, tilt",
-    "YawBrMzp": "yaw bearing, yaw",
-}
 MOMENT = display("N m")
 RATE = display("rad/s", angular_rate_in_degrees=True)
 UNITS: dict[str, tuple[str, float]] = {
@@ -49,7 +41,17 @@ UNITS: dict[str, tuple[str, float]] = {
     "stop time": ("s", 1.0),
 }
 """Engineering units of the numbers of runs, and factors from SI or shares."""
-RADAR = (*(f"{load} DEL" for load in SLOPES), "power std", "generator speed std")
+RADAR = {
+    "RootMyc1 DEL": "blade\nout of plane",
+    "RootMxc1 DEL": "blade\nin plane",
+    "TwrBsMyt DEL": "tower\nfore-aft",
+    "TwrBsMxt DEL": "tower\nside-side",
+    "YawBrMyp DEL": "yaw bearing\ntilt",
+    "YawBrMzp DEL": "yaw bearing\nyaw",
+    "power std": "power\nstd",
+    "generator speed std": "speed\nstd",
+}
+"""Quantities of the radar, and their names there."""
 COMPARED = ("RootMyc1 DEL", "TwrBsMyt DEL", "power mean")
 """Quantities of the table of robustness."""
 
@@ -76,7 +78,7 @@ def _value(x: float) -> str:
 
 
 def criteria_table(found: Verdicts) -> Table:
-    """Criteria as rows, controllers as columns."""
+    """Criteria as rows, controllers as columns, the reference first."""
     criteria = list(dict.fromkeys(v.criterion for own in found.values() for v in own))
     by_name = {name: {v.criterion: v for v in own} for name, own in found.items()}
     rows, classes = [], {}
@@ -87,7 +89,7 @@ def criteria_table(found: Verdicts) -> Table:
         for j, own in enumerate(by_name.values()):
             v = own.get(criterion)
             if v is None:
-                row.append("reference")
+                row.append("-" if j else "reference")  # no run to judge
                 continue
             width = "" if math.isnan(v.half_width) else f" ± {v.half_width:.2g}"
             row.append(f"{_value(v.value)}{width}" if v.passed is not None or v.value == v.value else v.where)
@@ -103,44 +105,41 @@ LEAST = ("tower clearance", "phase margin", "gain margin", "delay margin", "ener
 """Criteria whose limit is a lower bound."""
 
 
-def leaderboard_rows(bench: Bench, found: Verdicts) -> Rows:
+BOARD: dict[str, Callable[[Standing], str]] = {
+    "energy %": lambda s: change_text(s.energy),
+    "blade DEL %": lambda s: change_text(s.blade_load),
+    "tower DEL %": lambda s: change_text(s.tower_load),
+    "travel deg/s": lambda s: _value(math.degrees(s.pitch_travel)),
+    "speed %": lambda s: _value(100.0 * s.speed),
+    "clearance %": lambda s: _value(100.0 * s.clearance),
+    "phase deg": lambda s: _margin(math.degrees(s.phase_margin), s),
+    "gain dB": lambda s: _margin(decibel(s.gain_margin), s),
+}
+"""Columns of the leaderboard after controller and failed criteria."""
+
+
+def _margin(value: float, standing: Standing) -> str:
+    """The smallest margin, an upper bound where the loop had no linear response at some wind speed."""
+    return f"≤ {_value(value)}" if standing.nonlinear and math.isfinite(value) else _value(value)
+
+
+CHANGES = 3
+"""How many of them are changes, which the reference has not."""
+
+
+def leaderboard_rows(bench: ControllerBench) -> Rows:
     """Header and rows of the leaderboard: a row a controller, those with fewest failed criteria first."""
-    head = (
-        "controller,failed,energy %,blade DEL %,tower DEL %,travel deg/s,speed %,clearance %,phase deg,gain dB".split(
-            ","
-        )
-    )
     rows = []
-    order = sorted(bench.controllers, key=lambda name: sum(v.passed is False for v in found[name]))
-    for name in order:
-        own = {v.criterion: v for v in found[name]}
-        table = bench.lifetime(name)
-        base = name == bench.reference
-
-        def change(quantity: str, table: Any = table, name: str = name, base: bool = base) -> str:
-            return "0" if base else change_text(table.entry(quantity, name).change) if table else "-"
-
-        value = {
-            k: _value(own[k].value) if k in own else "-"
-            for k in ("generator speed", "tower clearance", "pitch travel", "phase margin", "gain margin")
-        }
-        failed = sum(v.passed is False for v in found[name])
-        judged = sum(v.passed is not None for v in found[name])
-        row = [name + (" (reference)" if base else ""), f"{failed} of {judged}"]
-        row += [change(q) for q in ("energy", "RootMyc1 DEL", "TwrBsMyt DEL")]
-        rows.append(
-            [
-                *row,
-                *(
-                    value[k] or "-"
-                    for k in ("pitch travel", "generator speed", "tower clearance", "phase margin", "gain margin")
-                ),
-            ]
-        )
-    return head, rows
+    for standing in bench.leaderboard():
+        base = standing.controller == bench.reference
+        cells = [of(standing) or "-" for of in BOARD.values()]
+        cells = ["0"] * CHANGES + cells[CHANGES:] if base else cells
+        name = standing.controller + (" (reference)" if base else "")
+        rows.append([name, f"{standing.failed} of {standing.judged}", *cells])
+    return ["controller", "failed", *BOARD], rows
 
 
-def lifetime_rows(bench: Bench) -> Rows:
+def lifetime_rows(bench: ControllerBench) -> Rows:
     """Header and rows of lifetime quantities: means, and changes against the reference, paired by seed."""
     others = [name for name in bench.controllers if name != bench.reference]
     tables = {name: bench.lifetime(name) for name in bench.controllers}
@@ -158,7 +157,7 @@ def lifetime_rows(bench: Bench) -> Rows:
     return head, rows
 
 
-def extreme_rows(bench: Bench) -> Rows:
+def extreme_rows(bench: ControllerBench) -> Rows:
     """Header and rows of the largest loads of production and extreme events."""
     found = {name: bench.extremes(name) for name in bench.controllers}
     head = ["load", "unit", *(text for name in bench.controllers for text in (name, "case"))]
@@ -173,7 +172,7 @@ def extreme_rows(bench: Bench) -> Rows:
     return head, rows
 
 
-def situation_rows(bench: Bench, group: str) -> Rows:
+def situation_rows(bench: ControllerBench, group: str) -> Rows:
     """Header and rows of the situations of a group: extremes of each controller, and changes against the reference."""
     operation = group == "operation"
     head = ["situation", "controller", "runs", "speed %", "clearance %", *(f"{named(q)}\nchange %" for q in COMPARED)]
@@ -199,14 +198,14 @@ def situation_rows(bench: Bench, group: str) -> Rows:
     return head, rows
 
 
-def _change(bench: Bench, controller: str, situation: str, quantity: str) -> str:
+def _change(bench: ControllerBench, controller: str, situation: str, quantity: str) -> str:
     if controller == bench.reference:
         return "reference"
     found: MeanEstimate | None = bench.paired(controller, situation, quantity)
     return change_text(found)
 
 
-def margin_rows(bench: Bench) -> Rows:
+def margin_rows(bench: ControllerBench) -> Rows:
     """Header and rows of the margins of the speed loop by controller and wind speed."""
     head = [
         "controller",
@@ -233,7 +232,7 @@ def margin_rows(bench: Bench) -> Rows:
     return head, rows
 
 
-def run_rows(bench: Bench) -> Rows:
+def run_rows(bench: ControllerBench) -> Rows:
     """Header and rows of all runs: case, controller, status and numbers in SI or as shares."""
     quantities = list(dict.fromkeys(q for numbers in bench.numbers.values() for q in numbers))
     head = ["case", "situation", "group", "wind_speed", "seed", "controller", "message", *quantities]
@@ -253,7 +252,7 @@ def run_rows(bench: Bench) -> Rows:
     return head, rows
 
 
-def content(bench: Bench, found: Verdicts, limits: Limits) -> dict[str, Any]:
+def content(bench: ControllerBench) -> dict[str, Any]:
     """Everything of a bench as plain data, for JSON."""
 
     def table(rows: Rows) -> list[dict[str, str]]:
@@ -264,46 +263,66 @@ def content(bench: Bench, found: Verdicts, limits: Limits) -> dict[str, Any]:
         "wind_class": bench.wind_class,
         "reference": bench.reference,
         "controllers": dict(bench.about),
-        "limits": limits.content(),
-        "verdicts": table(verdict_rows(found)),
+        "limits": bench.limits.content(),
+        "leaderboard": table(leaderboard_rows(bench)),
+        "verdicts": table(verdict_rows(all_verdicts(bench))),
         "lifetime": table(lifetime_rows(bench)),
         "margins": table(margin_rows(bench)),
         "runs": table(run_rows(bench)),
     }
 
 
-def write_bench(
-    bench: Bench,
-    out: Path,
-    limits: Limits,
-    *,
-    facts: Iterable[tuple[str, str]] = (),
-    repeat: str = "",
-    footer: str = "",
-) -> list[Path]:
-    """Write page, tables, JSON and leaderboard into a folder; Parquet if pyarrow is installed.
+def all_verdicts(bench: ControllerBench) -> dict[str, tuple[Verdict, ...]]:
+    """Verdicts by controller."""
+    return {name: bench.verdicts(name) for name in bench.controllers}
+
+
+def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", footer: str = "") -> list[Path]:
+    """Write page, tables, JSON and leaderboard of a test bench into a folder; Parquet if pyarrow is installed.
+
+    Args:
+      bench: from :func:`~meltemi.studies.controller_bench.study.bench_controllers`.
+      out: folder, created if needed.
+      repeat: how to reproduce the bench, such as a command line.
+      footer: last line of the page.
+
+    Returns:
+      The files.
 
     Raises:
       InputError: a file cannot be written.
     """
-    found = {name: verdicts(bench, name, limits) for name in bench.controllers}
+    out = Path(out)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
+    found = all_verdicts(bench)
     files = [
         write_csv(out / "verdicts.csv", *verdict_rows(found)),
         write_csv(out / "lifetime.csv", *lifetime_rows(bench)),
         write_csv(out / "margins.csv", *margin_rows(bench)),
         write_csv(out / "runs.csv", *run_rows(bench)),
-        write_text(out / "bench.json", json.dumps(content(bench, found, limits), indent=1, ensure_ascii=False) + "\n"),
-        write_text(out / "leaderboard.md", leaderboard(bench, found)),
+        write_text(out / "bench.json", json.dumps(content(bench), indent=1, ensure_ascii=False) + "\n"),
+        write_text(out / "leaderboard.md", leaderboard_text(bench)),
     ]
     if find_spec("pyarrow") and find_spec("pandas"):
         files.append(_parquet(bench, out / "runs.parquet"))
     title = f"{bench.turbine}: controllers on the test bench"
-    sections = _sections(bench, found, limits, repeat)
+    hours = sum(case.duration for case in bench.cases) / 3600.0
+    facts = [
+        ("Turbine", bench.turbine),
+        ("Class", bench.wind_class),
+        ("Reference", bench.reference),
+        ("Suite", f"{len(bench.cases)} cases, {hours:.1f} hours of operation for each controller"),
+        *((f"Controller {name}", about) for name, about in bench.about.items()),
+    ]
     lead = beside(*(_verdict_block(name, found[name], name == bench.reference) for name in bench.controllers))
-    return [*files, write_page(out / "bench.html", title, sections, facts=facts, lead=lead, footer=footer)]
+    page = write_page(out / "bench.html", title, _sections(bench, repeat), facts=facts, lead=lead, footer=footer)
+    return [*files, page]
 
 
-def _parquet(bench: Bench, path: Path) -> Path:
+def _parquet(bench: ControllerBench, path: Path) -> Path:
     import pandas as pd
 
     from meltemi.core.files import replacing
@@ -325,21 +344,21 @@ def _verdict_block(name: str, own: Sequence[Verdict], base: bool) -> Markup:
     lines = []
     for v in failed:
         where = f" ({v.where})" if v.where else ""
-        lines.append(f"{v.criterion} {_value(v.value)} {v.unit}, limit {_value(v.limit)} {v.unit}{where}")
+        value, limit = (f"{_value(x)} {v.unit}".rstrip() for x in (v.value, v.limit))
+        lines.append(f"{v.criterion} {value}, limit {limit}{where}")
     lines += [f"{v.criterion}: {v.where}" for v in own if v.passed is None]
     body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
     kind = "bad" if failed else "good"
     return part("", Markup(f'<div class="verdict {kind}"><h2>{escape(heading)}</h2>{body}</div>'))
 
 
-def _sections(bench: Bench, found: Verdicts, limits: Limits, repeat: str) -> list[Section]:
+def _sections(bench: ControllerBench, repeat: str) -> list[Section]:
     text = "Changes are against {}, in the same winds, formed seed by seed, with their 95 % intervals."
     lifetime = Table(*lifetime_rows(bench), text_columns=2, note=text.format(bench.reference) + LIFETIME)
-    overview: list[Block] = [criteria_table(found)]
     sections = [
-        Section("Criteria", overview),
+        Section("Criteria", [criteria_table(all_verdicts(bench))]),
         Section("Production", [*_radar(bench), lifetime]),
-        Section("Stability margins", [MARGINS, *_margin_charts(bench, limits), Table(*margin_rows(bench))]),
+        Section("Stability margins", [MARGINS, *_margin_charts(bench), Table(*margin_rows(bench))]),
         Section(
             "Extreme events",
             [Table(*situation_rows(bench, "extreme"), text_columns=2), Table(*extreme_rows(bench), text_columns=1)],
@@ -370,40 +389,38 @@ OPERATION = (
 )
 
 
-def _radar(bench: Bench) -> list[Block]:
-    curves = []
-    angles = [360.0 * i / len(RADAR) for i in range(len(RADAR))]
+def radar_values(bench: ControllerBench) -> dict[str, list[float]]:
+    """Lifetime loads and variations of each controller over those of the reference, in the order of ``RADAR``."""
+    found = {}
     for name in bench.controllers:
-        table = bench.lifetime(name)
-        if table is None:
-            continue
-        changes = [table.entry(q, name).change for q in RADAR]
-        curves.append(Curve(name, angles, [100.0 * (1.0 + (c.mean if c else 0.0)) for c in changes]))
-    spokes = [
-        NAMES[q[:8]].replace("blade root", "blade").replace("tower base", "tower").replace(", ", "\u00a0")
-        if q[:8] in NAMES
-        else q
-        for q in RADAR
+        if table := bench.lifetime(name):
+            changes = [table.entry(quantity, name).change for quantity in RADAR]
+            found[name] = [1.0 + (c.mean if c else 0.0) for c in changes]
+    return found
+
+
+def _radar(bench: ControllerBench) -> list[Block]:
+    found = radar_values(bench)
+    if not found:
+        return []
+    angles = [360.0 * i / len(RADAR) for i in range(len(RADAR))]
+    curves = [Curve(name, angles, [100.0 * x for x in values]) for name, values in found.items()]
+    y = Axis("of the reference", "%", start=100.0 * radar_start(found))
+    caption = "over those of the reference; smaller is better."
+    return [
+        chart(
+            "Lifetime loads and variations", Axis("quantity"), y, curves, spokes=list(RADAR.values()), caption=caption
+        )
     ]
-    y = Axis("of the reference", "%")
-    return (
-        [
-            chart(
-                "Lifetime loads and variations",
-                Axis("quantity"),
-                y,
-                curves,
-                spokes=spokes,
-                caption="over those of the reference; smaller is better.",
-            )
-        ]
-        if curves
-        else []
-    )
 
 
-def _margin_charts(bench: Bench, limits: Limits) -> list[Block]:
-    wind = Axis("wind speed", "m/s")
+def radar_start(found: Mapping[str, Sequence[float]]) -> float:
+    """Value at the centre of the radar: half the reference, or zero if something is nearly as small."""
+    return 0.5 if min(min(values) for values in found.values()) > 0.6 else 0.0
+
+
+def _margin_charts(bench: ControllerBench) -> list[Block]:
+    wind, limits = Axis("wind speed", "m/s"), bench.limits
     shown = []
     kinds: tuple[tuple[str, str, str, Callable[[float], float], float], ...] = (
         ("Phase margin", "deg", "phase_margin", math.degrees, limits.phase_margin),
@@ -421,7 +438,7 @@ def _margin_charts(bench: Bench, limits: Limits) -> list[Block]:
     return [beside(*shown)]
 
 
-def _suite_table(bench: Bench) -> Table:
+def _suite_table(bench: ControllerBench) -> Table:
     head = ["situation", "", "wind", "wind speeds m/s", "seeds", "evaluated s", "runs"]
     rows = []
     for s in dict.fromkeys(c.situation for c in bench.cases):
@@ -431,10 +448,10 @@ def _suite_table(bench: Bench) -> Table:
     return Table(head, rows, text_columns=4)
 
 
-def leaderboard(bench: Bench, found: Verdicts) -> str:
+def leaderboard_text(bench: ControllerBench) -> str:
     """The leaderboard and the criteria as Markdown tables."""
-    head, rows = leaderboard_rows(bench, found)
-    table = criteria_table(found)
+    head, rows = leaderboard_rows(bench)
+    table = criteria_table(all_verdicts(bench))
     marks = {"good": "", "bad": " **fails**", "doubtful": " (limit within interval)"}
     cells = [
         [f"{cell}{marks.get(table.classes.get((i, j), ''), '')}" for j, cell in enumerate(row)]

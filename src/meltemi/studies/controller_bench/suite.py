@@ -211,15 +211,16 @@ def suite_of(turbine: Turbine, *, quick: bool = False) -> tuple[Situation, ...]:
 
 
 def _quick(s: Situation) -> Situation:
-    """Three speeds and three seeds in production, one speed and one seed elsewhere."""
+    """Three speeds, one of them just above rated, and three seeds in production; one speed and one seed elsewhere."""
     if s.group == "production":
-        return replace(s, speeds=s.speeds[2::4], seeds=3, duration=120.0, transient=40.0)
+        few = s.speeds[2::3] if len(s.speeds) > 5 else s.speeds[-2:]
+        return replace(s, speeds=few, seeds=3, duration=120.0, transient=40.0)
     short: dict[str, Any] = {"duration": 80.0, "transient": 40.0} if s.seeds else {}
     return replace(s, speeds=s.speeds[-1:], senses=s.senses[:1], seeds=min(s.seeds, 1), **short)
 
 
-class Limits(Record):
-    """Limits of the verdicts; a YAML file may replace them."""
+class BenchLimits(Record):
+    """Limits of the verdicts of a test bench."""
 
     over_speed: float = Field(default=1.15, gt=1.0)
     """Largest generator speed over its reference in all cases with a grid; the trip speed of most turbines."""
