@@ -308,8 +308,8 @@ class Observer(Brief):
             share = float(np.mean((x < low) | (x > high)))
             if share > 0.5:
                 found.append(
-                    f"{name} is {x.mean():.4g} on average, in production it is {here.min():.4g} to {here.max():.4g} (SI "
-                    "units): the estimate is not that of the turbine; check units, names and turbine"
+                    f"{name} is {x.mean():.4g} on average, in production it is {here.min():.4g} to {here.max():.4g} "
+                    "(SI units): the estimate is not that of the turbine; check units, names and turbine"
                 )
         return found
 
@@ -493,8 +493,8 @@ def observer(
 ) -> Observer:
     """Observer of wind and loads of a turbine with three blades.
 
-    Air density, flexibility and aerodynamic options are those of the model; in the filter stall is quasi-steady, and the
-    wake in equilibrium in the fixed frame.
+    Air density, flexibility and aerodynamic options are those of the model; in the filter stall is quasi-steady, and
+    the wake in equilibrium in the fixed frame.
 
     Args:
       model: of the turbine.
@@ -546,8 +546,8 @@ ARRAYS = ("centre", "A", "B", "K", "C", "D", "inputs", "outputs", "covariance", 
 def condensed(linear: LinearModel, fast: NDArray[np.bool_]) -> LinearModel:
     """The model whose states of a mask are in equilibrium with the others (O-1a).
 
-    Those of the wake are in equilibrium in the fixed frame: collective induction follows slow changes of the load, while
-    the cosine and sine components lag what a blade meets once a revolution.
+    Those of the wake are in equilibrium in the fixed frame: collective induction follows slow changes of the load,
+    while the cosine and sine components lag what a blade meets once a revolution.
 
     Args:
       linear: in the fixed frame.
