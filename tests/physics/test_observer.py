@@ -255,8 +255,9 @@ def test_signals_in_other_units_or_of_the_rotor_are_doubted(made: Observer, stea
     assert any(words.startswith("generator_speed is ") for words in found.result.warnings)
 
 
-def test_moments_once_a_revolution_are_those_with_the_wake_at_rest(model: Model) -> None:
-    """Shear and tilt at 16 m/s: the wake does not follow what a blade meets in a revolution (16 % less if it did)."""
+def test_moments_once_a_revolution_have_the_lag_of_wake_and_stall(model: Model) -> None:
+    """Shear and tilt at 16 m/s: 2.0 % and 1.1 deg; 16 % too small with a quasi-steady wake, 7 % and 7 deg with static
+    stall."""
     made = narrow(model, 15.0, 17.0, 1.0)
     channels = ["generator_speed", "generator_torque", "pitch_1", "azimuth", "RootMyc1", *SENSORS[1:]]
     wind = meltemi.SteadyWind(speed=16.0, shear_exponent=0.2)
@@ -270,8 +271,8 @@ def test_moments_once_a_revolution_are_those_with_the_wake_at_rest(model: Model)
 
     azimuth = np.unwrap(result["azimuth"])
     true, mine = once(result, azimuth), once(found, azimuth)
-    assert abs(mine) == pytest.approx(abs(true), rel=0.05)
-    assert abs(np.angle(mine / true)) < np.radians(6.0)
+    assert abs(mine) == pytest.approx(abs(true), rel=0.03)
+    assert abs(np.angle(mine / true)) < np.radians(2.0)
 
 
 def test_every_option_changes_the_observer(model: Model) -> None:

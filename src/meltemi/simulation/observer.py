@@ -493,8 +493,8 @@ def observer(
 ) -> Observer:
     """Observer of wind and loads of a turbine with three blades.
 
-    Air density, flexibility and aerodynamic options are those of the model; in the filter stall is quasi-steady, and
-    the wake in equilibrium in the fixed frame.
+    Air density, flexibility and aerodynamic options are those of the model; wake and stall are in equilibrium in the
+    fixed frame.
 
     Args:
       model: of the turbine.
@@ -513,7 +513,7 @@ def observer(
     turbulence, noise = turbulence or ExpectedTurbulence(), noise or SensorNoise()
     turbine = model.turbine
     turbine = turbine.replace(**{"pitch_actuator.kind": "ideal"})
-    plain = build(turbine, model.options.replace(stall="static"), model.environment)
+    plain = build(turbine, model.options, model.environment)
     rated = turbine.control.pitch.reference_speed
     R = np.diag([(noise.speed * rated) ** 2, noise.acceleration**2, noise.acceleration**2])
     speeds = np.arange(turbine.cut_in, turbine.cut_out + 1e-9, spacing)
@@ -525,7 +525,7 @@ def observer(
         inputs = (*INPUTS, "wind_speed", "vertical_shear", "horizontal_shear")
         outputs = (*SENSORS, *TOWER, *(f"{name}_1" for name in BLADE))
         linear = linearise(plain, operating_point(plain, wind), inputs, outputs, azimuths=AZIMUTHS)
-        linear = condensed(linear, np.array([" inflow " in name for name in linear.states]))
+        linear = condensed(linear, np.array([" inflow " in name or " stall " in name for name in linear.states]))
         try:
             parts.append(_design(linear, turbine, turbulence, R))
         except np.linalg.LinAlgError as error:
@@ -546,8 +546,8 @@ ARRAYS = ("centre", "A", "B", "K", "C", "D", "inputs", "outputs", "covariance", 
 def condensed(linear: LinearModel, fast: NDArray[np.bool_]) -> LinearModel:
     """The model whose states of a mask are in equilibrium with the others (O-1a).
 
-    Those of the wake are in equilibrium in the fixed frame: collective induction follows slow changes of the load,
-    while the cosine and sine components lag what a blade meets once a revolution.
+    In the fixed frame this is exact for steady wind with shear, yaw and tilt: what a blade meets once a revolution is
+    constant there, and the lag of a state in the rotating frame is part of its matrix.
 
     Args:
       linear: in the fixed frame.
