@@ -60,7 +60,7 @@ def bench_controller(
     described = aeroelastic(load_turbine(turbine), "meltemi bench-controller")
     labels = list(labelled(names))
     inputs = repr(("bench-controller", wind_class, quick, [(name, digest_of(name)) for name in names]))
-    from meltemi.studies.controller_bench import report, study
+    from meltemi.studies.controller_bench import report, study, tables
     from meltemi.studies.run_store import run_store
 
     began = time.perf_counter()
@@ -80,7 +80,7 @@ def bench_controller(
 
         repeat, footer = shlex.join(["meltemi", *sys.argv[1:]]), f"meltemi {meltemi.__version__}"
         files = report.write_bench(bench, out, repeat=repeat, footer=footer)
-    print_table(f"{bench.turbine}, class {wind_class}", *report.leaderboard_rows(bench))
+    print_table(f"{bench.turbine}, class {wind_class}", *tables.leaderboard_rows(bench.leaderboard(), bench.reference))
     print(
         "changes against the reference in the same winds, with 95 % intervals; speed over its reference, clearance over"
     )
@@ -89,9 +89,9 @@ def bench_controller(
     failing = {name: [v for v in own if v.passed is False] for name, own in found.items()}
     print_table(
         "Criteria that fail",
-        *report.verdict_rows(failing),
+        *tables.verdict_rows(failing),
         text_columns=2,
-        all_rows=report.verdict_rows(found),
+        all_rows=tables.verdict_rows(found),
     )
     seconds = sum(case.duration for case in bench.cases) * len(labels)
     print(f"{seconds:.0f} s simulated in {time.perf_counter() - began:.0f} s")

@@ -18,83 +18,14 @@ from meltemi.postprocess.ensemble import (
 )
 from meltemi.studies.controller_bench.margins import SpeedLoop
 from meltemi.studies.controller_bench.suite import BenchCase, BenchLimits
+from meltemi.studies.controller_bench.verdicts import NAMES, SLOPES, Standing, Verdict, decibel
 
 Numbers = Mapping[str, float]
 
-SLOPES = {"RootMyc1": 10.0, "RootMxc1": 10.0, "TwrBsMyt": 4.0, "TwrBsMxt": 4.0, "YawBrMyp": 4.0, "YawBrMzp": 4.0}
-"""Loads, and the slopes of their S-N curves."""
-NAMES = {
-    "RootMyc1": "blade root, out of plane",
-    "RootMxc1": "blade root, in plane",
-    "TwrBsMyt": "tower base, fore-aft",
-    "TwrBsMxt": "tower base, side-side",
-    "YawBrMyp": "yaw bearing, tilt",
-    "YawBrMzp": "yaw bearing, yaw",
-}
-"""Their names in words."""
 LEFT = 0.9
 """Share of the reference speed above which there was no stop."""
 HOURS = 8766.0
 """[h] of a year."""
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """A criterion and its outcome.
-
-    Attributes:
-      criterion: name.
-      value, limit: in ``unit``; NaN if there is no value.
-      unit: engineering unit.
-      passed: None if the criterion does not apply.
-      where: case or reason.
-      half_width: of the 95 % interval of the value; NaN without one.
-    """
-
-    criterion: str
-    value: float
-    limit: float
-    unit: str
-    passed: bool | None
-    where: str = ""
-    half_width: float = math.nan
-
-    @property
-    def word(self) -> str:
-        """``pass``, ``fail`` or ``-``, with a mark where the limit lies within the interval."""
-        open_ = "" if not abs(self.value - self.limit) < self.half_width else ", limit within interval"
-        return "-" if self.passed is None else ("pass" if self.passed else "fail") + open_
-
-
-@dataclass(frozen=True)
-class Standing:
-    """A controller on the leaderboard.
-
-    Attributes:
-      controller: name.
-      failed, judged: numbers of criteria.
-      energy, blade_load, tower_load: relative lifetime changes against the reference: energy, equivalent loads of the
-        blade root out of plane and of the tower base fore-aft; None for the reference, and without a common seed.
-      pitch_travel: [rad/s] mean pitch rate in production.
-      speed: largest generator speed over its reference.
-      clearance: smallest tower clearance over that of the undeflected blade.
-      phase_margin, gain_margin: [rad], factor; smallest at all wind speeds where the loop has a linear response; NaN
-        if there is none.
-      nonlinear: [m/s] wind speeds without it, where the margins may be smaller.
-    """
-
-    controller: str
-    failed: int
-    judged: int
-    energy: MeanEstimate | None
-    blade_load: MeanEstimate | None
-    tower_load: MeanEstimate | None
-    pitch_travel: float
-    speed: float
-    clearance: float
-    phase_margin: float
-    gain_margin: float
-    nonlinear: tuple[float, ...]
 
 
 @dataclass(frozen=True, repr=False)
@@ -162,6 +93,10 @@ class ControllerBench(Brief):
             return None
         slopes = {f"{load} DEL": slope for load, slope in SLOPES.items()}
         return ensemble_table({k: {n: each[k] for n, each in zip(names, found, strict=True)} for k in seeds}, slopes)
+
+    def lifetimes(self) -> dict[str, EnsembleTable | None]:
+        """:meth:`lifetime` of all controllers, the reference first."""
+        return {name: self.lifetime(name) for name in self.controllers}
 
     def _by_seed(self, controller: str) -> dict[int, dict[str, float]]:
         runs: dict[int, dict[float, Numbers]] = {}
@@ -250,26 +185,26 @@ class ControllerBench(Brief):
 
     def card(self) -> Card:
         """Leaderboard, criteria, lifetime and margins."""
-        from meltemi.studies.controller_bench import report
+        from meltemi.studies.controller_bench import tables
 
         found = {name: self.verdicts(name) for name in self.controllers}
         facts = [(name, self.about.get(name, "")) for name in self.controllers]
         facts[0] = (f"{self.reference} (reference)", facts[0][1])
-        table = report.criteria_table(found)
+        table = tables.criteria_table(found)
         cells = [
             [badge(text, kind) if (kind := table.classes.get((i, j))) else text for j, text in enumerate(row)]
             for i, row in enumerate(table.texts)
         ]
 
-        def fold(title: str, rows: report.Rows, note: str = "", *, open: bool = False) -> Fold:  # noqa: A002
+        def fold(title: str, rows: tables.Rows, note: str = "", *, open: bool = False) -> Fold:  # noqa: A002
             return Fold(title, rows[1], [" ".join(h.split()) for h in rows[0]], note=note, open=open)
 
         against = f"changes are against {self.reference}"
         sections = [
-            fold("Leaderboard", report.leaderboard_rows(self), against, open=True),
+            fold("Leaderboard", tables.leaderboard_rows(self.leaderboard(), self.reference), against, open=True),
             fold("Criteria", (list(table.head), cells), table.note),
-            fold("Lifetime", report.lifetime_rows(self), against),
-            fold("Margins of the speed loop", report.margin_rows(self)),
+            fold("Lifetime", tables.lifetime_rows(self.lifetimes()), against),
+            fold("Margins of the speed loop", tables.margin_rows(self.loops)),
         ]
         if self.failures:
             lost = [[case, name, why] for (case, name), why in self.failures.items()]
@@ -320,11 +255,6 @@ def _with_grid(bench: ControllerBench, controller: str) -> dict[BenchCase, Numbe
 
 def _producing(bench: ControllerBench, controller: str) -> dict[BenchCase, Numbers]:
     return {c: n for c, n in bench.of(controller).items() if c.situation.group != "operation"}
-
-
-def decibel(factor: float) -> float:
-    """[dB] of a gain."""
-    return 20.0 * math.log10(factor)
 
 
 def _margin_verdicts(loops: Sequence[SpeedLoop], limits: BenchLimits) -> Iterator[Verdict]:

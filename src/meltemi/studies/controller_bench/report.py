@@ -12,35 +12,25 @@ from typing import Any
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import write_text
-from meltemi.core.units import display
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.report.charts import Axis, Curve, beside, chart, part
 from meltemi.report.ensemble_tables import change_text
 from meltemi.report.html import Block, Code, Markup, Section, Table, plain, write_page
 from meltemi.report.tables import number, write_csv
-from meltemi.studies.controller_bench.bench import NAMES, SLOPES, ControllerBench, Standing, Verdict, decibel
+from meltemi.studies.controller_bench.bench import ControllerBench
+from meltemi.studies.controller_bench.tables import (
+    MOMENT,
+    Rows,
+    criteria_table,
+    leaderboard_rows,
+    lifetime_rows,
+    margin_rows,
+    named,
+    value_text,
+    verdict_rows,
+)
+from meltemi.studies.controller_bench.verdicts import NAMES, SLOPES, Verdict, decibel
 
-Rows = tuple[list[str], list[list[str]]]
-Verdicts = Mapping[str, Sequence[Verdict]]
-
-MOMENT = display("N m")
-RATE = display("rad/s", angular_rate_in_degrees=True)
-UNITS: dict[str, tuple[str, float]] = {
-    **{f"{load} {what}": MOMENT for load in SLOPES for what in ("DEL", "max")},
-    "energy": ("GWh/year", 1.0 / 3.6e12),
-    "power std": ("kW", 1e-3),
-    "power mean": ("kW", 1e-3),
-    "end power": ("kW", 1e-3),
-    "generator speed std": ("%", 100.0),
-    "generator speed max": ("%", 100.0),
-    "end speed": ("%", 100.0),
-    "tower clearance": ("%", 100.0),
-    "pitch travel": RATE,
-    "flap travel": RATE,
-    "pitch rate max": RATE,
-    "stop time": ("s", 1.0),
-}
-"""Engineering units of the numbers of runs, and factors from SI or shares."""
 RADAR = {
     "RootMyc1 DEL": "blade\nout of plane",
     "RootMxc1 DEL": "blade\nin plane",
@@ -54,107 +44,6 @@ RADAR = {
 """Quantities of the radar, and their names there."""
 COMPARED = ("RootMyc1 DEL", "TwrBsMyt DEL", "power mean")
 """Quantities of the table of robustness."""
-
-
-def named(quantity: str) -> str:
-    """A quantity in words."""
-    channel, _, rest = quantity.partition(" ")
-    return f"{NAMES[channel]}, {rest}" if channel in NAMES else quantity
-
-
-def verdict_rows(found: Verdicts) -> Rows:
-    """Header and rows of all verdicts, one per controller and criterion."""
-    head = ["controller", "criterion", "value", "± 95 %", "limit", "unit", "verdict", "where"]
-    rows = [
-        [name, v.criterion, _value(v.value), _value(v.half_width), _value(v.limit), v.unit, v.word, v.where]
-        for name, own in found.items()
-        for v in own
-    ]
-    return head, rows
-
-
-def _value(x: float) -> str:
-    return "" if math.isnan(x) else f"{x:.3g}" if math.isfinite(x) else "none"
-
-
-def criteria_table(found: Verdicts) -> Table:
-    """Criteria as rows, controllers as columns, the reference first."""
-    criteria = list(dict.fromkeys(v.criterion for own in found.values() for v in own))
-    by_name = {name: {v.criterion: v for v in own} for name, own in found.items()}
-    rows, classes = [], {}
-    for i, criterion in enumerate(criteria):
-        first = next(own[criterion] for own in by_name.values() if criterion in own)
-        sign = "≥" if criterion in LEAST else "≤"
-        row = [criterion, f"{sign} {_value(first.limit)} {first.unit}".strip()]
-        for j, own in enumerate(by_name.values()):
-            v = own.get(criterion)
-            if v is None:
-                row.append("-" if j else "reference")  # no run to judge
-                continue
-            width = "" if math.isnan(v.half_width) else f" ± {v.half_width:.2g}"
-            row.append(f"{_value(v.value)}{width}" if v.passed is not None or v.value == v.value else v.where)
-            if v.passed is not None:
-                doubtful = "limit" in v.word
-                classes[i, j + 2] = "doubtful" if doubtful else "good" if v.passed else "bad"
-        rows.append(row)
-    note = "✗: fails. ~: the limit lies within the 95 % interval. Energy and loads are changes."
-    return Table(["criterion", "limit", *found], rows, text_columns=2, classes=classes, note=note)
-
-
-LEAST = ("tower clearance", "phase margin", "gain margin", "delay margin", "energy", "start")
-"""Criteria whose limit is a lower bound."""
-
-
-BOARD: dict[str, Callable[[Standing], str]] = {
-    "energy %": lambda s: change_text(s.energy),
-    "blade DEL %": lambda s: change_text(s.blade_load),
-    "tower DEL %": lambda s: change_text(s.tower_load),
-    "travel deg/s": lambda s: _value(math.degrees(s.pitch_travel)),
-    "speed %": lambda s: _value(100.0 * s.speed),
-    "clearance %": lambda s: _value(100.0 * s.clearance),
-    "phase deg": lambda s: _margin(math.degrees(s.phase_margin), s),
-    "gain dB": lambda s: _margin(decibel(s.gain_margin), s),
-}
-"""Columns of the leaderboard after controller and failed criteria."""
-
-
-def _margin(value: float, standing: Standing) -> str:
-    """The smallest margin, an upper bound where the loop had no linear response at some wind speed."""
-    return f"≤ {_value(value)}" if standing.nonlinear and math.isfinite(value) else _value(value)
-
-
-CHANGES = 3
-"""How many of them are changes, which the reference has not."""
-
-
-def leaderboard_rows(bench: ControllerBench) -> Rows:
-    """Header and rows of the leaderboard: a row a controller, those with fewest failed criteria first."""
-    rows = []
-    for standing in bench.leaderboard():
-        base = standing.controller == bench.reference
-        cells = [of(standing) or "-" for of in BOARD.values()]
-        cells = ["0"] * CHANGES + cells[CHANGES:] if base else cells
-        name = standing.controller + (" (reference)" if base else "")
-        rows.append([name, f"{standing.failed} of {standing.judged}", *cells])
-    return ["controller", "failed", *BOARD], rows
-
-
-def lifetime_rows(bench: ControllerBench) -> Rows:
-    """Header and rows of lifetime quantities: means, and changes against the reference, paired by seed."""
-    others = [name for name in bench.controllers if name != bench.reference]
-    tables = {name: bench.lifetime(name) for name in bench.controllers}
-    base = tables[bench.reference]
-    head = ["quantity", "unit", bench.reference, *(f"{name}\nchange %" for name in others)]
-    rows = []
-    for quantity in base.quantities if base else ():
-        assert base is not None
-        unit, factor = UNITS[quantity]
-        row = [named(quantity), unit, number(base.entry(quantity, bench.reference).value.mean * factor)]
-        for name in others:
-            table = tables[name]
-            row.append(change_text(table.entry(quantity, name).change) if table else "-")
-        rows.append(row)
-    return head, rows
 
 
 def extreme_rows(bench: ControllerBench) -> Rows:
@@ -205,33 +94,6 @@ def _change(bench: ControllerBench, controller: str, situation: str, quantity: s
     return change_text(found)
 
 
-def margin_rows(bench: ControllerBench) -> Rows:
-    """Header and rows of the margins of the speed loop by controller and wind speed."""
-    head = [
-        "controller",
-        "wind m/s",
-        "crossover rad/s",
-        "phase margin deg",
-        "gain margin dB",
-        "delay margin s",
-        "repeatability %",
-    ]
-    rows = []
-    for name, loops in bench.loops.items():
-        for loop in loops:
-            gain = decibel(loop.gain_margin)
-            values = [
-                loop.crossover,
-                math.degrees(loop.phase_margin),
-                gain,
-                loop.delay_margin,
-                100.0 * loop.repeatability,
-            ]
-            texts = ["no linear response" if math.isnan(x) else "none" if math.isinf(x) else number(x) for x in values]
-            rows.append([name, f"{loop.wind_speed:g}", *texts])
-    return head, rows
-
-
 def run_rows(bench: ControllerBench) -> Rows:
     """Header and rows of all runs: case, controller, status and numbers in SI or as shares."""
     quantities = list(dict.fromkeys(q for numbers in bench.numbers.values() for q in numbers))
@@ -264,10 +126,10 @@ def content(bench: ControllerBench) -> dict[str, Any]:
         "reference": bench.reference,
         "controllers": dict(bench.about),
         "limits": bench.limits.content(),
-        "leaderboard": table(leaderboard_rows(bench)),
+        "leaderboard": table(leaderboard_rows(bench.leaderboard(), bench.reference)),
         "verdicts": table(verdict_rows(all_verdicts(bench))),
-        "lifetime": table(lifetime_rows(bench)),
-        "margins": table(margin_rows(bench)),
+        "lifetime": table(lifetime_rows(bench.lifetimes())),
+        "margins": table(margin_rows(bench.loops)),
         "runs": table(run_rows(bench)),
     }
 
@@ -300,8 +162,8 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
     found = all_verdicts(bench)
     files = [
         write_csv(out / "verdicts.csv", *verdict_rows(found)),
-        write_csv(out / "lifetime.csv", *lifetime_rows(bench)),
-        write_csv(out / "margins.csv", *margin_rows(bench)),
+        write_csv(out / "lifetime.csv", *lifetime_rows(bench.lifetimes())),
+        write_csv(out / "margins.csv", *margin_rows(bench.loops)),
         write_csv(out / "runs.csv", *run_rows(bench)),
         write_text(out / "bench.json", json.dumps(content(bench), indent=1, ensure_ascii=False) + "\n"),
         write_text(out / "leaderboard.md", leaderboard_text(bench)),
@@ -344,7 +206,7 @@ def _verdict_block(name: str, own: Sequence[Verdict], base: bool) -> Markup:
     lines = []
     for v in failed:
         where = f" ({v.where})" if v.where else ""
-        value, limit = (f"{_value(x)} {v.unit}".rstrip() for x in (v.value, v.limit))
+        value, limit = (f"{value_text(x)} {v.unit}".rstrip() for x in (v.value, v.limit))
         lines.append(f"{v.criterion} {value}, limit {limit}{where}")
     lines += [f"{v.criterion}: {v.where}" for v in own if v.passed is None]
     body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
@@ -354,11 +216,15 @@ def _verdict_block(name: str, own: Sequence[Verdict], base: bool) -> Markup:
 
 def _sections(bench: ControllerBench, repeat: str) -> list[Section]:
     text = "Changes are against {}, in the same winds, formed seed by seed, with their 95 % intervals."
-    lifetime = Table(*lifetime_rows(bench), text_columns=2, note=text.format(bench.reference) + LIFETIME)
+    lifetime = Table(
+        *lifetime_rows(bench.lifetimes()),
+        text_columns=2,
+        note=text.format(bench.reference) + LIFETIME,
+    )
     sections = [
         Section("Criteria", [criteria_table(all_verdicts(bench))]),
         Section("Production", [*_radar(bench), lifetime]),
-        Section("Stability margins", [MARGINS, *_margin_charts(bench), Table(*margin_rows(bench))]),
+        Section("Stability margins", [MARGINS, *_margin_charts(bench), Table(*margin_rows(bench.loops))]),
         Section(
             "Extreme events",
             [Table(*situation_rows(bench, "extreme"), text_columns=2), Table(*extreme_rows(bench), text_columns=1)],
@@ -450,7 +316,7 @@ def _suite_table(bench: ControllerBench) -> Table:
 
 def leaderboard_text(bench: ControllerBench) -> str:
     """The leaderboard and the criteria as Markdown tables."""
-    head, rows = leaderboard_rows(bench)
+    head, rows = leaderboard_rows(bench.leaderboard(), bench.reference)
     table = criteria_table(all_verdicts(bench))
     marks = {"good": "", "bad": " **fails**", "doubtful": " (limit within interval)"}
     cells = [

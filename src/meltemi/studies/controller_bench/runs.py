@@ -19,11 +19,12 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.simulation.validity import undeflected_clearance
 from meltemi.studies.compare import SharedField
-from meltemi.studies.controller_bench.bench import SLOPES, ControllerBench
+from meltemi.studies.controller_bench.bench import ControllerBench
 from meltemi.studies.controller_bench.contenders import Contender
 from meltemi.studies.controller_bench.disturbance import disturbed
 from meltemi.studies.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
 from meltemi.studies.controller_bench.suite import EVENT, BenchCase, BenchLimits, Situation, cases_of
+from meltemi.studies.controller_bench.verdicts import SLOPES
 from meltemi.studies.run_store import SizedCases, current, resumed
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.iec.classes import as_class
