@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from meltemi.app.options import completing
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 
 STUDIES = {
@@ -48,14 +48,14 @@ def reproduce(
         _duel(quick, workers, out)
         return
     parts = _parts(study, beyond) if beyond else ()
-    with results_in(out):
-        from meltemi_papers import study as skeleton
+    folder_for(out)
+    from meltemi_papers import study as skeleton
 
-        page = import_module(f"meltemi_papers.{study}.page")
-        with progress_bar(study) as progress:
-            found = skeleton.reproduce(
-                page.STUDY, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
-            )
+    page = import_module(f"meltemi_papers.{study}.page")
+    with progress_bar(study) as progress:
+        found = skeleton.reproduce(
+            page.STUDY, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
+        )
     for table in found.tables:
         print_table(table.caption, table.head, table.texts, text_columns=len(table.head))
     print(found.lead)
@@ -87,7 +87,8 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
     from meltemi.studies.run_store import run_store
 
     find_rosco()
-    with results_in(out), run_store(out, f"duel, quick {quick}", "meltemi_papers"):
+    folder_for(out)
+    with run_store(out, f"duel, quick {quick}", "meltemi_papers"):
         from meltemi_papers.he2018.duel import brief, chapter, duel, duel_tables, findings
         from meltemi_papers.he2018.runs import QUICK, Setup
 

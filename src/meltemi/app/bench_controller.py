@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from meltemi.app.options import TURBINES
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
 
 MOST_WORKERS = 1000
@@ -64,7 +64,8 @@ def bench_controller(
     from meltemi.studies.run_store import run_store
 
     began = time.perf_counter()
-    with results_in(out), run_store(out, inputs):
+    folder_for(out)
+    with run_store(out, inputs):
         with progress_bar(f"{len(labels)} controllers") as progress:
             bench = study.bench_controllers(
                 described,

@@ -44,10 +44,10 @@ from meltemi.app.stability import flutter, parked
 from meltemi.app.surrogate import surrogate
 from meltemi.app.terminal import (
     OutOption,
+    folder_for,
     print_table,
     progress_bar,
     remove_empty_folders,
-    results_in,
     say,
     suggest,
     wrote,
@@ -162,7 +162,8 @@ def run(
 
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
-    with TemporaryDirectory() as kept, _named(path if written else None), results_in(out):
+    with TemporaryDirectory() as kept, _named(path if written else None):
+        folder_for(out)
         described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
         with progress_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
             simulation = Simulation(described)
@@ -385,24 +386,24 @@ def power_curve(
     for words in plausibility_warnings(described):
         say(f"warning: {words}")
     points, failures, interrupted = [], {}, False
-    with results_in(out):
-        model = build(described)
-        with progress_bar("operating points", len(wanted), "points") as progress:
-            try:
-                for i, speed in enumerate(wanted):
-                    try:
-                        points.append(operating_point(model, speed))
-                    except MeltemiError as error:
-                        failures[speed] = str(error)
-                    progress((i + 1) / len(wanted))
-            except KeyboardInterrupt:
-                interrupted = True
-        if not points:
-            raise InputError("\n".join(failures.values()) or "interrupted before the first operating point was found")
-        head, rows = power_curve_rows(points, failures)
-        print_table(f"{described.name}: steady operation", head, rows, 0)
-        wrote(write_csv(out / "power_curve.csv", [h.replace(chr(10), " ") for h in head], rows))
-        wrote(save(plot_power_curve(points, model), out / "power_curve.png"))
+    folder_for(out)
+    model = build(described)
+    with progress_bar("operating points", len(wanted), "points") as progress:
+        try:
+            for i, speed in enumerate(wanted):
+                try:
+                    points.append(operating_point(model, speed))
+                except MeltemiError as error:
+                    failures[speed] = str(error)
+                progress((i + 1) / len(wanted))
+        except KeyboardInterrupt:
+            interrupted = True
+    if not points:
+        raise InputError("\n".join(failures.values()) or "interrupted before the first operating point was found")
+    head, rows = power_curve_rows(points, failures)
+    print_table(f"{described.name}: steady operation", head, rows, 0)
+    wrote(write_csv(out / "power_curve.csv", [h.replace(chr(10), " ") for h in head], rows))
+    wrote(save(plot_power_curve(points, model), out / "power_curve.png"))
     further = ("campbell", turbine) if isinstance(described, Turbine) else ("run", turbine, "--wind-speed", 12)
     suggest(*further, "--out", out)
     finish(failures, interrupted)
@@ -456,37 +457,37 @@ def campbell(
     from meltemi.simulation.campbell import campbell as diagram_of
     from meltemi.simulation.rotors import build
 
-    with results_in(out):
-        with progress_bar("Campbell diagram", len(turns or winds), "points") as progress:
-            model = build(described)
-            diagram = diagram_of(
-                model,
-                wind_speeds=None if turns else winds,
-                rotor_speeds=turns,
-                air=not (vacuum or turns),
-                progress=progress,
-            )
-        last = len(diagram.rotor_speed) - 1
-        operation = zip(diagram.wind_speed, diagram.rotor_speed, strict=True)
-        over = [f"{w:g} m/s" if w == w else f"{turn * 30.0 / pi:.4g} rpm" for w, turn in operation]
-        columns = [
-            (f"{what}\nat {over[i]}", numbers[:, i])
-            for i in dict.fromkeys((0, last))
-            for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
-        ]
-        rows = [[label, *(number(float(v[j])) for _, v in columns)] for j, label in enumerate(diagram.labels)]
-        print_table(
-            f"{described.name}: modes {'with air' if diagram.air else 'in vacuum'}",
-            ["mode", *(n for n, _ in columns)],
-            rows,
-            all_rows=campbell_rows(diagram),
+    folder_for(out)
+    with progress_bar("Campbell diagram", len(turns or winds), "points") as progress:
+        model = build(described)
+        diagram = diagram_of(
+            model,
+            wind_speeds=None if turns else winds,
+            rotor_speeds=turns,
+            air=not (vacuum or turns),
+            progress=progress,
         )
-        wrote(write_csv(out / "campbell.csv", *campbell_rows(diagram)))
-        wrote(save(plot_campbell(diagram, described.name), out / "campbell.png"))
-        if seen:
-            from meltemi.report.view import modes_view
+    last = len(diagram.rotor_speed) - 1
+    operation = zip(diagram.wind_speed, diagram.rotor_speed, strict=True)
+    over = [f"{w:g} m/s" if w == w else f"{turn * 30.0 / pi:.4g} rpm" for w, turn in operation]
+    columns = [
+        (f"{what}\nat {over[i]}", numbers[:, i])
+        for i in dict.fromkeys((0, last))
+        for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
+    ]
+    rows = [[label, *(number(float(v[j])) for _, v in columns)] for j, label in enumerate(diagram.labels)]
+    print_table(
+        f"{described.name}: modes {'with air' if diagram.air else 'in vacuum'}",
+        ["mode", *(n for n, _ in columns)],
+        rows,
+        all_rows=campbell_rows(diagram),
+    )
+    wrote(write_csv(out / "campbell.csv", *campbell_rows(diagram)))
+    wrote(save(plot_campbell(diagram, described.name), out / "campbell.png"))
+    if seen:
+        from meltemi.report.view import modes_view
 
-            wrote(modes_view(model, diagram).write(out / "modes.html"))
+        wrote(modes_view(model, diagram).write(out / "modes.html"))
     suggest("flutter", turbine, "--out", out)
     finish(
         {u * 30.0 / pi: why for u, why in diagram.failures.items()} if turns else diagram.failures,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meltemi.app.options import TurbineArgument, WindOptions, completing, scheme_names, wind_of_options, with_options
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.studies.scheme_names import SCHEMES, check_schemes
 
@@ -82,7 +82,8 @@ def compare(
     study.check_duration(duration, transient)
     began = time.perf_counter()
     own = [Path(name).read_text(encoding="utf-8") for name in names if name not in SCHEMES]
-    with results_in(out), run_store(out, repr(("compare", transient, own))):
+    folder_for(out)
+    with run_store(out, repr(("compare", transient, own))):
         model = build(described)
         with progress_bar("tuning") as progress:
             designed = design_controllers(

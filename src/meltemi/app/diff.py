@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.formats import suffixes
 from meltemi.postprocess.formats import FORMATS
 
@@ -41,11 +41,11 @@ def diff(
     from meltemi.report.tables import write_csv
 
     labels = _labels(ours, theirs)
-    with results_in(out):
-        files = [
-            write_csv(out / "differences.csv", *difference_rows(found, labels)),
-            save(plot_differences(found, wanted, labels=labels), out / "differences.png"),
-        ]
+    folder_for(out)
+    files = [
+        write_csv(out / "differences.csv", *difference_rows(found, labels)),
+        save(plot_differences(found, wanted, labels=labels), out / "differences.png"),
+    ]
     title, every = f"{labels[0]} against {labels[1]}", difference_rows(found, labels)
     print_table(title, *short_difference_rows(found), text_columns=2, all_rows=every)
     print(

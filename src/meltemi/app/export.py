@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meltemi.app.options import TURBINES, is_case
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -61,7 +61,8 @@ def export(
         wind = wind_file or folder / case.wind.file  # type: ignore[union-attr]
     else:
         wind = case_wind(case, described, folder)
-    with results_in(out), progress_bar("export"):
+    folder_for(out)
+    with progress_bar("export"):
         from meltemi.studies.openfast_writer import write_openfast
 
         written = write_openfast(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from meltemi.app.options import TURBINES
-from meltemi.app.terminal import OutOption, print_table, results_in, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, suggest, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -64,9 +64,9 @@ def import_(
             raise InputError(f"{option} is for OpenFAST decks, {source} is a windIO file")
         imported = import_windio(source, extra)
         _show(imported)
-        with results_in(out):
-            write_turbine(imported.turbine, out / "turbine.yaml")
-            _write_report(imported, source, out)
+        folder_for(out)
+        write_turbine(imported.turbine, out / "turbine.yaml")
+        _write_report(imported, source, out)
         wrote(out / "turbine.yaml", out / "report.md")
         suggest("run", out / "turbine.yaml", "--wind-speed", 12)
         return
@@ -83,10 +83,10 @@ def import_(
     _show(deck)
     if deck.wind is None:
         print(f"the wind of the deck cannot be named in a case file; the case has {case.wind.model_dump()} instead")
-    with results_in(out):
-        write_turbine(deck.turbine, out / "turbine.yaml")
-        write_record(case, out / "case.yaml")
-        _write_report(deck, source, out)
+    folder_for(out)
+    write_turbine(deck.turbine, out / "turbine.yaml")
+    write_record(case, out / "case.yaml")
+    _write_report(deck, source, out)
     wrote(out / "turbine.yaml", out / "case.yaml", out / "report.md")
     suggest("run", out / "case.yaml")
 

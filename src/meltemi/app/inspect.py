@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from meltemi.app.options import TurbineArgument
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 
 
 def inspect(
@@ -16,13 +16,13 @@ def inspect(
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)
-    with results_in(out):
-        from meltemi.report.turbine_facts import fact_rows
-        from meltemi.studies.inspection import inspect_turbine
-        from meltemi.turbine.plausibility import plausibility_warnings
+    folder_for(out)
+    from meltemi.report.turbine_facts import fact_rows
+    from meltemi.studies.inspection import inspect_turbine
+    from meltemi.turbine.plausibility import plausibility_warnings
 
-        with progress_bar(described.name) as progress:
-            seen, files = inspect_turbine(described, out, progress=progress)
+    with progress_bar(described.name) as progress:
+        seen, files = inspect_turbine(described, out, progress=progress)
     print_table(described.description or described.name, ["", "what", "value"], fact_rows(seen), text_columns=3)
     wrote(*files)
     suggest("run", turbine, "--wind-speed", 12, "--out", out)

@@ -147,7 +147,7 @@ class LiveServer:
         if before is not None:
             before.close(4000, "opened in another window")
         self._inbox.put('{"opened": true}')
-        with suppress(ConnectionClosed):  # a browser that was killed says no good-bye
+        with suppress(ConnectionClosed):  # a killed browser sends no closing frame
             for message in connection:
                 self._inbox.put(message if isinstance(message, str) else "")
         if self._open is connection:

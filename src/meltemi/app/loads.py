@@ -12,7 +12,7 @@ import typer
 
 from meltemi.app.commands import Group
 from meltemi.app.options import TURBINES, controller_of_options
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -120,12 +120,12 @@ def plan_(
             campaign = make_campaign(turbine, wind_class or given["site"].wind_class(edition), edition, **given)
     planned = plan(campaign)
     _show(planned)
-    with results_in(out):
-        files = [write_campaign(campaign, out), write_plan(planned, out)]
-        if excel:
-            from meltemi.loadbase.excel import write_excel
+    folder_for(out)
+    files = [write_campaign(campaign, out), write_plan(planned, out)]
+    if excel:
+        from meltemi.loadbase.excel import write_excel
 
-            files.append(write_excel(planned.table, out / "table.xlsx"))
+        files.append(write_excel(planned.table, out / "table.xlsx"))
     wrote(*files)
     suggest("loads", "run", out)
 
@@ -180,7 +180,8 @@ def run_(
     from meltemi.loadbase.engine import run_base
 
     planned = _planned(base)
-    with results_in(base), progress_bar("load cases", len(planned.cases), "cases") as bar:
+    folder_for(base)
+    with progress_bar("load cases", len(planned.cases), "cases") as bar:
         found = run_base(
             planned,
             base,
@@ -264,7 +265,7 @@ def show(
     from meltemi.postprocess.files import write_netcdf
 
     planned = _planned(base)
-    with results_in(out or base / "cases") as folder:
+    with folder_for(out or base / "cases") as folder:
         seconds = planned.case(case).duration + planned.case(case).transient
         with progress_bar(case, seconds, "s") as progress:
             result = show_case(planned, case, progress)
@@ -311,7 +312,8 @@ def report(
     planned, given = _planned(base), None if limits is None else read_limits(limits)
     of = read_settings(settings)
     other = None if against is None else (str(against), design_loads(_planned(against), against, of))
-    with results_in(base), progress_bar("report", compiles=False):
+    folder_for(base)
+    with progress_bar("report", compiles=False):
         files = write_report(planned, base, against=other, limits=given, design=design_loads(planned, base, of))
     wrote(*files)
     runnable = next((case.name for case in planned.cases if not case.unsupported), "")
@@ -331,7 +333,8 @@ def compare(
 
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
     of = read_settings(settings)
-    with results_in(out), progress_bar("comparison", compiles=False):
+    folder_for(out)
+    with progress_bar("comparison", compiles=False):
         files = write_base_comparison(bases[0], bases[1], out, of)
     wrote(*files)
     suggest("loads", "report", base, "--against", other)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from meltemi.app.options import TURBINES
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
 
 
@@ -60,17 +60,17 @@ def observe(
     from meltemi.report.plots import save
     from meltemi.report.tables import write_csv
 
-    with results_in(out):
-        with progress_bar(f"observer of {described.name}") as progress:
-            model = build(described, environment=air)
-            made = observer(model, turbulence=ExpectedTurbulence(intensity), shear_exponent=shear, progress=progress)
-        found = made.estimate(measured, samples=samples)
-        files = [
-            write_netcdf(found.result, out / "estimate.nc"),
-            write_csv(out / "estimate.csv", *estimate_rows(found)),
-            write_csv(out / "equivalent-loads.csv", *load_rows(found, measured)),
-            save(plot_estimate(found, measured), out / "estimate.png"),
-        ]
+    folder_for(out)
+    with progress_bar(f"observer of {described.name}") as progress:
+        model = build(described, environment=air)
+        made = observer(model, turbulence=ExpectedTurbulence(intensity), shear_exponent=shear, progress=progress)
+    found = made.estimate(measured, samples=samples)
+    files = [
+        write_netcdf(found.result, out / "estimate.nc"),
+        write_csv(out / "estimate.csv", *estimate_rows(found)),
+        write_csv(out / "equivalent-loads.csv", *load_rows(found, measured)),
+        save(plot_estimate(found, measured), out / "estimate.png"),
+    ]
     wind = found.result.evaluated["rotor_effective_wind"]
     print_table(f"{described.name}: damage-equivalent loads, 1 Hz", *load_rows(found, measured), text_columns=2)
     print(f"rotor-effective wind {wind.mean():.2f} m/s, standard deviation {wind.std():.2f} m/s")

@@ -10,7 +10,7 @@ import typer
 
 from meltemi.app.options import TurbineArgument
 from meltemi.app.scans import angles_of, finish, speeds_of
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
 
 
@@ -42,18 +42,18 @@ def flutter(
     from meltemi.report.tables import number, write_csv
     from meltemi.simulation.flutter import flutter as stability_over_speed
 
-    with results_in(out):
-        with progress_bar("flutter", len(turns or ()), "points") as progress:
-            found = stability_over_speed(described, turns, wind=wind, pitch=angle, progress=progress)
-        rows = [
-            [number(speed * 30.0 / pi), number(100.0 * least)]
-            for speed, least in zip(found.rotor_speed, found.least, strict=True)
-        ]
-        title = f"{described.name}: least damped blade mode, wind {found.wind_speed:g} m/s"
-        print_table(title, ["rotor rpm", "damping %"], rows, 0, all_rows=flutter_rows(found))
-        print(limit_text(found))
-        wrote(write_csv(out / "flutter.csv", *flutter_rows(found)))
-        wrote(save(plot_flutter(found, described.name), out / "flutter.png"))
+    folder_for(out)
+    with progress_bar("flutter", len(turns or ()), "points") as progress:
+        found = stability_over_speed(described, turns, wind=wind, pitch=angle, progress=progress)
+    rows = [
+        [number(speed * 30.0 / pi), number(100.0 * least)]
+        for speed, least in zip(found.rotor_speed, found.least, strict=True)
+    ]
+    title = f"{described.name}: least damped blade mode, wind {found.wind_speed:g} m/s"
+    print_table(title, ["rotor rpm", "damping %"], rows, 0, all_rows=flutter_rows(found))
+    print(limit_text(found))
+    wrote(write_csv(out / "flutter.csv", *flutter_rows(found)))
+    wrote(save(plot_flutter(found, described.name), out / "flutter.png"))
     suggest("parked", turbine, "--out", out)
     finish({speed * 30.0 / pi: why for speed, why in found.failures.items()}, unit="rpm")
 
@@ -86,30 +86,22 @@ def parked(
     from meltemi.report.tables import number, write_csv
     from meltemi.simulation.parked_modes import parked_stability
 
-    with results_in(out):
-        with progress_bar("parked", len(yaws) * len(pitches), "points") as progress:
-            found = parked_stability(
-                described,
-                [radians(angle) for angle in yaws],
-                [radians(angle) for angle in pitches],
-                wind=wind,
-                options=options,
-                progress=progress,
-            )
-        rows = [
-            [number(angle), *(number(100.0 * d) for d in row)] for angle, row in zip(yaws, found.damping, strict=True)
-        ]
-        title = (
-            f"{described.name} at standstill, {wind.speed:g} m/s: smallest damping ratio [%] over yaw and pitch [deg]"
+    folder_for(out)
+    with progress_bar("parked", len(yaws) * len(pitches), "points") as progress:
+        found = parked_stability(
+            described,
+            [radians(angle) for angle in yaws],
+            [radians(angle) for angle in pitches],
+            wind=wind,
+            options=options,
+            progress=progress,
         )
-        print_table(
-            title, ["yaw", *(f"pitch {number(angle)}" for angle in pitches)], rows, 0, all_rows=parked_rows(found)
-        )
-        wrote(write_csv(out / "parked.csv", *parked_rows(found)))
-        print(
-            f"{(found.damping < 0.0).sum()} of {found.damping.size} points have a mode with negative damping (unstable)"
-        )
-        wrote(save(plot_parked(found, described.name), out / "parked.png"))
+    rows = [[number(angle), *(number(100.0 * d) for d in row)] for angle, row in zip(yaws, found.damping, strict=True)]
+    title = f"{described.name} at standstill, {wind.speed:g} m/s: smallest damping ratio [%] over yaw and pitch [deg]"
+    print_table(title, ["yaw", *(f"pitch {number(angle)}" for angle in pitches)], rows, 0, all_rows=parked_rows(found))
+    wrote(write_csv(out / "parked.csv", *parked_rows(found)))
+    print(f"{(found.damping < 0.0).sum()} of {found.damping.size} points have a mode with negative damping (unstable)")
+    wrote(save(plot_parked(found, described.name), out / "parked.png"))
     suggest("loads", "plan", turbine, "--class", "IB", "--quick")
     for (where, angle), why in found.failures.items():
         say(f"failed at a yaw of {degrees(where):g} deg and a pitch of {degrees(angle):g} deg: {why}")

@@ -11,7 +11,7 @@ import typer
 from meltemi.app.commands import Group
 from meltemi.app.loads import shard_of, told
 from meltemi.app.options import TURBINES, controller_of_options
-from meltemi.app.terminal import OutOption, print_table, print_values, progress_bar, results_in, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, print_values, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -86,8 +86,8 @@ def design(
         given["controller"] = controller_of_options({k: v for k, v in named.items() if v is not None})
     campaign = validated(given, SurrogateCampaign, "meltemi surrogate design")
     planned = surrogate_design(campaign)
-    with results_in(out):
-        files = write_surrogate_campaign(campaign, planned, out)
+    folder_for(out)
+    files = write_surrogate_campaign(campaign, planned, out)
     low, high = planned.values.min(axis=0), planned.values.max(axis=0)
     unit = [
         ("deg", degrees(1.0)) if name in ("inclination", "yaw_error") else ("", 1.0) for name in planned.space.names
@@ -137,7 +137,8 @@ def run(
     from meltemi.surrogate.campaign import read_surrogate_campaign, run_surrogate
 
     n = len(read_surrogate_campaign(folder)[1])
-    with results_in(folder), progress_bar("points", n, "runs") as bar:
+    folder_for(folder)
+    with progress_bar("points", n, "runs") as bar:
         options: dict[str, Any] = {"workers": workers, "dask": dask, "device": device, "retry": retry}
         done, failed, missing = run_surrogate(folder, shard=shard_of(shard), progress=told(bar), **options)
     print(f"{done} of {n} runs done, {failed} failed, {missing} missing")
@@ -159,7 +160,8 @@ def fit(
     from meltemi.surrogate.model import write_surrogate
     from meltemi.surrogate.report import fit_rows, influence_rows, plot_surrogate
 
-    with results_in(folder), progress_bar("fit", compiles=False):
+    folder_for(folder)
+    with progress_bar("fit", compiles=False):
         campaign, points, found = surrogate_loads(folder)
         made = fit_surrogate(campaign, points, found, kind)
         files = [
@@ -244,11 +246,11 @@ def site(
     made, table = load_surrogate(file), read_site_table(conditions, turbine)
     found = site_suitability(made, table, class_table(wind_class, edition))
     head, rows = suitability_rows(found)
-    with results_in(out):
-        files = [
-            write_csv(out / "suitability.csv", head, rows),
-            save(plot_suitability(found), out / "suitability.png"),
-        ]
+    folder_for(out)
+    files = [
+        write_csv(out / "suitability.csv", head, rows),
+        save(plot_suitability(found), out / "suitability.png"),
+    ]
     print_table(f"{made.turbine}: {_named(table)} over class {wind_class}", head, rows)
     for name, share in found.outside.items():
         say(f"{name} is outside the surrogate for {100.0 * share:.3g} % of the site's time: the nearest bound counts")

@@ -223,12 +223,6 @@ def _plain(cell: str, text: bool) -> str | float | int | None:
     return value if abs(value) < float("inf") else None  # JSON has neither
 
 
-@contextmanager
-def results_in(out: Path) -> Iterator[Path]:
-    """The output folder for the work within."""
-    yield folder_for(out)
-
-
 def folder_for(out: Path, option: str = "--out") -> Path:
     """The output folder, tested to be writable before the computation starts.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meltemi.app.options import IEC_MODELS, TURBINES, ClassOption, DirectionOption, EditionOption, SpectrumOption
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
 from meltemi.core.errors import InputError
 from meltemi.core.formats import suffixes
 from meltemi.wind.formats import FORMATS, WINDS
@@ -102,8 +102,8 @@ def wind(
         found = _read(source)
         _check_format(file_format, found)
         described = load_turbine(turbine) if turbine else None
-        with results_in(out):
-            _look(found, described, out, file_format)
+        folder_for(out)
+        _look(found, described, out, file_format)
         whole = source.suffix.lower() != ".csv"  # a run takes no hub-height series
         wind_options = ("--wind-file", source) if whole else ("--wind-speed", 12, "--turbulence", 0.14)
         suggest("run", turbine or "nrel5mw", *wind_options, "--out", f"{out}-run")
@@ -131,13 +131,13 @@ def wind(
     if gust is not None and isinstance(made, TurbulentWind):
         onto |= {n: options[n] for n in named if n in options} | {"speed": made.speed}
         added = _gust(gust.upper(), used, onto, seconds, periodic)
-    with results_in(out):
-        if isinstance(made, TurbulentWind):
-            box = _field(made, used, seconds, width, added)
-            box = replace(box, source=f"{name}, {box.label}")
-            _look(box, used, out, file_format or "bts", made if added is None else None)
-        else:
-            _look(made, used, out, "uniform")
+    folder_for(out)
+    if isinstance(made, TurbulentWind):
+        box = _field(made, used, seconds, width, added)
+        box = replace(box, source=f"{name}, {box.label}")
+        _look(box, used, out, file_format or "bts", made if added is None else None)
+    else:
+        _look(made, used, out, "uniform")
     file = out / f"wind{SUFFIXES[file_format or 'bts' if isinstance(made, TurbulentWind) else 'uniform']}"
     of_run = ("--wind-file", file) if not isinstance(made, SteadyWind) else ("--wind-speed", f"{made.speed:g}")
     suggest("run", turbine or "nrel5mw", *of_run, "--duration", f"{seconds:g}", "--out", f"{out}-run")
