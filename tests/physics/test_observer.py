@@ -298,11 +298,11 @@ def test_every_option_changes_the_observer(model: Model) -> None:
 
 
 def test_samples_add_what_the_signals_do_not_show(made: Observer, steady: Result) -> None:
-    found = made.estimate(steady, samples=3)
+    found = made.estimate(steady, samples=40)
     name = "root_moment_out_of_plane_1"
     place = found.result.names.index(name)
     scatter = np.stack([s[name] - found.result[name] for s in found.samples])
-    assert scatter.std() == pytest.approx(found.deviation[:, place].mean(), rel=0.3)
+    assert scatter.std() == pytest.approx(found.deviation[:, place].mean(), rel=0.12)
     again = made.estimate(steady, samples=1).samples[0]
     assert np.array_equal(again.data, found.samples[0].data)
     assert not np.array_equal(made.estimate(steady, samples=1, seed=2).samples[0].data, again.data)
