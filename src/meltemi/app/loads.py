@@ -265,16 +265,16 @@ def show(
     from meltemi.postprocess.files import write_netcdf
 
     planned = _planned(base)
-    with folder_for(out or base / "cases") as folder:
-        seconds = planned.case(case).duration + planned.case(case).transient
-        with progress_bar(case, seconds, "s") as progress:
-            result = show_case(planned, case, progress)
-        files = [write_netcdf(result, folder / f"{case}.nc")]
-        if plot and len(result.time) > 1:
-            from meltemi.report.plots import plot as plot_result
-            from meltemi.report.plots import save
+    folder = folder_for(out or base / "cases")
+    seconds = planned.case(case).duration + planned.case(case).transient
+    with progress_bar(case, seconds, "s") as progress:
+        result = show_case(planned, case, progress)
+    files = [write_netcdf(result, folder / f"{case}.nc")]
+    if plot and len(result.time) > 1:
+        from meltemi.report.plots import plot as plot_result
+        from meltemi.report.plots import save
 
-            files.append(save(plot_result(result), folder / f"{case}.png"))
+        files.append(save(plot_result(result), folder / f"{case}.png"))
     print(f"{case}: {result.status}{f', {result.message}' if result.message else ''}")
     for entry in result.log:
         print(f"{entry.time:8.2f} s  {entry.what}{f': {entry.reason}' if entry.reason else ''}")
