@@ -325,9 +325,11 @@ def timed_gradient(run: Run) -> dict[str, float]:
     from meltemi.postprocess.gradient import std_weights
     from meltemi.studies.adjoint import gradient
 
+    load = "tower_base_moment_fore_aft"
+
     def objective(result: Any) -> tuple[float, dict[str, Any]]:
-        value, weights = std_weights(result[CHANNELS[0]])
-        return value, {CHANNELS[0]: weights}
+        value, weights = std_weights(result[load])
+        return value, {load: weights}
 
     chosen = {"by_controller": PARAMETERS[:3], "by_all": PARAMETERS}
     least = dict.fromkeys(("run", *chosen), float("inf"))

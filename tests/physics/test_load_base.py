@@ -401,7 +401,7 @@ def test_nothing_is_lost_by_kills_at_random_moments(tiny: Plan, whole: Path, tmp
         child = subprocess.Popen([sys.executable, "-c", CHILD, str(tmp_path)], stdout=subprocess.PIPE)
         assert child.stdout is not None
         child.stdout.readline()
-        used, process = chance.uniform(0.5, 2.5), psutil.Process(child.pid)
+        used, process = chance.uniform(0.5, 4.0), psutil.Process(child.pid)
         begun = sum(process.cpu_times()[:2])
         while (
             child.poll() is None and sum(process.cpu_times()[:2]) < begun + used

@@ -13,8 +13,6 @@ rest cannot be compared to more digits than its parts have.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
 from typing import Any
 
 import numba
@@ -402,16 +400,3 @@ def test_progress_and_interrupts(model: Model) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         sensitivity(Run(model, SteadyWind(speed=18.0), duration=20.0, progress=stop), ["pitch_offset"])
-
-
-def seconds(model: Model, wind: WindBox, numbers: Any) -> Iterator[float]:
-    for _ in range(3):
-        run = Simulation(Run(model, wind, duration=SECONDS), numbers=numbers)
-        began = time.thread_time()
-        march(run)
-        yield time.thread_time() - began
-
-
-@pytest.mark.long
-def test_eight_parameters_cost_at_most_two_and_a_half_runs(model: Model, wind: WindBox) -> None:
-    assert min(seconds(model, wind, "duals")) < 2.5 * min(seconds(model, wind, "floats"))
