@@ -87,7 +87,7 @@ class LoadModel:
       slope: m of the S-N curve.
       space: of the variables.
       basis: functions of the germ.
-      coefficients: (1 + B, P) of the logarithm of the load: of the fit, and of fits to resampled residuals.
+      coefficients: (1 + B, P) of the logarithm of the load: of the fit, and draws that show its uncertainty.
       scatter: standard deviation of the logarithm over seeds.
       errors: measures of the validation.
     """
