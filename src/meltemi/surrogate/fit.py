@@ -24,7 +24,7 @@ DRAWS = 24
 DEGREE, NORM = 12, 0.6
 """Largest degree, and exponent q, of the hyperbolic truncation (LS-6)."""
 NEGLIGIBLE = 0.01
-"""Terms are left out whose values follow from the runs to less than this share."""
+"""Share of a coefficient that the runs determine, below which its term is omitted."""
 LEARNED = 400
 """Runs from which a Gaussian process learns its length scales; all count for its values."""
 
@@ -151,7 +151,7 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
 def fit_surrogate(
     campaign: SurrogateCampaign, design: SurrogateDesign, loads: Float, kind: str = "polynomial"
 ) -> Surrogate:
-    """Fit a surrogate to the runs of a campaign that are no held-out points, and validate it with these.
+    """Fit a surrogate to the runs of a campaign except those of held-out points, and validate it with these.
 
     Args:
       campaign: from ``surrogate_loads``, as the next two.

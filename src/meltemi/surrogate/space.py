@@ -29,7 +29,7 @@ UNITS = {
 }
 """Units of the variables."""
 USUAL = tuple(UNITS)[:-1]
-"""Variables of a surrogate that is asked for none."""
+"""Default variables of a surrogate."""
 REFERENCE_SPEED = 25.0
 """[m/s] of the bounds of the shear exponent."""
 
