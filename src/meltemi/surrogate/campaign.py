@@ -80,7 +80,7 @@ class SurrogateCampaign(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if isinstance(self.controller, FixedCase):
-            raise ValueError("controller: fixed keeps torque and pitch constant and is not for production")
+            raise ValueError("controller: fixed holds torque and pitch and cannot produce")
         if "power_reference" in self.variables and not isinstance(self.controller, PowerCase):
             raise ValueError("variables: power_reference needs controller: {kind: power}")
         if not self.loads or min(self.loads.values()) <= 0.0:
