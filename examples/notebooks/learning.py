@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Training a controller
 #
-# A small neural network learns to move the pitch on top of the baseline controller so
-# that the tower suffers less, and is judged in turbulence that it has never met.
+# A small neural network learns pitch demands in addition to those of the baseline
+# controller that reduce the tower load, and is evaluated in turbulence of other seeds.
 #
 # `pip install ".[rl]"` installs what this page needs beside meltemi:
 # stable-baselines3 with PyTorch.
@@ -131,10 +131,10 @@ axes.legend()
 figure
 
 # %% [markdown]
-# At equal energy the policy lowers the load by somewhat more than the damper, and pays
-# with three times the pitch travel of the baseline controller. A larger weight of
-# `pitch_travel` brings it nearer to the damper. The reward measures the rate of the
-# load, not its cycles: with little weight on pitch travel, longer training raises the
-# equivalent load again.
+# At equal energy the policy lowers the load by about as much as the damper: the
+# intervals overlap. It has three times the pitch travel of the baseline controller. A
+# larger weight of `pitch_travel` reduces it. The reward measures the
+# rate of the load, not its cycles: with little weight on pitch travel, longer training
+# raises the equivalent load again.
 #
 # [Learning environments](../guide/learning.md) has all environments and settings.

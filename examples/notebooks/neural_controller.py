@@ -172,7 +172,7 @@ figure
 # deviation of the rotor speed by 10 ± 1.3 %, for 6 ± 4 % more pitch rate: nearly what
 # the objective reached in training. These are three minutes at one wind speed; a
 # controller for a turbine needs all wind speeds, longer runs, and stability margins.
-# The [test bench](controller_bench.md) tells them.
+# The [test bench](controller_bench.md) measures these.
 #
 # [Sensitivities](../guide/sensitivities.md#many-parameters) explains `gradient`,
 # [Adjoint](../theory/adjoint.md) derives it; `examples/tune_network.py` tunes a larger

@@ -1,5 +1,5 @@
 # %% [markdown]
-# # Wind and loads from SCADA signals
+# # Wind and loads from signals
 #
 # A Kalman filter estimates wind and loads from generator speed, torque, pitch and
 # tower-top acceleration. A simulation provides these signals, and the true loads.

@@ -1,4 +1,4 @@
-"""Static deflection of a geometrically exact beam: an independent calculation for blades that bend far.
+"""Static deflection of a geometrically exact beam: an independent calculation for large blade deflections.
 
 Reissner's beam with stretch, shear, bending and torsion under dead loads, along the undeformed reference axis:
 

@@ -1,4 +1,4 @@
-"""Blades that bend far: the simulator's blade under dead loads against the geometrically exact beam.
+"""Large blade deflections: the simulator's blade under dead loads against the geometrically exact beam.
 
 The loads are the mean aerodynamic ones of the turbine at rated wind, scaled until the tip is out by a given share of
 the blade's length. Both blades have the same loads: the simulator's at its nodes, with their moments about them.
@@ -158,5 +158,5 @@ def far_bending() -> Comparison:
     """Both IEA turbines, to a tip deflection of a fifth of the blade's length."""
     rows = [row for name in RATED for row in compare(name)]
     return Comparison(
-        "far_bending", "Blades that bend far, against the geometrically exact beam", "exact_beam.py", rows
+        "far_bending", "Large blade deflections, against the geometrically exact beam", "exact_beam.py", rows
     )

@@ -35,7 +35,7 @@ def bench_controller(
     limits: Annotated[
         Path | None, typer.Option("--limits", help="YAML file with other limits, e.g. over_speed: 1.2.")
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer speeds and seeds, shorter runs: a minute.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Reduced suite, which takes about a minute.")] = False,
     workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
     out: OutOption = Path("out"),
 ) -> None:

@@ -40,9 +40,9 @@ HELP = "\n".join(
 def compare(
     turbine: TurbineArgument,
     options: WindOptions,
-    seeds: Annotated[int, typer.Option("--seeds", help="How many winds.")] = 6,
+    seeds: Annotated[int, typer.Option("--seeds", help="Number of wind fields.")] = 6,
     seed: Annotated[int, typer.Option("--seed", help="First seed; the others follow.")] = 1,
-    duration: Annotated[float, typer.Option("--duration", help="Length of each run [s].")] = 700.0,
+    duration: Annotated[float, typer.Option("--duration", help="Duration of each run [s].")] = 700.0,
     transient: Annotated[float, typer.Option("--transient", help="Initial transient, not evaluated [s].")] = 100.0,
     controllers: Annotated[
         str,

@@ -12,7 +12,7 @@ from meltemi.core.formats import suffixes
 from meltemi.postprocess.formats import FORMATS
 
 LISTED = 12
-"""Names of channels that one side has not, as many as are printed."""
+"""Largest number of printed channels that only one result contains."""
 
 
 def diff(
@@ -24,8 +24,8 @@ def diff(
             "--channels", help="Channels, separated by commas; node_6_alpha_1=B1N1Alpha pairs names [all common]."
         ),
     ] = None,
-    begin: Annotated[float | None, typer.Option("--begin", help="Limit of the compared time [s].")] = None,
-    end: Annotated[float | None, typer.Option("--end", help="Limit of the compared time [s].")] = None,
+    begin: Annotated[float | None, typer.Option("--begin", help="Start of the compared interval [s].")] = None,
+    end: Annotated[float | None, typer.Option("--end", help="End of the compared interval [s].")] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare two results channel by channel; writes a table and a plot."""

@@ -37,7 +37,7 @@ def export(
     library: Annotated[
         str | None, typer.Option("--library", help="Bladed-style controller library, such as libdiscon.so.")
     ] = None,
-    settings: Annotated[str, typer.Option("--settings", help="Its input file.")] = "DISCON.IN",
+    settings: Annotated[str, typer.Option("--settings", help="Input file of the library.")] = "DISCON.IN",
     out: OutOption = Path("out"),
 ) -> None:
     """Export a turbine, or a case with its models, site and wind, as an OpenFAST 5 deck."""

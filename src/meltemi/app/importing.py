@@ -14,7 +14,7 @@ from meltemi.core.errors import InputError
 if TYPE_CHECKING:
     from meltemi.turbine.report import ImportedTurbine, Kind
 
-HELP = "Turn an OpenFAST deck (.fst) or a windIO file (.yaml) into a turbine file, with a report."
+HELP = "Convert an OpenFAST deck (.fst) or a windIO file (.yaml) to a turbine file, with a report."
 MOST_LINES = 20
 """Notes printed of each kind; the report has all."""
 
@@ -22,7 +22,7 @@ MOST_LINES = 20
 def import_(
     source: Annotated[Path, typer.Argument(help="Main file of an OpenFAST deck (.fst), or a windIO file (.yaml).")],
     blade: Annotated[
-        str, typer.Option("--blade", help="Sections of the blade: deck (what it computes with), elastodyn, beamdyn.")
+        str, typer.Option("--blade", help="Sections of the blade: deck (those that it selects), elastodyn, beamdyn.")
     ] = "deck",
     fixed_base: Annotated[
         bool, typer.Option("--fixed-base", help="Clamp the tower of a floating turbine at its base.")
@@ -43,7 +43,7 @@ def import_(
         str, typer.Option("--start", help="Initial state: operating (steady operation), or deck (as in OpenFAST).")
     ] = "operating",
     extra: Annotated[
-        Path | None, typer.Option("--extra", help="YAML file with values on top: drivetrain: {stiffness: 8.7e8}.")
+        Path | None, typer.Option("--extra", help="YAML file with overriding values: drivetrain: {stiffness: 8.7e8}.")
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -82,7 +82,7 @@ def import_(
     case = deck_case(deck, "turbine.yaml", started=start == "deck")
     _show(deck)
     if deck.wind is None:
-        print(f"the wind of the deck cannot be named in a case file; the case has {case.wind.model_dump()} instead")
+        print(f"the wind of the deck is not supported in a case file; the case has {case.wind.model_dump()} instead")
     folder_for(out)
     write_turbine(deck.turbine, out / "turbine.yaml")
     write_record(case, out / "case.yaml")

@@ -42,7 +42,7 @@ def live(
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
     theme: ThemeOption = None,
 ) -> None:
-    """Run a turbine in the browser in real time, with sliders for the wind, faults and controllers to choose."""
+    """Run a turbine in the browser in real time, with sliders for the wind, faults and a menu of controllers."""
     if theme not in (None, "light", "dark"):
         raise InputError(f"--theme {theme!r}: expected light or dark")
     if not SLOWEST <= speed <= FASTEST:

@@ -30,7 +30,7 @@ MOST_PROBLEMS = 20
 
 loads = typer.Typer(
     cls=Group,
-    help="Load bases: all design load cases of IEC 61400-1 for a turbine.",
+    help="Load bases: the design load cases of IEC 61400-1 for a turbine.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -38,7 +38,7 @@ loads = typer.Typer(
 
 @loads.callback()
 def group() -> None:
-    """Load bases: all design load cases of IEC 61400-1 for a turbine."""
+    """Load bases: the design load cases of IEC 61400-1 for a turbine."""
 
 
 @loads.command("plan")
@@ -61,7 +61,7 @@ def plan_(
         Path | None, typer.Option("--site", help="Site conditions (JSON form of IEC 61400-15-1) instead of a class.")
     ] = None,
     site_turbine: Annotated[str | None, typer.Option("--site-turbine", help="ID of the turbine in that form.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="One seed, three speeds: for a first look.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="One seed, three speeds: for a first test.")] = False,
     seeds: Annotated[int | None, typer.Option("--seeds", help="Number of turbulence seeds [6].")] = None,
     duration: Annotated[float | None, typer.Option("--duration", help="Evaluated duration [s] [600].")] = None,
     transient: Annotated[float | None, typer.Option("--transient", help="Initial transient [s] [60].")] = None,
@@ -174,9 +174,9 @@ def run_(
         str | None, typer.Option("--dask", help="Address of a Dask scheduler, or: local (processes of this machine).")
     ] = None,
     device: Annotated[str, typer.Option("--device", help="cpu; cuda or cuda-single: a graphics card.")] = "cpu",
-    retry: Annotated[bool, typer.Option("--retry", help="Run cases again that failed.")] = False,
+    retry: Annotated[bool, typer.Option("--retry", help="Rerun failed cases.")] = False,
 ) -> None:
-    """Run the cases of a load base that are missing."""
+    """Run the missing cases of a load base."""
     from meltemi.loadbase.engine import run_base
 
     planned = _planned(base)
@@ -230,7 +230,7 @@ def told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
 
 @loads.command()
 def status(base: BaseArgument) -> None:
-    """Show which cases of a load base are there."""
+    """Show the completed, failed and missing cases of a load base."""
     from meltemi.loadbase.engine import base_status
 
     _show_status(base_status(_planned(base), base), base)
@@ -323,7 +323,7 @@ def report(
 @loads.command()
 def compare(
     base: BaseArgument,
-    other: Annotated[Path, typer.Argument(help="Folder of the load base that it is compared with.")],
+    other: Annotated[Path, typer.Argument(help="Folder of the other load base, the reference.")],
     out: OutOption = Path("comparison"),
     settings: SettingsOption = None,
 ) -> None:

@@ -74,7 +74,7 @@ def observe(
     wind = found.result.evaluated["rotor_effective_wind"]
     print_table(f"{described.name}: damage-equivalent loads, 1 Hz", *load_rows(found, measured), text_columns=2)
     print(f"rotor-effective wind {wind.mean():.2f} m/s, standard deviation {wind.std():.2f} m/s")
-    print("estimate: of the estimated series alone; expected: with the part that the signals do not show, 90 % within")
+    print("estimate: of the estimated series alone; expected: with the part that the signals do not show, 90 % band")
     wrote(*files)
     for warning in found.result.warnings:
         say(f"warning: {warning}")

@@ -182,7 +182,7 @@ def is_case(path: Path) -> bool:
 
     try:
         text = text_of(path)
-    except InputError:  # which the reader will say
+    except InputError:  # which the reader reports
         return False
     return re.search(r"""^(\{\s*)?(['"]?)(turbine|wind|duration)\2\s*:""", text, re.MULTILINE) is not None
 

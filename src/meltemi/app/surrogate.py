@@ -61,7 +61,9 @@ def design(
     controller_input: Annotated[
         Path | None, typer.Option("--controller-input", help="Input file of the controller library, e.g. DISCON.IN.")
     ] = None,
-    realisation: Annotated[int, typer.Option("--realisation", help="Another number: other points and seeds.")] = 1,
+    realisation: Annotated[
+        int, typer.Option("--realisation", help="Number of the realisation: points and seeds follow from it.")
+    ] = 1,
     out: OutOption = Path("surrogate"),
 ) -> None:
     """Choose the points of a surrogate; writes surrogate.yaml and design.csv."""
@@ -131,9 +133,9 @@ def run(
         str | None, typer.Option("--dask", help="Address of a Dask scheduler, or: local (processes of this machine).")
     ] = None,
     device: Annotated[str, typer.Option("--device", help="cpu; cuda or cuda-single: a graphics card.")] = "cpu",
-    retry: Annotated[bool, typer.Option("--retry", help="Run cases again that failed.")] = False,
+    retry: Annotated[bool, typer.Option("--retry", help="Rerun failed cases.")] = False,
 ) -> None:
-    """Run the points of a surrogate that are missing."""
+    """Run the missing points of a surrogate."""
     from meltemi.surrogate.campaign import read_surrogate_campaign, run_surrogate
 
     n = len(read_surrogate_campaign(folder)[1])

@@ -150,7 +150,7 @@ def suggest(*words: object) -> None:
 
 
 def print_values(name: str, values: Any, lines: Callable[[Any], Sequence[str]]) -> None:
-    """Print values that are no table as lines, or with ``--json`` under a name as they are."""
+    """Print values as lines, or with ``--json`` unchanged under a name."""
     if _OUTPUT[-1].json:
         _OUTPUT[-1].values[name] = values
         return
@@ -226,7 +226,7 @@ def _plain(cell: str, text: bool) -> str | float | int | None:
 def folder_for(out: Path, option: str = "--out") -> Path:
     """The output folder, tested to be writable before the computation starts.
 
-    What is made of it goes again at the end of the command if nothing has been written into it.
+    Folders created for it are removed at the end of the command if they are empty.
     """
     try:
         check_name(out)
@@ -241,7 +241,7 @@ def folder_for(out: Path, option: str = "--out") -> Path:
 
 
 _MADE: list[Path] = []
-"""Folders by this command, inner ones first."""
+"""Folders that this command has created, inner ones first."""
 
 
 def remove_empty_folders() -> None:

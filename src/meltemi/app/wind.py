@@ -59,10 +59,10 @@ def wind(
     periodic: Annotated[bool, typer.Option("--periodic", help="Periodic, as long as the simulation.")] = False,
     unscaled: Annotated[bool, typer.Option("--unscaled", help="Do not scale to the exact deviation.")] = False,
     hub_series: Annotated[
-        Path | None, typer.Option("--hub-series", help="CSV file with the wind at the hub that the field has.")
+        Path | None, typer.Option("--hub-series", help="CSV file with the wind at the hub, which the field reproduces.")
     ] = None,
     gust: Annotated[
-        str | None, typer.Option("--gust", help="A transient on the turbulence: EOG, ECD, ECG, EDC, EWSH, EWSV.")
+        str | None, typer.Option("--gust", help="Gust superimposed on the turbulence: EOG, ECD, ECG, EDC, EWSH, EWSV.")
     ] = None,
     sign: Annotated[int | None, typer.Option("--sign", help="Of a direction change or shear: 1, -1 [1].")] = None,
     begin: Annotated[float | None, typer.Option("--begin", help="Of a transient [s] [60].")] = None,

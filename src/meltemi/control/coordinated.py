@@ -1,6 +1,6 @@
 """Coordinated pitch, yaw and torque control: power control, a yaw control that uses it, and individual pitch.
 
-Power control gives torque and collective pitch (C-80 to C-90), load control what each blade adds (C-27 to C-31), yaw
+Power control gives torque and collective pitch (C-80 to C-88), load control what each blade adds (C-27 to C-31), yaw
 control the rate of the yaw drive (C-50 to C-54). Coordinated they are by what each may leave to the others:
 
 * While the wind has more power than is asked for, a yaw error costs pitch, not energy. So the nacelle may stay where it

@@ -1,4 +1,4 @@
-"""Learning environments: turbines in turbulent wind that an agent controls, for Gymnasium."""
+"""Learning environments for Gymnasium: turbines in turbulent wind that an agent controls."""
 
 from importlib.util import find_spec
 

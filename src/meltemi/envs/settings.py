@@ -15,7 +15,7 @@ Task = Literal["LoadControl", "IPC", "Yaw", "Power"]
 TRAINING_SEEDS = tuple(range(1001, 1025))
 """Seeds of the turbulence that agents learn in."""
 TEST_SEEDS = tuple(range(2001, 2013))
-"""Seeds of the turbulence that they are judged by; no training seed is among them."""
+"""Seeds of the turbulence in which they are evaluated; no training seed is among them."""
 
 FAST = ModelOptions(integration="implicit", time_step=1.0 / 30.0)
 """The whole flexible turbine with implicit steps of a thirtieth of a second."""

@@ -1,7 +1,7 @@
 """Conditions of a site from the digital exchange format of IEC 61400-1's part 15-1, version 1.1 (JSON).
 
 Source: the public JSON schema and example of the site suitability input conditions form, v17 of 2025-02-15
-(github.com/IEC-61400-15/site_suitability_conditions_input_form); the text of IEC 61400-15-1 was not at hand.
+(github.com/IEC-61400-15/site_suitability_conditions_input_form); the text of IEC 61400-15-1 was not available.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Batches of cases on all cores.
 
-Kernels run without Python's global lock, so threads suffice: one case a thread, all of one process, and nothing has
-to be copied or compiled twice. Each case has its own arrays; what one does, the others never see.
+Kernels release Python's global interpreter lock, so cases are threads of one process, and nothing is copied or compiled
+twice. Each case has its own arrays.
 
-The field of a turbulent wind is made when the case's turn comes and freed with the case. Cases may be a generator: it
-is asked for the next one when a worker is free. So memory holds as many fields as there are workers.
+The field of a turbulent wind is generated when its case starts and freed when it ends. Cases may come from a generator,
+from which each free worker takes the next one, so memory holds as many fields as there are workers.
 """
 
 from __future__ import annotations
@@ -88,12 +88,12 @@ class Batch:
     Attributes:
       cases: any iterable of runs; the next item of a generator is requested when a worker is free.
       reduce: called with each result in its worker; only what it returns is kept.
-      out: folder in which each result is written as ``NAME.nc`` as soon as it is done, instead of being kept. A case
-        that is found there finished, from the same inputs under the same version, is not run again.
+      out: folder in which each result is written as ``NAME.nc`` as soon as it is complete, instead of being kept. A
+        case with a completed file from the same inputs and version is not run again.
       workers: threads; by default one for each core this process may use.
-      progress: callback with the completed fraction, from the calling thread; 0 while it is unknown how many cases
-        there are.
-      total: how many cases a generator gives, for ``progress``.
+      progress: callback with the completed fraction, from the calling thread; 0 while the number of cases is
+        unknown.
+      total: number of cases of a generator, for ``progress``.
       rerun: run all cases, also those that are finished.
       done: callback with each outcome, from the calling thread; outcomes are then not kept, and none is returned.
       device: "cpu" or "cuda", a graphics card, where cases march together in groups; needs ``meltemi[cuda]``, and
@@ -237,7 +237,7 @@ class Batch:
         except BaseException as error:
             words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
             self.outcomes[i] = Outcome(name, Status.FAILED, words, error=type(error))
-            if isinstance(error, KeyboardInterrupt):  # by a function of the case: as if the keyboard had said it
+            if isinstance(error, KeyboardInterrupt):  # by a function of the case: handled as Ctrl-C
                 self._heard(None)
             return None
 
@@ -305,8 +305,8 @@ def prepare(case: Run, device: str = "cpu", held_steps: int | None = None) -> Si
 def simulate_batch(batch: Batch) -> list[Outcome]:
     """Simulate many cases on all cores; the arguments are the fields of :class:`Batch`.
 
-    A case that fails, for any reason, reports this in its outcome and affects no other. Ctrl-C ends all cases; what
-    was computed until then is given back.
+    A case that fails, for any reason, reports this in its outcome and affects no other. Ctrl-C ends all cases; results
+    up to then are returned.
 
     Returns:
       One outcome a case, in their order; after Ctrl-C those that were begun. None with ``done``.

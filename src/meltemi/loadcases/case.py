@@ -247,7 +247,7 @@ class LoadCase(Record):
     icing: Icing | None = None
     """Ice on the blades, in place of that of the turbine file."""
     imbalance: Imbalance | None = None
-    """What makes the blades unequal, in place of that of the turbine file."""
+    """Differences between the blades, in place of those of the turbine file."""
     electrical: Literal["sized"] | None = None
     """``sized``: generator, converters and grid connection by rule, in place of what the turbine's file may have; used
     with options: {electrical: averaged}."""

@@ -10,7 +10,7 @@ from meltemi.loadcases.case import LoadCase
 from meltemi.turbine.openfast import Deck
 
 STAND_IN = {"kind": "steady", "speed": 10.0, "shear_exponent": 0.2}
-"""Wind of a case whose deck has none that a case file can name."""
+"""Wind of a case whose deck has a wind that case files do not support."""
 
 
 def deck_case(deck: Deck, turbine: str | Path, *, started: bool = False) -> LoadCase:
@@ -22,7 +22,7 @@ def deck_case(deck: Deck, turbine: str | Path, *, started: bool = False) -> Load
       started: begin at the deck's rotor speed, pitch and azimuth, as OpenFAST does, instead of in steady operation.
 
     Raises:
-      InputError: the deck's run is not one that can be made here.
+      InputError: the run of the deck is not supported.
     """
     data: dict[str, Any] = {
         "turbine": str(turbine),

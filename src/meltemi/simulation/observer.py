@@ -137,7 +137,7 @@ class ExpectedTurbulence:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What the observer finds in measured signals.
+    """Estimates from measured signals.
 
     Attributes:
       result: estimated wind, loads and motion of the tower, as a result.
@@ -243,8 +243,8 @@ class Observer(Brief):
           samples: number of samples of the distribution of the loads.
           seed: of the samples.
 
-        Samples with values that are not finite are left out. Over gaps the estimate goes on without sensors; the
-        warnings of the estimated result name them, and signals that do not fit the turbine.
+        Samples with values that are not finite are excluded. Over gaps the estimate is a prediction without sensors.
+        The warnings of the estimated result name them, and signals that do not fit the turbine.
 
         Raises:
           InputError: a signal is missing, hardly any of its samples is finite, or the series is too short.
@@ -505,7 +505,7 @@ def observer(
       progress: callback with the completed fraction.
 
     Raises:
-      InputError: a value that cannot be.
+      InputError: a value is not valid.
       UnsupportedError: the rotor does not have three blades.
     """
     if not 0.0 < spacing <= 5.0:

@@ -4,7 +4,7 @@ The speed of every part is linear in the rotation of the nacelle about the shaft
 of the torsion, and the rates of the gearbox's modes with rotor and generator fixed. So all inertia is in one symmetric
 matrix (``gears`` of table STRUCTURE), and each mode has three coupling terms.
 
-Reference: docs/theory/structure.md (S-49 to S-58); docs/theory/simulation.md (M-31 to M-34).
+Reference: docs/theory/structure.md (S-49 to S-58); docs/theory/simulation.md (M-31 to M-33).
 """
 
 from __future__ import annotations

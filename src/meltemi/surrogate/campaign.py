@@ -37,7 +37,7 @@ LOADS = {
     "shaft_yaw_moment": 4.0,
     "rotor_torque": 4.0,
 }
-"""Loads of a surrogate that is asked for none, with the slopes of their S-N curves."""
+"""Default loads of a surrogate, with the slopes of their S-N curves."""
 SETS = ("train", "check")
 BLOCK = 4096
 """Cases that are prepared together, so that memory does not grow with the number of cases."""
@@ -65,7 +65,7 @@ class SurrogateCampaign(Record):
     seeds: int = Field(default=6, ge=2, le=1000)
     """Seeds of repeated and held-out points."""
     realisation: int = Field(default=1, ge=1, le=1000)
-    """Another number gives other points and seeds."""
+    """Number of the realisation, from which points and seeds follow."""
     duration: float = Field(default=600.0, gt=0.0)
     """[s] evaluated."""
     transient: float = Field(default=60.0, ge=0.0)
@@ -289,7 +289,7 @@ def _content(c: SurrogateCampaign, channels: Sequence[str], at: Mapping[str, flo
 
 
 def surrogate_loads(folder: str | Path) -> tuple[SurrogateCampaign, SurrogateDesign, Float]:
-    """Equivalent loads of the runs of a campaign that are there.
+    """Equivalent loads of the completed runs of a campaign.
 
     Returns:
       the campaign, the points of these runs, and (n, L) loads at 1 Hz [N, N m]; over blades the range that does their

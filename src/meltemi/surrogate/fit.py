@@ -1,6 +1,6 @@
 """Fits of load surrogates, their validation, and the points where further runs help most.
 
-Equations S-4 to S-12 of ``docs/theory/surrogate.md``.
+Equations LS-4 to LS-12 of ``docs/theory/surrogate.md``.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ KINDS = ("polynomial", "gaussian")
 DRAWS = 24
 """Draws of the coefficients that show their uncertainty."""
 DEGREE, NORM = 12, 0.6
-"""Largest degree, and exponent q, of the hyperbolic truncation (S-6)."""
+"""Largest degree, and exponent q, of the hyperbolic truncation (LS-6)."""
 NEGLIGIBLE = 0.01
-"""Terms are left out whose values follow from the runs to less than this share."""
+"""Share of a coefficient that the runs determine, below which its term is omitted."""
 LEARNED = 400
 """Runs from which a Gaussian process learns its length scales; all count for its values."""
 
 
 def candidates(dimensions: int, degree: int, norm: float = NORM) -> NDArray[np.int64]:
-    """Degrees (P, d) of the products of a hyperbolic truncation, the constant first (S-6)."""
+    """Degrees (P, d) of the products of a hyperbolic truncation, the constant first (LS-6)."""
     found: list[tuple[int, ...]] = [()]
     for _ in range(dimensions):
         grown = ((*one, k) for one, k in product(found, range(degree + 1)))
@@ -53,7 +53,7 @@ class Fit:
 
 
 def polynomial_fit(germ: Float, y: Float, seed: int = 0, degree: int = DEGREE, norm: float = NORM) -> Fit:
-    """Polynomial chaos expansion whose coefficients are normally distributed a priori (S-7).
+    """Polynomial chaos expansion whose coefficients are normally distributed a priori (LS-7).
 
     Their variance falls with the degree at a rate of its own for each variable; rates and noise maximise the marginal
     likelihood of the values. The draws are of the posterior distribution.
@@ -151,7 +151,7 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
 def fit_surrogate(
     campaign: SurrogateCampaign, design: SurrogateDesign, loads: Float, kind: str = "polynomial"
 ) -> Surrogate:
-    """Fit a surrogate to the runs of a campaign that are no held-out points, and validate it with these.
+    """Fit a surrogate to the runs of a campaign except those of held-out points, and validate it with these.
 
     Args:
       campaign: from ``surrogate_loads``, as the next two.
@@ -184,7 +184,7 @@ def fit_surrogate(
 
 
 def seed_scatter(point: NDArray[np.int64], y: Float) -> float | None:
-    """Pooled standard deviation of values over the seeds of their points; None without repeated points (S-10)."""
+    """Pooled standard deviation of values over the seeds of their points; None without repeated points (LS-10)."""
     _, place, count = np.unique(point, return_inverse=True, return_counts=True)
     mean = np.bincount(place, y) / count
     freedom = int((count - 1).sum())
@@ -192,7 +192,7 @@ def seed_scatter(point: NDArray[np.int64], y: Float) -> float | None:
 
 
 def validation(model: LoadModel, design: SurrogateDesign, loads: Float) -> dict[str, float]:
-    """Errors at held-out points against the mean over seeds (S-11): ``r2``, ``nrmse`` (over the mean load), ``bias``
+    """Errors at held-out points against the mean over seeds (LS-11): ``r2``, ``nrmse`` (over the mean load), ``bias``
     (mean relative error), and ``floor``, the part of ``nrmse`` that is scatter of these means; empty without them."""
     if not design.check.any():
         return {}
@@ -213,7 +213,7 @@ def validation(model: LoadModel, design: SurrogateDesign, loads: Float) -> dict[
 def further_points(
     surrogate: Surrogate, n: int, probability: Any, *, candidates_per_point: int = 64, seed: int = 1
 ) -> Float:
-    """Points (n, d) where further runs reduce the error of the lifetime loads most (S-12).
+    """Points (n, d) where further runs reduce the error of the lifetime loads most (LS-12).
 
     Args:
       surrogate: of polynomial form.

@@ -1,7 +1,7 @@
 """A load surrogate as a function, and its file: NumPy alone evaluates it.
 
 The logarithm of each equivalent load is linear in functions of the germ: Legendre polynomials, or the kernel of a
-Gaussian process. Equations S-4 to S-9 of ``docs/theory/surrogate.md``.
+Gaussian process. Equations LS-4 to LS-9 of ``docs/theory/surrogate.md``.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Kernels:
 
 
 def legendre_products(germ: Float, degrees: NDArray[np.int64]) -> Float:
-    """Products (n, P) of Legendre polynomials of germs (n, d), orthonormal for uniform germs (S-5)."""
+    """Products (n, P) of Legendre polynomials of germs (n, d), orthonormal for uniform germs (LS-5)."""
     found = np.ones((len(degrees), len(germ)))
     norm = np.sqrt(2.0 * np.arange(degrees.max(initial=0) + 1) + 1.0)
     for x, own in zip(germ.T, degrees.T, strict=True):
@@ -87,7 +87,7 @@ class LoadModel:
       slope: m of the S-N curve.
       space: of the variables.
       basis: functions of the germ.
-      coefficients: (1 + B, P) of the logarithm of the load: of the fit, and of fits to resampled residuals.
+      coefficients: (1 + B, P) of the logarithm of the load: of the fit, and draws that show its uncertainty.
       scatter: standard deviation of the logarithm over seeds.
       errors: measures of the validation.
     """
@@ -128,14 +128,14 @@ class LoadModel:
         return np.exp(self.logarithm(inside(self.space, x, outside))[:, 0] + 0.5 * self.scatter**2)
 
     def lifetime(self, probability: Float, germ: Float, fits: int | None = None) -> Float:
-        """Equivalent load at 1 Hz (fits,) of the time in conditions of given probability (S-8)."""
+        """Equivalent load at 1 Hz (fits,) of the time in conditions of given probability (LS-8)."""
         m, log = self.slope, self.logarithm(germ, len(self.coefficients) if fits is None else fits)
         top = log.max(axis=0)
         damage = np.sum(probability[:, None] * np.exp(m * (log - top)), axis=0)
         return np.asarray(np.exp(top + 0.5 * m * self.scatter**2) * damage ** (1.0 / m))
 
     def shares(self) -> tuple[Float, Float]:
-        """First-order and total Sobol indices (d,) of the logarithm (S-9).
+        """First-order and total Sobol indices (d,) of the logarithm (LS-9).
 
         Raises:
           InputError: the model is no polynomial chaos expansion.

@@ -25,7 +25,7 @@ VERDICTS = {"yes": COLOURS[5], "no": COLOURS[6], "undecided": COLOURS[1]}
 
 def fit_rows(surrogate: Surrogate) -> Rows:
     """Header and rows of a fit: terms, scatter over seeds, and errors at held-out points."""
-    errors = {"r2": "R2", "nrmse": "NRMSE %", "floor": "of it scatter %", "bias": "bias %"}
+    errors = {"r2": "R2", "nrmse": "NRMSE %", "floor": "NRMSE of scatter %", "bias": "bias %"}
     head = ["load", "slope", "terms", "scatter %", *errors.values()]
     rows = []
     for name, model in surrogate.loads.items():

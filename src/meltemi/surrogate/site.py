@@ -1,6 +1,6 @@
 """Suitability of a turbine for a site: lifetime loads there over those of its design class, from a surrogate.
 
-Equations S-8, S-13 and S-14 of ``docs/theory/surrogate.md``.
+Equations LS-8, LS-13 and LS-14 of ``docs/theory/surrogate.md``.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ def class_table(wind_class: str | WindClass, edition: int = 4) -> SiteTable:
 
 
 def conditions_of(surrogate: Surrogate, site: SiteTable) -> tuple[Float, Float]:
-    """Probabilities (k,) and values (k, d) of the variables of all conditions in production (S-13)."""
+    """Probabilities (k,) and values (k, d) of the variables of all conditions in production (LS-13)."""
     low, high = surrogate.space.ends
     edge = np.linspace(low, high, max(round((high - low) / STEP), 1) + 1)
     middle = 0.5 * (edge[1:] + edge[:-1])
@@ -200,7 +200,7 @@ class Suitability:
 
 
 def site_suitability(surrogate: Surrogate, site: SiteTable, design: SiteTable) -> Suitability:
-    """Compare lifetime loads of a site with those of the design conditions (S-8, S-14).
+    """Compare lifetime loads of a site with those of the design conditions (LS-8, LS-14).
 
     Args:
       surrogate: of the turbine.

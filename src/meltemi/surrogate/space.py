@@ -1,7 +1,7 @@
 """Space of the site variables of a load surrogate, with bounds that depend on the wind speed.
 
 A bound is a polynomial in 1/U between two limits, U being the mean wind speed. The germ has the values of all variables
-between their bounds from -1 to 1. Equations S-1 to S-3 of ``docs/theory/surrogate.md``, which has the source of the
+between their bounds from -1 to 1. Equations LS-1 to LS-3 of ``docs/theory/surrogate.md``, which has the source of the
 bounds.
 """
 
@@ -29,7 +29,7 @@ UNITS = {
 }
 """Units of the variables."""
 USUAL = tuple(UNITS)[:-1]
-"""Variables of a surrogate that is asked for none."""
+"""Default variables of a surrogate."""
 REFERENCE_SPEED = 25.0
 """[m/s] of the bounds of the shear exponent."""
 

@@ -1,6 +1,6 @@
 """Superposition of a coherent gust on turbulence.
 
-Reference: docs/theory/iec.md (I-1); the axes and the time of a plane are those of docs/theory/wind.md (W-2, W-5).
+Reference: docs/theory/iec.md (W-23); the axes and the time of a plane are those of docs/theory/wind.md (W-2, W-5).
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Law of the power control (C-80 to C-90).
+"""Law of the power control (C-80 to C-88).
 
 Each call: filtered speed, density, wind estimate; the set-point of the power from reference, limit and frequency; the
 speeds that bound the states; the machine; pitch; torque. Everything is on the generator's side of the gearbox but for
 the estimator. Below the lower speed the torque is the optimal one, or what A3 spares after a held pitch, so a set-point
 that the wind cannot give does not stall the rotor: power falls instead.
 
-Reference: docs/theory/control.md (C-80 to C-90); Palanimuthu et al. (2022), section 5.
+Reference: docs/theory/control.md (C-80 to C-88); Palanimuthu et al. (2022), section 5.
 """
 
 from __future__ import annotations
@@ -381,7 +381,7 @@ def move_torque(x: PowerControlState, gain: float, more: float, dt: float) -> No
 
 @kernel
 def power_step(x: PowerControlState, measured: Measurements, demands: Demands, dt: float) -> None:
-    """One call of the power control (C-80 to C-90).
+    """One call of the power control (C-80 to C-88).
 
     Args:
       x: settings and state, see ``power_settings``.

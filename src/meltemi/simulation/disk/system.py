@@ -2,7 +2,7 @@
 
 The nacelle is rigid on its bearing, so that its yaw angle is that of the drive.
 
-Reference: docs/theory/power-turbines.md (P-1 to P-12).
+Reference: docs/theory/power-turbines.md (P-1 to P-9).
 """
 
 from __future__ import annotations

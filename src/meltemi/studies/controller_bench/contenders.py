@@ -35,7 +35,7 @@ NAMES = (BASELINE, ROSCO, *SCHEMES, *POWER_SCHEMES)
 
 
 Entry = Controller | Callable[[Turbine], Controller] | str
-"""What may be tested: a controller, a function of the turbine that returns one, or a name."""
+"""A controller, a function of the turbine that returns one, or a name."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""``run_bench``: controllers through the suite in the same winds, and what is kept of each run."""
+"""``run_bench``: runs of controllers in the suite, in the same winds, and the stored quantities of each run."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def _loop(speed: float, controller: str, sine: Multisine, outcomes: Mapping[str,
 
 
 def numbers_of(result: Result, case: BenchCase, reference: float, clearance: float) -> dict[str, float]:
-    """What is kept of a run.
+    """Stored quantities of a run.
 
     Args:
       result: of the case.

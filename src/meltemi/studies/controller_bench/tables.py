@@ -105,7 +105,7 @@ def _margin(value: float, standing: Standing) -> str:
 
 
 CHANGES = 3
-"""How many of them are changes, which the reference has not."""
+"""Number of the first columns that are changes, which do not apply to the reference."""
 
 
 def leaderboard_rows(standings: Iterable[Standing], reference: str) -> Rows:
