@@ -121,7 +121,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
     if not 0.0 < duration < float("inf"):
         raise InputError(f"bench: duration must be a positive number of seconds, found {duration!r}")
     say("import ...")
-    import_s = min(_seconds("import meltemi") - _seconds("pass") for _ in range(3))
+    importing, empty = zip(*((_seconds("import meltemi"), _seconds("pass")) for _ in range(5)), strict=True)
+    import_s = min(importing) - min(empty)
     with tempfile.TemporaryDirectory(prefix="meltemi-bench-") as folder:
         say("compilation into an empty cache ...")
         stages = _child(f"stages({2.0!r})", folder)
