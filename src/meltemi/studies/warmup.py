@@ -86,7 +86,7 @@ def _process(name: str) -> Stage:
 
 
 def _machine() -> tuple[Any, Any]:
-    """A model and a wind; all turbines, options and winds use the same machine code."""
+    """A model and a wind; all turbines, winds and options, but for ``blade_model``, use the same machine code."""
     from meltemi.simulation.rotors import build
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
@@ -110,6 +110,17 @@ def _runs() -> None:
     simulate(model, wind, duration=0.1, controller=LoadController(model.turbine))
     result = simulate(model, wind, duration=0.1, controller=Controller(lambda state, measurements, demands, dt: None))
     bin_cycles(rainflow_cycles(result["rotor_speed"]))
+
+
+def _modal_blades() -> None:
+    """Time loop of blades with deflections of second order."""
+    from meltemi.simulation.options import ModelOptions
+    from meltemi.simulation.rotors import build
+    from meltemi.simulation.simulate import simulate
+    from meltemi.turbine.library import load_turbine
+    from meltemi.wind.fields import SteadyWind
+
+    simulate(build(load_turbine("nrel5mw"), ModelOptions(blade_model="modal")), SteadyWind(speed=12.0), duration=0.1)
 
 
 def _turbulence() -> None:
@@ -163,6 +174,7 @@ def _derivatives() -> None:
 STAGES: dict[str, Callable[[], None]] = {
     "derivatives": _derivatives,
     "runs": _runs,
+    "modal blades": _modal_blades,
     "section loads": _section_loads,
     "stepping": _stepping,
     "turbulence": _turbulence,
