@@ -12,12 +12,10 @@ from collections.abc import Callable
 import llvmlite.binding as llvm
 import numba
 import numpy as np
-from numba.core.compiler_lock import global_compiler_lock
 
 import meltemi
 from meltemi.control.controller import of_vectors
-from meltemi.core import linking
-from meltemi.core.kernel import OPTIONS, loose
+from meltemi.core.kernel import OPTIONS, linked_code, loose
 from meltemi.loadcases.single_precision import rounded
 from meltemi.simulation import step
 from meltemi.simulation.simulate import march
@@ -33,20 +31,15 @@ def rounded_march(sample: meltemi.Simulation) -> Callable[[meltemi.Simulation], 
         loop(n, controller, run, c, m, one, plain, sections)
 
     kinds = [numba.types.int64, numba.typeof(update), *map(numba.typeof, sample.records)]
-    linked = numba.njit(pipeline_class=linking.LinkedCompiler, **OPTIONS)(whole)
-    found = []
-    linked.add_overload = found.append
-    linked.compile(tuple(kinds))
-    with global_compiler_lock:
-        text = rounded(str(found[0].library._get_module_for_linking()))
+    code, name = linked_code(whole, kinds)
     machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(rounded(code)), machine)
     engine.finalize_object()
     pointers, numbers = ctypes.c_void_p, ctypes.c_int64
     prototype = ctypes.CFUNCTYPE(
         ctypes.c_int32, pointers, pointers, numbers, numbers, *[pointers] * len(sample.records)
     )
-    function = prototype(engine.get_function_address(found[0].fndesc.llvm_func_name))
+    function = prototype(engine.get_function_address(name))
     results = np.zeros(8, dtype=np.int64)
 
     def marched(run: meltemi.Simulation, _: object = engine) -> meltemi.Result:

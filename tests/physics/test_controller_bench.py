@@ -18,7 +18,7 @@ from meltemi.studies.controller_bench.bench import ControllerBench
 from meltemi.studies.controller_bench.contenders import Contender, check_names, contenders
 from meltemi.studies.controller_bench.disturbance import disturbed
 from meltemi.studies.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
-from meltemi.studies.controller_bench.report import all_verdicts, write_bench
+from meltemi.studies.controller_bench.report import write_bench
 from meltemi.studies.controller_bench.runs import run_bench
 from meltemi.studies.controller_bench.suite import (
     FIRST_SEED,
@@ -185,7 +185,7 @@ def test_a_controller_whose_runs_fail_is_last_and_is_no_reference(bench):
     lost = {(case.name, "same"): "diverged" for case in bench.cases}
     broken = replace(bench, numbers={k: v for k, v in bench.numbers.items() if k[1] != "same"}, failures=lost)
     assert [standing.controller for standing in broken.leaderboard()] == ["baseline", "no pitch", "same"]
-    table = criteria_table(all_verdicts(broken))
+    table = criteria_table(broken.all_verdicts())
     energy = next(row for row in table.texts if row[0] == "energy")
     assert energy[2:4] == ["reference", "-"]
 

@@ -86,7 +86,7 @@ def bench_controller(
         "changes against the reference in the same winds, with 95 % intervals; speed over its reference, clearance over"
     )
     print("that of the undeflected blade: worst case; margins of the speed loop: smallest of all wind speeds")
-    found = report.all_verdicts(bench)
+    found = bench.all_verdicts()
     failing = {name: [v for v in own if v.passed is False] for name, own in found.items()}
     print_table(
         "Criteria that fail",

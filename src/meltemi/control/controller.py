@@ -66,8 +66,8 @@ class EntryPoint:
         self.function(*arguments)
 
 
-ENTRY, ENTRY_DUALS = EntryType(UPDATE), EntryType(UPDATE_DUALS)
-"""Types through which every controller enters the time loop."""
+ENTRY = EntryType(UPDATE)
+"""The type through which every controller enters the time loop."""
 register_model(EntryType)(FunctionModel)
 
 

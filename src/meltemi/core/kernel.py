@@ -34,6 +34,7 @@ import numpy as np
 import platformdirs
 from numba.core import event, typeinfer
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, InTreeCacheLocator
+from numba.core.compiler_lock import global_compiler_lock
 
 from meltemi.core import linking
 
@@ -371,6 +372,21 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 class _LinkedCache(_Cache):
     _impl_class = _KeptLinked
     suffix = ".linked"
+
+
+def linked_code(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
+    """Optimised LLVM code of a function with all that it calls, and the name of the function in it.
+
+    Args:
+      function: plain Python function.
+      kinds: Numba's types of its arguments.
+    """
+    linked = numba.njit(pipeline_class=linking.LinkedCompiler, **OPTIONS)(function)
+    found: list[Any] = []
+    linked.add_overload = found.append
+    linked.compile(tuple(kinds))
+    with global_compiler_lock:
+        return str(found[0].library._get_module_for_linking()), found[0].fndesc.llvm_func_name
 
 
 def _compiled(function: F, *signature: Any, cached: bool = True) -> F:

@@ -91,8 +91,8 @@ class ResultDifferences(Brief):
         rows = []
         for d in sorted(self.channels, key=lambda d: -np.nan_to_num(d.distance)):
             unit, factor = d.channel.display_unit
-            means = (rounded(factor * d.mean[1]), _percent(d.mean_change))
-            deviations = (rounded(factor * d.std[1]), _percent(d.std_change))
+            means = (rounded(factor * d.mean[1]), percent_text(d.mean_change))
+            deviations = (rounded(factor * d.std[1]), percent_text(d.std_change))
             worst = (rounded(d.distance), rounded(factor * d.worst), f"{d.worst_time:g}")
             rows.append([d.channel.name, unit, *means, *deviations, *worst])
         return replace(super().card(), sections=[Fold("Differences, the largest first", rows, head, open=True)])
@@ -259,7 +259,8 @@ def _scatter(x: Float) -> float:
         return float(x.std()) if np.ptp(x) != 0.0 else 0.0
 
 
-def _percent(change: float) -> str:
+def percent_text(change: float) -> str:
+    """A relative change in percent, or ``-`` where it has no value."""
     return "-" if np.isnan(change) else f"{100.0 * change:+.2f}"
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meltemi.postprocess.difference import ChannelDifference, ResultDifferences, gaps, most_different
+from meltemi.postprocess.difference import ChannelDifference, ResultDifferences, gaps, most_different, percent_text
 from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import EVERYBODY, heading, new_figure, readable_unit
 from meltemi.report.tables import number
@@ -52,12 +52,8 @@ def short_difference_rows(found: ResultDifferences) -> tuple[list[str], list[lis
 
 def _closeness(d: ChannelDifference) -> list[str]:
     """Changes of mean, standard deviation and load [%]; correlation; normalised rms difference."""
-    changes = [_percent(v) for v in (d.mean_change, d.std_change, d.load_change)]
+    changes = [percent_text(v) for v in (d.mean_change, d.std_change, d.load_change)]
     return [*changes, "-" if np.isnan(d.correlation) else f"{d.correlation:.5f}", _fixed(d.distance)]
-
-
-def _percent(change: float) -> str:
-    return "-" if np.isnan(change) else f"{100.0 * change:+.2f}"
 
 
 def _fixed(value: float) -> str:
@@ -98,7 +94,7 @@ def plot_differences(
         zoom.axvline(d.worst_time, color=INK, linewidth=0.8, linestyle=":")
         worst = f"worst {grouped(number(d.worst * factor))} {unit.strip('-')}".strip() + f" at {d.worst_time:g} s"
         worst = worst.replace("-", MINUS)
-        changes = f"mean {_percent(d.mean_change)} %, std {_percent(d.std_change)} %".replace("-", MINUS)
+        changes = f"mean {percent_text(d.mean_change)} %, std {percent_text(d.std_change)} %".replace("-", MINUS)
         changes += f", rms/std {_fixed(d.distance)}"
         for ax, text in ((whole, d.channel.name.replace("_", " ")), (zoom, worst), (gap, f"difference: {changes}")):
             heading(ax, text, size=9 if ax is whole else 8)

@@ -553,8 +553,6 @@ def condensed(linear: LinearModel, fast: NDArray[np.bool_]) -> LinearModel:
       linear: in the fixed frame.
       fast: (n,) which states.
     """
-    if not fast.any():
-        return linear
     kept = ~fast
     follows = -np.linalg.solve(linear.A[np.ix_(fast, fast)], np.hstack([linear.A[np.ix_(fast, kept)], linear.B[fast]]))
     n = int(kept.sum())

@@ -85,13 +85,14 @@ def _process(name: str) -> Stage:
     return Stage(name, time.perf_counter() - began, **json.loads(ended.stdout))
 
 
-def _machine() -> tuple[Any, Any]:
+def _machine(**options: Any) -> tuple[Any, Any]:
     """A model and a wind; all turbines, winds and options, but for ``blade_model``, use the same machine code."""
+    from meltemi.simulation.options import ModelOptions
     from meltemi.simulation.rotors import build
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
 
-    return build(load_turbine("nrel5mw")), SteadyWind(speed=12.0)
+    return build(load_turbine("nrel5mw"), ModelOptions(**options)), SteadyWind(speed=12.0)
 
 
 def _runs() -> None:
@@ -114,13 +115,9 @@ def _runs() -> None:
 
 def _modal_blades() -> None:
     """Time loop of blades with deflections of second order."""
-    from meltemi.simulation.options import ModelOptions
-    from meltemi.simulation.rotors import build
     from meltemi.simulation.simulate import simulate
-    from meltemi.turbine.library import load_turbine
-    from meltemi.wind.fields import SteadyWind
 
-    simulate(build(load_turbine("nrel5mw"), ModelOptions(blade_model="modal")), SteadyWind(speed=12.0), duration=0.1)
+    simulate(*_machine(blade_model="modal"), duration=0.1)
 
 
 def _turbulence() -> None:

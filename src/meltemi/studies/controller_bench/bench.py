@@ -148,6 +148,10 @@ class ControllerBench(Brief):
             raise InputError(f"no controller {controller!r} on the bench: {did_you_mean(controller, self.controllers)}")
         return tuple(_verdicts(self, controller))
 
+    def all_verdicts(self) -> dict[str, tuple[Verdict, ...]]:
+        """:meth:`verdicts` of all controllers, the reference first."""
+        return {name: self.verdicts(name) for name in self.controllers}
+
     def judged(self, limits: BenchLimits) -> ControllerBench:
         """The same runs against other limits."""
         return replace(self, limits=limits)
@@ -187,7 +191,7 @@ class ControllerBench(Brief):
         """Leaderboard, criteria, lifetime and margins."""
         from meltemi.studies.controller_bench import tables
 
-        found = {name: self.verdicts(name) for name in self.controllers}
+        found = self.all_verdicts()
         facts = [(name, self.about.get(name, "")) for name in self.controllers]
         facts[0] = (f"{self.reference} (reference)", facts[0][1])
         table = tables.criteria_table(found)

@@ -127,16 +127,11 @@ def content(bench: ControllerBench) -> dict[str, Any]:
         "controllers": dict(bench.about),
         "limits": bench.limits.content(),
         "leaderboard": table(leaderboard_rows(bench.leaderboard(), bench.reference)),
-        "verdicts": table(verdict_rows(all_verdicts(bench))),
+        "verdicts": table(verdict_rows(bench.all_verdicts())),
         "lifetime": table(lifetime_rows(bench.lifetimes())),
         "margins": table(margin_rows(bench.loops)),
         "runs": table(run_rows(bench)),
     }
-
-
-def all_verdicts(bench: ControllerBench) -> dict[str, tuple[Verdict, ...]]:
-    """Verdicts by controller."""
-    return {name: bench.verdicts(name) for name in bench.controllers}
 
 
 def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", footer: str = "") -> list[Path]:
@@ -159,7 +154,7 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
-    found = all_verdicts(bench)
+    found = bench.all_verdicts()
     files = [
         write_csv(out / "verdicts.csv", *verdict_rows(found)),
         write_csv(out / "lifetime.csv", *lifetime_rows(bench.lifetimes())),
@@ -222,7 +217,7 @@ def _sections(bench: ControllerBench, repeat: str) -> list[Section]:
         note=text.format(bench.reference) + LIFETIME,
     )
     sections = [
-        Section("Criteria", [criteria_table(all_verdicts(bench))]),
+        Section("Criteria", [criteria_table(bench.all_verdicts())]),
         Section("Production", [*_radar(bench), lifetime]),
         Section("Stability margins", [MARGINS, *_margin_charts(bench), Table(*margin_rows(bench.loops))]),
         Section(
@@ -317,7 +312,7 @@ def _suite_table(bench: ControllerBench) -> Table:
 def leaderboard_text(bench: ControllerBench) -> str:
     """The leaderboard and the criteria as Markdown tables."""
     head, rows = leaderboard_rows(bench.leaderboard(), bench.reference)
-    table = criteria_table(all_verdicts(bench))
+    table = criteria_table(bench.all_verdicts())
     marks = {"good": "", "bad": " **fails**", "doubtful": " (limit within interval)"}
     cells = [
         [f"{cell}{marks.get(table.classes.get((i, j), ''), '')}" for j, cell in enumerate(row)]

@@ -12,15 +12,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import llvmlite.binding as llvm
-import numba
 import numpy as np
 from numba.core import event
-from numba.core.compiler_lock import global_compiler_lock
 
-from meltemi.core import linking
 from meltemi.core.errors import MeltemiError
 from meltemi.core.files import replacing
-from meltemi.core.kernel import OPTIONS, cache_folder
+from meltemi.core.kernel import cache_folder, linked_code
 from meltemi.numbers.lanes import REVERSE
 from meltemi.numbers.records import RecordType
 from meltemi.studies.reverse.memory import Memory
@@ -109,12 +106,8 @@ def sources() -> bytes:
 
 def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
     """Optimised LLVM code of a function with all that it calls, with names that no address is part of; its name."""
-    linked = numba.njit(pipeline_class=linking.LinkedCompiler, **OPTIONS)(function)
-    found: list[Any] = []
-    linked.add_overload = found.append
-    linked.compile(tuple(kinds))
-    with global_compiler_lock:
-        text = _folded(str(found[0].library._get_module_for_linking()))
+    code, name = linked_code(function, kinds)
+    text = _folded(code)
     names: dict[str, str] = {}
 
     def renamed(match: re.Match[str]) -> str:
@@ -122,7 +115,7 @@ def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
 
     text = re.sub(r"^(?:; |!\d+ = |source_filename).*$| +; preds = .*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"(?<![-\w.$])_ZN[-\w.$]+", renamed, text)  # of functions, and of blocks where one was inlined
-    return text, "@" + names[found[0].fndesc.llvm_func_name]
+    return text, "@" + names[name]
 
 
 def _folded(text: str) -> str:
