@@ -296,7 +296,9 @@ def test_idle_connections_are_bounded(server: LiveServer) -> None:
     lines = [socket.create_connection(("127.0.0.1", port)) for _ in range(5 * MOST_CONNECTIONS)]
     try:
         assert all(line.recv(1) == b"" for line in lines[-3:])  # closed at once
-        assert active_count() - before <= 2 * MOST_CONNECTIONS
+        end = time.monotonic() + 5.0
+        while active_count() - before > 2 * MOST_CONNECTIONS:
+            assert time.monotonic() < end
     finally:
         for line in lines:
             line.close()

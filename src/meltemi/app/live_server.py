@@ -169,16 +169,18 @@ class LiveServer:
 
 
 def _at_most(n: int, handler: Callable[[socket.socket, Any], None]) -> Callable[[socket.socket, Any], None]:
-    """A handler of connections that closes those beyond ``n`` at a time."""
+    """A handler of connections that ends those beyond ``n`` at a time."""
     free = BoundedSemaphore(n)
 
     def handled(connection: socket.socket, address: Any) -> None:
-        if not free.acquire(blocking=False):
-            connection.close()
-            return
+        granted = free.acquire(blocking=False)
+        if not granted:
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)  # the handler finds its end at once
         try:
             handler(connection, address)
         finally:
-            free.release()
+            if granted:
+                free.release()
 
     return handled
