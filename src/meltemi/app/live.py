@@ -97,15 +97,19 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
                 case _:
                     try:
                         session.obey(message)
-                    except MeltemiError as error:
-                        server.send({"error": str(error)})
+                    except Exception as error:  # what a page asks for never ends the command
+                        server.send({"error": _words(error)})
             due = monotonic()
         if idle:
             due = monotonic()
         elif monotonic() >= due:
             seconds = max(speed, 0.5) / PIECES
-            if (piece := session.piece(seconds)) is not None:
-                server.send(piece)
+            try:
+                if (piece := session.piece(seconds)) is not None:
+                    server.send(piece)
+            except Exception as error:
+                playing = False
+                server.send({"error": _words(error)})
             # what was late is made up for, up to a quarter of a second
             due = max(due + seconds / speed, monotonic() - 0.25)
         if session.run.simulation.interrupted:
@@ -113,3 +117,7 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
         if server.open and (now := session.state()) != told:
             server.send({"state": now})
             told = now
+
+
+def _words(error: Exception) -> str:
+    return str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"

@@ -4,8 +4,8 @@
 of the user's cache. Numba's own cache detects a change of the file that defines a function, but not of
 a function it calls in another file. Therefore the folder's name is a hash of every source file that
 defines kernels or functions they call, and of everything else the machine code depends on; a change to any
-of them starts a new folder, and old ones are removed. A damaged file counts as missing; if the folder is
-not writable, its content is used, and the rest is compiled in each process.
+of them starts a new folder, and old ones are removed. A file that is damaged or that another user wrote counts as
+missing; if the folder is not writable, its content is used, and the rest is compiled in each process.
 
 Kernels assume valid input; everything is checked before they are called. They use IEEE arithmetic
 with contraction to fused multiply-add, and no reordering: the same machine gives the same bits.
@@ -24,6 +24,7 @@ import threading
 import time
 from ast import literal_eval
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -31,12 +32,12 @@ from typing import Any, TypeVar
 import llvmlite.binding
 import numba
 import numpy as np
-import platformdirs
 from numba.core import event, typeinfer
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, InTreeCacheLocator
 from numba.core.compiler_lock import global_compiler_lock
 
 from meltemi.core import linking
+from meltemi.core.private import private_folder, signed, user_key, verified
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -85,10 +86,9 @@ def cache_folder() -> Path | None:
     """Cache folder for this version of the package, Numba, NumPy, Python and processor.
 
     Returns:
-      The folder, created if needed, or None if there is none and none can be made (then every process
+      The folder, created if needed, or None if none can be made or others may write to it (then every process
       compiles anew).
     """
-    base = Path(os.environ.get("MELTEMI_CACHE_DIR") or platformdirs.user_cache_dir("meltemi"), "kernels")
     cpu = os.environ.get("NUMBA_CPU_NAME") or llvmlite.binding.get_host_cpu_name()
     features = os.environ.get("NUMBA_CPU_FEATURES") or ""
     key = (
@@ -100,13 +100,15 @@ def cache_folder() -> Path | None:
         features,
         platform.machine(),
     )
-    folder = base / hashlib.sha256("|".join(key).encode()).hexdigest()[:16]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        user_key()
+        folder = private_folder("kernels", hashlib.sha256("|".join(key).encode()).hexdigest()[:16])
+    except OSError as error:
+        _cannot_keep(Path(error.filename or ""), error.strerror or str(error))
+        return None
+    with suppress(OSError):  # read-only, or the disk is full
         (folder / "used").write_text(" ".join(key), encoding="utf-8")
-        _prune(base, keep=folder)
-    except OSError:  # read-only, or the disk is full
-        return folder if folder.is_dir() else None
+        _prune(folder.parent, keep=folder)
     return folder
 
 
@@ -278,7 +280,8 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
     Numba numbers them. Two processes that compile different signatures of a function at the same time then write both
     under one number, and the next process runs the code of the other signature. Here they can only forget one.
 
-    Each file begins with the digest of the rest: machine code with a wrong bit would crash, or compute something else.
+    Each file begins with the user's signature of the rest: machine code with a wrong bit would crash, or compute
+    something else, and a file of somebody else could run anything.
     """
 
     def save(self, key: Any, data: Any) -> None:
@@ -308,14 +311,10 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
     def _read(self, path: str) -> Any:
         """Content of a file, or None if it is missing or damaged."""
         try:
-            content = Path(path).read_bytes()
+            content = verified(Path(path).read_bytes(), user_key())
+            return None if content is None else pickle.loads(content)
         except OSError:
             return None
-        seal, content = content[:SEAL], content[SEAL:]
-        if hashlib.sha256(content).digest() != seal:
-            return None
-        try:
-            return pickle.loads(content)
         except (ImportError, AttributeError):  # of a record or table that another program defines
             return None
 
@@ -323,10 +322,7 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
         content = self._dump(data)
         Path(path).parent.mkdir(exist_ok=True)
         with self._open_for_write(path) as file:
-            file.write(hashlib.sha256(content).digest() + content)
-
-
-SEAL = hashlib.sha256().digest_size
+            file.write(signed(content, user_key()))
 
 
 @cache
