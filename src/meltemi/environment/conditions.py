@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
@@ -10,9 +12,11 @@ from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.series import on_times, union, values
 from meltemi.environment.air import R_DRY, Air
-from meltemi.environment.grid import PowerGrid
-from meltemi.environment.site import Environment
+from meltemi.environment.grid import NOMINAL_FREQUENCY, PowerGrid
 from meltemi.maths.tables import Table, number
+
+if TYPE_CHECKING:
+    from meltemi.environment.site import Environment
 
 Float = NDArray[float64]
 
@@ -90,7 +94,7 @@ def _density_times(air: Air, times: Float) -> Float:
 
 
 def conditions_array(
-    environment: Environment, grid: PowerGrid | None, rated_power: float, frequency: float = 50.0
+    environment: Environment, grid: PowerGrid | None, rated_power: float, frequency: float = NOMINAL_FREQUENCY
 ) -> Float:
     """(rows, n) conditions of a run; n = 1 if they are constant.
 

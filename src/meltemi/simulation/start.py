@@ -49,7 +49,7 @@ class Start:
     azimuth: float = 0.0
 
     def put(self, case: Case) -> None:
-        """Write the initial conditions into a case.
+        """Write the initial conditions into a case, whose inflow and stall are then to be settled.
 
         Raises:
           InputError: a coordinate is unknown.
@@ -66,7 +66,6 @@ class Start:
         case["q"][generator] += self.azimuth
         assert self.rotor_speed != "idling", "points.initial_state determines that speed"
         case["v"][generator] += self.rotor_speed
-        case.settle(0.0)
 
 
 def set_actuators(case: Case, pitch: float, torque: float) -> None:
