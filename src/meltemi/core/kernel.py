@@ -244,20 +244,26 @@ def choice(kernels: Sequence[Callable[..., Any]]) -> Any:
     return _compiled(call, cached=False)
 
 
-def in_turn(kernels: Sequence[Callable[..., Any]]) -> Any:
-    """A kernel that calls all of several with its arguments, one after the other; as :func:`choice` without a cache."""
+def in_turn(kernels: Sequence[Callable[..., Any]], parameters: int) -> Any:
+    """A kernel that calls several, which take up to three parameters, one after the other; without a cache."""
     if not kernels:
+        nothing: Any = (lambda a: None, lambda a, b: None, lambda a, b, c: None)[parameters - 1]
+        return _compiled(nothing, cached=False)
+    first, following = kernels[0], in_turn(kernels[1:], parameters)
 
-        def call(*arguments: Any) -> None:
-            pass
-    else:
-        first, following = kernels[0], in_turn(kernels[1:])
+    def one(a: Any) -> None:
+        first(a)
+        following(a)
 
-        def call(*arguments: Any) -> None:
-            first(*arguments)
-            following(*arguments)
+    def two(a: Any, b: Any) -> None:
+        first(a, b)
+        following(a, b)
 
-    return _compiled(call, cached=False)
+    def three(a: Any, b: Any, c: Any) -> None:
+        first(a, b, c)
+        following(a, b, c)
+
+    return _compiled((one, two, three)[parameters - 1], cached=False)
 
 
 def loose(function: F) -> F:

@@ -35,7 +35,8 @@ class Variants(Generic[P, R]):
 
     def __init__(self, function: Callable[P, R], on: str) -> None:
         self.__doc__, self.__name__, self.__module__ = function.__doc__, function.__name__, function.__module__
-        self.place = list(signature(function).parameters).index(on)
+        names = list(signature(function).parameters)
+        self.place, self.parameters = names.index(on), len(names)
         self.on, self.texts = on, dict[type[Record], Callable[..., R]]()
         template = type(f"Variants({self.__name__})", (_Template,), {"key": self, "variants": self})
         infer(template)
@@ -73,7 +74,7 @@ class Hook(Variants[P, None]):
         """The variants for a class of records, one after the other."""
         if record not in self.chains:
             found = [self.texts[each] for each in record.__mro__ if each in self.texts]
-            self.chains[record] = found[0] if len(found) == 1 else in_turn(found)
+            self.chains[record] = found[0] if len(found) == 1 else in_turn(found, self.parameters)
         return self.chains[record]
 
 

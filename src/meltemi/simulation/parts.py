@@ -19,9 +19,7 @@ from meltemi.maths.tables import Table
 
 if TYPE_CHECKING:
     from meltemi.control.controller import LogEntry
-    from meltemi.simulation.case import Case
     from meltemi.simulation.channels import Channel
-    from meltemi.simulation.operating_point import OperatingPoint
 
 ParameterTables = tuple[tuple[type[Table], str, tuple[str, ...]], ...]
 Place = tuple[str, int]
@@ -97,12 +95,12 @@ class Part:
         """States of linear models."""
         return ()
 
-    def inputs(self, case: Case, point: OperatingPoint) -> dict[str, Variable]:
-        """Inputs of linear models by name."""
+    def inputs(self, case: Any, point: Any) -> dict[str, Variable]:
+        """Inputs of linear models by name, for a case at an operating point."""
         return {}
 
-    def log(self, case: Case, time: float) -> list[LogEntry]:
-        """What happened to it up to a time [s]."""
+    def log(self, case: Any, time: float) -> list[LogEntry]:
+        """What happened to it in a case up to a time [s]."""
         return []
 
 

@@ -59,7 +59,7 @@ class RotorKind:
     tables: tuple[str, ...]
 
 
-KINDS = {"Turbine": "meltemi.simulation.bladed.kind", "PowerTurbine": "meltemi.simulation.disk.kind"}
+KINDS = {"Turbine": "meltemi.simulation.kinds.bladed", "PowerTurbine": "meltemi.simulation.kinds.disk"}
 """Modules whose ``KIND`` is that of a class of turbines; a kind is imported with the first of its turbines."""
 
 

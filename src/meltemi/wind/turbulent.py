@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
@@ -9,7 +10,7 @@ from pydantic import Field, model_validator
 
 from meltemi.core.record import Record, Vector
 from meltemi.core.shown import Viewed
-from meltemi.wind.fields import SteadyWind, Wind
+from meltemi.wind.fields import SteadyWind, Wind, WindBox
 
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
@@ -103,6 +104,8 @@ class TurbulentWind(Record, Viewed):
         return ", ".join([*parts, f"seed {self.seed}"])
 
 
+SYNTHESIS = "meltemi.wind.turbulence.field"
+"""Module that makes fields of turbulent winds; it is imported for the first of them."""
 AnyWind = Wind | TurbulentWind
 """What a run takes as wind."""
 
@@ -113,6 +116,5 @@ def realised(wind: float | AnyWind, turbine: AnyTurbine, duration: float) -> Win
         return SteadyWind(speed=wind)
     if not isinstance(wind, TurbulentWind):
         return wind
-    from meltemi.wind.turbulence.field import generate_field
-
-    return generate_field(wind, turbine, duration)
+    field: WindBox = import_module(SYNTHESIS).generate_field(wind, turbine, duration)
+    return field
