@@ -112,7 +112,7 @@ class Record:
 
 
 @cache
-def joined(*classes: type[Record]) -> type[Record]:
+def joined(*classes: Any) -> Any:
     """The class of records with the members of several; a kernel of any of them takes it."""
     kept = [each for each in classes if not any(each is not other and issubclass(other, each) for other in classes)]
     if len(kept) == 1:

@@ -64,7 +64,7 @@ KINDS = {"Turbine": "meltemi.simulation.kinds.bladed", "PowerTurbine": "meltemi.
 
 
 @cache
-def _kind(turbine: type) -> RotorKind:
+def _kind(turbine: Any) -> RotorKind:
     name = next(each.__name__ for each in turbine.__mro__ if each.__name__ in KINDS)
     found: RotorKind = import_module(KINDS[name]).KIND
     return found

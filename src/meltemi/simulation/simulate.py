@@ -152,10 +152,11 @@ class Simulation:
             weakref.finalize(self, case.controller.close)  # for a run that is never finished
         if prepare is not None:
             prepare(case)
-        start.put(case)
+        unsettled = isinstance(start, Start)
+        start.set(case) if isinstance(start, Start) else start.put(case)
         if starting is not None:
-            starting(case, isinstance(start, Start))
-        if isinstance(start, Start):
+            starting(case, unsettled)
+        if unsettled:
             case.settle(0.0)
         case.begin_parts(plan.dt)
         begin(case)

@@ -49,7 +49,12 @@ class Start:
     azimuth: float = 0.0
 
     def put(self, case: Case) -> None:
-        """Write the initial conditions into a case, whose inflow and stall are then to be settled.
+        """Write the initial conditions into a case, with settled inflow and stall; errors as of :meth:`set`."""
+        self.set(case)
+        case.settle(0.0)
+
+    def set(self, case: Case) -> None:
+        """Write the initial conditions into a case.
 
         Raises:
           InputError: a coordinate is unknown.

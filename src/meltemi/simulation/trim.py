@@ -112,7 +112,7 @@ def _search(orbit: Orbit, rotor_speed: float | None, pitch: float | None, *, car
     search_speed, search_pitch, close = rotor_speed is None, False, False
     if rotor_speed is None:
         falling = model.environment.rain
-        rain = f" in rain of {falling.millimetres_per_hour:g} mm/h" if falling is not None else ""
+        rain = "" if falling is None else f" in rain of {3.6e6 * falling.intensity:g} mm/h"
         most = angle if pitch is not None else control.pitch.maximum
         stalled = STALLED * steady.speed / model.turbine.rotor_radius
         balance = _balance_carefully if carefully else _balance_speed
