@@ -13,7 +13,8 @@ from meltemi import Environment, InputError
 from meltemi.environment import Air, Climate, PowerGrid, TimeSeries, air_density, load_climate
 from meltemi.environment.air import R_DRY, R_VAPOUR, site_pressure, vapour_pressure
 from meltemi.environment.climate import MONTH_HOURS
-from meltemi.environment.conditions import Conditions, conditions_array, conditions_now
+from meltemi.environment.conditions import Conditions, conditions_now
+from meltemi.environment.course import conditions_array
 from meltemi.turbine.electrical import nominal_frequency
 
 TIME, AIR_DENSITY, AIR_TEMPERATURE, GRID_FREQUENCY = (

@@ -18,7 +18,7 @@ from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.faults import healthy
 from meltemi.control.signals import MOST_FLAP, MOST_PITCH, MOST_REACTIVE, MOST_TORQUE, REPORTS, Demands, Measurements
 from meltemi.core.kernel import announce
-from meltemi.environment.conditions import conditions_array
+from meltemi.environment.course import conditions_array
 from meltemi.environment.grid import NOMINAL_FREQUENCY, PowerGrid
 from meltemi.maths.records import Kind, joined, members
 from meltemi.maths.tables import View
