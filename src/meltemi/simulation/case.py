@@ -127,8 +127,7 @@ class Case:
         rotor.share_memory(arrays)
         self.arrays = rotor.shown(arrays)
         self.slopes = {**self.signals.slope_views, **self.aero_state.slope_views}
-        system = joined(*(part.system for part in self.parts if part.system), rotor.system)
-        control = joined(*(part.control for part in self.parts if part.control), Control)
+        system, control = self._classes()
         if duals:
             records = (system, rotor.sections, control, March)
             constant = {name for record in records for name, member in members(record).items() if member.constant}
@@ -144,6 +143,12 @@ class Case:
         self.sections: Any = rotor.sections(one, arrays, self.slopes)
         self.control: Any = control(one, arrays, self.slopes)
         self._begin()
+
+    def _classes(self) -> tuple[Any, Any]:
+        """Classes of the records of system and control, with the members of all parts."""
+        systems: list[Any] = [part.system for part in self.parts if part.system]
+        controls: list[Any] = [part.control for part in self.parts if part.control]
+        return joined(*systems, self.model.rotor.system), joined(*controls, Control)
 
     def _begin(self) -> None:
         """Set the initial values of a case."""

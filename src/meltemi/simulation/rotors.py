@@ -72,7 +72,8 @@ def _kind(turbine: Any) -> RotorKind:
 
 def kind_of(model: Model[Any]) -> RotorKind:
     """The kind of a model's rotor."""
-    return _kind(type(model.turbine))
+    turbine: Any = type(model.turbine)
+    return _kind(turbine)
 
 
 def default_step(model: Model[Any]) -> float:
