@@ -192,7 +192,7 @@ def test_density_between_times_is_that_of_the_weather(weather: dict[str, Any]) -
     array, now = conditions_array(environment, None, 5e6), Conditions.zeros()
     times = np.linspace(0.0, 10.0, 1001)
     exact = environment.air.at(times)  # type: ignore[union-attr]
-    found = np.zeros((8, len(times)))
+    found = np.zeros((len(Conditions), len(times)))
     for i, time in enumerate(times):
         conditions_now(time, array, 9.0, Conditions(now))
         found[:, i] = now
