@@ -14,13 +14,13 @@ from meltemi.simulation.observer import Observer as Observer
 from meltemi.simulation.observer import ObserverFilter as ObserverFilter
 from meltemi.simulation.observer import SensorNoise as SensorNoise
 from meltemi.simulation.observer import observer as observer
+from meltemi.simulation.operating_point import OperatingPoint as OperatingPoint
 from meltemi.simulation.parked import parked_point as parked_point
 from meltemi.simulation.parked_modes import ParkedStability as ParkedStability
 from meltemi.simulation.parked_modes import parked_stability as parked_stability
 from meltemi.simulation.performance import performance_of as performance_of
 from meltemi.simulation.performance import rotor_performance as rotor_performance
 from meltemi.simulation.rotors import operating_point as operating_point
-from meltemi.simulation.trim import OperatingPoint as OperatingPoint
 from meltemi.studies.adjoint import Gradient as Gradient
 from meltemi.studies.adjoint import gradient as gradient
 from meltemi.studies.baseline_tuning import BaselineTuning as BaselineTuning

@@ -28,9 +28,10 @@ from meltemi.core.kernel import statistics
 from meltemi.maths.records import Kind
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.plan import first_point
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
-from meltemi.simulation.simulate import Simulation, first_point, march, simulate
+from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind

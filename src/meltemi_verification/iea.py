@@ -8,9 +8,10 @@ from meltemi.core.errors import InputError
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import linearise
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.simulation.trim import operating_point
 from meltemi.structure.members import blade_member, cells, points, tower_member
 from meltemi.turbine.library import library_entries, load_turbine, windio_file
 from meltemi_verification.table import Comparison, Row, angle, difference, reference_table, relative, source_of

@@ -171,14 +171,14 @@ def test_an_own_controller(turbine: Turbine, tmp_path: Path) -> None:
 
 def test_memory_is_constant(session: Session) -> None:
     run = session.run.simulation
-    arrays, box = (run._output, run.case["q"], run.case["box"]), run.case["box"].copy()
+    arrays, box = (run.loop.output, run.case["q"], run.case["box"]), run.case["box"].copy()
     session.obey({"set": "wind_speed", "value": 12})
     sizes = {len(session.piece(2.0) or b"") for _ in range(15)}
-    assert all(a is b for a, b in zip(arrays, (run._output, run.case["q"], run.case["box"]), strict=True))
+    assert all(a is b for a, b in zip(arrays, (run.loop.output, run.case["q"], run.case["box"]), strict=True))
     assert session.wind.box.velocity is run.case["box"] or np.shares_memory(session.wind.box.velocity, run.case["box"])
     assert not np.array_equal(box, run.case["box"])
     assert max(sizes) < 20_000
-    assert len(run._output) <= 43
+    assert len(run.loop.output) <= 43
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from meltemi.control.power_control.rotor import gain_at_pitch, power_coefficient
 from meltemi.control.power_control.state import PowerControlState
 from meltemi.environment import PowerGrid
 from meltemi.environment.air import density_of
-from meltemi.environment.conditions import conditions_array
+from meltemi.environment.course import conditions_array
 from meltemi.environment.density import moist_air_density
 from meltemi.environment.site import Environment
 from meltemi.loadcases.case import LoadCase, PowerCase

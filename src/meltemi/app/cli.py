@@ -338,10 +338,10 @@ def channels(
     ] = None,
 ) -> None:
     """List the output channels, or explain one of them."""
-    from meltemi.simulation.channels import catalogue, every_kind, find
+    from meltemi.simulation.channels import Contents, catalogue, every_kind, find
 
     if explain is not None:
-        many = catalogue(n_nodes=20, blade_stations=3, tower_stations=3, flaps=4)
+        many = catalogue(Contents(nodes=20, blade_stations=3, tower_stations=3, flaps=4))
         c = find(explain, every_kind() | many)
         unit, factor = c.display_unit
         print(f"{c.name}")

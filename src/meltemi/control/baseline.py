@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from math import exp, tanh
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy import float64
@@ -24,7 +25,9 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.generic import crossed, whole
 from meltemi.maths.tables import Table, number
 from meltemi.turbine.definition import BaselineControl
-from meltemi.turbine.power_turbine import AnyTurbine
+
+if TYPE_CHECKING:
+    from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[float64]
 

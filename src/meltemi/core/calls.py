@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
+import sys
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from functools import wraps
@@ -29,13 +31,11 @@ def arguments_of(record: Callable[P, S]) -> Callable[[Callable[[S], R]], Callabl
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
             return function(record(*args, **kwargs))
 
-        returned = get_type_hints(function)["return"]
-        shown = inspect.signature(record).replace(return_annotation=returned)
+        shown = inspect.signature(record).replace(return_annotation=function.__annotations__["return"])
         told = inspect.cleandoc(record.__doc__ or "").partition("Attributes:\n")[2]
         summary, section, rest = inspect.cleandoc(function.__doc__ or "").partition("\nReturns:\n")
         call.__doc__ = f"{summary}\nArgs:\n{told}\n{section}{rest}"
-        call.__annotations__ = {**get_type_hints(record), "return": returned}
-        vars(call)["__signature__"] = shown
+        vars(call)["__signature__"], vars(call)["__record__"] = shown, record
         del vars(call)["__wrapped__"]  # its signature is another one
         return call
 
@@ -82,10 +82,7 @@ def _mistake(function: Callable[..., Any], args: Any, kwargs: Any) -> str:
 
 def _unfit(values: dict[str, Any], of: Any, path: str = "") -> str:
     """Message about the first value that does not match the type hints of ``of``, a function or data class."""
-    try:
-        hints = get_type_hints(of)
-    except NameError:  # of names for type checkers only
-        return ""
+    hints = hints_of(of)
     for name, value in values.items():
         if not _fits(value, hints.get(name, Any)):
             shown = repr(value)
@@ -98,6 +95,17 @@ def _unfit(values: dict[str, Any], of: Any, path: str = "") -> str:
             if words := _unfit(inner, type(value), f"{path}{name}."):
                 return words
     return ""
+
+
+def hints_of(of: Any) -> dict[str, Any]:
+    """Type hints of a function or data class, also of names that are imported for type checkers only."""
+    of = getattr(of, "__record__", of)
+    module = sys.modules[of.__module__]
+    known: dict[str, Any] = {}
+    for block in ast.parse(inspect.getsource(module)).body:
+        if isinstance(block, ast.If) and ast.unparse(block.test) == "TYPE_CHECKING":
+            exec(compile(ast.Module(block.body, []), module.__name__, "exec"), known)
+    return get_type_hints(of, {**vars(module), **known})
 
 
 def _fits(value: Any, hint: Any) -> bool:

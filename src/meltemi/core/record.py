@@ -29,8 +29,11 @@ from pydantic import (
 from meltemi.core.display import brief, is_default, one_line
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.problems import Keys, explain
-from meltemi.core.representation import Card, Shown, record_card
+from meltemi.core.shown import Shown
 from meltemi.core.units import angular_unit, from_text
+
+if TYPE_CHECKING:
+    from meltemi.core.representation import Card
 
 LARGEST = 1e50
 """No physical quantity in SI units is larger; the product of a few still fits a number of 64 bits."""
@@ -174,6 +177,7 @@ class Record(Shown, BaseModel):
 
     def card(self) -> Card:
         """What notebooks show."""
+        from meltemi.core.representation import record_card
 
         return record_card(self)
 

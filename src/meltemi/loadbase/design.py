@@ -16,7 +16,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.loadbase.coverage import Results, condition_of, coverage_of, problems_of, read_results
 from meltemi.loadbase.endurance import (
     MarkovMatrix,

@@ -16,7 +16,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 from meltemi.core.errors import InputError, MeltemiError, Status
-from meltemi.core.representation import Card, Fold, Shown
+from meltemi.core.representation import Card, Fold
+from meltemi.core.shown import Shown
 from meltemi.core.threads import available_cores
 from meltemi.loadbase.jobs import Job, Row, Workshop, check_key, jobs_of
 from meltemi.loadbase.plan import Plan

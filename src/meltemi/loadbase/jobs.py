@@ -25,18 +25,17 @@ from meltemi.loadbase.plan import Plan
 from meltemi.loadbase.reduction import Reduced, equivalent, reduced
 from meltemi.loadcases.case import ROSCO, LoadCase, case_run, case_turbine
 from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.operating_point import OperatingPoint, steady_wind
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
-from meltemi.simulation.trim import OperatingPoint, steady_wind
 from meltemi.studies.preview import rotor_average
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.fields import SteadyWind, Wind, WindBox
-from meltemi.wind.turbulence.field import AnyWind, realised
-from meltemi.wind.turbulent import TurbulentWind
+from meltemi.wind.turbulent import AnyWind, TurbulentWind, realised
 
 REDUCTION = 2
 """Increased by every change of how cases begin, and of what is kept of them."""

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import replacing
-from meltemi.core.representation import Card, Fold, Shown
+from meltemi.core.representation import Card, Fold
+from meltemi.core.shown import Shown
 from meltemi.core.yamlfile import validated
 from meltemi.loadbase.campaign import Campaign
 from meltemi.loadbase.ranges import counts, numbers

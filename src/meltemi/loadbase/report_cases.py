@@ -16,7 +16,7 @@ from meltemi.loadbase.engine import base_table
 from meltemi.loadbase.plan import Plan, PlannedCase
 from meltemi.report.charts import place_of, rounded
 from meltemi.report.html import Block, Cell, Markup, Table, case_button, html_of, plain, stored
-from meltemi.simulation.channels import catalogue, find
+from meltemi.simulation.channels import Contents, catalogue, find
 
 OF_BLADE = re.compile(r"_\d$")
 """Ending of the channels of a blade."""
@@ -43,7 +43,7 @@ def statistics(plan: Plan, folder: str | Path) -> pd.DataFrame:
         return pd.DataFrame(columns=["min", "mean", "max", "unit"], index=empty)
     found = found[~found["channel"].str.contains("@")]
     names = found["channel"].unique()
-    known = catalogue(plan.campaign.blades, 0, 9, 9)
+    known = catalogue(Contents(plan.campaign.blades, 0, 9, 9))
     units = {name: _unit(name, known) for name in names}
     words = {name: OF_BLADE.sub("", name).replace("_", " ") for name in names}
     channel = found["channel"]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.loadbase.coverage import Results
 from meltemi.loadbase.interfaces import Interface
 from meltemi.loadbase.settings import WAYS, Way

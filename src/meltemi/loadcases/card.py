@@ -113,12 +113,12 @@ class Image:
 
 def memory_of(run: Simulation) -> dict[int, int]:
     """Bytes of the wind field of a run and of its output, by their addresses."""
-    return {array.ctypes.data: array.nbytes for array in (run.case.arrays["box"], run._output)}
+    return {array.ctypes.data: array.nbytes for array in (run.case.arrays["box"], run.loop.output)}
 
 
 def records_of(run: Simulation) -> tuple[Any, ...]:
     """The records of a run, as the time loop takes them, and of its statistics if it keeps no series."""
-    return (*run._arguments[1:], *(() if run.sink is None else (run.sink.record,)))
+    return (*run.loop.records, *(() if run.sink is None else (run.sink.record,)))
 
 
 def _spans(records: Sequence[Any]) -> list[tuple[int, int, bool]]:
@@ -203,7 +203,7 @@ def kernel_of(run: Simulation, registers: int | None = None, *, single: bool = F
     if numba.config.ENABLE_CUDASIM:  # it cannot compile: the loop of the processor takes the same words
         from meltemi.loadcases.card_kernel import march_kernel
 
-        return march_kernel(run._march, run._arguments[0], classes, first)
+        return march_kernel(run.loop.function, run.loop.controller, classes, first)
     return _compiled(compiled_update(run.case.controller), classes, first, registers, single)
 
 

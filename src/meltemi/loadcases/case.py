@@ -43,8 +43,7 @@ from meltemi.wind.files import read_hub_csv
 from meltemi.wind.formats import read_wind
 from meltemi.wind.iec.classes import WindClass
 from meltemi.wind.iec.models import IecWind, iec_wind
-from meltemi.wind.turbulence.field import AnyWind
-from meltemi.wind.turbulent import TurbulentWind
+from meltemi.wind.turbulent import AnyWind, TurbulentWind
 
 ROSCO = "rosco"
 """In the place of a library's path."""

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from meltemi.simulation.campbell import Campbell
     from meltemi.simulation.model import Model
+    from meltemi.simulation.operating_point import OperatingPoint
     from meltemi.simulation.result import Result
-    from meltemi.simulation.trim import OperatingPoint
     from meltemi.turbine.performance import RotorPerformance
 
 EVERYBODY = (

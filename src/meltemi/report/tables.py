@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from meltemi.simulation.campbell import Campbell
+    from meltemi.simulation.operating_point import OperatingPoint
     from meltemi.simulation.result import Result
-    from meltemi.simulation.trim import OperatingPoint
     from meltemi.wind.statistics import FieldStatistics, SeriesStatistics
 
 

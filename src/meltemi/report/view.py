@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.model import Model
     from meltemi.turbine.power_turbine import AnyTurbine
     from meltemi.wind.fields import Wind
-    from meltemi.wind.turbulence.field import AnyWind
+    from meltemi.wind.turbulent import AnyWind
 
 PLOT_RATE = 20.0
 """[Hz] largest rate of the plotted channels."""

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, MeltemiError, UnsupportedError
-from meltemi.core.representation import Brief, Card, Fold, sparkline
+from meltemi.core.representation import Card, Fold, sparkline
+from meltemi.core.shown import Brief
 from meltemi.maths.multiblade import blade_matrix
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
 from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise

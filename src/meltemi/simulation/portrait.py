@@ -14,9 +14,9 @@ from meltemi.core.errors import InputError, MeltemiError
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode, natural_modes
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.performance import performance_of, rotor_performance
 from meltemi.simulation.rotors import build, operating_point
-from meltemi.simulation.trim import OperatingPoint
 from meltemi.structure.beam import Beam
 from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam
 from meltemi.turbine.definition import BladeStructure, Turbine

@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 
 from meltemi.core.display import rounded
 from meltemi.core.errors import RunError, Status
-from meltemi.core.representation import MOST_ROWS, Card, Fold, Shown, Viewed, badge, sparkline
+from meltemi.core.shown import Shown, Viewed
 from meltemi.core.units import display
 from meltemi.simulation.channels import Channel, find
-from meltemi.simulation.scene.record import Scene
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
     from meltemi.control.controller import LogEntry
+    from meltemi.core.representation import Card
+    from meltemi.simulation.scene.record import Scene
 
 Float = NDArray[np.float64]
 
@@ -178,6 +179,7 @@ class Result(Shown, Viewed):
 
     def card(self) -> Card:
         """Status, statistics of the channels in engineering units with a line of each, messages, events, origin."""
+        from meltemi.core.representation import Card, Fold, badge
 
         kind = "good" if self.status is Status.OK else "doubtful" if self.status.complete else "bad"
         said = [*filter(None, [self.message]), *map(str, self.findings), *self.warnings]
@@ -202,6 +204,7 @@ class Result(Shown, Viewed):
 
     def _channel_rows(self) -> list[list[str]]:
         """Names, unit, statistics and line of each channel; of those that a notebook leaves out, names."""
+        from meltemi.core.representation import MOST_ROWS, sparkline
 
         data, rows = self.evaluated.data, []
         for i, channel in enumerate(self.channels[:MOST_ROWS]):

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief, Card, Fold, badge
+from meltemi.core.representation import Card, Fold, badge
+from meltemi.core.shown import Brief
 from meltemi.core.units import display
 from meltemi.loadcases.batch import Outcome
 from meltemi.postprocess.bands import IdealRemoval, harmonic_bands, ideal_removal
@@ -32,7 +33,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.studies.run_store import SizedCases, current, resumed
 from meltemi.wind.fields import Wind
-from meltemi.wind.turbulence.field import AnyWind, realised
+from meltemi.wind.turbulent import AnyWind, realised
 
 Float = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.loadcases.batch import completed, simulate_batch
 from meltemi.maths.tables import View
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval

@@ -31,9 +31,9 @@ from meltemi.simulation.events import (
 )
 from meltemi.simulation.live import SAMPLE, Air, LiveRun, LiveWind
 from meltemi.simulation.model import Model
+from meltemi.simulation.plan import model_channels
 from meltemi.simulation.rotors import build
 from meltemi.simulation.scene.record import Scene, packed
-from meltemi.simulation.simulate import model_channels
 from meltemi.studies.scheme_names import is_file, label
 from meltemi.studies.schemes import design_controllers, equipped, own_controller
 from meltemi.turbine.definition import Turbine

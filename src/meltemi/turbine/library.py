@@ -5,14 +5,15 @@ from __future__ import annotations
 from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
-from typing import Literal, overload
+from typing import TYPE_CHECKING, Literal, overload
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import merged, parse, read_mapping, read_text, validated, write_record
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
-from meltemi.turbine.windio import read_windio
+
+if TYPE_CHECKING:
+    from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 Aeroelastic = Literal["nrel5mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
 
@@ -94,6 +95,8 @@ def _from_library(name: str) -> AnyTurbine:
         return validated(merged(_from_library(entry.base).content(), read_mapping(DATA / entry.file)), Turbine, where)
     if entry.windio is None:
         return read_turbine(DATA / entry.file)
+    from meltemi.turbine.windio import read_windio
+
     return read_windio(windio_file(entry.windio, name), DATA / entry.file)
 
 
@@ -105,8 +108,11 @@ def read_turbine(path: Path) -> AnyTurbine:
     """
     text = read_text(path)
     data = parse(text, path, "a turbine")
-    kind: type[AnyTurbine] = PowerTurbine if "coefficient" in data and "blade" not in data else Turbine
-    return validated(data, kind, where=str(path), text=text)
+    if "coefficient" in data and "blade" not in data:
+        from meltemi.turbine.power_turbine import PowerTurbine
+
+        return validated(data, PowerTurbine, where=str(path), text=text)
+    return validated(data, Turbine, where=str(path), text=text)
 
 
 def windio_file(name: str, wanted_for: str) -> Path:

@@ -25,7 +25,7 @@ from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.iec.winds import ntm
-from meltemi.wind.turbulence.field import AnyWind
+from meltemi.wind.turbulent import AnyWind
 from meltemi_papers.he2018.designs import LIDARS, Lidar, Tunings, designs, measured
 from meltemi_papers.study import Progress
 

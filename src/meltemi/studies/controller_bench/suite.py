@@ -18,7 +18,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.iec.models import iec_wind
-from meltemi.wind.turbulence.field import AnyWind
+from meltemi.wind.turbulent import AnyWind
 
 FIRST_SEED = 7_400_000
 """All seeds of the suite follow it; tuning and studies of meltemi use numbers below a million."""

@@ -8,7 +8,8 @@ from typing import Any
 from meltemi.core.errors import InputError
 from meltemi.core.yamlfile import validated
 from meltemi.turbine.definition import Blade, Hub, Nacelle, Turbine
-from meltemi.turbine.scaling.blade import blade_moments, scaled_blade
+from meltemi.turbine.moments import blade_moments
+from meltemi.turbine.scaling.blade import scaled_blade
 from meltemi.turbine.scaling.factors import Factors, design_ratio
 from meltemi.turbine.scaling.machine import (
     ABOVE_MINIMUM,
