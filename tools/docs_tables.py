@@ -251,7 +251,7 @@ def arrays() -> str:
 
 def schemes() -> str:
     """Control schemes of ``meltemi compare``."""
-    from meltemi.studies.scheme_names import SCHEMES
+    from meltemi.controllers.names import SCHEMES
 
     return _table(["scheme", "what"], [[f"`{name}`", scheme.about] for name, scheme in SCHEMES.items()])
 

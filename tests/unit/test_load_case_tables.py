@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from meltemi.controllers.specification import LibraryCase
 from meltemi.core.errors import InputError
 from meltemi.loadbase.campaign import Campaign, make_campaign, read_campaign, write_campaign
 from meltemi.loadbase.plan import plan
 from meltemi.loadbase.ranges import numbers
 from meltemi.loadbase.situations import OPERATING
 from meltemi.loadbase.table import load_table
-from meltemi.loadcases.case import LibraryCase, case_wind
+from meltemi.loadcases.case import case_wind
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import unusual
 from meltemi.wind.iec.gusts import EDC_TIME, EOG_TIME, EWS_TIME, RISE_TIME
@@ -142,11 +143,28 @@ def test_other_controllers_stop_by_pitch_and_do_not_start() -> None:
     baseline = plan(campaign(quick=True, controller={"kind": "baseline"}))
     assert not baseline.missing() and baseline.case("dlc4.1-25").content["controller"]["kind"] == "supervised"
     assert baseline.case("dlc2.1-25-grid_loss-s01").content["events"] == lost
-    library = campaign(controller={"kind": "bladed", "library": "law.so", "input": "law.in"}).controller
-    assert isinstance(library, LibraryCase) and Path(library.library).is_absolute()
-    assert library.input == str(Path("law.in").absolute())
     with pytest.raises(InputError, match="controller: fixed holds torque and pitch"):
         campaign(controller={"kind": "fixed"})
+
+
+def test_a_library_is_there_and_works_when_the_plan_is_made(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("law.so").write_bytes(library.read_bytes())
+    Path("law.in").write_text("count")
+    found = campaign(controller="law.so@law.in").controller
+    assert isinstance(found, LibraryCase) and Path(found.library) == tmp_path / "law.so"
+    assert found.input == str(tmp_path / "law.in")
+    for name, words in (
+        ("law.so@low.in", "input file .*low.in: no such file; did you mean 'law.in'"),
+        ("lew.so", "library .*lew.so: no such file; did you mean 'law.so'"),
+    ):
+        with pytest.raises(InputError, match=words):
+            campaign(controller=name)
+    Path("law.in").write_text("crash 0.0")
+    with pytest.raises(InputError, match=r"library law.so with law.in' fails in its first steps: .*SIGSEGV"):
+        campaign(controller="law.so@law.in")
 
 
 def test_the_time_of_all_states_is_the_lifetime() -> None:
