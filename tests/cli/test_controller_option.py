@@ -75,7 +75,7 @@ def test_paths_in_a_case_file_are_relative_to_it(command: Command, library: Path
             "mine.py: cannot be used .*: a Python file is a controller of kind: python",
         ),
         ("{kind: python, file: gone.py}", "gone.py"),
-        ("{kind: supervised, scheme: icp}", "did you mean 'ipc'"),
+        ("{kind: supervised, scheme: icp}", "did you mean .*'ipc'"),
         ("supervized", "no controller 'supervized': did you mean 'supervised'.* Valid are baseline, supervised"),
         ("{kind: baseline, library: x}", "unknown key"),
     ],
