@@ -36,8 +36,8 @@ from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.turbulence.field import AnyWind, realised
 from meltemi.wind.turbulent import TurbulentWind
 
-REDUCTION = 2
-"""Increased by every change of how cases begin, and of what is kept of them."""
+REDUCTION = 3
+"""Increased by every change of how cases begin, of what is kept of them, and of defaults that their content omits."""
 FIRST = 2.0
 """[s] of the wind over the rotor that give the speed in which a case of production begins."""
 WITHOUT_CONTROL = (
