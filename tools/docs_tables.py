@@ -256,6 +256,13 @@ def schemes() -> str:
     return _table(["scheme", "what"], [[f"`{name}`", scheme.about] for name, scheme in SCHEMES.items()])
 
 
+def controllers() -> str:
+    """Names of controllers."""
+    from meltemi.controllers.names import NAMES
+
+    return _table(["name", "controller"], [[f"`{name}`", about] for name, about in NAMES.items()])
+
+
 def swap() -> str:
     """Records that controller libraries read and write."""
     from meltemi.control.bladed.records import RECORDS
@@ -368,6 +375,7 @@ MAKERS: dict[str, Any] = {
         measured,
         notebooks,
         schemes,
+        controllers,
         swap,
         supervisor,
     )

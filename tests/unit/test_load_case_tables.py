@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from meltemi.controllers import schemes, tuning
 from meltemi.controllers.specification import LibraryCase
 from meltemi.core.errors import InputError
 from meltemi.loadbase.campaign import Campaign, make_campaign, read_campaign, write_campaign
+from meltemi.loadbase.jobs import Workshop, jobs_of
 from meltemi.loadbase.plan import plan
 from meltemi.loadbase.ranges import numbers
 from meltemi.loadbase.situations import OPERATING
@@ -250,3 +252,36 @@ def test_excel_round_trip(tmp_path: Path) -> None:
     book.save(path)
     with pytest.raises(InputError, match=r"sheet cases, row 4: two rows have the name '1\.2'"):
         read_excel(path, 4)
+
+
+def test_schemes_and_python_files_in_a_load_base(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scheme has its supervisor and gains when it is planned; what no scheme touches is the same in all bases."""
+    monkeypatch.setattr(
+        schemes, "linear_models", lambda model, progress=None: tuning.linear_models(model, [18.0], progress=progress)
+    )
+    mine = tmp_path / "mine.py"
+    mine.write_text(
+        "import meltemi\ndef controller(turbine):\n    law = meltemi.control.BaselineController(turbine)\n"
+        "    def update(state, measured, demands, dt):\n        law.update(state, measured, demands, dt)\n"
+        "    return meltemi.Controller(update, init=law.init)\n"
+    )
+    plans = {name: plan(campaign(quick=True, controller=name)) for name in ("supervised", "cpfc", str(mine))}
+    keys = {name: {job.name: job.key for job in jobs_of(found)} for name, found in plans.items()}
+    for name, found in plans.items():
+        same = {case for case, key in keys[name].items() if key == keys["supervised"][case]}
+        parked = {c.name for c in found.cases if c.setting.row.situation in ("idling", "locked")}
+        assert parked <= same and (same == parked or name == "supervised")
+    cpfc = plans["cpfc"].case("dlc1.2-25-y0-s01").content["controller"]
+    assert (cpfc["kind"], cpfc["scheme"], len(cpfc["load"]["loops"])) == ("supervised", "cpfc", 2)
+    assert plans["cpfc"].case("dlc4.1-25").content["controller"]["load"] == cpfc["load"]
+    found = plans[str(mine)]
+    assert found.case("dlc1.2-25-y0-s01").content["controller"] == {"kind": "python", "file": str(mine)}
+    assert [*found.missing().values()] == [["3.1", "3.2", "3.3"]]
+    run = Workshop().run(next(j for j in jobs_of(plans["cpfc"]) if j.name == "dlc1.2-25-y0-s01"))
+    assert "flap_1_angle_1" in run.channels and run.model.turbine.flaps  # type: ignore[union-attr]
+    before = keys[str(mine)]["dlc1.2-25-y0-s01"]
+    mine.write_text(mine.read_text() + "\n# changed\n")
+    assert next(j.key for j in jobs_of(found) if j.name == "dlc1.2-25-y0-s01") != before
+    mine.write_text("def controller(turbine):\n    return turbin\n")
+    with pytest.raises(InputError, match=r"controller\(turbine\) raised NameError: name 'turbin'"):
+        campaign(controller=str(mine))
