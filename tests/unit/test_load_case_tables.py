@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from meltemi.controllers import schemes, tuning
+from meltemi.control.load_control import HarmonicLoop, LoadControl
+from meltemi.controllers import schemes
 from meltemi.controllers.specification import LibraryCase
 from meltemi.core.errors import InputError
 from meltemi.loadbase.campaign import Campaign, make_campaign, read_campaign, write_campaign
@@ -256,9 +257,9 @@ def test_excel_round_trip(tmp_path: Path) -> None:
 
 def test_schemes_and_python_files_in_a_load_base(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A scheme has its supervisor and gains when it is planned; what no scheme touches is the same in all bases."""
-    monkeypatch.setattr(
-        schemes, "linear_models", lambda model, progress=None: tuning.linear_models(model, [18.0], progress=progress)
-    )
+    loop = HarmonicLoop(harmonic=2, actuator="flap", integral_gain=1e-8)
+    gains = {"cpfc": LoadControl(loops=(loop,))}
+    monkeypatch.setattr(schemes, "tuned_schemes", lambda model, names, **given: (gains, {}))
     mine = tmp_path / "mine.py"
     mine.write_text(
         "import meltemi\ndef controller(turbine):\n    law = meltemi.control.BaselineController(turbine)\n"
@@ -272,7 +273,7 @@ def test_schemes_and_python_files_in_a_load_base(tmp_path: Path, monkeypatch: py
         parked = {c.name for c in found.cases if c.setting.row.situation in ("idling", "locked")}
         assert parked <= same and (same == parked or name == "supervised")
     cpfc = plans["cpfc"].case("dlc1.2-25-y0-s01").content["controller"]
-    assert (cpfc["kind"], cpfc["scheme"], len(cpfc["load"]["loops"])) == ("supervised", "cpfc", 2)
+    assert (cpfc["kind"], cpfc["scheme"], len(cpfc["load"]["loops"])) == ("supervised", "cpfc", 1)
     assert plans["cpfc"].case("dlc4.1-25").content["controller"]["load"] == cpfc["load"]
     found = plans[str(mine)]
     assert found.case("dlc1.2-25-y0-s01").content["controller"] == {"kind": "python", "file": str(mine)}
