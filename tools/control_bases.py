@@ -1,6 +1,6 @@
 """The page of load bases under collective, individual and combined control, made from one command:
 
-    python tools/control_bases.py [--quick] [--work FOLDER] [TURBINE ...]   # [nrel5mw iea15mw]
+    python tools/control_bases.py [--quick] [--short] [--work FOLDER] [TURBINE ...]   # [nrel5mw iea15mw]
 
 For each turbine and scheme a load base is planned, run (what is finished is not repeated) and evaluated. Cases that do
 not depend on the scheme, such as parked ones, are computed once: each base begins with the results of the ones before.
@@ -13,6 +13,7 @@ import argparse
 import math
 import shutil
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -52,8 +53,8 @@ al. 2018). Supervisor, collective law, winds and seeds are the same; the loops a
 margins](../theory/control.md) of each turbine, its flaps are those of He et al. (2018).
 """
 QUICK = """!!! warning
-    These are numbers of **quick bases**: one seed and three wind speeds of each load case. They show that the chain
-    works, and are no design loads.
+    These are numbers of **quick bases**: one seed and three wind speeds of each load case{seconds}. They show that
+    the chain works, and are no design loads.
 """
 USE = """```sh
 {command}
@@ -76,12 +77,16 @@ slope 10 (blades) and 4 (other components); travel is the mean of the blades. Ul
 depend on the scheme, which limits what a control scheme can save where they govern."""
 
 
-def base(turbine: str, scheme: str, work: Path, quick: bool, before: list[Path]) -> DesignLoads:
+SHORT = {"duration": 40.0, "transient": 20.0, "begin": 10.0}
+"""[s] of cases that only try whether everything works."""
+
+
+def base(turbine: str, scheme: str, work: Path, settings: dict[str, Any], before: list[Path]) -> DesignLoads:
     """The evaluated load base of a turbine under a scheme."""
     folder = work / f"{turbine}-{scheme}"
     folder.mkdir(parents=True, exist_ok=True)
     if not (folder / FILE).is_file():
-        write_campaign(make_campaign(turbine, "IB", controller=scheme, quick=quick), folder)
+        write_campaign(make_campaign(turbine, "IB", controller=scheme, **settings), folder)
         (folder / FOLDER).mkdir(exist_ok=True)
         for other in before:
             for file in (other / FOLDER).glob("*.parquet"):
@@ -155,10 +160,11 @@ def page(found: dict[str, dict[str, DesignLoads]]) -> str:
     """The page in Markdown."""
     numbers = {t: {s: values(d) for s, d in of.items()} for t, of in found.items()}
     picture(numbers, PAGES / "control-bases.png")
-    quick = any(d.plan.campaign.quick for of in found.values() for d in of.values())
-    flag = " --quick" if quick else ""
+    campaign = next(iter(found[next(iter(found))].values())).plan.campaign
+    quick, flag = campaign.quick, " --quick" if campaign.quick else ""
+    seconds = f", of {campaign.duration:g} s each" if campaign.duration else ""
     command = f"python tools/control_bases.py{flag} {' '.join(found)}   # plans, runs, evaluates, makes this page"
-    lines = [HEAD, *([QUICK] if quick else []), USE.format(command=command, flag=flag)]
+    lines = [HEAD, *([QUICK.format(seconds=seconds)] if quick else []), USE.format(command=command, flag=flag)]
     for turbine, of in numbers.items():
         lines += [f"## {turbine}", ""]
         for kind, head in HEADS.items():
@@ -176,14 +182,16 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("turbines", nargs="*", default=["nrel5mw", "iea15mw"])
     arguments.add_argument("--quick", action="store_true")
+    arguments.add_argument("--short", action="store_true")
     arguments.add_argument("--work", type=Path, default=Path("bases"))
     given = arguments.parse_args()
+    settings: dict[str, Any] = {"quick": given.quick or given.short, **(SHORT if given.short else {})}
     found: dict[str, dict[str, DesignLoads]] = {}
     for turbine in given.turbines:
         done: list[Path] = []
         found[turbine] = {}
         for scheme in SCHEMES:
-            found[turbine][scheme] = base(turbine, scheme, given.work, given.quick, done)
+            found[turbine][scheme] = base(turbine, scheme, given.work, settings, done)
             done.append(given.work / f"{turbine}-{scheme}")
     (PAGES / "control-bases.md").write_text(page(found), encoding="utf-8")
 
