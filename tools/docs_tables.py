@@ -260,9 +260,16 @@ def arrays() -> str:
 
 def schemes() -> str:
     """Control schemes of ``meltemi compare``."""
-    from meltemi.studies.scheme_names import SCHEMES
+    from meltemi.controllers.names import SCHEMES
 
     return _table(["scheme", "what"], [[f"`{name}`", scheme.about] for name, scheme in SCHEMES.items()])
+
+
+def controllers() -> str:
+    """Names of controllers."""
+    from meltemi.controllers.names import NAMES
+
+    return _table(["name", "controller"], [[f"`{name}`", about] for name, about in NAMES.items()])
 
 
 def swap() -> str:
@@ -377,6 +384,7 @@ MAKERS: dict[str, Any] = {
         measured,
         notebooks,
         schemes,
+        controllers,
         swap,
         supervisor,
     )

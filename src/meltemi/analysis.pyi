@@ -1,3 +1,8 @@
+from meltemi.controllers.schemes import SchemeDesign as SchemeDesign
+from meltemi.controllers.schemes import design_controllers as design_controllers
+from meltemi.controllers.tuning import LoopTuning as LoopTuning
+from meltemi.controllers.tuning import tune_ipc as tune_ipc
+from meltemi.controllers.tuning import tune_loops as tune_loops
 from meltemi.postprocess.difference import ChannelDifference as ChannelDifference
 from meltemi.postprocess.difference import ResultDifferences as ResultDifferences
 from meltemi.postprocess.difference import compare_results as compare_results
@@ -38,11 +43,6 @@ from meltemi.studies.inspection import inspect_turbine as inspect_turbine
 from meltemi.studies.power_twin import power_turbine_of as power_turbine_of
 from meltemi.studies.preview import preview_of as preview_of
 from meltemi.studies.preview import steady_pitch as steady_pitch
-from meltemi.studies.schemes import SchemeDesign as SchemeDesign
-from meltemi.studies.schemes import design_controllers as design_controllers
 from meltemi.studies.sensitivity import Sensitivity as Sensitivity
 from meltemi.studies.sensitivity import finite_difference_runs as finite_difference_runs
 from meltemi.studies.sensitivity import sensitivity as sensitivity
-from meltemi.studies.tuning import LoopTuning as LoopTuning
-from meltemi.studies.tuning import tune_ipc as tune_ipc
-from meltemi.studies.tuning import tune_loops as tune_loops

@@ -15,8 +15,8 @@ from terminal import Command, Ran
 
 import meltemi
 from meltemi import Model
-from meltemi.studies import schemes, tuning
-from meltemi.studies.scheme_names import SCHEMES
+from meltemi.controllers import schemes, tuning
+from meltemi.controllers.names import SCHEMES
 
 OWN = """
 import meltemi

@@ -54,6 +54,7 @@ from meltemi.app.terminal import (
 )
 from meltemi.app.view import view
 from meltemi.app.wind import wind
+from meltemi.controllers.names import controller_keys
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
@@ -248,8 +249,9 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
 
     deck = read_deck(path)
     case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck")
-    if "--controller" in given and deck.library.get("input"):
-        given = {"--controller-input": Path(deck.library["input"])} | given
+    own = deck.library.get("input")
+    if own and "--controller" in given and controller_keys(given["--controller"])["kind"] == "bladed":
+        given = {"--controller-input": Path(own)} | given
     controller = controller_of_options(given)
     if controller["kind"] == "bladed" and deck.library:
         controller |= {name: deck.library[name] for name in ("procedure", "individual_pitch")}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meltemi.app.commands import Group
-from meltemi.app.options import TURBINES, controller_of_options
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, ControllerInputOption, controller_of_options
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
 
@@ -77,11 +77,10 @@ def plan_(
     ] = None,
     years: Annotated[float | None, typer.Option("--years", help="Lifetime [years] [20].")] = None,
     controller: Annotated[
-        str | None, typer.Option("--controller", help="Bladed-style controller library, or: rosco [supervised].")
+        str | None,
+        typer.Option("--controller", help=f"Controller: {CONTROLLER} [supervised].", autocompletion=CONTROLLERS),
     ] = None,
-    controller_input: Annotated[
-        Path | None, typer.Option("--controller-input", help="Input file of the controller library, e.g. DISCON.IN.")
-    ] = None,
+    controller_input: ControllerInputOption = None,
     excel: Annotated[bool, typer.Option("--excel", help="Also write the table as table.xlsx.")] = False,
     out: OutOption = Path("base"),
 ) -> None:

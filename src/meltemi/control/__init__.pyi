@@ -24,3 +24,4 @@ from meltemi.control.supervisor.threshold import YawProtection as YawProtection
 from meltemi.control.supervisor.threshold import yaw_threshold as yaw_threshold
 from meltemi.control.yaw import YawControl as YawControl
 from meltemi.control.yaw import YawController as YawController
+from meltemi.controllers.schemes import make_controller as make_controller

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import meltemi
+from meltemi.controllers.specification import description
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.physics import PHYSICS
 from meltemi.core.yamlfile import read_mapping
@@ -139,14 +140,13 @@ def facts(plan: Plan) -> list[tuple[str, str]]:
     """What was computed, in pairs of name and value."""
     c, defaults = plan.campaign, plan.campaign.defaults(plan.table)
     where = f"site {c.site.name}, {c.iec_class.name}" if c.site is not None else c.iec_class.name
-    kind = getattr(c.controller, "kind", "")
     return [
         ("turbine", Path(c.turbine).name),
         ("rotor, hub height", f"{number(c.rotor_diameter)} m, {number(c.hub_height)} m"),
         ("standard", plan.table.title + (" (changed)" if c.changes else "")),
         ("class", f"{where}, V_ref {c.iec_class.v_ref:g} m/s, V_ave {c.iec_class.v_ave:g} m/s"),
         ("V_in, V_r, V_out", f"{c.cut_in:g}, {c.rated_wind:g}, {c.cut_out:g} m/s"),
-        ("controller", str(getattr(c.controller, "library", "") or kind)),
+        ("controller", description(c.controller)),
         ("lifetime", f"{c.years:g} years"),
         ("cases", f"{len(plan.cases)} of {defaults.duration:g} s, {plan.hours:.0f} h simulated"),
         ("seeds", "1, quick plan" if c.quick else f"{defaults.seeds}"),

@@ -144,7 +144,7 @@ class LinearModel(Brief):
 
         Args:
           s: (k,) complex frequencies [rad/s], i w for a harmonic signal. In the fixed frame s = i w + i n W belongs to
-            a signal of the blades whose amplitude varies with w, see ``studies.tuning``.
+            a signal of the blades whose amplitude varies with w, see ``controllers.tuning``.
 
         Returns:
           (k, outputs, inputs), output unit over input unit.

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from meltemi.controllers.schemes import SchemeDesign
+from meltemi.controllers.tuning import LoopTuning, TunedPoint
 from meltemi.core.errors import InputError
 from meltemi.postprocess.ensemble import CONFIDENCE
 from meltemi.report.comparison_plots import plot_changes
@@ -18,8 +20,6 @@ from meltemi.report.spectra_plots import plot_spectra
 from meltemi.report.tables import number, write_csv
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.compare import SPECTRA, WHOLE, Comparison, failure_line
-from meltemi.studies.schemes import SchemeDesign
-from meltemi.studies.tuning import LoopTuning, TunedPoint
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
