@@ -65,7 +65,7 @@ def load_turbine(name: Literal["pmsg20mw", "pmsg20mw-bem"]) -> PowerTurbine: ...
 @overload
 def load_turbine(name: str | Path) -> AnyTurbine: ...
 def load_turbine(name: str | Path) -> AnyTurbine:
-    """Load a turbine from the library by name, or from a YAML file or OpenFAST deck (.fst) by path.
+    """Load a turbine from the library by name, or from a YAML file, OpenFAST deck (.fst) or HAWC2 model (.htc) by path.
 
     Raises:
       InputError: no such turbine or file, or the file does not describe a valid turbine, or the turbine's data are in
@@ -78,6 +78,10 @@ def load_turbine(name: str | Path) -> AnyTurbine:
         from meltemi.turbine.openfast import read_openfast
 
         return read_openfast(path)
+    if path.suffix == ".htc":
+        from meltemi.turbine.hawc2 import read_hawc2_model
+
+        return read_hawc2_model(path)
     if path.suffix in (".yaml", ".yml") or path.exists():
         return read_turbine(path)
     raise InputError(
