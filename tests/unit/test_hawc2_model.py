@@ -98,7 +98,10 @@ def hawc2_of(turbine: meltemi.turbine.Turbine, folder: Path) -> Path:
     shaft[:, 9], shaft[:, 12] = 1.0, turbine.drivetrain.stiffness * n.overhang
     (folder / "shaft.dat").write_text(st(shaft))
     names = list(dict.fromkeys(a.airfoil))
-    thickness = {name: 100.0 - 5.0 * i for i, name in enumerate(names)}
+    # relative thickness, which decides on dynamic stall
+    thickness = {
+        name: (45.0 if turbine.airfoils[name].dynamic_stall else 100.0) - 3.0 * i for i, name in enumerate(names)
+    }
     rows = [f"{r:.8f} {c:.8f} {thickness[name]} 1" for r, c, name in zip(arc, chord, a.airfoil, strict=True)]
     (folder / "ae.dat").write_text(f"1 sets\n1 {len(rows)}\n" + "\n".join(rows) + "\n")
     polars = []

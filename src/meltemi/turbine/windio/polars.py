@@ -56,14 +56,14 @@ def by_thickness(
     Returns:
       Names of the stations' airfoils, content of ``Turbine.airfoils``.
     """
-    order = sorted({m["thickness"]: m for m in masters}.items())
+    order = sorted({_rounded(m["thickness"]): m for m in masters}.items())
     known = np.array([t for t, _ in order])
     angles = np.unique(np.concatenate([m["angles"] for _, m in order]))
     table = np.stack(
         [np.stack([np.interp(angles, m["angles"], m[name]) for name in COEFFICIENTS.values()]) for _, m in order]
     )
     names, airfoils = [], {}
-    for t in np.round(thickness / ROUNDING) * ROUNDING:
+    for t in map(_rounded, thickness):
         j = int(np.clip(np.searchsorted(known, t, side="right") - 1, 0, max(len(known) - 2, 0)))
         k = min(j + 1, len(known) - 1)
         w = float(np.clip((t - known[j]) / (known[k] - known[j]), 0.0, 1.0)) if k > j else 0.0
@@ -80,6 +80,10 @@ def by_thickness(
     return names, airfoils
 
 
+def _rounded(thickness: float) -> float:
+    return float(round(thickness / ROUNDING) * ROUNDING)
+
+
 def _thickness(tree: Tree, shape: str, grid: Float, masters: list[dict[str, Any]]) -> Float:
     if tree.get(f"{shape}.rthick") is not None:
         found = tree.at(f"{shape}.rthick", grid)
@@ -92,7 +96,7 @@ def _thickness(tree: Tree, shape: str, grid: Float, masters: list[dict[str, Any]
         x = np.array(sorted(places))
         found = PchipInterpolator(x, [places[p] for p in x])(np.clip(grid, x[0], x[-1]))
         tree.note("approximated", f"{shape}.rthick", "relative thickness", "PCHIP through the airfoils' positions")
-    return found
+    return np.round(found / ROUNDING) * ROUNDING
 
 
 def _masters(tree: Tree, shape: str, reynolds: float | None) -> list[dict[str, Any]]:
@@ -110,7 +114,7 @@ def _masters(tree: Tree, shape: str, reynolds: float | None) -> list[dict[str, A
         found.append(
             {
                 "name": name,
-                "thickness": round(float(airfoil["rthick"]) / ROUNDING) * ROUNDING,
+                "thickness": _rounded(float(airfoil["rthick"])),
                 "centre": float(airfoil.get("aerodynamic_center", 0.25)),
                 "position": entry.get("spanwise_position"),
                 **_polar(tree, where, airfoil, entry, reynolds),
