@@ -456,7 +456,7 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
         "inflow_time": aero.given("wake_time", 4.0),
         "stall": "static" if aero.given("unsteady", 0) == 0 else "hansen",
         "chord_angle": "openfast",
-        "tower_influence": "potential" if aero.given("tower_potential", 0) else "none",
+        "tower_influence": _influence(aero),
         "tower_drag": aero.given("tower_drag", False),
         "blade_nodes": tuple(np.asarray(turbine.blade.aerodynamics.position).tolist()),
     }
@@ -479,6 +479,11 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
         if shapes and turbine.foundation is None:
             options["mode_shapes"] = "given"
     return options
+
+
+def _influence(aero: Values) -> str:
+    shadow = {"1": "powles", "2": "eames", "t": "powles", "true": "powles"}.get(str(aero["tower_shadow"]).lower())
+    return shadow or ("potential" if aero.given("tower_potential", 0) else "none")
 
 
 def _dynamic(aero: Values, momentum_wake: bool) -> int:
