@@ -66,7 +66,7 @@ def test_the_load_on_the_bearing_makes_friction(turbine: meltemi.turbine.Turbine
 
     travel = []
     for friction in (None, PitchFriction(**rub), PitchFriction(**rub | {"coefficient": 0.0, "torque": 1.0})):
-        actuator = turbine.pitch_actuator.replace(natural_frequency=3.0, friction=friction)
+        actuator = turbine.pitch_actuator.replace(kind="second_order", natural_frequency=3.0, friction=friction)
         model = meltemi.build(turbine.replace(pitch_actuator=actuator), meltemi.ModelOptions(locked=("tower",)))
         start = meltemi.Start(rotor_speed=1.2, pitch=0.12)
         controller = meltemi.Controller(update=update, uses_loads=False)

@@ -30,7 +30,7 @@ from meltemi.wind.fields import Wind, mean_speed, wind_field
 from meltemi.wind.velocity import WindField, series_now, wind_velocity
 
 Float = NDArray[np.float64]
-POINTS = {"pulsed": 9, "continuous": 64}
+POINTS = {"pulsed": 9, "continuous": 256}
 """Points of a probe volume."""
 
 
@@ -79,15 +79,17 @@ class Lidar(Record):
         rayleigh = self.wavelength * focus**2 / (math.pi * self.aperture**2)
         n = POINTS["continuous"]
         angle = math.pi * ((np.arange(n) + 0.5) / n - 0.5)
-        return focus + rayleigh * np.tan(angle), np.full(n, 1.0 / n)
+        at = focus + rayleigh * np.tan(angle)
+        weight = np.where(at > 0.0, 1.0, 0.0)
+        return at, weight / weight.sum()
 
 
 @kernel
 def line_of_sight(t: float, start: Vec, n: Vec, at: Float, weight: Float, m: WindField) -> float:
-    """Line-of-sight speed [m/s] of a beam from ``start`` at time ``t`` (C-97); nothing behind the lidar is seen."""
+    """Line-of-sight speed [m/s] of a beam from ``start`` at time ``t`` (C-97)."""
     found = 0.0
     for k in range(len(at)):
-        r = max(at[k], 0.0)
+        r = at[k]
         u = wind_velocity(Vec(start.x + r * n.x, start.y + r * n.y, max(start.z + r * n.z, 0.0)), t, m)
         found -= weight[k] * (u.x * n.x + u.y * n.y + u.z * n.z)
     return found

@@ -14,7 +14,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 from meltemi.turbine.windio import read_windio
 
-Aeroelastic = Literal["nrel5mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
+Aeroelastic = Literal["nrel5mw", "iea10mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
 
 DATA = Path(__file__).parent / "data"
 WINDIO = "windIO/examples/turbine"
@@ -25,13 +25,15 @@ class LibraryEntry(Record):
     """Summary of a library turbine, available without loading it."""
 
     file: str
-    """The turbine, or what its windIO file lacks."""
+    """The turbine, or what its windIO file or HAWC2 model lacks."""
     kind: Literal["aeroelastic", "power coefficient"] = "aeroelastic"
     """Aeroelastic, or with a power coefficient."""
     base: str | None = None
     """Turbine of the library that the file changes; without it the file is whole."""
     windio: str | None = None
     """File of the windIO package that it is read from."""
+    hawc2: str | None = None
+    """Main file of the HAWC2 model that it is read from."""
     rated_power: float
     """[W] electrical."""
     rotor_diameter: float
@@ -96,6 +98,11 @@ def _from_library(name: str) -> AnyTurbine:
     if entry.base is not None:
         where = f"{entry.file} with {library_entries()[entry.base].file}"
         return validated(merged(_from_library(entry.base).content(), read_mapping(DATA / entry.file)), Turbine, where)
+    if entry.hawc2 is not None:
+        from meltemi.turbine.hawc2 import read_hawc2_model
+
+        model = read_hawc2_model(DATA / entry.hawc2).content()
+        return validated(merged(model, read_mapping(DATA / entry.file)), Turbine, f"{entry.file} with {entry.hawc2}")
     if entry.windio is None:
         return read_turbine(DATA / entry.file)
     return read_windio(windio_file(entry.windio, name), DATA / entry.file)

@@ -6,7 +6,7 @@ With x and y in tower radii from the tower's axis, x along the local wind, for x
 
 with the turbulence intensity I of the wake.
 
-Reference: docs/theory/aerodynamics.md (A-54, A-55); Eames, Jonsson and Johnson (2011), J. Turbulence 12, N23.
+Reference: docs/theory/aerodynamics.md (A-54, A-55); Eames, Jonsson and Johnson (2011), J. Turbulence 12, N39.
 """
 
 from __future__ import annotations
