@@ -37,7 +37,7 @@ def passes(turbine: meltemi.turbine.Turbine) -> dict[str, meltemi.Result]:
     wind = meltemi.SteadyWind(speed=10.0)
     found = {}
     for name in ("none", "powles", "eames"):
-        options = meltemi.ModelOptions(tower_influence=name, locked=("tower", "yaw", "drivetrain"))
+        options = meltemi.ModelOptions(tower_influence=name, locked=("tower", "yaw", "drivetrain", "generator"))
         model = meltemi.build(downwind(turbine), options)
         found[name] = meltemi.simulate(model, wind, duration=12.0, channels=channels)
     return found
@@ -46,10 +46,10 @@ def passes(turbine: meltemi.turbine.Turbine) -> dict[str, meltemi.Result]:
 def test_the_wake_is_passed_once_a_revolution(passes: dict[str, meltemi.Result]) -> None:
     azimuth = np.mod(passes["none"]["azimuth"], 2.0 * math.pi)
     late = passes["none"].time > 6.0
-    down = late & (np.abs(azimuth - math.pi) < 0.03)
+    down = late & (np.abs(azimuth - math.pi) < 0.1)
     for name in ("powles", "eames"):
         change = passes[name]["node_14_alpha_1"] - passes["none"]["node_14_alpha_1"]
-        assert change[down].max() < -0.02  # the wind is lower in the wake
+        assert change[down].min() < -0.03  # the wind is lower in the wake
         up = late & (np.cos(azimuth) > 0.5)
         assert np.abs(change[up]).max() < 0.01
         assert np.ptp(passes[name]["RootMyc1"][late]) > 1.1 * np.ptp(passes["none"]["RootMyc1"][late])

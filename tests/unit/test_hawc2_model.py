@@ -266,3 +266,20 @@ def test_command_line(written: Path, tmp_path: Path) -> None:
     assert {p.name for p in tmp_path.iterdir()} >= {"turbine.yaml", "case.yaml", "report.md"}
     refused = CliRunner().invoke(app, ["import", str(written), "--fixed-base"])
     assert refused.exit_code != 0
+
+
+@pytest.mark.parametrize(
+    ("wind", "rpm", "pitch", "power", "thrust", "deflection"),
+    [(5.0, 6.0, 1.2455, 1074.4, 436.4, 6.173), (12.0, 8.6812, 5.8064, 10638.3, 1145.0, 11.139)],
+)  # fmt: skip
+def test_the_iea_10mw_against_hawcstab2(
+    wind: float, rpm: float, pitch: float, power: float, thrust: float, deflection: float
+) -> None:
+    """Published steady states (iea10mw_hs2.pwr), without tilt and gravity: kW, kN, and flapwise tip deflection [m]."""
+    level = meltemi.load_turbine("iea10mw").replace(**{"nacelle.tilt": 0.0})
+    model = meltemi.build(level, meltemi.ModelOptions(hub_loss=False), meltemi.Environment(gravity=0.0))
+    speed = rpm * np.pi / 30.0
+    point = meltemi.analysis.operating_point(model, wind, rotor_speed=speed, pitch=float(np.radians(pitch)))
+    assert point["tip_flap_1"] == pytest.approx(deflection, rel=0.01)
+    assert point["rotor_aero_thrust"] == pytest.approx(1e3 * thrust, rel=0.03)
+    assert point["rotor_aero_torque"] * speed == pytest.approx(1e3 * power, rel=0.03)

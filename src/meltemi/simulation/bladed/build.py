@@ -639,7 +639,7 @@ def _actuators(turbine: Turbine, options: ModelOptions) -> Float:
         beam = turbine.blade.structure
         mass = np.asarray(beam.mass if beam.mass_matrix is None else beam.mass_matrix[:, 0, 0])
         p.pitch_friction_moment = 4.4 * load
-        p.pitch_friction_spin = load * rub.diameter * np.trapezoid(mass * (turbine.hub.radius + z), z)
+        p.pitch_friction_spin = load * rub.diameter * float(np.trapezoid(mass * (turbine.hub.radius + z), z))
     p.yaw_hold = -1.0 if yaw.brake_torque is None else yaw.brake_torque + yaw.friction
     for blade, offset in enumerate(deviations(turbine, "pitch")):
         p.pitch_offset[blade] = offset
