@@ -1,7 +1,7 @@
 """A lidar on the nacelle as a sensor of controllers: line-of-sight speeds at ranges ahead of the rotor.
 
 As other sensors it is a part of a controller: settings, the speeds of a run and those of the last scan are a table,
-:class:`LidarSensor`, that ``meltemi.analysis.measure_lidar`` makes of a wind. ``lidar_scan`` in an update brings it
+:class:`LidarSensor`, the result of ``meltemi.analysis.measure_lidar`` for a wind. ``lidar_scan`` in an update brings it
 to the present time; ``line_of_sight`` and ``seen`` have a value for each beam. With Taylor's frozen turbulence and a
 nacelle that stands still nothing of this depends on the run but the blades that pass a beam.
 
