@@ -1,8 +1,8 @@
 """Parser of HAWC2's main files (.htc): nested blocks of commands, and the report on each command.
 
 A line is ``command values ; comment``; ``begin name`` and ``end name`` enclose a block; ``continue_in_file`` inserts a
-file. ``commands.csv`` states the treatment of every command: its path of blocks as a pattern, the kind of the note, values
-that are equivalent to the model whether it reads them or not, and a remark. The first row that fits counts.
+file. ``commands.csv`` states the treatment of every command: its path of blocks as a pattern, the kind of the note,
+values that are equivalent to the model whether it reads them or not, and a remark. The first row that fits counts.
 """
 
 from __future__ import annotations
