@@ -40,6 +40,9 @@ from meltemi.studies.controller_bench.suite import BenchLimits as BenchLimits
 from meltemi.studies.icing import IcingEffects as IcingEffects
 from meltemi.studies.icing import icing_effects as icing_effects
 from meltemi.studies.inspection import inspect_turbine as inspect_turbine
+from meltemi.studies.lidar import Lidar as Lidar
+from meltemi.studies.lidar import lidar_preview as lidar_preview
+from meltemi.studies.lidar import measure_lidar as measure_lidar
 from meltemi.studies.power_twin import power_turbine_of as power_turbine_of
 from meltemi.studies.preview import preview_of as preview_of
 from meltemi.studies.preview import steady_pitch as steady_pitch

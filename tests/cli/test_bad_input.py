@@ -146,7 +146,6 @@ POLAR = ("angle_of_attack", "lift", "drag", "moment")
     ("change", "said"),
     [
         (lambda t: t.update(n_blades=1), "n_blades: 1 blades; 2 and 3 are supported"),
-        (lambda t: t["nacelle"].update(overhang=-5.0), "nacelle.overhang: downwind rotors are not supported"),
     ],
 )
 def test_what_is_not_modelled_is_said(

@@ -83,7 +83,7 @@ CHANGES: dict[str, tuple[dict[str, Any], str]] = {
             "stall_rotation": ("openfast", "none"),
             "chord_angle": ("openfast",),
             "rotational_augmentation": ("snel", "chaviaropoulos_hansen"),
-            "tower_influence": ("lower_half", "none"),
+            "tower_influence": ("lower_half", "powles", "eames", "none"),
             "tower_drag": (False,),
             "torsion_modes": (0, 2),
             "flap_modes": (0,),

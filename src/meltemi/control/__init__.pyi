@@ -8,6 +8,9 @@ from meltemi.control.controller import LogEntry as LogEntry
 from meltemi.control.controller import StartPoint as StartPoint
 from meltemi.control.coordinated import CoordinatedController as CoordinatedController
 from meltemi.control.coordinated import Coordination as Coordination
+from meltemi.control.lidar import LidarSensor as LidarSensor
+from meltemi.control.lidar import lidar_scan as lidar_scan
+from meltemi.control.lidar import lidar_wind as lidar_wind
 from meltemi.control.load_control import FeedForward as FeedForward
 from meltemi.control.load_control import HarmonicLoop as HarmonicLoop
 from meltemi.control.load_control import LoadControl as LoadControl

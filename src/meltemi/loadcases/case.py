@@ -409,7 +409,7 @@ options:                     # docs: options; defaults are shown
   stall: hansen              # hansen, static
   skew: glauert              # glauert, none
   skew_momentum: axial       # axial, glauert, cylinder
-  tower_influence: potential # potential, lower_half, none
+  tower_influence: potential # potential, lower_half, powles, eames, none
   tower_drag: true
   # electrical: averaged     # ideal, averaged: generator, converters, DC link and grid of the turbine file
 

@@ -181,7 +181,8 @@ class Case:
         """Attach a controller, initialised at an operating point."""
         self.controller = controller = controller if controller.fresh is None else controller.fresh()
         self.controller_state = controller.initial_state(start)
-        self.clock.want_loads = int(controller.uses_loads)
+        rub = self.model.turbine.pitch_actuator.friction
+        self.clock.want_loads = int(controller.uses_loads or (rub is not None and rub.coefficient > 0.0))
         duals = bool(self.slopes)
         if duals:
             self.slopes["controller_state"] = np.zeros((*self.controller_state.shape, N_DERIVATIVES))

@@ -225,6 +225,8 @@ def actuator_array(turbine: AnyTurbine, options: ModelOptions) -> Float:
     p.pitch_model = number(ActuatorModel, a.kind)
     p.pitch_frequency, p.pitch_damping, p.pitch_rate = a.natural_frequency, a.damping_ratio, a.rate_limit
     p.pitch_minimum, p.pitch_maximum = a.minimum, a.maximum
+    if a.friction is not None:
+        p.pitch_friction = a.friction.torque / a.friction.inertia
     p.brake_torque = turbine.drivetrain.brake_torque
     p.yaw_rate = yaw.rate if options.yaw == "driven" else 0.0
     p.yaw_acceleration = yaw.acceleration or 0.0

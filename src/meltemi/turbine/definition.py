@@ -506,6 +506,19 @@ class Foundation(Record):
         return self
 
 
+class PitchFriction(Record):
+    """Dry friction of the pitch bearings: a constant, and a part in proportion to the load on the bearing."""
+
+    torque: float = Field(default=0.0, ge=0.0)
+    """[N m] of the unloaded bearing, seals and drive."""
+    coefficient: float = Field(default=0.0, ge=0.0, lt=0.1)
+    """Friction coefficient of the raceways [-], 0.003 to 0.006 for ball bearings."""
+    diameter: float = Field(default=0.0, ge=0.0)
+    """[m] of the raceway."""
+    inertia: float = Field(gt=0.0)
+    """[kg m^2] of blade and drive about the pitch axis."""
+
+
 class PitchActuator(Record):
     """Pitch actuator with limits; ``kind: ideal`` follows its demand without delay."""
 
@@ -520,11 +533,15 @@ class PitchActuator(Record):
     """[rad] smallest pitch."""
     maximum: float = Field(gt=-1.6, lt=3.2)
     """[rad] largest pitch."""
+    friction: PitchFriction | None = None
+    """Dry friction of the bearings; without it there is none."""
     source: str = ""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         ordered(self, "minimum", "maximum")
+        if self.friction is not None and self.kind != "second_order":
+            raise ValueError(f"friction needs kind: second_order, the actuator is {self.kind}")
         return self
 
 

@@ -15,7 +15,7 @@ from meltemi.turbine.definition import Turbine
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
-Aeroelastic = Literal["nrel5mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
+Aeroelastic = Literal["nrel5mw", "iea10mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
 
 DATA = Path(__file__).parent / "data"
 WINDIO = "windIO/examples/turbine"
@@ -26,13 +26,15 @@ class LibraryEntry(Record):
     """Summary of a library turbine, available without loading it."""
 
     file: str
-    """The turbine, or what its windIO file lacks."""
+    """The turbine, or what its windIO file or HAWC2 model lacks."""
     kind: Literal["aeroelastic", "power coefficient"] = "aeroelastic"
     """Aeroelastic, or with a power coefficient."""
     base: str | None = None
     """Turbine of the library that the file changes; without it the file is whole."""
     windio: str | None = None
     """File of the windIO package that it is read from."""
+    hawc2: str | None = None
+    """Main file of the HAWC2 model that it is read from."""
     rated_power: float
     """[W] electrical."""
     rotor_diameter: float
@@ -66,7 +68,7 @@ def load_turbine(name: Literal["pmsg20mw", "pmsg20mw-bem"]) -> PowerTurbine: ...
 @overload
 def load_turbine(name: str | Path) -> AnyTurbine: ...
 def load_turbine(name: str | Path) -> AnyTurbine:
-    """Load a turbine from the library by name, or from a YAML file or OpenFAST deck (.fst) by path.
+    """Load a turbine from the library by name, or from a YAML file, OpenFAST deck (.fst) or HAWC2 model (.htc) by path.
 
     Raises:
       InputError: no such turbine or file, or the file does not describe a valid turbine, or the turbine's data are in
@@ -79,6 +81,10 @@ def load_turbine(name: str | Path) -> AnyTurbine:
         from meltemi.turbine.openfast import read_openfast
 
         return read_openfast(path)
+    if path.suffix == ".htc":
+        from meltemi.turbine.hawc2 import read_hawc2_model
+
+        return read_hawc2_model(path)
     if path.suffix in (".yaml", ".yml") or path.exists():
         return read_turbine(path)
     raise InputError(
@@ -93,6 +99,11 @@ def _from_library(name: str) -> AnyTurbine:
     if entry.base is not None:
         where = f"{entry.file} with {library_entries()[entry.base].file}"
         return validated(merged(_from_library(entry.base).content(), read_mapping(DATA / entry.file)), Turbine, where)
+    if entry.hawc2 is not None:
+        from meltemi.turbine.hawc2 import read_hawc2_model
+
+        model = read_hawc2_model(DATA / entry.hawc2).content()
+        return validated(merged(model, read_mapping(DATA / entry.file)), Turbine, f"{entry.file} with {entry.hawc2}")
     if entry.windio is None:
         return read_turbine(DATA / entry.file)
     from meltemi.turbine.windio import read_windio

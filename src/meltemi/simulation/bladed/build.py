@@ -210,8 +210,6 @@ def _refuse(turbine: Turbine, options: ModelOptions) -> None:
     problems = []
     if not 2 <= turbine.n_blades <= MAX_BLADES:
         problems.append(f"n_blades: {turbine.n_blades} blades; 2 and 3 are supported")
-    if turbine.nacelle.overhang <= 0.0:
-        problems.append("nacelle.overhang: downwind rotors are not supported")
     d = turbine.drivetrain
     if options.drivetrain != "two_mass" and d.gearbox is None:
         missing = f"{turbine.name}: options.drivetrain {options.drivetrain!r} needs drivetrain.gearbox"
@@ -662,6 +660,13 @@ def _actuators(turbine: Turbine, options: ModelOptions) -> Float:
     p = Actuators(actuator_array(turbine, options))
     yaw = turbine.yaw
     p.yaw_friction = yaw.friction
+    if (rub := turbine.pitch_actuator.friction) is not None:
+        # loaded by bending moment and centrifugal force (C-94)
+        z, load = turbine.blade.structure.position, 0.5 * rub.coefficient / rub.inertia
+        beam = turbine.blade.structure
+        mass = np.asarray(beam.mass if beam.mass_matrix is None else beam.mass_matrix[:, 0, 0])
+        p.pitch_friction_moment = 4.4 * load
+        p.pitch_friction_spin = load * rub.diameter * float(np.trapezoid(mass * (turbine.hub.radius + z), z))
     p.yaw_hold = -1.0 if yaw.brake_torque is None else yaw.brake_torque + yaw.friction
     for blade, offset in enumerate(deviations(turbine, "pitch")):
         p.pitch_offset[blade] = offset
