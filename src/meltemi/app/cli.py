@@ -179,12 +179,13 @@ def run(
             files.append(out / "case.yaml")
     from meltemi.report.tables import early_extremes, statistics_rows
 
-    head, rows = statistics_rows(result)
-    after = f", after {case.transient:g} s" if case.transient else ""
-    print_table(f"{turbine.name}: {result.meta['wind']}{after}", head, rows, text_columns=3)
-    meta = result.meta
-    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for other loads")
-    print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
+    meta, warnings = result.meta, result.warnings
+    if result.sampled:
+        after = f", after {case.transient:g} s" if case.transient else ""
+        print_table(f"{turbine.name}: {meta['wind']}{after}", *statistics_rows(result), text_columns=3)
+        print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for other loads")
+        print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
+        warnings = (*warnings, *filter(None, [early_extremes(result)]))
     if result.log:
         happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
         print_table("Events", ["time s", "source", "what", "reason"], happened, text_columns=4)
@@ -195,7 +196,7 @@ def run(
     )
     wrote(*files)
     suggest(*_after_run(case, folder, out))
-    for warning in filter(None, (*result.warnings, early_extremes(result))):
+    for warning in warnings:
         say(f"warning: {warning}")
     if result.status is Status.DOUBTFUL:
         for finding in result.findings:
@@ -280,9 +281,18 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
         "turbine": str(path.absolute()) if path.is_file() else target,
         "wind": wind,
         "controller": controller_of_options(given),
-        "duration": 60.0,
+        "duration": _usual_duration(wind),
     }
     return validated(data | _run_of_options(given), LoadCase, "command line")
+
+
+def _usual_duration(wind: dict[str, Any]) -> float:
+    """[s] a minute, which begins with the gust if there is one."""
+    from meltemi.wind.iec.gusts import BEGIN
+    from meltemi.wind.iec.models import MODELS
+
+    model = MODELS.get(wind.get("model", ""))
+    return 60.0 + (wind.get("begin", BEGIN) if model and model.kind == "transient" else 0.0)
 
 
 def _write(result: Result, out: Path, outb: bool) -> list[Path]:
@@ -290,13 +300,15 @@ def _write(result: Result, out: Path, outb: bool) -> list[Path]:
     from meltemi.report.plots import plot, save
     from meltemi.report.tables import statistics_rows, write_csv
 
-    files = [write_netcdf(result, out / "result.nc"), write_csv(out / "statistics.csv", *statistics_rows(result))]
+    files = [write_netcdf(result, out / "result.nc")]
+    for name in ("statistics.csv", "result.png"):
+        (out / name).unlink(missing_ok=True)  # of an earlier run
+    if result.sampled:
+        files.append(write_csv(out / "statistics.csv", *statistics_rows(result)))
     if outb:
         files.append(write_outb(result, out / "result.outb"))
     if len(result.time) > 1:
         files.append(save(plot(result), out / "result.png"))
-    else:
-        (out / "result.png").unlink(missing_ok=True)  # of an earlier run
     return files
 
 
@@ -402,7 +414,7 @@ def power_curve(
         raise InputError("\n".join(failures.values()) or "interrupted before the first operating point was found")
     head, rows = power_curve_rows(points, failures)
     print_table(f"{described.name}: steady operation", head, rows, 0)
-    wrote(write_csv(out / "power_curve.csv", [h.replace(chr(10), " ") for h in head], rows))
+    wrote(write_csv(out / "power_curve.csv", head, rows))
     wrote(save(plot_power_curve(points, model), out / "power_curve.png"))
     further = ("campbell", turbine) if isinstance(described, Turbine) else ("run", turbine, "--wind-speed", 12)
     suggest(*further, "--out", out)

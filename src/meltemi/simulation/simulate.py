@@ -55,6 +55,7 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.scene.motion import Recorder
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
+from meltemi.simulation.unsteady import unseen, wind_log
 from meltemi.simulation.validity import notices, violations
 from meltemi.turbine.plausibility import plausibility_warnings
 from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
@@ -73,15 +74,17 @@ def simulate(run: Run) -> Result:
     transient.
 
     Returns:
-      The result. A run that diverges, is interrupted, or whose controller fails ends early with a status and keeps the
-      series up to then; one beyond the model's range of validity is ``DOUBTFUL``.
+      The result; beyond the model's range of validity its status is ``DOUBTFUL``.
 
     Raises:
       InputError: an argument is not valid, or the wind does not cover the run.
+      RunError: the run diverged, its controller failed, or Ctrl-C ended it; ``error.result`` has the series up to then.
+        With ``partial`` it is returned instead.
     """
     simulation = Simulation(run)
     march(simulation, run.progress)
-    return simulation.result()
+    result = simulation.result()
+    return result if run.partial or result.status.complete else result.raise_for_status()
 
 
 def march(
@@ -190,6 +193,7 @@ class Simulation:
         check_coverage(
             wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
         )
+        self._noticed += unseen(wind, {"grid": grid, "environment.air": model.environment.air}, duration, transient)
         controller = run.controller(wind) if callable(run.controller) else run.controller
         controller = controller or BaselineController(turbine)
         if not isinstance(controller, Controller):
@@ -204,7 +208,7 @@ class Simulation:
         start, words = initial_state(model, wind, run.start() if callable(run.start) else run.start)
         self._noticed += words
         case = Case(model, wind, stations, numbers=numbers, grid=grid)
-        case.events, self._planned = planned.rows, planned.log
+        case.events, self._planned = planned.rows, (*planned.log, *wind_log(wind, duration, dt))
         case["weights"][:2] = kind.step_weights(model, dt)
         entry = case.bind(controller, first_point(model, wind, start))
         if case.controller.close is not None:
@@ -449,7 +453,7 @@ class Simulation:
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
         if warnings := self.warnings():
             meta["warnings"] = warnings
-        if self.controller.log is not None or self.events or self._acted or self.case.trip:
+        if self.controller.log is not None or self._planned or self._acted or self.case.trip:
             meta["log"] = [asdict(entry) for entry in self.log()]
         if findings := violations(self.case["watch"]):
             meta["findings"] = findings
