@@ -39,7 +39,7 @@ from meltemi.app.options import (
     wind_options,
     with_options,
 )
-from meltemi.app.scans import default_speeds, finish, speeds_of
+from meltemi.app.scans import finish, speeds_of
 from meltemi.app.stability import flutter, parked
 from meltemi.app.surrogate import surrogate
 from meltemi.app.terminal import (
@@ -389,29 +389,32 @@ def power_curve(
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)
-    wanted = speeds_of(speeds) if speeds is not None else default_speeds(described.cut_in, described.cut_out)
+    wanted = speeds_of(speeds) if speeds is not None else None
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
-    from meltemi.simulation.rotors import build, operating_point
+    from meltemi.simulation.power_curve import curve_size
+    from meltemi.simulation.power_curve import power_curve as points_of
+    from meltemi.simulation.rotors import build
     from meltemi.turbine.plausibility import plausibility_warnings
 
     for words in plausibility_warnings(described):
         say(f"warning: {words}")
-    points, failures, interrupted = [], {}, False
+    points, failures, interrupted, size = [], {}, False, curve_size(described, wanted)
     folder_for(out)
     model = build(described)
-    with progress_bar("operating points", len(wanted), "points") as progress:
+    with progress_bar("operating points", size, "points") as progress:
         try:
-            for i, speed in enumerate(wanted):
-                try:
-                    points.append(operating_point(model, speed))
-                except MeltemiError as error:
-                    failures[speed] = str(error)
-                progress((i + 1) / len(wanted))
+            for i, (speed, point) in enumerate(points_of(model, wanted), 1):
+                if isinstance(point, str):
+                    failures[speed] = point
+                else:
+                    points.append(point)
+                progress(i / size)
         except KeyboardInterrupt:
             interrupted = True
     if not points:
         raise InputError("\n".join(failures.values()) or "interrupted before the first operating point was found")
+    points.sort(key=lambda point: point.wind.speed)
     head, rows = power_curve_rows(points, failures)
     print_table(f"{described.name}: steady operation", head, rows, 0)
     wrote(write_csv(out / "power_curve.csv", head, rows))
@@ -436,6 +439,10 @@ app.command()(parked)
 app.command()(docs)
 app.add_typer(loads, name="loads")
 app.add_typer(surrogate, name="surrogate")
+
+
+SHOWN_POINTS = 6
+"""Most operating points of a Campbell diagram that are printed; of more, those at equal distances."""
 
 
 @app.command()
@@ -463,12 +470,14 @@ def campbell(
     turns = None
     if rotor_speeds is not None:
         turns = [w * pi / 30.0 for w in speeds_of(rotor_speeds, "--rotor-speeds", "rpm", zero=True)]
-    winds = speeds_of(speeds) if speeds is not None else default_speeds(described.cut_in, described.cut_out)
+    winds = speeds_of(speeds) if speeds is not None else None
     from meltemi.report.plots import plot_campbell, save
     from meltemi.report.tables import campbell_rows, number, write_csv
     from meltemi.simulation.campbell import campbell as diagram_of
+    from meltemi.simulation.power_curve import whole_speeds
     from meltemi.simulation.rotors import build
 
+    winds = winds or whole_speeds(described)
     folder_for(out)
     with progress_bar("Campbell diagram", len(turns or winds), "points") as progress:
         model = build(described)
@@ -480,11 +489,12 @@ def campbell(
             progress=progress,
         )
     last = len(diagram.rotor_speed) - 1
+    shown = dict.fromkeys(round(i * last / (SHOWN_POINTS - 1)) for i in range(SHOWN_POINTS))
     operation = zip(diagram.wind_speed, diagram.rotor_speed, strict=True)
     over = [f"{w:g} m/s" if w == w else f"{turn * 30.0 / pi:.4g} rpm" for w, turn in operation]
     columns = [
         (f"{what}\nat {over[i]}", numbers[:, i])
-        for i in dict.fromkeys((0, last))
+        for i in shown
         for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
     ]
     rows = [[label, *(number(float(v[j])) for _, v in columns)] for j, label in enumerate(diagram.labels)]
@@ -494,6 +504,8 @@ def campbell(
         rows,
         all_rows=campbell_rows(diagram),
     )
+    if len(shown) <= last:
+        print(f"{len(shown)} of {last + 1} operating points; campbell.csv has all of them")
     wrote(write_csv(out / "campbell.csv", *campbell_rows(diagram)))
     wrote(save(plot_campbell(diagram, described.name), out / "campbell.png"))
     if seen:

@@ -139,7 +139,9 @@ class RunOptions(WindOptions):
     controller_input: Annotated[
         Path | None, typer.Option(help="Input file of the controller library, e.g. DISCON.IN.")
     ] = None
-    duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [60; with a gust, 60 after its begin].")] = None
+    duration: Annotated[
+        float | None, typer.Option(help="Duration of the simulation [s] [60; with a gust, 60 after its begin].")
+    ] = None
     start: Annotated[
         str | None,
         typer.Option(help="operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating]."),

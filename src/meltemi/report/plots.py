@@ -256,6 +256,10 @@ STEADY_OPERATION: list[tuple[str, ...]] = [
 """Channels of the panels of steady operation that only a turbine with blades has."""
 
 
+COARSE = 0.3
+"""[m/s] between points from which a curve does not show where rated operation begins."""
+
+
 def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None = None) -> Figure:
     """Plot steady operation over wind speed: power, speed, pitch, thrust, root moment, deflections.
 
@@ -295,11 +299,13 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
             panel(ax, name, "-")
             ax.set_ylim(bottom=0.0)
     made = np.array([p["generator_power"] for p in points])
-    rated = speeds[np.argmax(made > 0.995 * made.max())]
+    first = int(np.argmax(made > 0.995 * made.max()))
+    rated, below = speeds[first], speeds[max(first - 1, 0)]
     for ax in axes.flat:
         ax.axvline(rated, color=FAINT, linewidth=0.9, linestyle=":", zorder=0.5)
     if rated < speeds[-1]:
-        note(axes[0, 0], f" rated from {rated:g} m/s", (rated, 0.02), **ON_TOP)
+        where = f"from {rated:.4g}" if rated - below < COARSE else f"between {below:.4g} and {rated:.4g}"
+        note(axes[0, 0], f" rated {where} m/s", (rated, 0.02), **ON_TOP)
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
     of = f"{model.turbine.name}: steady" if model is not None else "Steady"

@@ -142,7 +142,9 @@ def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], t
     return table
 
 
-HEAD_UNIT = re.compile(r"(.*?[^\d\s])\s+\[?(m/s|rpm|deg/s|deg|rad/s|rad|Hz|%|kN m/deg|kN m|kN|MW|kW|kvar|kV|kg|m|s|h)\]?")
+HEAD_UNIT = re.compile(
+    r"(.*?[^\d\s])\s+\[?(m/s|rpm|deg/s|deg|rad/s|rad|Hz|%|kN m/deg|kN m|kN|MW|kW|kvar|kV|kg|m|s|h)\]?"
+)
 """A column's name with its unit at the end."""
 
 

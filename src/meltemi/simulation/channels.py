@@ -118,12 +118,17 @@ def catalogue(
     for n in range(1, tower_stations + 1):
         found += [_channel(row, (n,), n=n) for row in _rows("tower_station")]
     for name in coordinates:
-        turns = name in ("generator", "drivetrain") or name.endswith(("torsion", "roll", "pitch", "yaw"))
-        unit = "rad" if turns else "m"
+        unit = coordinate_unit(name)
         if name != "yaw":  # yaw has its own channel
             found.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
         found.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
     return {channel.name: channel for channel in found}
+
+
+def coordinate_unit(name: str) -> str:
+    """SI unit of a generalised coordinate."""
+    turns = name in ("generator", "drivetrain") or name.endswith(("torsion", "roll", "pitch", "yaw"))
+    return "rad" if turns else "m"
 
 
 def _gearbox(planetary: int, stages: int) -> list[Channel]:

@@ -37,7 +37,7 @@ from meltemi.maths.multiblade import rotating_frame
 from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.case import Case
-from meltemi.simulation.channels import Channel
+from meltemi.simulation.channels import Channel, coordinate_unit
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.modes import Mode
 from meltemi.simulation.rotors import kind_of
@@ -342,7 +342,7 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
     model, names = case.model, case.model.coordinates
     generator, torsion = (model.n_core - N_SHAFT + i for i in (GENERATOR, TORSION))
     free = [i for i in range(len(names)) if case["locked"][i] == 0.0]
-    unit = ["rad" if n in ("yaw", "generator", "drivetrain") or n.endswith("torsion") else "m" for n in names]
+    unit = [coordinate_unit(n) for n in names]
     x = []
     for i in (i for i in free if i != generator):
         # the rotor azimuth is prescribed: torsion of the shaft moves the generator backwards

@@ -175,6 +175,14 @@ class Result(Shown, Viewed):
         }
         return xr.Dataset(variables, coordinates, about)
 
+    def to_pandas(self) -> pd.DataFrame:
+        """Table of the series over the time [s], in SI units, which ``attrs["units"]`` has by channel."""
+        import pandas as pd
+
+        table = pd.DataFrame(self.data, pd.Index(self.time, name="time"), self.names)
+        table.attrs["units"] = {channel.name: channel.unit for channel in self.channels}
+        return table
+
     def statistics(self) -> pd.DataFrame:
         """Mean, standard deviation, minimum and maximum of each channel after the transient, in engineering units.
 

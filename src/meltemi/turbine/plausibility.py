@@ -14,8 +14,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from meltemi.turbine.definition import Turbine
-from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 from meltemi.turbine.scaling.blade import blade_moments
 from meltemi.turbine.scaling.tower import cumulative
 from meltemi.turbine.scaling.typical import typical_masses
@@ -38,7 +37,7 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     Returns:
       One sentence each, with the key, its value and the usual range; empty if there is none.
     """
-    if not isinstance(turbine, Turbine):
+    if isinstance(turbine, PowerTurbine):
         return ()
     blade, tower, drive, control = turbine.blade.structure, turbine.tower, turbine.drivetrain, turbine.control
     speed = turbine.rated_rotor_speed
