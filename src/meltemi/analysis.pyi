@@ -12,6 +12,7 @@ from meltemi.simulation.flutter import Flutter as Flutter
 from meltemi.simulation.flutter import flutter as flutter
 from meltemi.simulation.linear import LinearModel as LinearModel
 from meltemi.simulation.linear import linearise as linearise
+from meltemi.simulation.modes import Mode as Mode
 from meltemi.simulation.modes import natural_modes as natural_modes
 from meltemi.simulation.observer import Estimate as Estimate
 from meltemi.simulation.observer import ExpectedTurbulence as ExpectedTurbulence

@@ -112,6 +112,7 @@ class WindOptions:
     ntm: Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")] = False
     wind_class: ClassOption = None
     edition: EditionOption = None
+    begin: Annotated[float | None, typer.Option(help="Begin of the gust of --iec [s] [60].")] = None
 
     def given(self) -> dict[str, Any]:
         """The given options under their names on the command line."""
@@ -136,7 +137,9 @@ class RunOptions(WindOptions):
     ] = None
     controller: ControllerOption = None
     controller_input: ControllerInputOption = None
-    duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [60].")] = None
+    duration: Annotated[
+        float | None, typer.Option(help="Duration of the simulation [s] [60; with a gust, 60 after its begin].")
+    ] = None
     start: Annotated[
         str | None,
         typer.Option(help="operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating]."),
@@ -187,7 +190,7 @@ def is_case(path: Path) -> bool:
 
 WIND = tuple(
     f"--{name}"
-    for name in "wind-speed turbulence seed shear direction spectrum iec wind-class edition wind-file".split()
+    for name in "wind-speed turbulence seed shear direction spectrum iec wind-class edition begin wind-file".split()
 )
 """Options of a wind."""
 
@@ -217,6 +220,8 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
             if name in given and name not in allowed:
                 raise InputError(f"{name}: {because}")
 
+    if "--begin" in given and "--iec" not in given:
+        raise InputError("--begin: is that of a gust; add --iec, e.g. --iec EOG")
     if "--wind-file" in given:
         for name in ("--wind-speed", "--iec"):
             if name in given:
@@ -230,7 +235,7 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
     further = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
     more = {key: given[name] for name, key in further.items() if name in given}
     if "--iec" in given:
-        standard = {"--wind-class": "wind_class", "--edition": "edition"}
+        standard = {"--wind-class": "wind_class", "--edition": "edition", "--begin": "begin"}
         wind |= {key: given[name] for name, key in standard.items() if name in given}
         return {"kind": "iec", "model": given["--iec"], **wind, "turbulence": more}
     if "--wind-speed" not in given:

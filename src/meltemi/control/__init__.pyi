@@ -21,6 +21,8 @@ from meltemi.control.load_control import SpeedNotch as SpeedNotch
 from meltemi.control.power_control.controller import PowerController as PowerController
 from meltemi.control.power_control.settings import Droop as Droop
 from meltemi.control.power_control.settings import PowerControl as PowerControl
+from meltemi.control.signals import Demands as Demands
+from meltemi.control.signals import Measurements as Measurements
 from meltemi.control.supervisor.settings import Supervision as Supervision
 from meltemi.control.supervisor.supervised import SupervisedController as SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection as YawProtection

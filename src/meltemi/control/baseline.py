@@ -215,10 +215,10 @@ def BaselineController(turbine: AnyTurbine, *, sample_time: float | None = None,
     """
     if not (math.isfinite(smoothing) and smoothing >= 0.0):
         raise InputError(f"BaselineController: smoothing must be zero or a positive angle [rad], found {smoothing!r}")
-
+    law = turbine.control  # now: the error for what is no turbine
     return Controller(
         update=update,
-        init=lambda start: start_state(turbine.control, start, smoothing),
+        init=lambda start: start_state(law, start, smoothing),
         sample_time=sample_time,
         name="baseline",
         uses_loads=False,

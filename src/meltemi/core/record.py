@@ -159,6 +159,9 @@ class Record(Shown, BaseModel):
                 raise ValueError(f"{name}: expected a number of at most {LARGEST:g}")
         return data | {name: from_text(data[name], unit) for name, unit in _angular(cls).items() if name in data}
 
+    def __dir__(self) -> list[str]:
+        return [name for name in super().__dir__() if name.startswith("__") or not hasattr(BaseModel, name)]
+
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and self.content_hash() == other.content_hash()
 

@@ -139,9 +139,9 @@ WindCase = Annotated[SteadyCase | TurbulenceCase | IecCase | FileCase, Field(dis
 
 def _within(event: BaseEvent, info: ValidationInfo) -> BaseEvent:
     """Validate events here, and not in the case, so that messages name the line of the event."""
-    duration = info.data.get("duration", event.at)
-    if event.at > duration:
-        raise ValueError(f"at {event.at:g} s is after the end of the run at {duration:g} s (duration)")
+    duration = info.data.get("duration", math.inf)
+    if event.at >= duration:
+        raise ValueError(f"at {event.at:g} s is not before the end of the run at {duration:g} s (duration)")
     return event
 
 

@@ -219,7 +219,7 @@ def actuator_travel(source: Result | ArrayLike, channel: str | None = None, *, d
     Raises:
       InputError: required arguments besides the source are missing, or values are not finite or not evenly spaced.
     """
-    x, step, _ = even_series(source, channel, dt, "travel")
+    x, step, _ = even_series(source, channel, dt, "actuator_travel")
     return float(np.abs(np.diff(x)).sum() / ((len(x) - 1) * step))
 
 

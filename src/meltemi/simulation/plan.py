@@ -21,6 +21,7 @@ from meltemi.simulation.parts import Part
 from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
+from meltemi.simulation.unsteady import unseen
 from meltemi.turbine.plausibility import plausibility_warnings
 from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
 from meltemi.wind.turbulent import realised
@@ -133,7 +134,8 @@ def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
         duration=run.duration,
         origin=run.origin,
     )
-    return wind, noticed
+    changing = {"grid": run.grid, "environment.air": plan.model.environment.air}
+    return wind, [*noticed, *unseen(wind, changing, run.duration, run.transient)]
 
 
 def controller_of(run: Run, plan: Plan, wind: Wind) -> tuple[Controller, int]:

@@ -50,6 +50,7 @@ class Run:
       origin: (x, y) [m] of the turbine in the axes of the wind.
       transient: [s] initial transient, recorded, but excluded from statistics and equivalent loads.
       view: record the motion for the three-dimensional view (``meltemi view``), in ``result.scene``.
+      partial: return the result of a run that ends early instead of raising; for ``simulate``: a batch reports it.
       name: name of the run in a batch, for messages and files; by default ``case_0001`` and so on.
       progress: callback with the completed fraction.
     """
@@ -70,6 +71,7 @@ class Run:
     origin: tuple[float, float] = (0.0, 0.0)
     transient: float = 0.0
     view: bool = False
+    partial: bool = False
     name: str = ""
     progress: Callable[[float], None] | None = field(default=None, repr=False, compare=False)
 

@@ -40,6 +40,7 @@ from meltemi.simulation.result import Finding, Result
 from meltemi.simulation.rotors import kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start, begin
+from meltemi.simulation.unsteady import wind_log
 from meltemi.simulation.validity import notices, violations
 from meltemi.wind.fields import Wind
 
@@ -59,15 +60,17 @@ def simulate(run: Run) -> Result:
     transient.
 
     Returns:
-      The result. A run that diverges, is interrupted, or whose controller fails ends early with a status and keeps the
-      series up to then; one beyond the model's range of validity is ``DOUBTFUL``.
+      The result; beyond the model's range of validity its status is ``DOUBTFUL``.
 
     Raises:
       InputError: an argument is not valid, or the wind does not cover the run.
+      RunError: the run diverged, its controller failed, or Ctrl-C ended it; ``error.result`` has the series up to then.
+        With ``partial`` it is returned instead.
     """
     simulation = Simulation(run)
     march(simulation, run.progress)
-    return simulation.result()
+    result = simulation.result()
+    return result if run.partial or result.status.complete else result.raise_for_status()
 
 
 def march(
@@ -145,7 +148,8 @@ class Simulation:
         controller, every_control = controller_of(run, plan, wind)
         start, words = initial_state(plan.model, wind, run.start() if callable(run.start) else run.start)
         self._noticed += words
-        self.events, self._planned, self._acted = plan.events.given, plan.events.log, list[tuple[int, LogEntry]]()
+        self.events, self._acted = plan.events.given, list[tuple[int, LogEntry]]()
+        self._planned = (*plan.events.log, *wind_log(wind, run.duration, plan.dt))
         case = _prepared(run, plan, wind, numbers)
         entry = case.bind(controller, first_point(plan.model, wind, start))
         if case.controller.close is not None:
@@ -395,7 +399,7 @@ class Simulation:
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
         if warnings := self.warnings():
             meta["warnings"] = warnings
-        if self.controller.log is not None or self.events or self._acted or self._of_parts():
+        if self.controller.log is not None or self._planned or self._acted or self._of_parts():
             meta["log"] = [asdict(entry) for entry in self.log()]
         if findings := violations(self.case["watch"]):
             meta["findings"] = findings

@@ -15,6 +15,7 @@ from pydantic import Field, model_validator
 from meltemi.core.display import rounded
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
+from meltemi.core.series import changing
 from meltemi.core.shown import Brief, Viewed
 from meltemi.maths.tables import View
 from meltemi.wind.velocity import WindField, WindNow, WindParameters
@@ -130,6 +131,11 @@ class WindSeries(Record, Viewed):
     def label(self) -> str:
         """Short description, for titles and metadata."""
         return self.source or "wind series"
+
+    @property
+    def changes(self) -> tuple[float, float] | None:
+        """[s] begin and end of what changes, of a gust for example; None for a constant wind."""
+        return changing(self.time, *(getattr(self, name) for name in WindNow.names if name != "time"))
 
     def __repr__(self) -> str:
         return f"<WindSeries {self.label}: {len(self.time)} times, {self.time[0]:g} to {self.time[-1]:g} s>"
@@ -489,7 +495,7 @@ def check_coverage(
     duration: float,
     origin: tuple[float, float] = (0.0, 0.0),
 ) -> None:
-    """Raise an error for a box that is too small or too short for the turbine.
+    """Raise an error for a box that is too small or too short for the turbine, or a gust outside the run.
 
     Args:
       hub_height, radius: [m] of the rotor.
@@ -500,6 +506,11 @@ def check_coverage(
     Raises:
       InputError: naming what is too small, how much is there and how much is needed.
     """
+    if isinstance(wind, WindSeries) and (span := wind.changes) and not (span[0] < duration and span[1] > 0.0):
+        raise InputError(
+            f"{wind.label}: the wind changes from {span[0]:g} s to {span[1]:g} s only, outside the run of "
+            f"{duration:g} s: let it begin earlier, or simulate longer"
+        )
     if isinstance(wind, SharedTurbulence):
         name, box, speed, ahead = wind.label, wind.field, mean_speed(wind, hub_height), wind.begin + reach
     elif isinstance(wind, WindBox):

@@ -83,7 +83,8 @@ def scale_turbine(
       blade_stiffness: over that of equal strain, as of stiffer material; frequencies go with its root.
       hub_mass: [kg] with pitch bearings and spinner.
       nacelle_mass: [kg] without rotor.
-      tower_frequency: [Hz] of the first fore-aft mode; sets the diameter. By default the stress in rated wind stays.
+      tower_frequency: [Hz] of the first fore-aft mode of the turbine; sets the diameter. By default the stress in rated
+        wind stays.
       yaw_rate: [rad/s] of the drive.
       cut_in: [m/s] wind speed.
       cut_out: [m/s] wind speed.
