@@ -45,7 +45,14 @@ def bench_controller(
     if len(set(controllers)) < len(controllers):
         twice = next(name for name in controllers if controllers.count(name) > 1)
         raise InputError(f"controllers: {twice!r} is named twice")
-    names = list(dict.fromkeys((reference, *controllers)))
+    from meltemi.core.extras import need, skipped
+
+    absent = skipped({name: ("rosco",) for name in controllers if name.partition("@")[0] == "rosco"})
+    if reference.partition("@")[0] == "rosco" or len(absent) == len(controllers):
+        need("controller rosco", "rosco")
+    for words in absent.values():
+        say(words)
+    names = list(dict.fromkeys((reference, *(name for name in controllers if name not in absent))))
     from meltemi.core.yamlfile import read_record
     from meltemi.studies.controller_bench.contenders import check_names, digest_of, labelled
     from meltemi.studies.controller_bench.suite import BenchLimits
