@@ -53,7 +53,7 @@ def reproduce(
 
     page = import_module(f"meltemi_papers.{study}.page")
     need(f"reproduce {study}", *page.STUDY.needs)
-    for words in skipped(page.STUDY.claims_need).values():
+    for words in skipped(page.STUDY.parts_need).values():
         say(words)
     folder_for(out)
     with progress_bar(study) as progress:

@@ -126,7 +126,7 @@ class Study(Generic[Found]):
       texts: files at the end of the page.
       runs: of what was found those that the figures are drawn from.
       needs: optional packages that the whole needs.
-      claims_need: optional packages by the claims that need them, which cannot be judged without.
+      parts_need: optional packages by the claims and parts that need them, which cannot be judged without.
     """
 
     name: str
@@ -139,7 +139,7 @@ class Study(Generic[Found]):
     texts: Sequence[str] = ("after.md",)
     runs: Callable[[Found], Any] = lambda found: found
     needs: Sequence[str] = ()
-    claims_need: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    parts_need: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def text(self, name: str) -> str:
         """Text of one of its Markdown files."""

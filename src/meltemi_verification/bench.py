@@ -24,6 +24,7 @@ from meltemi.control.baseline import BaselineController
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.extras import skipped
 from meltemi.core.kernel import statistics
 from meltemi.maths.records import Kind
 from meltemi.simulation.case import Case

@@ -184,5 +184,5 @@ STUDY = Study(
     figures=FIGURES,
     contents=contents,
     parts=beyond.PARTS,
-    claims_need={RAIN: packages_of(BLADES_IN_RAIN)},
+    parts_need=dict.fromkeys((RAIN, "loads on an aeroelastic turbine"), packages_of(BLADES_IN_RAIN)),
 )
