@@ -36,7 +36,6 @@ if threading.current_thread() is threading.main_thread() and signal.getsignal(si
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile what is missing before the workers start, which would all compile the same."""
     workers = getattr(session.config.option, "numprocesses", None)

@@ -125,6 +125,8 @@ class Study(Generic[Found]):
         too; the page has all of them that lie in the folder.
       texts: files at the end of the page.
       runs: of what was found those that the figures are drawn from.
+      needs: optional packages that the whole needs.
+      parts_need: optional packages by the claims and parts that need them, which cannot be judged without.
     """
 
     name: str
@@ -136,6 +138,8 @@ class Study(Generic[Found]):
     parts: Sequence[str] = ()
     texts: Sequence[str] = ("after.md",)
     runs: Callable[[Found], Any] = lambda found: found
+    needs: Sequence[str] = ()
+    parts_need: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def text(self, name: str) -> str:
         """Text of one of its Markdown files."""

@@ -331,11 +331,6 @@ def test_discon_files_are_edited(tmp_path: Path) -> None:
 
 
 def test_rosco_is_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    from importlib.metadata import PackageNotFoundError
-
-    def missing(name: str) -> None:
-        raise PackageNotFoundError(name)
-
-    monkeypatch.setattr("meltemi.control.bladed.rosco.distribution", missing)
+    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: False)
     with pytest.raises(meltemi.InputError, match="pip install --no-deps"):
         meltemi.control.find_rosco()

@@ -94,8 +94,8 @@ def test_plain_python_controllers_are_refused() -> None:
 def test_missing_packages_and_cards_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="device must be one of cpu, cuda, cuda-single, found 'gpu'"):
         meltemi.simulate_batch([run_of(8.0)], device="gpu")
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r'pip install "numba-cuda\[cu12\]>=0.28,<0.31"'):
+    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: False)
+    with pytest.raises(InputError, match=r"pip install 'numba-cuda\[cu12\]>=0.28,<0.31'"):
         meltemi.simulate_batch([run_of(8.0)], device="cuda")
 
 

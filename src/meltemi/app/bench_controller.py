@@ -44,12 +44,18 @@ def bench_controller(
         raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
     from meltemi.controllers.names import labelled
     from meltemi.controllers.specification import check_files, digest, specification
+    from meltemi.core.extras import need, skipped
     from meltemi.core.yamlfile import read_record
     from meltemi.studies.controller_bench.suite import BenchLimits
     from meltemi.wind.iec.classes import as_class
 
     labelled(controllers)
-    names = list(dict.fromkeys((reference, *controllers)))
+    absent = skipped({name: ("rosco",) for name in controllers if name.partition("@")[0] == "rosco"})
+    if reference.partition("@")[0] == "rosco" or len(absent) == len(controllers):
+        need("controller rosco", "rosco")
+    for words in absent.values():
+        say(words)
+    names = list(dict.fromkeys((reference, *(name for name in controllers if name not in absent))))
     labels = list(labelled(names))
     for name in names:
         check_files(specification(name))

@@ -323,7 +323,8 @@ def _library_files(kept: Path, out: Path) -> list[Path]:
 @app.command()
 def turbines() -> None:
     """List the turbines of the library."""
-    from meltemi.turbine.library import library_entries
+    from meltemi.core.extras import missing
+    from meltemi.turbine.library import library_entries, packages_of
 
     rows = [
         [
@@ -338,6 +339,9 @@ def turbines() -> None:
     ]
     head = ["name", "verified by", "source; licence", "rated MW", "rotor m", "hub m"]
     print_table("Library", head, rows, text_columns=3)
+    for name in library_entries():
+        if words := missing(packages_of(name)):
+            say(f"{name} needs {words}")
     suggest("inspect", "nrel5mw")
 
 

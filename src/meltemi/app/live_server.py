@@ -20,6 +20,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from meltemi.core.errors import InputError
+from meltemi.core.extras import need
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -56,10 +57,9 @@ class LiveServer:
     """
 
     def __init__(self, page: Callable[[], str], port: int = 0) -> None:
-        try:
-            from websockets.sync.server import serve
-        except ImportError:
-            raise InputError("live needs websockets; install it with: pip install 'websockets>=14'") from None
+        need("live", "websockets")
+        from websockets.sync.server import serve
+
         if not 0 <= port < 65536:
             raise InputError(f"--port must be from 1 to 65535, found {port}")
         try:

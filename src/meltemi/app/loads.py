@@ -14,6 +14,7 @@ from meltemi.app.commands import Group
 from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, ControllerInputOption, controller_of_options
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
+from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
     from meltemi.loadbase.engine import BaseStatus, Progress
@@ -127,6 +128,8 @@ def plan_(
         files.append(write_excel(planned.table, out / "table.xlsx"))
     wrote(*files)
     suggest("loads", "run", out)
+    if words := missing(("pandas", "pyarrow", "openpyxl")):
+        say(f"to run and report it needs {words}")
 
 
 def _show(plan: Plan) -> None:

@@ -13,6 +13,7 @@ from meltemi.app.loads import shard_of, told
 from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, controller_of_options
 from meltemi.app.terminal import OutOption, folder_for, print_table, print_values, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
+from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
     from meltemi.surrogate.site import SiteTable
@@ -97,6 +98,8 @@ def design(
     print(f"{points} points of the fit, {checks} held-out points: {len(planned)} runs, {hours:.0f} h simulated")
     wrote(*files)
     suggest("surrogate", "run", out)
+    if words := missing(("pandas", "pyarrow")):
+        say(f"to run it needs {words}")
 
 
 def _pairs(text: str, option: str) -> list[tuple[str, str]]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meltemi.core.errors import InputError
+from meltemi.core.extras import need
 from meltemi.core.files import replacing
 from meltemi.core.shown import Brief
 from meltemi.loadbase.coverage import Results, condition_of, coverage_of, problems_of, read_results
@@ -328,11 +328,9 @@ def write_design_loads(design: DesignLoads, folder: str | Path) -> list[Path]:
             table.to_csv(partial)
         files.append(path)
     path = folder / WORKBOOK
-    try:
-        with replacing(path) as (partial,), partial.open("wb") as file, pd.ExcelWriter(file, "openpyxl") as book:
-            for name, table in tables.items():
-                if name != "markov":
-                    table.reset_index().to_excel(book, sheet_name=name, index=False, freeze_panes=(1, 1))
-    except ImportError:
-        raise InputError("Excel files need openpyxl: pip install openpyxl") from None
+    need("an Excel file", "openpyxl")
+    with replacing(path) as (partial,), partial.open("wb") as file, pd.ExcelWriter(file, "openpyxl") as book:
+        for name, table in tables.items():
+            if name != "markov":
+                table.reset_index().to_excel(book, sheet_name=name, index=False, freeze_panes=(1, 1))
     return [*files, path]

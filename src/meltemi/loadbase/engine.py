@@ -16,6 +16,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.extras import need
 from meltemi.core.representation import Card, Fold
 from meltemi.core.shown import Shown
 from meltemi.core.threads import available_cores
@@ -318,10 +319,9 @@ class OnDask:
         Raises:
           InputError: Dask is not installed, there is no scheduler at the address, or groups could not be run.
         """
-        try:
-            from distributed import Client, LocalCluster, as_completed
-        except ImportError:
-            raise InputError("--dask needs Dask: pip install dask distributed") from None
+        need("--dask", "distributed")
+        from distributed import Client, LocalCluster, as_completed
+
         cores, cluster = available_cores(), None
         if self.address == LOCAL:
             cluster = LocalCluster(n_workers=cores, threads_per_worker=1, dashboard_address=None)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import need
 from meltemi.core.files import bytes_of, replacing
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import validated
@@ -24,10 +25,8 @@ HEAD = ("part", "key", "value")
 
 
 def _openpyxl() -> Any:
-    try:
-        return import_module("openpyxl")
-    except ImportError:
-        raise InputError("Excel files need openpyxl: pip install openpyxl") from None
+    need("an Excel file", "openpyxl")
+    return import_module("openpyxl")
 
 
 def write_excel(table: LoadTable, path: str | Path) -> Path:

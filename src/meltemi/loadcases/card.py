@@ -8,7 +8,6 @@ field of their wind, is copied once. Afterwards the memory is copied back, and t
 from __future__ import annotations
 
 import ctypes
-import importlib.util
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
+from meltemi.core.extras import need
 from meltemi.core.kernel import kernels, loose
 from meltemi.loadcases import single_precision
 from meltemi.maths.records import members
@@ -45,8 +45,7 @@ Bytes = NDArray[np.uint8]
 
 def check() -> None:
     """Raise InputError unless numba-cuda and a graphics card are present."""
-    if importlib.util.find_spec("numba_cuda") is None:
-        raise InputError("device 'cuda' needs numba-cuda: pip install \"numba-cuda[cu12]>=0.28,<0.31\"")
+    need("device 'cuda'", "numba-cuda")
     from numba import cuda
 
     if not cuda.is_available():

@@ -28,6 +28,7 @@ from meltemi.control import actuator_models
 from meltemi.control.actuators import Actuators, FlapActuators
 from meltemi.core.display import quantity
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
+from meltemi.core.extras import need
 from meltemi.core.representation import Card, Fold
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
@@ -185,10 +186,9 @@ class LinearModel(Brief):
         Raises:
           InputError: the package ``control`` is not installed.
         """
-        try:
-            import control
-        except ImportError:
-            raise InputError("to_control needs the package 'control': pip install 'control>=0.10,<0.12'") from None
+        need("to_control", "control")
+        import control
+
         names = {key: list(getattr(self, key)) for key in ("states", "inputs", "outputs")}
         return control.ss(self.A, self.B, self.C, self.D, name="meltemi", **names)
 

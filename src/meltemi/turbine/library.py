@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib.metadata import PackageNotFoundError, distribution
+from importlib.metadata import distribution
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, overload
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import BY_NAME, need
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import merged, parse, read_mapping, read_text, validated, write_record
 from meltemi.turbine.definition import Turbine
@@ -59,6 +60,12 @@ def library_entries() -> dict[str, LibraryEntry]:
 def list_turbines() -> list[str]:
     """Names of the library turbines."""
     return sorted(library_entries())
+
+
+def packages_of(name: str) -> tuple[str, ...]:
+    """Optional packages that have the data of a library turbine; none for others."""
+    entry = library_entries().get(name)
+    return () if entry is None or entry.windio is None else ("windIO",)
 
 
 @overload
@@ -132,13 +139,11 @@ def windio_file(name: str, wanted_for: str) -> Path:
     Raises:
       InputError: the package is not installed, or has no such file.
     """
-    install = "pip install 'windIO>=2.1,<3'"
-    try:
-        package = distribution("windIO")
-    except PackageNotFoundError:
-        raise InputError(f"the data of {wanted_for} are in the package windIO, which is missing: {install}") from None
+    need(f"turbine {wanted_for}", "windIO")
+    package = distribution("windIO")
     path = Path(str(package.locate_file(f"{WINDIO}/{name}")))
     if not path.is_file():
+        install = f"pip install {BY_NAME['windIO']!r}"
         raise InputError(f"windIO {package.version} has no {WINDIO}/{name}, the data of {wanted_for}: {install}")
     return path
 

@@ -262,4 +262,5 @@ STUDY = Study(
     runs=lambda found: found.runs,
     figures=FIGURES,
     contents=contents,
+    needs=("pandas",),
 )
