@@ -10,7 +10,7 @@ from typing import Any
 from meltemi.core.errors import MeltemiError
 from meltemi.simulation import rotors
 from meltemi.simulation.model import Model
-from meltemi.simulation.trim import OperatingPoint
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.turbine.power_turbine import AnyTurbine
 
 HALVINGS = 5

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from meltemi.control.controller import LogEntry
 from meltemi.core.record import Record
@@ -25,7 +25,7 @@ def wind_log(wind: Wind, duration: float, dt: float) -> Iterator[tuple[int, LogE
             yield math.ceil(time / dt - 1e-6), LogEntry(time, "wind", what, wind.label)
 
 
-def unseen(wind: Wind, others: dict[str, Record | None], duration: float, transient: float) -> list[str]:
+def unseen(wind: Wind, others: Mapping[str, Record | None], duration: float, transient: float) -> list[str]:
     """Warnings about changes that a run shows only in part, or that its statistics leave out.
 
     Args:
