@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,22 +36,22 @@ from meltemi.loadbase.report_loads import (
     with_band,
 )
 from meltemi.postprocess.extremes import COMPONENTS
-from meltemi.report.charts import beside
-from meltemi.report.html import (
+from meltemi.report.blocks import (
+    Beside,
     Block,
+    Case,
     CaseList,
     Cell,
     Code,
-    Markup,
+    Document,
+    Entry,
+    Facts,
+    Folded,
     Section,
     Table,
-    case_button,
-    folded,
-    plain,
-    shown,
-    together,
-    write_page,
+    Verdict,
 )
+from meltemi.report.html import write_page
 from meltemi.report.turbine_facts import number
 
 if TYPE_CHECKING:
@@ -63,8 +62,6 @@ TABLES = "tables"
 """Folder beside it."""
 SHOWN = 10
 """Cases with a problem up to which the list of them is unfolded."""
-NEAR = 0.95
-"""Utilisation from which it is marked."""
 LOADS = (*COMPONENTS, "F_res", "M_res")
 CERTIFICATE = (
     "A load base is not a certificate: rules and factors were read from secondary sources, and the values named under "
@@ -162,7 +159,7 @@ def made() -> str:
 # ------------------------------------------------------------------------------------------------------ verdict
 
 
-def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Markup:
+def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdict:
     """What an engineer must know before reading a number."""
     coverage = d.coverage
     total, good = int(coverage["cases"].sum()), int(coverage["ok"].sum())
@@ -173,32 +170,32 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
         rows = [f"{row} ({n})" for row, n in coverage["missing"].items() if n]
         lines.insert(0, f"{counts['missing']} cases are missing: DLC {', '.join(rows)}")
     if strikes := [f"DLC {row}" for row, line in d.clearance.iterrows() if not line.fits]:
-        lines.append(f"With factors a blade strikes the tower in {', '.join(strikes)}")
+        lines.append(f"Tower strike with partial safety factors in {', '.join(strikes)}")
     if ratios is not None:
         over = exceeded(d, ratios)
         named = [f"{title_of(place)} {load}: {row.ratio:.2f}" for (_, place, load), row in over.head(8).iterrows()]
         more = f" and {len(over) - 8} more" if len(over) > 8 else ""
         lines.append(f"{len(over)} utilisations are above 1{': ' if named else ''}{'; '.join(named)}{more}")
     if without:
-        kind, heading = "bad", f"Not complete: {without} of {total} cases have no loads"
+        kind, heading = "bad", f"Incomplete: no results for {without} of {total} load cases"
     elif counts["doubtful"] or counts["warned"]:
         kind = "bad" if strikes else "doubtful"
         words = {"doubtful": "doubtful", "warned": "with warnings"}
-        heading = f"All {total} cases have loads; " + ", ".join(
+        heading = f"Complete: {total} load cases simulated, " + ", ".join(
             f"{counts[s]} {w}" for s, w in words.items() if counts[s]
         )
     else:
         kind = "bad" if strikes else "good"
-        heading = f"Complete: all {good} cases have loads, none with a warning"
+        heading = f"Complete: {good} load cases simulated without warnings"
     told = d.problems[d.problems["state"] != "missing"]
-    body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
+    more = None
     if len(told):
-        cases = [[case_button(str(name), base), p.row, p.state, p.message, p.meaning] for name, p in told.iterrows()]
+        rows = [[Case(str(name), base), p.row, p.state, p.message, p.meaning] for name, p in told.iterrows()]
         classes = {(i, 2): str(state) for i, state in enumerate(told["state"])}
-        table = Table(["case", "DLC", "state", "message", "meaning"], cases, classes=classes)
+        table = Table(["case", "DLC", "state", "message", "consequence"], rows, classes=classes)
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
-        body += folded(states, table, unfolded=len(told) <= SHOWN).html
-    return Markup(f'<div class="verdict {kind}"><h2>{plain(heading)}</h2>{body}</div>')
+        more = Folded(states, table, unfolded=len(told) <= SHOWN)
+    return Verdict(kind, heading, lines, more)
 
 
 def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
@@ -236,59 +233,49 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
         caption = f"Ultimate loads, {WITH}"
         tables.append(Table(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS)], rows, caption))
         blocks.append(
-            f"Each entry is the largest magnitude of its component with the case that governs it; (!): the case is "
-            f"doubtful or has warnings.{words} Loads of one instant: extreme loads."
+            f"Largest magnitude of each component with its governing load case; (!) marks a load case that is doubtful or "
+            f"has warnings.{words} The extreme loads below have the contemporaneous loads."
         )
     if len(d.fatigue):
         tables.append(fatigue_glance(d, ratios))
-    return [*blocks, beside(*tables)] if tables else blocks
+    return [*blocks, Beside(tables)] if tables else blocks
 
 
-def key_numbers(d: DesignLoads) -> Markup:
+def key_numbers(d: DesignLoads) -> Facts:
     """A line of single numbers."""
-    found: list[tuple[str, str | Markup]] = []
+    found: list[tuple[str, str, Case | None]] = []
     if d.energy is not None:
         gwh = 1.0 / 3.6e12
-        found.append(("energy of a year", f"{with_band(d.energy.energy * gwh, d.energy.half_width * gwh)} GWh"))
+        found.append(("annual energy", f"{with_band(d.energy.energy * gwh, d.energy.half_width * gwh)} GWh", None))
     if len(d.clearance):
         worst = d.clearance.loc[d.clearance["left"].idxmin()]
-        words = f"{number(float(worst.left))} m left ({'fits' if worst.fits else 'strikes the tower'}), "
-        found.append(("tip clearance with factors", together(words, case_button(str(worst.case)))))
+        text = f"{number(float(worst.left))} m ({'passes' if worst.fits else 'tower strike'}), "
+        found.append(("remaining tip clearance with factors", text, Case(str(worst.case))))
     for channel, end, label, unit, factor in (
         ("rotor_speed", "max", "largest rotor speed", "rpm", 30.0 / math.pi),
-        ("tower_top_acceleration_x", "max", "fore-aft acceleration of the tower top", "m/s²", 1.0),
+        ("tower_top_acceleration_x", "max", "largest fore-aft tower-top acceleration", "m/s²", 1.0),
     ):
         if (channel, end) in d.signals.index:
             row = d.signals.loc[(channel, end)]
-            found.append((label, together(f"{number(float(row.value) * factor)} {unit}, ", case_button(str(row.case)))))
+            found.append((label, f"{number(float(row.value) * factor)} {unit}, ", Case(str(row.case))))
     if len(d.stops):
-        found.append(("stops of a year", number(float(d.stops.iloc[:, 0].sum()))))
-    parts = (f"<div><dt>{escape(name)}</dt><dd>{together(value).html}</dd></div>" for name, value in found)
-    return Markup(f'<dl class="facts key">{"".join(parts)}</dl>')
+        found.append(("stops per year", number(float(d.stops.iloc[:, 0].sum())), None))
+    return Facts(found)
 
 
-def governing(place: str, own: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> Markup:
+def governing(place: str, own: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> Entry | None:
     """The largest magnitude of a component, with its design load case and utilisation."""
     if not (driver := governing_driver(own, name)):
-        return Markup("")
+        return None
     row, factor = own.loc[driver], unit_of_driver(name)[1]
-    mark = "" if row.state == "ok" else " (!)"
-    label = case_button(str(row.case), text=f"DLC {row.row}{mark}")
-    ratio = utilisation(ratios, "ultimate", place, driver)
-    return Markup(f"<b>{shown(float(row[name]) * factor)}</b><small>{label.html}</small>{ratio}")
+    case = Case(str(row.case), text=f"DLC {row.row}" + ("" if row.state == "ok" else " (!)"))
+    return Entry(float(row[name]) * factor, case, utilisation(ratios, "ultimate", place, driver))
 
 
-def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -> str:
-    """Number and bar of a utilisation, if there is one."""
-    if ratios is None or (kind, place, load) not in ratios.index:
-        return ""
-    ratio = float(ratios.at[(kind, place, load), "ratio"])
-    if not math.isfinite(ratio):
-        return ""
-    state = " over" if ratio > 1.0 else " near" if ratio > NEAR else ""
-    width = 100.0 * min(max(ratio, 0.0), 1.0)
-    bar = f'<span class="bar{state}"><i style="width:{width:.0f}%"></i></span>'
-    return f'<small class="ratio{state}">{ratio:.2f}</small>{bar}'
+def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -> float:
+    """Of a load; NaN if there is none."""
+    known = ratios is not None and (kind, place, load) in ratios.index
+    return float(ratios.at[(kind, place, load), "ratio"]) if known and ratios is not None else math.nan
 
 
 def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
@@ -300,11 +287,11 @@ def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
         best = part.loc[part[slopes[-1]].idxmax()]
         cells: list[Cell] = []
         for m in slopes:
-            bar = utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}")
-            cells.append(Markup(f"{shown(float(best[m]) * MOMENT[1])}{bar}"))
+            ratio = utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}")
+            cells.append(Entry(float(best[m]) * MOMENT[1], ratio=ratio))
         rows.append([title_of(str(place)), str(best.load), *cells])
-    caption = f"Lifetime equivalent ranges of the largest moment [{MOMENT[0]}], {d.settings.reference:.3g} cycles"
-    return Table(["interface", "moment", *(f"m = {m:g}" for m in slopes)], rows, caption)
+    caption = f"Lifetime damage-equivalent ranges of the largest moment, {d.settings.reference:.3g} cycles"
+    return Table(["interface", "moment", *(f"m = {m:g}\n{MOMENT[0]}" for m in slopes)], rows, caption)
 
 
 def limit_ratios(d: DesignLoads, limits: Mapping[str, Any]) -> pd.DataFrame:

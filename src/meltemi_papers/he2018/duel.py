@@ -15,7 +15,7 @@ import numpy as np
 from meltemi.control.bladed.controller import BladedController
 from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.scheme_names import SCHEMES

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.run_store import guarded
 from meltemi.studies.scheme_names import SCHEMES
