@@ -208,7 +208,7 @@ def test_too_few_seeds_are_told_and_take_no_part(extrapolated: tuple[Plan, Path]
     assert "DLC 1.1: 13 m/s have fewer than 6 seeds: not in the extrapolation." in design.notes
     assert evaluated(folder, of).notes == ()
     none = evaluated(folder, replace(of, cases=tuple(c for c in of.cases if c.variant.seed <= 5)))
-    assert any("takes no part" in note for note in none.notes)
+    assert any("not evaluated" in note for note in none.notes)
     assert ("tower_base", "My max") not in none.ultimate.index and none.extrapolations == ()
 
 
@@ -357,7 +357,7 @@ def test_gaps_stand_beside_the_numbers(tmp_path: Path) -> None:
     line = design.coverage.loc["1.3"]
     assert line[["cases", "ok", "warned", "doubtful", "failed", "missing"]].tolist() == [9, 6, 1, 1, 0, 1]
     assert not line["complete"]
-    assert "DLC 1.3 (1.3): 1 of 9 cases take no part: extreme loads may be larger." in design.notes
+    assert "DLC 1.3 (1.3): 1 of 9 cases have no results: extreme loads may be underestimated." in design.notes
     assert set(design.by_row["lacking"]) == {1}
     # all cases of 1.2 at 11.4 m/s are missing, one of three at 3 m/s
     share = {

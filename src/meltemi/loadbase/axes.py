@@ -50,7 +50,9 @@ def axes_of(name: str, turbine: Turbine) -> Axes:
         where = f"blade axis, {number(blades[part - 1])} m from the root"
         return Axes(where, "pitched blade (b)", "flapwise", "edgewise, towards the trailing edge", "root to tip", True)
     if name == "hub_fixed":
-        return Axes("rotor apex", "shaft (s), not rotating", "along the shaft, downwind", left, "up, normal to the shaft")
+        return Axes(
+            "rotor apex", "shaft (s), not rotating", "along the shaft, downwind", left, "up, normal to the shaft"
+        )
     if name == "hub_rotating":
         along = "along blade 1, normal to the shaft"
         return Axes("rotor apex", "shaft, rotating (a)", "along the shaft, downwind", "completes x and z", along, True)
@@ -78,7 +80,16 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
         "rule. The rotor turns clockwise looking downwind. In the sketches ⊗ enters the picture and ⊙ leaves it; tilt and "
         "cone are drawn larger than they are, pitch is zero."
     )
-    head = ["interface", "origin", "axes", "x", "y", "z", "components of F_res, M_res", "OpenFAST: Fx, Fy, Fz, Mx, My, Mz"]
+    head = [
+        "interface",
+        "origin",
+        "axes",
+        "x",
+        "y",
+        "z",
+        "components of F_res, M_res",
+        "OpenFAST: Fx, Fy, Fz, Mx, My, Mz",
+    ]
     return [words, Table(head, rows, caption="Axes of the interfaces", text_columns=8), Beside(sketches)]
 
 

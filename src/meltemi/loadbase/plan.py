@@ -45,8 +45,6 @@ SWEEP = 4
 """Yaw errors of a quick plan in a row that has more."""
 MOST = 2_000_000
 """Cases of a plan."""
-TIMES = 400.0
-"""Simulated time over wall time of one core, for the NREL 5 MW with its wind (docs/performance.md)."""
 
 
 @dataclass(frozen=True)

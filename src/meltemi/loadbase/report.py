@@ -16,8 +16,10 @@ import meltemi
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.physics import PHYSICS
 from meltemi.core.yamlfile import read_mapping
-from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads, write_design_loads
+from meltemi.loadbase.axes import axes_blocks
+from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads, write_tables
 from meltemi.loadbase.plan import Plan
+from meltemi.loadbase.project import Project, read_project
 from meltemi.loadbase.report_cases import assumption_tables, case_table, statistics, statistics_chart
 from meltemi.loadbase.report_loads import (
     MOMENT,
@@ -53,19 +55,23 @@ from meltemi.report.blocks import (
 )
 from meltemi.report.html import write_page
 from meltemi.report.turbine_facts import number
+from meltemi.report.workbook import write_workbook
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FILE = "report.html"
-TABLES = "tables"
-"""Folder beside it."""
+WORD = "report.docx"
+TABLES, WORKBOOK = "tables", "design_loads.xlsx"
+"""Folder beside it, and a file in that."""
 SHOWN = 10
 """Cases with a problem up to which the list of them is unfolded."""
 LOADS = (*COMPONENTS, "F_res", "M_res")
 CERTIFICATE = (
-    "A load base is not a certificate: rules and factors were read from secondary sources, and the values named under "
-    "assumptions have to be replaced by those of the turbine."
+    "Not certified: rules and factors were taken from secondary sources; the values listed under assumptions must be "
+    "replaced by those of the turbine."
 )
 
 
@@ -76,8 +82,11 @@ def write_report(
     against: tuple[str, DesignLoads] | None = None,
     limits: Mapping[str, Any] | None = None,
     design: DesignLoads | None = None,
+    project: Project | None = None,
+    word: bool = False,
 ) -> list[Path]:
-    """Write ``report.html`` into the folder of a load base, and its tables as CSV and Excel files beside it.
+    """Write ``report.html`` into the folder of a load base; beside it its tables, as CSV files in SI units and as one
+    Excel file in the units of the report.
 
     Args:
       plan: of the load base.
@@ -86,13 +95,15 @@ def write_report(
       limits: loads to which utilisations refer instead, by kind ("ultimate", "fatigue", "clearance"), interface and
         load, such as ``{"ultimate": {"tower_base": {"M_res max": 1.2e8}}}`` in SI units, with partial safety factors.
       design: its design loads; evaluated by default.
+      project: title block; that of ``project.yaml`` in the folder by default, if it is there.
+      word: whether ``report.docx`` is written, too.
 
     Returns:
       The files, the report first.
 
     Raises:
-      InputError: both ``against`` and ``limits`` are given, a limit names a load that is not there, or a file cannot be
-        read or written.
+      InputError: both ``against`` and ``limits`` are given, a limit names a load that is not there, a file cannot be
+        read or written, or a library for it is missing.
     """
     if against is not None and limits is not None:
         raise InputError("utilisation: give another load base or limits, not both")
@@ -102,34 +113,63 @@ def write_report(
         ratios, to = compare_bases(d, against[1]), against[0]
     elif limits is not None:
         ratios, to = limit_ratios(d, limits), "the given limits"
-    tables, table = write_design_loads(d, Path(folder) / TABLES), statistics(plan, folder)
-    names = [case.name for case in plan.cases]
+    tables, table = write_tables(d, Path(folder) / TABLES), statistics(plan, folder)
     c = plan.campaign
     sections = [
         Section("Governing loads", [*glance(d, ratios, to)]),
+        Section("Axes", axes_blocks(aeroelastic(load_turbine(c.turbine), "report"))),
+        *load_sections(d),
+        Section("Statistics of all cases", statistics_chart([(str(folder), plan, table)])),
+        Section("Cases", case_table(plan, table, d)),
+        Section("Assumptions", assumption_tables(plan, d)),
+        Section("Files and commands", [files_text(folder, tables), *commands(str(folder))]),
+    ]
+    title = project or read_project(folder)
+    document = Document(
+        f"Design loads: {Path(c.turbine).stem}",
+        [section for section in sections if section.content],
+        facts=[*(title.facts if title else ()), *facts(plan)],
+        lead=verdict(d, ratios),
+        footer=made(),
+        running=title.running if title else "",
+        cases=[CaseList(str(folder), [case.name for case in plan.cases])],
+    )
+    files = [write_page(Path(folder) / FILE, document)]
+    if word:
+        from meltemi.report.word import write_word
+
+        files.append(write_word(Path(folder) / WORD, document))
+    return [*files, write_workbook(Path(folder) / TABLES / WORKBOOK, document), *tables]
+
+
+def load_sections(d: DesignLoads) -> list[Section]:
+    """Sections with loads."""
+    return [
         Section("Extreme loads", extreme_blocks(d)),
-        Section("Fatigue", fatigue_blocks(d)),
+        Section("Fatigue loads", fatigue_blocks(d)),
         Section("Tip clearance", clearance_table(d)),
         Section("Extrapolation", extrapolation_blocks(d)),
         Section("Load directions", rose_blocks(d)),
         Section("Load durations", duration_blocks(d)),
         Section("Energy and operation", operation_blocks(d)),
         Section("Other extremes", signal_table(d)),
-        Section("Statistics of all cases", statistics_chart([(str(folder), plan, table)])),
-        Section("Cases", case_table(plan, table, d)),
-        Section("Assumptions", assumption_tables(plan, d)),
-        Section("Files and commands", [files_text(folder, tables), *commands(str(folder))]),
     ]
-    page = write_page(
-        Path(folder) / FILE,
-        f"Design loads: {Path(c.turbine).stem}",
-        [section for section in sections if section.content],
-        cases=[CaseList(str(folder), names)],
-        facts=facts(plan),
-        lead=verdict(d, ratios),
-        footer=made(),
-    )
-    return [page, *tables]
+
+
+def write_design_loads(design: DesignLoads, folder: str | Path) -> list[Path]:
+    """Write all tables of design loads: as CSV files in SI units, and as one Excel file, ``design_loads.xlsx``, in the
+    units of the report.
+
+    Returns:
+      the files.
+
+    Raises:
+      InputError: a file cannot be written, or openpyxl is missing.
+    """
+    files = write_tables(design, folder)
+    sections = [Section("Notes", [*design.notes]), *load_sections(design)]
+    document = Document(f"Design loads: {Path(design.plan.campaign.turbine).stem}", sections, facts(design.plan))
+    return [*files, write_workbook(Path(folder) / WORKBOOK, document)]
 
 
 def facts(plan: Plan) -> list[tuple[str, str]]:
@@ -146,7 +186,7 @@ def facts(plan: Plan) -> list[tuple[str, str]]:
         ("controller", str(getattr(c.controller, "library", "") or kind)),
         ("lifetime", f"{c.years:g} years"),
         ("cases", f"{len(plan.cases)} of {defaults.duration:g} s, {plan.hours:.0f} h simulated"),
-        ("seeds", "1, quick plan" if c.quick else f"{defaults.seeds}"),
+        ("seeds", "1 (quick plan)" if c.quick else f"{defaults.seeds}"),
         ("meltemi", f"{meltemi.__version__}, physics {PHYSICS}"),
     ]
 
@@ -168,14 +208,16 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
     lines = [*d.notes]
     if counts["missing"]:
         rows = [f"{row} ({n})" for row, n in coverage["missing"].items() if n]
-        lines.insert(0, f"{counts['missing']} cases are missing: DLC {', '.join(rows)}")
+        lines.insert(0, f"{counts['missing']} load cases not yet simulated: DLC {', '.join(rows)}")
     if strikes := [f"DLC {row}" for row, line in d.clearance.iterrows() if not line.fits]:
         lines.append(f"Tower strike with partial safety factors in {', '.join(strikes)}")
     if ratios is not None:
         over = exceeded(d, ratios)
         named = [f"{title_of(place)} {load}: {row.ratio:.2f}" for (_, place, load), row in over.head(8).iterrows()]
         more = f" and {len(over) - 8} more" if len(over) > 8 else ""
-        lines.append(f"{len(over)} utilisations are above 1{': ' if named else ''}{'; '.join(named)}{more}")
+        lines.append(
+            f"{len(over)} utilisation{'s' if len(over) != 1 else ''} above 1{': ' if named else ''}{'; '.join(named)}{more}"
+        )
     if without:
         kind, heading = "bad", f"Incomplete: no results for {without} of {total} load cases"
     elif counts["doubtful"] or counts["warned"]:
@@ -335,14 +377,17 @@ def files_text(folder: str | Path, tables: list[Path]) -> str:
     """Names of the tables beside the report."""
     base = Path(folder)
     names = [str(path.relative_to(base) if path.is_relative_to(base) else path) for path in tables]
-    return f"Tables with all digits, in SI units, beside this page: {', '.join(names)}."
+    return (
+        f"Tables in the units of this report: {TABLES}/{WORKBOOK}. Tables with all digits, in SI units, for programs: "
+        f"{', '.join(names)}."
+    )
 
 
 def commands(base: str) -> list[str | Code]:
     """How the numbers come about again."""
     return [
-        "A case again, with all its series and a plot; the numbers are those of the load base in all digits:",
+        "To simulate a case again, with all its series and a plot; its numbers are those of the load base in all digits:",
         Code(f"meltemi loads show {base} CASE --plot"),
-        "The load base and this report:",
+        "To complete the load base and write this report:",
         Code(f"meltemi loads run {base}\nmeltemi loads report {base}"),
     ]

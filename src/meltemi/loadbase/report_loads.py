@@ -10,6 +10,7 @@ import numpy as np
 from meltemi.core.units import display
 from meltemi.loadbase.design import DesignLoads
 from meltemi.loadbase.ultimate import ExtrapolatedLoad
+from meltemi.loadbase.weights import edges
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
 from meltemi.report.blocks import Axis, Beside, Block, Case, Cell, Chart, Curve, Share, Table, chosen
 from meltemi.report.turbine_facts import number
@@ -237,12 +238,20 @@ def _shares(d: DesignLoads, slope: float) -> Table:
 
 
 def _by_speed(d: DesignLoads, channel: str, slopes: list[float]) -> Chart:
-    own = d.shares.loc[channel]
-    own = 100.0 * own[own.index.get_level_values("speed").notna()].groupby(level="speed").sum()
-    speeds = own.index.to_numpy(float)
-    curves = [Curve(f"m = {m:g}", speeds, own[m].to_numpy(float)) for m in slopes]
+    """Share of the damage in each bin of the wind speed; what is beyond cut-out is one bin."""
+    own = 100.0 * d.shares.loc[channel]
+    speeds, c = own.index.get_level_values("speed").to_numpy(float), d.plan.campaign
+    inner = [v for v in edges(sorted(d.powers.index))[1:-1] if c.cut_in < v < c.cut_out]
+    beyond = [float(speeds.max())] if speeds.max() > c.cut_out else []
+    ends = np.array([c.cut_in, *inner, c.cut_out, *beyond])
+    place = np.clip(np.searchsorted(ends, speeds, side="left") - 1, 0, len(ends) - 2)  # cut-out belongs to production
+    curves = []
+    for m in slopes:
+        share = np.bincount(place, own[m].to_numpy(float), len(ends) - 1)
+        curves.append(Curve(f"m = {m:g}", np.repeat(ends, 2)[1:-1], np.repeat(share, 2)))
     axes = Axis("wind speed", "m/s"), Axis("share", "%", start=0.0)
-    return Chart(f"Damage of {title_of(channel)}", *axes, curves, caption="by mean wind speed of the cases")
+    words = "share of each wind speed bin" + (f"; from {c.cut_out:g} m/s on the turbine idles" if beyond else "")
+    return Chart(f"Damage of {title_of(channel)}", *axes, curves, caption=words)
 
 
 def rose_blocks(d: DesignLoads) -> list[Block]:
@@ -318,7 +327,9 @@ def operation_blocks(d: DesignLoads) -> list[Block]:
     blocks: list[Block] = []
     if d.energy is not None:
         e, gwh = d.energy, 1.0 / 3.6e12
-        seeds = f", {100.0 * e.confidence:g} % confidence interval over the seeds" if math.isfinite(e.half_width) else ""
+        seeds = (
+            f", {100.0 * e.confidence:g} % confidence interval over the seeds" if math.isfinite(e.half_width) else ""
+        )
         blocks.append(
             f"Annual energy production: {with_band(e.energy * gwh, e.half_width * gwh)} GWh{seeds}. Availability "
             f"{100.0 * d.settings.availability:g} %; wake, electrical and other losses outside the simulation are not "
@@ -329,13 +340,21 @@ def operation_blocks(d: DesignLoads) -> list[Block]:
         power, half = (d.powers[name].to_numpy(float) * kw for name in ("power", "half_width"))
         curves = [
             Curve("mean power", speeds, power),
-            *([Curve("interval", speeds, power - half, upper=power + half, colour=0)] if np.isfinite(half).any() else []),
+            *(
+                [Curve("interval", speeds, power - half, upper=power + half, colour=0)]
+                if np.isfinite(half).any()
+                else []
+            ),
         ]
         energy = Curve("energy", speeds, d.powers["energy"].to_numpy(float) / 3.6e9)
         wind = Axis("wind speed", "m/s")
         drawn = [
             Chart(
-                "Power", wind, Axis("power", "kW", start=0.0), curves, caption="mean of the production cases at each wind speed"
+                "Power",
+                wind,
+                Axis("power", "kW", start=0.0),
+                curves,
+                caption="mean of the production cases at each wind speed",
             ),
             Chart(
                 "Energy",

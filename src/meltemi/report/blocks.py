@@ -105,7 +105,9 @@ class Table:
 
     def left(self) -> set[int]:
         """Columns of text, which stand to the left."""
-        filled = [[row[j] for row in self.rows if j < len(row) and row[j] not in (None, "")] for j in range(len(self.head))]
+        filled = [
+            [row[j] for row in self.rows if j < len(row) and row[j] not in (None, "")] for j in range(len(self.head))
+        ]
         return {j for j, own in enumerate(filled) if j < self.text_columns or 2 * sum(map(_is_text, own)) > len(own)}
 
 
@@ -288,7 +290,20 @@ class Choice:
 
 
 Block = (
-    str | Table | Picture | Code | Chart | Statistics | Drawing | Facts | Verdict | Folded | Part | Beside | Choice | Markup
+    str
+    | Table
+    | Picture
+    | Code
+    | Chart
+    | Statistics
+    | Drawing
+    | Facts
+    | Verdict
+    | Folded
+    | Part
+    | Beside
+    | Choice
+    | Markup
 )
 """Of a section; a text is a paragraph."""
 

@@ -52,7 +52,9 @@ def svg_of(drawing: Drawing) -> str:
             parts.append(f'<circle class="{s.kind}" cx="{x:.1f}" cy="{y:.1f}" r="{RADIUS}"/>')
             d = 0.7 * RADIUS
             if s.kind == "into":
-                parts.append(f'<path class="axis" d="M{x - d:.1f} {y - d:.1f}l{2 * d} {2 * d}m0 {-2 * d}l{-2 * d} {2 * d}"/>')
+                parts.append(
+                    f'<path class="axis" d="M{x - d:.1f} {y - d:.1f}l{2 * d} {2 * d}m0 {-2 * d}l{-2 * d} {2 * d}"/>'
+                )
             elif s.kind == "out":
                 parts.append(f'<circle class="head axis" cx="{x:.1f}" cy="{y:.1f}" r="0.5"/>')
         else:

@@ -137,7 +137,9 @@ def html_of(block: Block) -> str:
             caption = f"<figcaption><b>{plain(block.title)}</b> {plain(block.caption)}</figcaption>"
             return f'<figure class="sketch">{svg_of(block)}{caption}</figure>'
         case Facts():
-            items = (f"<div><dt>{escape(n)}</dt><dd>{plain(v)}{_case(c) if c else ''}</dd></div>" for n, v, c in block.items)
+            items = (
+                f"<div><dt>{escape(n)}</dt><dd>{plain(v)}{_case(c) if c else ''}</dd></div>" for n, v, c in block.items
+            )
             return f'<dl class="facts key">{"".join(items)}</dl>'
         case Verdict():
             lines = "".join(f"<li>{plain(line)}</li>" for line in block.lines)
@@ -173,7 +175,9 @@ def _case(case: Case) -> str:
 def _entry(entry: Entry) -> str:
     """A value, its case or note below it, and its utilisation as a number and a bar."""
     value = "" if entry.value is None else f"<b>{shown(entry.value)}</b>"
-    small = "".join(f"<small>{each}</small>" for each in (_case(entry.case) if entry.case else "", plain(entry.note)) if each)
+    small = "".join(
+        f"<small>{each}</small>" for each in (_case(entry.case) if entry.case else "", plain(entry.note)) if each
+    )
     if not math.isfinite(entry.ratio):
         return value + small
     state = " over" if entry.ratio > 1.0 else " near" if entry.ratio > NEAR else ""

@@ -12,7 +12,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
-from meltemi.report.blocks import Block, Cell, Chart, Choice, Document, Entry, Share, Table, within, words
+from meltemi.report.blocks import Block, Cell, Chart, Choice, Document, Entry, Share, Table, Verdict, within, words
 
 LONGEST_NAME, WIDEST, NARROWEST = 31, 60, 7
 """Characters of the name of a sheet, and of the width of a column."""
@@ -40,20 +40,23 @@ def write_workbook(path: str | Path, document: Document) -> Path:
     """
     book, path = openpyxl().Workbook(), Path(path)
     book.remove(book.active)
-    _sheet(book, "Report", [Table(["", ""], [[document.title], *([n, v] for n, v in document.facts)], text_columns=2)])
+    first: list[str | Table] = [document.title, Table(["", ""], document.facts, text_columns=2)]
+    if isinstance(verdict := document.lead, Verdict):
+        first += [verdict.heading, *verdict.lines, *_tables([verdict.more] if verdict.more else [])]
+    _sheet(book, "Report", first)
     for section in document.sections:
         for name, tables in _sheets(section.heading, section.content):
-            if tables:
+            if any(isinstance(each, Table) for each in tables):
                 _sheet(book, name, tables)
     with replacing(path) as (partial,):
         book.save(partial)
     return path
 
 
-def _sheets(heading: str, content: Sequence[Block]) -> Iterator[tuple[str, list[Table]]]:
+def _sheets(heading: str, content: Sequence[Block]) -> Iterator[tuple[str, list[str | Table]]]:
     """Names of sheets, and their tables."""
-    own: list[Table] = []
-    split: list[tuple[str, list[Table]]] = []
+    own: list[str | Table] = []
+    split: list[tuple[str, list[str | Table]]] = []
     for block in content:
         if isinstance(block, Choice) and any(isinstance(each, Table) for each in within(block)):
             split += [(f"{heading}, {part.heading}", _tables([part])) for part in block.parts]
@@ -63,10 +66,11 @@ def _sheets(heading: str, content: Sequence[Block]) -> Iterator[tuple[str, list[
     yield from split
 
 
-def _tables(content: Sequence[Block]) -> list[Table]:
-    """Tables of blocks, and their charts as tables."""
+def _tables(content: Sequence[Block]) -> list[str | Table]:
+    """Texts and tables of blocks, and their charts as tables."""
     found = [each for block in content for each in within(block)]
-    return [each if isinstance(each, Table) else chart_table(each) for each in found if isinstance(each, Table | Chart)]
+    made = [chart_table(each) if isinstance(each, Chart) else each for each in found]
+    return [each for each in made if isinstance(each, str | Table)]
 
 
 def chart_table(chart: Chart) -> Table:
@@ -77,22 +81,28 @@ def chart_table(chart: Chart) -> Table:
         for name, values in ((curve.name, curve.y), (f"{curve.name}, upper", curve.upper)):
             if values is not None:
                 head.append(f"{name}\n{chart.y.unit}".strip())
-                known = zip(np.asarray(curve.x, dtype=float).tolist(), np.asarray(values, dtype=float).tolist(), strict=True)
+                known = zip(
+                    np.asarray(curve.x, dtype=float).tolist(), np.asarray(values, dtype=float).tolist(), strict=True
+                )
                 columns.append(dict(known))
     rows: list[list[Cell]] = [[x, *(column.get(x) for column in columns)] for x in points]
     return Table(head, rows, caption=f"{chart.title} {chart.caption}".strip(), text_columns=0)
 
 
-def _sheet(book: Any, name: str, tables: Sequence[Table]) -> None:
-    """A sheet with tables below each other."""
+def _sheet(book: Any, name: str, blocks: Sequence[str | Table]) -> None:
+    """A sheet with texts and tables below each other."""
     styles = import_module("openpyxl.styles")
     bold, right = styles.Font(bold=True), styles.Alignment(horizontal="right", vertical="bottom", wrap_text=True)
     line = styles.Border(bottom=styles.Side(style="thin"))
     sheet = book.create_sheet(_free_name(book, name))
     widths: dict[int, int] = {}
     row = 0
-    for table in tables:
-        row += 2 if row else 0
+    for table in blocks:
+        if isinstance(table, str):
+            row += 1
+            sheet.cell(row, 1, table)
+            continue
+        row += 1 if row else 0
         if table.caption:
             row += 1
             sheet.cell(row, 1, table.caption).font = bold
@@ -104,7 +114,7 @@ def _sheet(book: Any, name: str, tables: Sequence[Table]) -> None:
             cell.font, cell.border = bold, line
             cell.alignment = styles.Alignment(vertical="bottom", wrap_text=True) if j in left else right
             widths[j] = max(widths.get(j, NARROWEST), max((len(part) for part in title.split("\n")), default=0) + 3)
-        if len(tables) == 1:
+        if sum(isinstance(each, Table) for each in blocks) == 1 and any(table.head):
             sheet.freeze_panes = sheet.cell(row + 1, 2)
             sheet.auto_filter.ref = f"A{row}:{sheet.cell(row + len(table.rows), len(table.head)).coordinate}"
         for cells in table.rows:
@@ -141,7 +151,11 @@ def _content(cell: Cell) -> tuple[str | float | None, str]:
     if isinstance(cell, int | float):
         text = words(cell)
         digits = len(text.partition(".")[2])
-        return (float(cell), "0.00E+00" if "e" in text else "0." + "0" * digits if digits else "0") if cell == cell else (None, "")
+        return (
+            (float(cell), "0.00E+00" if "e" in text else "0." + "0" * digits if digits else "0")
+            if cell == cell
+            else (None, "")
+        )
     text = words(cell)
     if INTEGER.fullmatch(text):
         return int(text), "0"

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Literal
 
 from meltemi.core.errors import InputError
 from meltemi.postprocess.ensemble import CONFIDENCE
+from meltemi.report.blocks import Code, Document, Picture, Section, Table
 from meltemi.report.comparison_plots import plot_changes
 from meltemi.report.ensemble_tables import change_text, ensemble_rows, scheme_rows
-from meltemi.report.blocks import Code, Document, Picture, Section, Table
 from meltemi.report.html import write_page
 from meltemi.report.plots import new_figure, plot, save
 from meltemi.report.spectra_plots import plot_spectra
