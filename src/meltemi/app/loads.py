@@ -126,8 +126,7 @@ def plan_(
     with progress_bar("timing"):
         cost = finished_cost(planned, out) or timed_cost(planned)
     if cost:
-        running = [case for case in planned.cases if not case.unsupported]
-        print(f"{planned.hours:.0f} h simulated take {_duration_words(cost, len(running), planned.hours)}")
+        print(f"{planned.hours:.0f} h of simulated time: {_duration_words(cost, planned.hours)}")
     files = [write_campaign(campaign, out), write_plan(planned, out)]
     if excel:
         from meltemi.loadbase.excel import write_excel
@@ -137,13 +136,13 @@ def plan_(
     suggest("loads", "run", out)
 
 
-def _duration_words(cost: Cost, cases: int, hours: float) -> str:
-    """Processor and wall time of cases, and how they were estimated."""
+def _duration_words(cost: Cost, hours: float) -> str:
+    """Processor and wall time of simulated hours, and how they were estimated."""
     from meltemi.core.threads import available_cores
 
-    seconds, cores = cost.of(cases, 3600.0 * hours), available_cores()
+    seconds, cores = 3600.0 * hours * cost.rate, available_cores()
     processor, wall = spoken(seconds), spoken(seconds / cores)
-    where = f", {wall} on {cores} cores without other work" if cores > 1 else ""
+    where = f", {wall} on {cores} free cores" if cores > 1 else ""
     return f"about {processor} of processor time{where} (estimate from {cost.source})"
 
 
@@ -265,7 +264,7 @@ def _show_status(found: BaseStatus, base: Path, plan: Plan) -> None:
     print_table("Load base", ["DLC", *columns[:-1], "cannot run"], rows, text_columns=1)
     left = f"{found.done} of {found.total} cases done, {found.hours:.1f} h to be simulated"
     cost = finished_cost(plan, base) if found.hours else None
-    print(f"{left}, {_duration_words(cost, found.total - found.done, found.hours)}" if cost else left)
+    print(f"{left}, {_duration_words(cost, found.hours)}" if cost else left)
     suggest("loads", "run" if found.done < found.total else "report", base)
     for name, why in list(found.problems.items())[:MOST_PROBLEMS]:
         say(f"{name}: {why}")

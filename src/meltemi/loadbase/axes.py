@@ -22,8 +22,8 @@ TILT, CONE = math.radians(8.0), math.radians(5.0)
 TURNED = math.radians(35.0)
 """Azimuth of blade 1 in sketches of rotating axes."""
 APEX: Point = (34.0, TOP + 6.0)
-HEIGHT = 106.0
-"""Of a drawing."""
+LOW, HIGH = -9.0, 114.0
+"""Edges of a drawing."""
 
 
 @dataclass(frozen=True)
@@ -71,14 +71,14 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
     sketches: list[Block] = []
     for name, members in groups.items():
         a, title = axes_of(name, turbine), name.replace("_", " ")
-        plane = ", ".join(f"{kind}{axis}" for kind in "FM" for axis in members[0].plane)
-        rows.append([title, a.origin, a.name, a.x, a.y, a.z, plane, _aliases(members[0], turbine)])
+        rows.append([title, a.origin, a.name, a.x, a.y, a.z, _aliases(members[0], turbine)])
         sketches.append(Part(title, [Beside(_sketches(name, a))]))
     words = (
         "Loads are those that the outboard part exerts on the inboard part: the rotor on the shaft, the nacelle on the "
         "tower, the tower on the foundation. Axes are right-handed; moments are positive about them by the right-hand "
-        "rule. The rotor turns clockwise looking downwind. In the sketches ⊗ enters the picture and ⊙ leaves it; tilt and "
-        "cone are drawn larger than they are, pitch is zero."
+        "rule. The rotor turns clockwise looking downwind. In the sketches ⊗ is an axis into the picture; tilt and "
+        "cone are drawn larger than they are, pitch is zero. F_res and M_res are the resultants of x and y, at the hub of "
+        "y and z."
     )
     head = [
         "interface",
@@ -87,10 +87,9 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
         "x",
         "y",
         "z",
-        "components of F_res, M_res",
         "OpenFAST: Fx, Fy, Fz, Mx, My, Mz",
     ]
-    return [words, Table(head, rows, caption="Axes of the interfaces", text_columns=8), Beside(sketches)]
+    return [words, Table(head, rows, caption="Axes of the interfaces", text_columns=7), Beside(sketches)]
 
 
 def _aliases(interface: Interface, turbine: Turbine) -> str:
@@ -113,8 +112,8 @@ def _sketches(name: str, axes: Axes) -> list[Drawing]:
     front = [*_front(turned), *_axes(at_front, {"y": left, "z": along}, "x")]
     title, whose = name.replace("_", " "), ", blade 1 up" if axes.turning else ""
     return [
-        Drawing(f"{title}, side view", side, HEIGHT, f"side view{whose}"),
-        Drawing(f"{title}, looking downwind", front, HEIGHT, "looking downwind"),
+        Drawing(f"{title}, side view", side, LOW, HIGH, f"side view{whose}"),
+        Drawing(f"{title}, looking downwind", front, LOW, HIGH, "looking downwind"),
     ]
 
 

@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from meltemi.core.kernel import compile_seconds
 from meltemi.core.threads import available_cores
 from meltemi.loadbase.engine import OnThreads, base_table
 from meltemi.loadbase.jobs import Job, Row, jobs_of
 from meltemi.loadbase.plan import Plan
 from meltemi.loadbase.situations import OPERATING
 
-SHORT, LONG = 10.0, 70.0
-"""[s] simulated by the two runs that are timed; their difference is what a second takes."""
+FIRST, TIMED = 5.0, 200.0
+"""[s] simulated by a run that brings the machine code, and by the one that is timed: about a second of a core."""
 MOST = 8
 """Runs at a time: cores share caches and power, so that each is slower when others work."""
 TIMES = ["wind_seconds", "simulation_seconds", "reduction_seconds"]
@@ -25,18 +24,12 @@ class Cost:
     """Processor time of cases.
 
     Attributes:
-      rate: [s] for each simulated second.
-      start: [s] of each case besides.
+      rate: [s] for each simulated second, winds and starts included.
       source: where the numbers come from, in words.
     """
 
     rate: float
-    start: float
     source: str
-
-    def of(self, cases: int, seconds: float) -> float:
-        """[s] of processor time of a number of cases with ``seconds`` simulated altogether."""
-        return self.start * cases + self.rate * seconds
 
 
 def finished_cost(plan: Plan, folder: str | Path) -> Cost | None:
@@ -45,7 +38,7 @@ def finished_cost(plan: Plan, folder: str | Path) -> Cost | None:
     simulated = float(frame["simulated"].sum()) if len(frame) else 0.0
     if simulated <= 0.0:
         return None
-    return Cost(float(frame[TIMES].to_numpy(float).sum()) / simulated, 0.0, f"{len(frame)} finished cases")
+    return Cost(float(frame[TIMES].to_numpy(float).sum()) / simulated, f"{len(frame)} finished cases")
 
 
 def timed_cost(plan: Plan) -> Cost | None:
@@ -56,27 +49,21 @@ def timed_cost(plan: Plan) -> Cost | None:
         own = [c for c in plan.cases if not c.unsupported and (c.setting.row.situation in OPERATING) != parked]
         turbulent = [c for c in own if c.seed is not None] or own
         cost = _timed(jobs[turbulent[0].name]) if turbulent else None
-        if cost:
+        if cost is not None:
             costs.append(cost)
             shares.append(sum(c.duration + c.transient for c in own))
     if not costs:
         return None
-    weights = [share / sum(shares) for share in shares]
-    rate, start = (sum(w * x for w, x in zip(weights, xs, strict=True)) for xs in zip(*costs, strict=True))
-    return Cost(rate, start, "short runs on this machine")
+    rate = sum(cost * share for cost, share in zip(costs, shares, strict=True)) / sum(shares)
+    return Cost(rate, "short runs on this machine")
 
 
-def _timed(job: Job) -> tuple[float, float] | None:
-    """[s] of processor time for each simulated second and for a case besides; None if its run fails."""
-    before = compile_seconds()
-    short = _run(job, SHORT)
-    if compile_seconds() > before:  # the machine code is there now
-        short = _run(job, SHORT)
-    long = _run(job, LONG)
-    if not short or not long:
+def _timed(job: Job) -> float | None:
+    """[s] of processor time for each simulated second; None if the run fails."""
+    if _run(job, FIRST) is None:
         return None
-    rate = max(long - short, 0.0) / (LONG - SHORT)
-    return rate, max(short - SHORT * rate, 0.0)
+    seconds = _run(job, TIMED)
+    return None if seconds is None else seconds / TIMED
 
 
 def _run(job: Job, seconds: float) -> float | None:

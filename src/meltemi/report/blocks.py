@@ -232,11 +232,12 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A sketch of lines, 100 wide and ``height`` high."""
+    """A sketch of lines, 100 wide, from ``low`` to ``high``; the title is for those who cannot see it."""
 
     title: str
     strokes: Sequence[Stroke]
-    height: float = 100.0
+    low: float = 0.0
+    high: float = 100.0
     caption: str = ""
 
 

@@ -40,7 +40,8 @@ def _label_place(stroke: Stroke) -> Point:
 
 def svg_of(drawing: Drawing) -> str:
     """An SVG element; its colours are those of the page."""
-    h = drawing.height
+    low, high = drawing.low, drawing.high
+    h = high  # of the picture's upper edge
 
     def points(of: list[Point]) -> str:
         return " ".join(f"{x:.1f},{h - y:.1f}" for x, y in of)
@@ -66,7 +67,7 @@ def svg_of(drawing: Drawing) -> str:
             u, v = _label_place(s)
             parts.append(f'<text x="{u:.1f}" y="{h - v + 0.35 * LETTER:.1f}">{escape(s.label)}</text>')
     name = escape(drawing.title)
-    return f'<svg class="sketch" viewBox="0 0 100 {h:g}" role="img" aria-label="{name}">{"".join(parts)}</svg>'
+    return f'<svg class="sketch" viewBox="0 0 100 {high - low:g}" role="img" aria-label="{name}">{"".join(parts)}</svg>'
 
 
 LOOKS = {
@@ -83,9 +84,9 @@ def figure_of(drawing: Drawing) -> Figure:
     from matplotlib.figure import Figure
 
     size = 2.2
-    figure = Figure(figsize=(size, size * drawing.height / 100.0))
+    figure = Figure(figsize=(size, size * (drawing.high - drawing.low) / 100.0))
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    ax.set(xlim=(0.0, 100.0), ylim=(0.0, drawing.height))
+    ax.set(xlim=(0.0, 100.0), ylim=(drawing.low, drawing.high))
     ax.set_axis_off()
     for s in drawing.strokes:
         x, y = s.points[-1]

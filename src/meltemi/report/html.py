@@ -134,7 +134,7 @@ def html_of(block: Block) -> str:
         case Statistics():
             return _statistics(block)
         case Drawing():
-            caption = f"<figcaption><b>{plain(block.title)}</b> {plain(block.caption)}</figcaption>"
+            caption = f"<figcaption>{plain(block.caption)}</figcaption>"
             return f'<figure class="sketch">{svg_of(block)}{caption}</figure>'
         case Facts():
             items = (
@@ -190,8 +190,8 @@ NEAR = 0.95
 """Utilisation from which it is marked."""
 LONG = 25
 """Rows above which a table scrolls within itself."""
-WIDE = 12
-"""Columns above which a table has smaller letters on paper."""
+WIDE, NARROW = 12, 7
+"""Columns above which a table has smaller letters, and up to which two of a choice stand side by side on paper."""
 WRAPPED, SENTENCE = 16, 40
 """Characters of a cell above which it may be wrapped, and above which it has a least width."""
 SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w|ref|opt|res|in|out|ave|maint)(?![\w(])")
@@ -254,7 +254,10 @@ def _table(table: Table) -> str:
     ]
     caption = f"<caption>{plain(table.caption)}</caption>" if table.caption else ""
     note = f'<p class="note">{plain(table.note)}</p>' if table.note else ""
-    kind = "wide" + " tall" * (len(rows) > LONG) + " many" * (len(table.head) > WIDE)
+    columns = len(table.head)
+    kind = (
+        "wide" + " tall" * (len(rows) > LONG) + (" many" if columns > WIDE else " narrow" if columns <= NARROW else "")
+    )
     sortable = ' class="sortable"' if len(rows) > 2 else ""
     # wide tables scroll within themselves; the page does not
     made = (

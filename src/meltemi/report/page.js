@@ -109,7 +109,7 @@
     figure.querySelector(".enlarge").textContent = large ? "×" : "⤢";
     document.body.style.overflow = large ? "hidden" : "";
   }
-  for (const figure of all("figure")) {
+  for (const figure of all("figure:not(.sketch)")) {
     const button = make("button", { class: "enlarge", "aria-label": "Enlarge or close", title: "Enlarge" }, "⤢");
     button.onclick = () => enlarge(figure, !figure.classList.contains("large"));
     figure.append(button);
@@ -262,10 +262,12 @@
     printed.push(() => { // a chart of each channel over the first abscissa
       const place = document.querySelector(`[data-all="${figure.dataset.statistics}"]`), x = across.options[0].value;
       place.replaceChildren(...[...channel.options].map(({ value }) => {
-        const each = make("figure", { class: "chart" }, make("figcaption", {}, make("b", {}, value)));
+        const each = make("figure", { class: "chart" }, make("figcaption", {}));
         draw(each, { ...spec(value, x, colour.value), title: value });
         return each;
       }));
+      const legend = place.querySelector(".legend"); // one for all
+      if (legend) place.prepend(make("div", { class: "legend" }, ...legend.childNodes));
     });
   }
 
