@@ -72,13 +72,13 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
     for name, members in groups.items():
         a, title = axes_of(name, turbine), name.replace("_", " ")
         rows.append([title, a.origin, a.name, a.x, a.y, a.z, _aliases(members[0], turbine)])
-        sketches.append(Part(title, [Beside(_sketches(name, a))]))
+        sketches.append(Part(title, [Beside(sketches_of(name, a))]))
     words = (
-        "Loads are those that the outboard part exerts on the inboard part: the rotor on the shaft, the nacelle on the "
-        "tower, the tower on the foundation. Axes are right-handed; moments are positive about them by the right-hand "
-        "rule. The rotor turns clockwise looking downwind. In the sketches ⊗ is an axis into the picture; tilt and "
-        "cone are drawn larger than they are, pitch is zero. F_res and M_res are the resultants of x and y, at the hub of "
-        "y and z."
+        "Loads are those that the outboard part exerts on the inboard part: the rotor on the shaft, the nacelle on "
+        "the tower, the tower on the foundation. Axes are right-handed; moments are positive about them by the "
+        "right-hand rule. The rotor turns clockwise looking downwind. In the sketches ⊗ is an axis into the picture; "
+        "tilt and cone are drawn larger than they are, pitch is zero. F_res and M_res are the resultants of x and y, "
+        "at the hub of y and z."
     )
     head = [
         "interface",
@@ -97,7 +97,7 @@ def _aliases(interface: Interface, turbine: Turbine) -> str:
     return ", ".join(find(channel, known).alias for channel in interface.channels)
 
 
-def _sketches(name: str, axes: Axes) -> list[Drawing]:
+def sketches_of(name: str, axes: Axes) -> list[Drawing]:
     """Side view, the wind from the left, and front view, looking downwind."""
     blade, shaft = name.startswith("blade"), name.startswith("hub")
     tilt = TILT - CONE if blade else TILT if shaft else 0.0

@@ -80,7 +80,7 @@ class Campaign(Record):
     emergency_rate: float = Field(gt=0.0, le=2.0)
     """[rad/s] pitch rate of emergency stops under such controllers, and after loss of the grid."""
     pitch_imbalance: float = Field(default=math.radians(0.3), ge=0.0, le=0.2)
-    """[rad] pitch imbalance: blade 1 is above and blade 2 below the pitch of their encoders by this angle, in operation."""
+    """[rad] pitch imbalance: blade 1 is above, blade 2 below the pitch of their encoders by this, in operation."""
     mass_imbalance: float = Field(default=0.005, ge=0.0, le=0.2)
     """Mass imbalance: share by which blade 1 is heavier than the others, in operation."""
     inclination: float = Field(default=math.radians(8.0), ge=-0.5, le=0.5)

@@ -222,7 +222,7 @@ def _notes(results: Results, coverage: pd.DataFrame, evaluation: Evaluation) -> 
                 yield f"DLC {runs.dlc}: fewer than the {least} seeds that an extrapolation needs; not evaluated."
             elif few:
                 speeds = ", ".join(f"{v:g}" for v in few)
-                yield f"DLC {runs.dlc}: {speeds} m/s have fewer than {least} seeds and are left out of the extrapolation."
+                yield f"DLC {runs.dlc}: {speeds} m/s have fewer than {least} seeds and are not extrapolated."
 
 
 def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:

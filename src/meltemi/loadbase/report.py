@@ -214,9 +214,9 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
     if ratios is not None:
         over = exceeded(d, ratios)
         named = [f"{title_of(place)} {load}: {row.ratio:.2f}" for (_, place, load), row in over.head(8).iterrows()]
-        more = f" and {len(over) - 8} more" if len(over) > 8 else ""
+        named += [f"{len(over) - 8} more"] if len(over) > 8 else []
         lines.append(
-            f"{len(over)} utilisation{'s' if len(over) != 1 else ''} above 1{': ' if named else ''}{'; '.join(named)}{more}"
+            f"{len(over)} utilisation{'s' if len(over) != 1 else ''} above 1{': ' if named else ''}{'; '.join(named)}"
         )
     if without:
         kind, heading = "bad", f"Incomplete: no results for {without} of {total} load cases"
@@ -230,11 +230,11 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
         kind = "bad" if strikes else "good"
         heading = f"Complete: {good} load cases simulated without warnings"
     told = d.problems[d.problems["state"] != "missing"]
-    more = None
+    more: Folded | None = None
     if len(told):
-        rows = [[Case(str(name), base), p.row, p.state, p.message, p.meaning] for name, p in told.iterrows()]
+        listed = [[Case(str(name), base), p.row, p.state, p.message, p.meaning] for name, p in told.iterrows()]
         classes = {(i, 2): str(state) for i, state in enumerate(told["state"])}
-        table = Table(["case", "DLC", "state", "message", "consequence"], rows, classes=classes)
+        table = Table(["case", "DLC", "state", "message", "consequence"], listed, classes=classes)
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
         more = Folded(states, table, unfolded=len(told) <= SHOWN)
     return Verdict(kind, heading, lines, more)
@@ -275,8 +275,8 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
         caption = f"Ultimate loads, {WITH}"
         tables.append(Table(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS)], rows, caption))
         blocks.append(
-            f"Largest magnitude of each component with its governing load case; (!) marks a load case that is doubtful or "
-            f"has warnings.{words} The extreme loads below have the contemporaneous loads."
+            "Largest magnitude of each component with its governing load case; (!) marks a load case that is doubtful "
+            f"or has warnings.{words} The extreme loads below have the contemporaneous loads."
         )
     if len(d.fatigue):
         tables.append(fatigue_glance(d, ratios))
@@ -386,7 +386,7 @@ def files_text(folder: str | Path, tables: list[Path]) -> str:
 def commands(base: str) -> list[str | Code]:
     """How the numbers come about again."""
     return [
-        "To simulate a case again, with all its series and a plot; its numbers are those of the load base in all digits:",
+        "To simulate a case again, with its series and a plot; the numbers are those of the load base in all digits:",
         Code(f"meltemi loads show {base} CASE --plot"),
         "To complete the load base and write this report:",
         Code(f"meltemi loads run {base}\nmeltemi loads report {base}"),

@@ -158,8 +158,8 @@ def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
     evaluated = [[*in_words(settings, key)] for key in type(settings).model_fields]
     practice = [[*each] for each in plan.assumptions()]
     text = (
-        f"Source of the load case table: {plan.table.source}. The following {len(practice)} values come from practice, not "
-        "from the standard."
+        f"Source of the load case table: {plan.table.source}. The following {len(practice)} values come from practice, "
+        "not from the standard."
     )
     return [
         table,

@@ -54,9 +54,10 @@ def extreme_blocks(d: DesignLoads) -> list[Block]:
     if not len(d.ultimate):
         return []
     words = (
-        "Each row is one instant: the extreme load (shaded) with the contemporaneous loads. F_res and M_res are transverse "
-        "resultants; their angles count from the first towards the second transverse axis. Where the characteristic value "
-        "is a mean over simulations, the row is that of the nearest simulation, scaled to the mean."
+        "Each row is one instant: the extreme load (shaded) with the contemporaneous loads. F_res and M_res are "
+        "transverse resultants; their angles count from the first towards the second transverse axis. Where the "
+        "characteristic value is a mean over simulations, the row is that of the nearest simulation, scaled to the "
+        "mean."
     )
     parts: list[tuple[str, list[Block]]] = []
     for place in d.ultimate.index.unique("interface"):
@@ -122,8 +123,8 @@ def extrapolation_blocks(d: DesignLoads) -> list[Block]:
         cells += [q * factor for q in e.quantiles] + [None] * (len(quantiles) - len(e.quantiles))
         rows.append([*cells, f"{e.factor:g}"])
     words = (
-        f"Loads with a probability of exceedance of {d.plan.table.extrapolation.probability:g} in ten minutes (return period "
-        f"50 years), {WITHOUT}; bands by bootstrap over the seeds."
+        f"Loads with a probability of exceedance of {d.plan.table.extrapolation.probability:g} in ten minutes (return "
+        f"period 50 years), {WITHOUT}; bands by bootstrap over the seeds."
     )
     drawn = [
         (f"{title_of(e.interface)} {e.driver}", [_exceedance(e)]) for e in d.extrapolations if e.gumbel or e.weibull
@@ -172,10 +173,10 @@ def clearance_table(d: DesignLoads) -> list[Block]:
             classes[i, 9] = "bad"
     head = ["DLC", "clearance\nm", "factor", "deflection\nm", "remaining\nm", "clearance\n%"]
     words = (
-        f"Smallest distance between blade tip and tower surface; {number(d.undeflected)} m undeflected. Remaining clearance: "
-        "undeflected clearance less the deflection towards the tower times the partial safety factors of load and "
-        "material. Load cases in which no blade passes the tower, such as those of a rotor locked with the blades away "
-        "from it, have no clearance."
+        f"Smallest distance between blade tip and tower surface; {number(d.undeflected)} m undeflected. Remaining "
+        "clearance: undeflected clearance less the deflection towards the tower times the partial safety factors of "
+        "load and material. Load cases in which no blade passes the tower, such as those of a rotor locked with the "
+        "blades away from it, have no clearance."
     )
     return [words, Table([*head, "case", "simulations", "excluded", "result"], rows, classes=classes)]
 
@@ -214,7 +215,7 @@ def fatigue_blocks(d: DesignLoads) -> list[Block]:
     )
     shares = [(f"m = {m:g}", [_shares(d, m)]) for m in slopes]
     speeds = [
-        (title_of(name), [_by_speed(d, name, slopes)])
+        (title_of(name), [by_speed(d, name, slopes)])
         for name in d.fatigue.index
         if str(d.fatigue.at[name, "load"]) in COMPONENTS and int(d.fatigue.at[name, "blade"]) in (0, 1)
     ]
@@ -237,7 +238,7 @@ def _shares(d: DesignLoads, slope: float) -> Table:
     return Table(head, rows, caption=f"Share in the damage, m = {slope:g}")
 
 
-def _by_speed(d: DesignLoads, channel: str, slopes: list[float]) -> Chart:
+def by_speed(d: DesignLoads, channel: str, slopes: list[float]) -> Chart:
     """Share of the damage in each bin of the wind speed; what is beyond cut-out is one bin."""
     own = 100.0 * d.shares.loc[channel]
     speeds, c = own.index.get_level_values("speed").to_numpy(float), d.plan.campaign
@@ -314,8 +315,8 @@ def duration_blocks(d: DesignLoads) -> list[Block]:
         words = "in the lifetime at each load level; 20 levels per octave"
         axes = Axis(title_of(str(load)), unit), Axis("time", "h", log=True)
         parts.append((title_of(str(load)), [Chart(f"Duration of {title_of(str(load))}", *axes, curves, caption=words)]))
-    table = Table(head, rows, caption="Equivalent loads over revolutions") if rows else ""
-    return [*filter(None, [table]), *chosen("Plot of", parts)]
+    tables = [Table(head, rows, caption="Equivalent loads over revolutions")] if rows else []
+    return [*tables, *chosen("Plot of", parts)]
 
 
 def _unit(load: str) -> tuple[str, float]:

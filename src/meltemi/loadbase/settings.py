@@ -19,7 +19,7 @@ class DesignSettings(Record):
     """How design loads follow from the results of a load base, which they leave as they are."""
 
     extrapolation: Way = "gumbel"
-    """Extrapolation of DLC 1.1: "gumbel", "weibull" (three parameters), or "quantile_99", "quantile_93" of edition 4."""
+    """Extrapolation of DLC 1.1: "gumbel", "weibull" (three parameters); "quantile_99", "quantile_93" of edition 4."""
     resamples: int = Field(default=200, ge=1)
     """Number of bootstrap samples for the bands of the extrapolations."""
     doubtful: bool = True

@@ -29,7 +29,7 @@ def chart_figure(chart: Chart) -> Figure:
         angles, values = np.radians(np.asarray(c.x, dtype=float)), np.asarray(c.y, dtype=float)
         ax.plot(np.append(angles, angles[:1]), np.append(values, values[:1]), color=_colour(c, i), label=c.name)
     if chart.y.start is not None:
-        ax.set_rmin(chart.y.start)
+        ax.set_ylim(bottom=chart.y.start)
     ax.set_title(f"{chart.title}, {chart.y}", fontsize=8.0, loc="left")
     ax.tick_params(labelsize=7.0)
     if len(chart.curves) > 1:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from meltemi.report.blocks import Drawing, Stroke
 from meltemi.report.palette import COLOURS, FAINT, GRID, INK
@@ -40,8 +40,7 @@ def _label_place(stroke: Stroke) -> Point:
 
 def svg_of(drawing: Drawing) -> str:
     """An SVG element; its colours are those of the page."""
-    low, high = drawing.low, drawing.high
-    h = high  # of the picture's upper edge
+    h, height = drawing.high, drawing.high - drawing.low
 
     def points(of: list[Point]) -> str:
         return " ".join(f"{x:.1f},{h - y:.1f}" for x, y in of)
@@ -67,10 +66,10 @@ def svg_of(drawing: Drawing) -> str:
             u, v = _label_place(s)
             parts.append(f'<text x="{u:.1f}" y="{h - v + 0.35 * LETTER:.1f}">{escape(s.label)}</text>')
     name = escape(drawing.title)
-    return f'<svg class="sketch" viewBox="0 0 100 {high - low:g}" role="img" aria-label="{name}">{"".join(parts)}</svg>'
+    return f'<svg class="sketch" viewBox="0 0 100 {height:g}" role="img" aria-label="{name}">{"".join(parts)}</svg>'
 
 
-LOOKS = {
+LOOKS: dict[str, dict[str, Any]] = {
     "body": {"color": GRID},
     "line": {"color": FAINT, "linewidth": 3.0},
     "thin": {"color": FAINT, "linewidth": 0.8},

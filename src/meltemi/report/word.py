@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
@@ -124,7 +124,7 @@ def _add(word: Any, block: Block) -> None:
                     _add(word, each)
 
 
-def _add_pictures(word: Any, blocks: list[Chart | Drawing] | list[Chart | Drawing | Statistics]) -> None:
+def _add_pictures(word: Any, blocks: Sequence[Chart | Drawing | Statistics]) -> None:
     """Drawings and charts in a line, their captions below."""
     if not blocks:
         return
@@ -137,10 +137,11 @@ def _add_pictures(word: Any, blocks: list[Chart | Drawing] | list[Chart | Drawin
             figure.savefig(content, format="png", dpi=DOTS)
             content.seek(0)
             paragraph.add_run().add_picture(content, width=shared.Mm(width))
-    captions = (
-        block.caption if isinstance(block, Statistics) else f"{block.title}: {block.caption}" for block in blocks
-    )
-    word.add_paragraph("; ".join(caption.strip(": ") for caption in captions), style="Caption")
+    word.add_paragraph("; ".join(map(_caption, blocks)), style="Caption")
+
+
+def _caption(block: Chart | Drawing | Statistics) -> str:
+    return f"{block.title}: {block.caption}".strip(": ") if isinstance(block, Chart) else block.caption
 
 
 def _figures(block: Chart | Drawing | Statistics) -> Iterator[Figure]:
@@ -182,7 +183,8 @@ def _add_table(word: Any, table: Table) -> None:
     margins = "".join(f'<w:{side} w:w="40" w:type="dxa"/>' for side in ("left", "right"))
     grid = "<w:gridCol/>" * len(table.head)
     xml = (
-        f'<w:tbl xmlns:w="{SPACE}"><w:tblPr><w:tblW w:w="0" w:type="auto"/><w:tblCellMar>{margins}</w:tblCellMar></w:tblPr>'
+        f'<w:tbl xmlns:w="{SPACE}"><w:tblPr><w:tblW w:w="0" w:type="auto"/>'
+        f"<w:tblCellMar>{margins}</w:tblCellMar></w:tblPr>"
         f"<w:tblGrid>{grid}</w:tblGrid>{body}</w:tbl>"
     )
     after = word.add_paragraph(table.note)

@@ -143,7 +143,7 @@ def _free_name(book: Any, name: str) -> str:
 
 
 def _content(cell: Cell) -> tuple[str | float | None, str]:
-    """Content of a cell of a sheet, and its number format: a number keeps its value and shows the digits of the report."""
+    """Content of a cell of a sheet, and its number format: a number keeps its value, shows the digits of the report."""
     if isinstance(cell, Share):
         return 100.0 * cell.value, "0.0"
     if isinstance(cell, Entry) and cell.value is not None and not cell.note:

@@ -61,7 +61,7 @@ def notes(comparison: Comparison) -> str:
 
 
 def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
-    """Header and rows of ideal removal of 1P, and of 1P and 2P, and the share of its change that each scheme reaches."""
+    """Header and rows of ideal removal of 1P, and of 1P and 2P, and the share of it that each scheme reaches."""
     base, *others = comparison.schemes
     table, units = comparison.table(), comparison.units()
     head = ["removed", "quantity", "unit", base, "left", "change %", *(f"share %\n{s}" for s in others)]
@@ -201,8 +201,8 @@ def write_comparison(
 IDEAL = (
     "The reduction if these harmonics were removed from the blade root moment completely, with everything else "
     "unchanged. The bands extend a quarter of the rotor frequency, {rotor:.3f} Hz, to either side of the harmonics. "
-    "Shares are changes over this change. It is a reference, not a bound: a controller that also reduces loads at other "
-    "frequencies passes 100 %."
+    "Shares are changes over this change. It is a reference, not a bound: a controller that also reduces loads at "
+    "other frequencies passes 100 %."
 )
 LOOPS = (
     "A loop at nP works on amplitudes, whose frequency has either sign: negative ones are dashed, with mirrored phase. "
