@@ -13,7 +13,7 @@ from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
 
 TOGETHER = 9
-"""Charts of statistics in a figure."""
+"""Charts in a figure."""
 
 
 def chart_figure(chart: Chart) -> Figure:
@@ -64,12 +64,14 @@ def _draw(ax: object, chart: Chart) -> None:
         ax.legend(fontsize=6.0)
 
 
-def statistics_figures(block: Statistics) -> Iterator[Figure]:
-    """Largest and smallest values of all channels over the wind speed, nine channels in a figure."""
-    charts = list(statistics_charts(block))
+def grid_figures(charts: Sequence[Chart]) -> Iterator[Figure]:
+    """Charts with straight axes, nine in a figure."""
     for at in range(0, len(charts), TOGETHER):
-        own: Sequence[Chart] = charts[at : at + TOGETHER]
-        figure, axes = new_figure(math.ceil(len(own) / 3), 3, size=(10.5, 2.2 * math.ceil(len(own) / 3)))
+        own = charts[at : at + TOGETHER]
+        rows = math.ceil(len(own) / 3)
+        figure, axes = new_figure(rows, 3, size=(10.5, 2.2 * rows), share=False)
+        figure.set_layout_engine("none")  # the other one takes as long as the drawing
+        figure.subplots_adjust(0.06, 0.24 / rows, 0.99, 1.0 - 0.12 / rows, wspace=0.25, hspace=0.65)
         for ax, chart in zip(axes.flat, own, strict=False):
             _draw(ax, chart)
         for ax in list(axes.flat)[len(own) :]:

@@ -28,7 +28,7 @@ from meltemi.report.blocks import (
     Verdict,
     words,
 )
-from meltemi.report.chart_figures import chart_figure, statistics_figures
+from meltemi.report.chart_figures import chart_figure, grid_figures, statistics_charts
 from meltemi.report.drawing import figure_of
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 WIDTH, SMALL, MANY = 257.0, 7, 12
 """[mm] between the margins of A4 landscape; size [pt] of tables, and columns above which it is smaller."""
-DOTS = 200
+DOTS = 150
 """Of pictures, an inch."""
 SPACE = "http://schemas.openxmlformats.org/wordprocessingml/2006/main"
 
@@ -114,8 +114,12 @@ def _add(word: Any, block: Block) -> None:
             for each in block.content:
                 _add(word, each)
         case Choice():
-            for each in block.parts:
-                _add(word, each)
+            charts = [each for part in block.parts for each in part.content]
+            if all(isinstance(each, Chart) for each in charts):
+                _add_pictures(word, charts, block.label)
+            else:
+                for part in block.parts:
+                    _add(word, part)
         case Beside():
             pictures = [each for each in block.content if isinstance(each, Chart | Drawing)]
             _add_pictures(word, pictures)
@@ -124,31 +128,39 @@ def _add(word: Any, block: Block) -> None:
                     _add(word, each)
 
 
-def _add_pictures(word: Any, blocks: Sequence[Chart | Drawing | Statistics]) -> None:
-    """Drawings and charts in a line, their captions below."""
+def _add_pictures(word: Any, blocks: Sequence[Block], caption: str = "") -> None:
+    """Drawings and charts in a line, or many charts in rows, with a caption below."""
     if not blocks:
         return
     shared, paragraph = import_module("docx.shared"), word.add_paragraph()
     paragraph.paragraph_format.keep_with_next = True
-    for block in blocks:
-        for figure in _figures(block):
-            width = min(25.4 * figure.get_size_inches()[0], WIDTH, WIDTH / len(blocks) - 2.0)
-            content = BytesIO()
-            figure.savefig(content, format="png", dpi=DOTS)
-            content.seek(0)
-            paragraph.add_run().add_picture(content, width=shared.Mm(width))
-    word.add_paragraph("; ".join(map(_caption, blocks)), style="Caption")
+    for figure in _figures(blocks):
+        content = BytesIO()
+        figure.savefig(content, format="png", dpi=DOTS)
+        content.seek(0)
+        paragraph.add_run().add_picture(content, width=shared.Mm(min(25.4 * figure.get_size_inches()[0], WIDTH)))
+    word.add_paragraph(caption or "; ".join(filter(None, map(_caption, blocks))), style="Caption")
 
 
-def _caption(block: Chart | Drawing | Statistics) -> str:
-    return f"{block.title}: {block.caption}".strip(": ") if isinstance(block, Chart) else block.caption
+def _caption(block: Block) -> str:
+    if isinstance(block, Chart):
+        return f"{block.title}: {block.caption}".strip(": ")
+    return block.caption if isinstance(block, Drawing | Statistics) else ""
 
 
-def _figures(block: Chart | Drawing | Statistics) -> Iterator[Figure]:
-    if isinstance(block, Statistics):
-        yield from statistics_figures(block)
+def _figures(blocks: Sequence[Block]) -> Iterator[Figure]:
+    """Figures of drawings and charts; those of many charts have several."""
+    charts = [each for each in blocks if isinstance(each, Chart)]
+    straight = not any(each.polar or each.spokes for each in charts)
+    if len(charts) > 1 and straight:
+        yield from grid_figures(charts)
     else:
-        yield chart_figure(block) if isinstance(block, Chart) else figure_of(block)
+        yield from map(chart_figure, charts)
+    for block in blocks:
+        if isinstance(block, Statistics):
+            yield from grid_figures(list(statistics_charts(block)))
+        elif isinstance(block, Drawing):
+            yield figure_of(block)
 
 
 def _add_table(word: Any, table: Table) -> None:
