@@ -206,7 +206,7 @@ def test_too_few_seeds_are_told_and_take_no_part(extrapolated: tuple[Plan, Path]
     of, folder = extrapolated
     few = replace(of, cases=tuple(c for c in of.cases if c.variant.speed != 13.0 or c.variant.seed <= 5))
     design = evaluated(folder, few)
-    assert "DLC 1.1: 13 m/s have fewer than 6 seeds: not in the extrapolation." in design.notes
+    assert "DLC 1.1: 13 m/s have fewer than 6 seeds and are not extrapolated." in design.notes
     assert evaluated(folder, of).notes == ()
     none = evaluated(folder, replace(of, cases=tuple(c for c in of.cases if c.variant.seed <= 5)))
     assert any("not evaluated" in note for note in none.notes)
@@ -352,8 +352,8 @@ def test_gaps_stand_beside_the_numbers(tmp_path: Path) -> None:
     design = evaluated(tmp_path, of)
     found = design.problems
     assert found["state"].value_counts().to_dict() == {"missing": 4, "failed": 1, "doubtful": 1, "warned": 1}
-    assert found.at[names[0], "meaning"].startswith("no loads") and "shorter" in found.at[names[0], "meaning"]
-    assert "strikes the tower" in found.at[names[9], "meaning"]
+    assert found.at[names[0], "meaning"].startswith("no results") and "shorter" in found.at[names[0], "meaning"]
+    assert "tower strike" in found.at[names[9], "meaning"]
     assert "overspeed" in found.at[names[10], "meaning"]
     line = design.coverage.loc["1.3"]
     assert line[["cases", "ok", "warned", "doubtful", "failed", "missing"]].tolist() == [9, 6, 1, 1, 0, 1]
@@ -421,7 +421,7 @@ def test_tables_as_files(fatigue_base: tuple[Plan, Path], tmp_path: Path) -> Non
     files = write_design_loads(design, tmp_path / "tables")
     kept = pd.read_csv(tmp_path / "tables" / "fatigue.csv", index_col="channel")
     assert kept.at[MY, "4.0"] == pytest.approx(design.fatigue.at[MY, 4.0], rel=1e-12)
-    sheet = pd.read_excel(files[-1], sheet_name="Fatigue loads", skiprows=1)
+    sheet = pd.read_excel(files[-1], sheet_name="Fatigue loads", skiprows=2)
     value = sheet.set_index("channel").at[MY.replace("_", " "), "m = 4"]  # in kN m
     assert value == pytest.approx(1e-3 * design.fatigue.at[MY, 4.0], rel=1e-12)
     assert {path.stem for path in files[:-1]} == design_tables(design).keys()

@@ -78,7 +78,8 @@ class DesignLoads(Brief):
         with factor), case, runs, lacking.
       extrapolations: of DLC 1.1, for each interface and driver, and for the deflection of the tip out of plane and
         towards the tower.
-      clearance: index row: least distance of a blade's tip from the tower's surface. Columns clearance [m]
+      clearance: index row: least distance of a blade's tip from the tower's surface, where a blade passes
+        the tower. Columns clearance [m]
         (characteristic value), factor, material, deflection [m] (undeflected minus clearance), left [m] (undeflected
         minus deflection times both factors), ratio (clearance over undeflected), case, runs, lacking, fits
         (bool: ``left`` is positive).

@@ -106,9 +106,9 @@ def _sheet(book: Any, name: str, blocks: Sequence[str | Table]) -> None:
         if table.caption:
             row += 1
             sheet.cell(row, 1, table.caption).font = bold
-        row += 1
+        row += any(table.head)
         left = table.left()
-        for j, title in enumerate(table.head):
+        for j, title in enumerate(table.head if any(table.head) else ()):
             text, _, unit = title.partition("\n")
             cell = sheet.cell(row, j + 1, f"{text} [{unit}]" if unit else text)
             cell.font, cell.border = bold, line
