@@ -121,7 +121,7 @@ def compare(
     head = [f"{scheme}\n{name}" if scheme else name for scheme, name in zip(spanned, head, strict=True)]
     print_table(f"{described.name}: {wind}, {len(comparison.winds)} seeds", head, rows, text_columns=2)
     print(report.notes(comparison))
-    title = "Ceiling: ideal removal of 1P and 2P, and the share of its change reached by the schemes"
+    title = "Ideal removal of 1P and 2P (a reference, not a bound), and the share of its change reached by the schemes"
     print_table(title, *report.ceiling_rows(comparison), text_columns=3)
     total = len(names) * seeds
     print(

@@ -18,6 +18,7 @@ REQUIREMENTS = (
     "openpyxl>=3.1,<4",
     "pandas>=2.2,<4",
     "pyarrow>=18",
+    "python-docx>=1.1,<2",
     "rosco>=2.10,<3",
     "scikit-learn>=1.5,<2",
     "websockets>=14",

@@ -86,17 +86,18 @@ class Campaign(Record):
     normal_rate: float = Field(gt=0.0, le=2.0)
     """[rad/s] pitch rate of normal stops under controllers that do not follow requests of the operator."""
     emergency_rate: float = Field(gt=0.0, le=2.0)
-    """[rad/s] the same of emergency stops, and after loss of the grid."""
+    """[rad/s] pitch rate of emergency stops under such controllers, and after loss of the grid."""
     pitch_imbalance: float = Field(default=math.radians(0.3), ge=0.0, le=0.2)
-    """[rad] by which blade 1 is above and blade 2 below the pitch of their encoders, in operation."""
+    """[rad] pitch imbalance: blade 1 is above, blade 2 below the pitch of their encoders by this, in operation."""
     mass_imbalance: float = Field(default=0.005, ge=0.0, le=0.2)
-    """Share by which blade 1 is heavier than the others, in operation."""
+    """Mass imbalance: share by which blade 1 is heavier than the others, in operation."""
     inclination: float = Field(default=math.radians(8.0), ge=-0.5, le=0.5)
     """[rad] flow inclination in operation."""
     extreme_wind: Literal["turbulent", "steady"] = "turbulent"
     """Form of the extreme wind speed model."""
     start_margin: float = Field(default=0.9, gt=0.0, le=1.0)
-    """A start is permitted from this share of V_in, and to V_out over it, so that it can be simulated at both."""
+    """Start margin: a start is permitted from this share of V_in, and to V_out over it, so that it can be simulated at
+    both."""
     wind_stops: bool = False
     """Whether the supervisor stops production in wind below cut-in and above cut-out. By default it continues, as the
     design situation demands; DLC 4.1 has these stops."""

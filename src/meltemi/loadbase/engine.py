@@ -228,11 +228,11 @@ class _Count:
         self.seconds = {job.key: job.seconds for job in jobs}
         self.keys: set[str] = set()
         self.progress = progress
-        self.before, self.began = 0.0, perf_counter()
+        self.before = 0.0
+        self.began: float | None = None
 
     def begin(self, keys: set[str]) -> None:
         self.keys |= keys
-        self.before = self._done()
 
     def _done(self) -> float:
         return sum(self.seconds[key] for key in list(self.keys))  # other threads add to them
@@ -243,6 +243,8 @@ class _Count:
         if self.progress is None:
             return
         whole, done = sum(self.seconds.values()), self._done() + under_way
+        if self.began is None:  # what came before the end of the first case, such as compilation, comes once
+            self.before, self.began = done, perf_counter()
         spent, gained = perf_counter() - self.began, done - self.before
         left = spent * (whole - done) / gained if gained > 0.0 else None
         self.progress(Progress(len(self.keys), len(self.seconds), done / max(whole, 1e-9), left))

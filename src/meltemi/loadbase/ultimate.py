@@ -50,11 +50,11 @@ class Runs:
       row, dlc: of the table.
       rule: of the characteristic value.
       factor: partial safety factor for loads.
-      places: (R,) of the runs among the cases that take part.
+      places: (R,) of the runs among the cases that are evaluated.
       names: (R,) of the cases.
       groups: (R,) number of the group of which a mean is taken.
       speeds: (R,) [m/s].
-      lacking: cases of the row that take no part.
+      lacking: cases of the row without results.
     """
 
     row: str

@@ -2,7 +2,7 @@
 
 Every scheme runs in every wind, in parallel; a wind field is generated once for all schemes. Each run gives the
 quantities of ``QUANTITIES`` after the initial transient (and in further windows), spectra, and for the first scheme the
-ceiling: the loads that ideal removal of 1P, and of 1P and 2P, would leave.
+ceiling: the loads that ideal removal of 1P, and of 1P and 2P, would leave. It is a reference, not a bound.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from meltemi.control.bladed.controller import BladedController
 from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
 from meltemi.controllers.names import SCHEMES
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.turbine.definition import Turbine

@@ -10,6 +10,7 @@ import numpy as np
 from meltemi.environment.rain import Rain
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
 from meltemi_papers.claim import UNCHECKED, Claim, claim_group, listed, reasons_of
 from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.figures.rain_power import STORM, loss
@@ -72,7 +73,7 @@ def _power() -> list[Claim]:
 
 
 def _rain() -> list[Claim]:
-    blades, rain = load_turbine(BLADES_IN_RAIN), Rain(rate=paper.RATE)
+    blades, rain = aeroelastic(load_turbine(BLADES_IN_RAIN), RAIN), Rain(rate=paper.RATE)
     lost = [rain_loads(blades, rain, v, w, math.radians(b)).power for v, w, b in product(WINDS, SPEEDS, PITCHES)]
     one_size, all_sizes = (float(loss(r, paper.WIND)[0]) * 1e-6 for r in (STORM, rain))
     return [

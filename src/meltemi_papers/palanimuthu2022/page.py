@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.studies.run_store import attempt
 from meltemi.turbine.library import packages_of
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
