@@ -52,7 +52,8 @@ NEAR = 1e-7
 """[rad] difference below which OpenFAST treats two angles of a polar as equal, and stops."""
 OUTPUTS = {
     "ElastoDyn": (
-        "RotSpeed GenSpeed BldPitch1 Azimuth OoPDefl1 IPDefl1 TTDspFA TTDspSS RootMxc1 RootMyc1 RootMxb1 RootMyb1 "
+        "RotSpeed GenSpeed BldPitch1 Azimuth OoPDefl1 IPDefl1 TipDxb1 TipDyb1 TTDspFA TTDspSS "
+        "RootMxc1 RootMyc1 RootMzc1 RootMxb1 RootMyb1 "
         "RotThrust RotTorq LSSTipMys LSSTipMzs TwrBsMxt TwrBsMyt TwrBsMzt YawBrMzp"
     ),
     "AeroDyn": "RtAeroFxh RtAeroMxh RtAeroCp RtAeroCt RtTSR",
