@@ -76,7 +76,8 @@ def both(program: str, turbine: Turbine, case: str, beamdyn: bool, folder: Path,
     theirs, cpu = openfast(program, main)
     deck = read_deck(main, control_of=turbine)
     model = meltemi.build(deck.turbine, ModelOptions(**deck.options))
-    more = {} if free else {"controller": ConstantController()}
+    more: dict[str, Any] = {} if free else {"controller": ConstantController()}
+    more["channels"] = ["RotTorq", "RotSpeed", *(mine for mine, _ in CHANNELS.values())]
     ours = meltemi.simulate(model, wind, duration=duration, start=meltemi.Start(**start, coordinates={}), **more)
     ours.raise_for_status()
     a, b = (result.between(SETTLED, duration) for result in (ours, theirs))
