@@ -208,7 +208,7 @@ def numbers(folder: Path, file: str, *names: str) -> list[float]:
 
 @pytest.mark.parametrize(("beamdyn", "coupling"), [(False, 1), (True, 3)], ids=["elastodyn", "beamdyn"])
 def test_beamdyn_is_coupled_implicitly(beamdyn: bool, coupling: int, turbine: Turbine, tmp_path: Path) -> None:
-    """Loose coupling would need 1 ms; ten nodes of the element converge for blades of 138 m, five do not."""
+    """Loose coupling would need 1 ms; elements of order 5 are coarse for blades of 138 m."""
     write(turbine, tmp_path, beamdyn=beamdyn)
     assert numbers(tmp_path, "nrel5mw.fst", "ModCoupling") == [coupling]
     assert numbers(tmp_path, "BeamDyn.dat", "order_elem") == [10]

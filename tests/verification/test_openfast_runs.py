@@ -23,7 +23,7 @@ SETTLED = 10.0
 @pytest.mark.slow
 @pytest.mark.skipif(PROGRAM is None, reason="no openfast on the PATH, and MELTEMI_OPENFAST is not set")
 def test_openfast_runs_the_deck_as_we_do(turbine: Turbine, tmp_path: Path) -> None:
-    """Torque and thrust, within what ElastoDyn's half elements change; at rated speed the optimal torque is too high."""
+    """Torque and thrust, within what ElastoDyn's half elements change; the torque law is one that it would refuse."""
     law, pitch, speed = turbine.control.torque, math.radians(3.0), 1.2
     gain = 1.08 * law.rated_power / law.rated_speed**3
     damping = {"flap": 0.05, "edge": 0.05}  # else edgewise vibrations of the start last for minutes
