@@ -9,7 +9,7 @@ from meltemi.loadbase.interfaces import Interface, interfaces_of, stations
 from meltemi.loadbase.ultimate import blade_groups
 from meltemi.report.blocks import Beside, Block, Cell, Drawing, Part, Stroke, Table
 from meltemi.report.turbine_facts import number
-from meltemi.simulation.channels import catalogue, find
+from meltemi.simulation.channels import Contents, catalogue, find
 from meltemi.turbine.definition import Turbine
 
 Point = tuple[float, float]
@@ -93,7 +93,7 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
 
 
 def _aliases(interface: Interface, turbine: Turbine) -> str:
-    known = catalogue(turbine.n_blades, 0, 9, 9)
+    known = catalogue(Contents(turbine.n_blades, blade_stations=9, tower_stations=9))
     return ", ".join(find(channel, known).alias for channel in interface.channels)
 
 
