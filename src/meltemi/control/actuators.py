@@ -73,8 +73,9 @@ def pitch_friction(b: int, c: Actuation) -> float:
     p, x = c.actuators, c.measured
     friction = p.pitch_friction
     if p.pitch_friction_moment > 0.0:
-        moment = sqrt(x.out_of_plane_moment[b] ** 2 + x.in_plane_moment[b] ** 2)
-        friction += p.pitch_friction_moment * moment + p.pitch_friction_spin * x.rotor_speed**2
+        across, along = x.out_of_plane_moment[b], x.in_plane_moment[b]
+        friction += p.pitch_friction_moment * sqrt(across * across + along * along)
+        friction += p.pitch_friction_spin * x.rotor_speed * x.rotor_speed
     return friction
 
 
