@@ -374,6 +374,7 @@ class _Deck:
         values: dict[str, object] = {
             "Wake_Mod": 0 if o.wake == "none" else 1,
             "TwrPotent": 0 if o.tower_influence == "none" else 1,
+            "TwrShadow": {"powles": 1, "eames": 2}.get(o.tower_influence, 0),
             "TwrAero": o.tower_drag,
             "AirDens": self.environment.density,
             "Skew_Mod": 1 if o.skew == "glauert" else 0,
