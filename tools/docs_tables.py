@@ -125,10 +125,19 @@ def events() -> str:
 
 def channels(group: str) -> str:
     """Channels of a group: machine, disk, gearbox, electrical, blade, flap, node, station, tower_station."""
-    from meltemi.simulation.channels import catalogue
+    from meltemi.simulation.channels import Contents, catalogue, channels_of_group
 
+    further = channels_of_group("electrical") + channels_of_group("disk")
     all_channels = catalogue(
-        n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1, gears=(1, 2), electrical=True, disk=True
+        Contents(
+            blades=1,
+            nodes=1,
+            blade_stations=1,
+            tower_stations=1,
+            flaps=1,
+            gears=(1, 2),
+            further=further,
+        )
     )
     chosen = []
     for c in all_channels.values():
@@ -148,9 +157,9 @@ def channels(group: str) -> str:
 
 def openfast_channels() -> str:
     """Channels by OpenFAST's names, with all that it has for each."""
-    from meltemi.simulation.channels import catalogue
+    from meltemi.simulation.channels import Contents, catalogue
 
-    known = catalogue(n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1).values()
+    known = catalogue(Contents(blades=1, nodes=1, blade_stations=1, tower_stations=1, flaps=1)).values()
     rows = [
         [f"`{c.alias}`", ", ".join(f"`{name}`" for name in c.also), f"`{c.name}`", c.description]
         for c in sorted(known, key=lambda c: c.alias.lower())
@@ -251,9 +260,16 @@ def arrays() -> str:
 
 def schemes() -> str:
     """Control schemes of ``meltemi compare``."""
-    from meltemi.studies.scheme_names import SCHEMES
+    from meltemi.controllers.names import SCHEMES
 
     return _table(["scheme", "what"], [[f"`{name}`", scheme.about] for name, scheme in SCHEMES.items()])
+
+
+def controllers() -> str:
+    """Names of controllers."""
+    from meltemi.controllers.names import NAMES
+
+    return _table(["name", "controller"], [[f"`{name}`", about] for name, about in NAMES.items()])
 
 
 def swap() -> str:
@@ -368,6 +384,7 @@ MAKERS: dict[str, Any] = {
         measured,
         notebooks,
         schemes,
+        controllers,
         swap,
         supervisor,
     )

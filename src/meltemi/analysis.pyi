@@ -1,3 +1,8 @@
+from meltemi.controllers.schemes import SchemeDesign as SchemeDesign
+from meltemi.controllers.schemes import design_controllers as design_controllers
+from meltemi.controllers.tuning import LoopTuning as LoopTuning
+from meltemi.controllers.tuning import tune_ipc as tune_ipc
+from meltemi.controllers.tuning import tune_loops as tune_loops
 from meltemi.postprocess.difference import ChannelDifference as ChannelDifference
 from meltemi.postprocess.difference import ResultDifferences as ResultDifferences
 from meltemi.postprocess.difference import compare_results as compare_results
@@ -7,6 +12,7 @@ from meltemi.simulation.flutter import Flutter as Flutter
 from meltemi.simulation.flutter import flutter as flutter
 from meltemi.simulation.linear import LinearModel as LinearModel
 from meltemi.simulation.linear import linearise as linearise
+from meltemi.simulation.modes import Mode as Mode
 from meltemi.simulation.modes import natural_modes as natural_modes
 from meltemi.simulation.observer import Estimate as Estimate
 from meltemi.simulation.observer import ExpectedTurbulence as ExpectedTurbulence
@@ -14,13 +20,13 @@ from meltemi.simulation.observer import Observer as Observer
 from meltemi.simulation.observer import ObserverFilter as ObserverFilter
 from meltemi.simulation.observer import SensorNoise as SensorNoise
 from meltemi.simulation.observer import observer as observer
+from meltemi.simulation.operating_point import OperatingPoint as OperatingPoint
 from meltemi.simulation.parked import parked_point as parked_point
 from meltemi.simulation.parked_modes import ParkedStability as ParkedStability
 from meltemi.simulation.parked_modes import parked_stability as parked_stability
 from meltemi.simulation.performance import performance_of as performance_of
 from meltemi.simulation.performance import rotor_performance as rotor_performance
 from meltemi.simulation.rotors import operating_point as operating_point
-from meltemi.simulation.trim import OperatingPoint as OperatingPoint
 from meltemi.studies.adjoint import Gradient as Gradient
 from meltemi.studies.adjoint import gradient as gradient
 from meltemi.studies.baseline_tuning import BaselineTuning as BaselineTuning
@@ -41,11 +47,6 @@ from meltemi.studies.lidar import measure_lidar as measure_lidar
 from meltemi.studies.power_twin import power_turbine_of as power_turbine_of
 from meltemi.studies.preview import preview_of as preview_of
 from meltemi.studies.preview import steady_pitch as steady_pitch
-from meltemi.studies.schemes import SchemeDesign as SchemeDesign
-from meltemi.studies.schemes import design_controllers as design_controllers
 from meltemi.studies.sensitivity import Sensitivity as Sensitivity
 from meltemi.studies.sensitivity import finite_difference_runs as finite_difference_runs
 from meltemi.studies.sensitivity import sensitivity as sensitivity
-from meltemi.studies.tuning import LoopTuning as LoopTuning
-from meltemi.studies.tuning import tune_ipc as tune_ipc
-from meltemi.studies.tuning import tune_loops as tune_loops

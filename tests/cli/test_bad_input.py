@@ -222,7 +222,7 @@ def case_message(command: Command, tmp_path: Path, text: str) -> str:
         (
             "duration: 5.0",
             "duration: 5.0\nevents:\n  - {at: 9, type: grid_loss}",
-            "FILE:5: events.0: at 9 s is after the end of the run at 5 s (duration)",
+            "FILE:5: events.0: at 9 s is not before the end of the run at 5 s (duration)",
         ),
         (
             "duration: 5.0",

@@ -400,7 +400,7 @@ def test_power_curve(command: Command, tmp_path: Path) -> None:
     succeeded(ran, tmp_path, "power_curve.csv", "power_curve.png")
     with (tmp_path / "power_curve.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
-    power = [float(row[head.index("power kW")]) for row in rows]
+    power = [float(row[head.index("power [kW]")]) for row in rows]
     assert [float(row[0]) for row in rows] == [8.0, 12.0]
     # NREL/TP-500-38060, figure 9-1: about 1.8 MW, and rated power
     assert power == pytest.approx([1770.0, 5000.0], rel=0.03)
@@ -418,7 +418,7 @@ def test_campbell_at_standstill_is_the_published_table(command: Command, tmp_pat
     succeeded(ran, tmp_path, "campbell.csv", "campbell.png")
     assert "at 0 rpm" in ran.out
     with (tmp_path / "campbell.csv").open(newline="") as file:
-        found = {row["mode"]: float(row["frequency Hz"]) for row in csv.DictReader(file)}
+        found = {row["mode"]: float(row["frequency [Hz]"]) for row in csv.DictReader(file)}
     # NREL/TP-500-38060, table 9-1 (ADAMS)
     assert found["1st drivetrain torsion"] == pytest.approx(0.6094, rel=0.03)
     assert found["1st edge sine"] == pytest.approx(1.0740, rel=0.03)

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator
 from http.client import HTTPConnection
 from pathlib import Path
-from threading import Thread
+from threading import Thread, active_count
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ import pytest
 
 import meltemi
 from meltemi.app import live as command
-from meltemi.app.live_server import LiveServer
+from meltemi.app.live_server import MOST_CONNECTIONS, MOST_WAITING, LiveServer
 from meltemi.core.errors import InputError, Status
 from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
@@ -171,14 +171,14 @@ def test_an_own_controller(turbine: Turbine, tmp_path: Path) -> None:
 
 def test_memory_is_constant(session: Session) -> None:
     run = session.run.simulation
-    arrays, box = (run._output, run.case["q"], run.case["box"]), run.case["box"].copy()
+    arrays, box = (run.loop.output, run.case["q"], run.case["box"]), run.case["box"].copy()
     session.obey({"set": "wind_speed", "value": 12})
     sizes = {len(session.piece(2.0) or b"") for _ in range(15)}
-    assert all(a is b for a, b in zip(arrays, (run._output, run.case["q"], run.case["box"]), strict=True))
+    assert all(a is b for a, b in zip(arrays, (run.loop.output, run.case["q"], run.case["box"]), strict=True))
     assert session.wind.box.velocity is run.case["box"] or np.shares_memory(session.wind.box.velocity, run.case["box"])
     assert not np.array_equal(box, run.case["box"])
     assert max(sizes) < 20_000
-    assert len(run._output) <= 43
+    assert len(run.loop.output) <= 43
 
 
 @pytest.mark.parametrize(
@@ -266,12 +266,12 @@ def test_the_socket_needs_token_origin_and_host(server: LiveServer, caplog: pyte
         pass
     assert not server.open
     with connect(address, origin=good) as page:  # type: ignore[arg-type]
-        assert server.received(5.0) == [{"opened": True}]
+        assert list(server.received(5.0)) == [{"opened": True}]
         page.send('{"a": 1}')
         page.send("{")
         assert [*server.received(5.0), *server.received(0.5)] == [{"a": 1}, None]
         with connect(address, origin=good) as second:  # type: ignore[arg-type]
-            server.received(5.0)
+            list(server.received(5.0))
             server.send({"b": 2})
             assert second.recv(5.0) == '{"b": 2}'
             with pytest.raises(ConnectionClosed, match="another window"):
@@ -281,7 +281,7 @@ def test_the_socket_needs_token_origin_and_host(server: LiveServer, caplog: pyte
 
 def test_a_browser_that_is_killed_closes_the_page(server: LiveServer) -> None:
     with connect(server.url.replace("http", "ws") + "socket", origin=f"http://{server.host}") as page:  # type: ignore[arg-type]
-        server.received(5.0)
+        list(server.received(5.0))
         assert server.open
         page.socket.shutdown(socket.SHUT_RDWR)
         end = time.monotonic() + 5.0
@@ -289,6 +289,71 @@ def test_a_browser_that_is_killed_closes_the_page(server: LiveServer) -> None:
             assert time.monotonic() < end
             time.sleep(0.01)
     assert not server.open
+
+
+def test_idle_connections_are_bounded(server: LiveServer) -> None:
+    before, port = active_count(), int(server.host.partition(":")[2])
+    lines = [socket.create_connection(("127.0.0.1", port)) for _ in range(5 * MOST_CONNECTIONS)]
+    try:
+        assert all(line.recv(1) == b"" for line in lines[-3:])  # closed at once
+        end = time.monotonic() + 5.0
+        while active_count() - before > 2 * MOST_CONNECTIONS:
+            assert time.monotonic() < end
+    finally:
+        for line in lines:
+            line.close()
+    end = time.monotonic() + 5.0
+    while active_count() > before:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    assert answer(server, server.url.removeprefix(f"http://{server.host}"))[0] == 200
+
+
+def test_messages_end_with_their_page_and_are_bounded(server: LiveServer) -> None:
+    address, good = server.url.replace("http", "ws") + "socket", f"http://{server.host}"
+    with connect(address, origin=good) as page:  # type: ignore[arg-type]
+        for i in range(8):
+            page.send(f'{{"set": {i}}}')
+        time.sleep(0.2)
+        found = server.received(5.0)
+        assert [next(found), next(found)] == [{"opened": True}, {"set": 0}]
+    end = time.monotonic() + 5.0
+    while server.open:
+        assert time.monotonic() < end
+    assert list(found) == list(server.received(0.0)) == []
+    with connect(address, origin=good) as page:  # type: ignore[arg-type]
+        for i in range(2 * MOST_WAITING):
+            page.send(f'{{"set": {i}}}')
+        time.sleep(0.5)
+        assert len(list(server.received(5.0))) == MOST_WAITING
+    with connect(address, origin=good) as page:  # type: ignore[arg-type]
+        for _ in range(5):
+            page.send('{"reset": true}')
+        time.sleep(0.2)
+        assert list(server.received(5.0)) == [{"opened": True}, {"reset": True}]
+
+
+def test_an_error_never_ends_it(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "GRACE", 0.2)
+    monkeypatch.setattr(Session, "restart", lambda self: [][0])
+    monkeypatch.setattr(Session, "piece", lambda self, seconds: {}["none"])
+    said: list[str] = []
+    with LiveServer(lambda: "") as server:
+
+        def page() -> None:
+            with connect(server.url.replace("http", "ws") + "socket", origin=f"http://{server.host}") as line:  # type: ignore[arg-type]
+                for message in ("[" * 2000, "[" * 900 + "]" * 900, '{"reset": true}', "1" * 2000):
+                    line.send(message)
+                    while not (found := str(line.recv(5.0))).startswith('{"error"') or "KeyError" in found:
+                        pass
+                    said.append(found)
+
+        reader = Thread(target=page)
+        reader.start()
+        command.serve(session, server)
+        reader.join()
+    assert ["understood" in text for text in said] == [True, True, False, True]
+    assert "IndexError" in said[2]
 
 
 def test_it_runs_at_the_speed_and_ends_with_its_page(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:

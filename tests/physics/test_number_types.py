@@ -15,8 +15,9 @@ from meltemi.aero.tables import AeroMemory, AeroOptions, AeroParameters, BladeFl
 from meltemi.maths.records import Kind
 from meltemi.simulation import linear
 from meltemi.simulation.case import Case
+from meltemi.simulation.plan import model_channels
 from meltemi.simulation.run import Run
-from meltemi.simulation.simulate import Simulation, model_channels
+from meltemi.simulation.simulate import Simulation
 
 Float = NDArray[np.float64]
 LAST = 3.06

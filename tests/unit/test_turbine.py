@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
 
@@ -96,11 +95,8 @@ def test_a_variant_changes_only_what_its_file_has() -> None:
 
 
 def test_a_turbine_whose_data_are_not_installed_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing(name: str) -> None:
-        raise PackageNotFoundError(name)
-
-    monkeypatch.setattr("meltemi.turbine.library.distribution", missing)
-    with pytest.raises(InputError, match=r"iea15mw.*windIO, which is missing: pip install 'windIO>=2\.1,<3'"):
+    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: False)
+    with pytest.raises(InputError, match=r"iea15mw needs windIO, which is not.*: pip install 'windIO>=2\.1,<3'"):
         windio_file("IEA-15-240-RWT.yaml", "iea15mw")
     monkeypatch.undo()
     with pytest.raises(InputError, match=r"has no windIO/examples/turbine/IEA-16\.yaml"):

@@ -101,7 +101,12 @@ def import_(
     write_record(case, out / "case.yaml")
     _write_report(deck, source, out)
     wrote(out / "turbine.yaml", out / "case.yaml", out / "report.md")
-    suggest("run", out / "case.yaml")
+    if any("PC_GS_KP" in note.what for note in deck.noted("approximated")):
+        say("the pitch gains of ROSCO's settings are approximated (see above); ROSCO itself controls the deck by")
+        given = "" if discon is None else f"@{discon}"
+        suggest("run", source, "--controller", f"rosco{given}")
+    else:
+        suggest("run", out / "case.yaml")
 
 
 def _show(imported: ImportedTurbine) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import TurbineArgument, completing
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TurbineArgument
 from meltemi.app.terminal import say, suggest
 from meltemi.app.view import ThemeOption
 from meltemi.core.errors import InputError, MeltemiError
@@ -22,7 +22,6 @@ GRACE = 5.0
 PIECES = 10.0
 """[Hz] of the pieces that the page gets, at real time and faster."""
 SLOWEST, FASTEST = 0.25, 20.0
-CONTROLLERS = completing(lambda: dict.fromkeys(("baseline", "supervised", "ipc", "cpfc"), ""))
 
 
 def live(
@@ -33,7 +32,7 @@ def live(
     controller: Annotated[
         str,
         typer.Option(
-            help="At the start: baseline, supervised, ipc, cpfc, or a Python file with controller(turbine).",
+            help=f"At the start: {CONTROLLER}.",
             autocompletion=CONTROLLERS,
         ),
     ] = "supervised",
@@ -97,15 +96,19 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
                 case _:
                     try:
                         session.obey(message)
-                    except MeltemiError as error:
-                        server.send({"error": str(error)})
+                    except Exception as error:  # what a page asks for never ends the command
+                        server.send({"error": _words(error)})
             due = monotonic()
         if idle:
             due = monotonic()
         elif monotonic() >= due:
             seconds = max(speed, 0.5) / PIECES
-            if (piece := session.piece(seconds)) is not None:
-                server.send(piece)
+            try:
+                if (piece := session.piece(seconds)) is not None:
+                    server.send(piece)
+            except Exception as error:
+                playing = False
+                server.send({"error": _words(error)})
             # what was late is made up for, up to a quarter of a second
             due = max(due + seconds / speed, monotonic() - 0.25)
         if session.run.simulation.interrupted:
@@ -113,3 +116,7 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
         if server.open and (now := session.state()) != told:
             server.send({"state": now})
             told = now
+
+
+def _words(error: Exception) -> str:
+    return str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"

@@ -2,7 +2,8 @@
 
 It listens on 127.0.0.1 and answers requests whose path has the random token and whose ``Host`` is its own address; the
 socket also needs the page's own origin. So neither another machine, nor another page in the same browser, nor a name
-that resolves to 127.0.0.1 reaches the simulation. A new page takes the place of the one before.
+that resolves to 127.0.0.1 reaches the simulation. A new page takes the place of the one before, whose messages are
+dropped. Connections, messages that wait and their nesting are bounded.
 """
 
 from __future__ import annotations
@@ -12,16 +13,17 @@ import secrets
 import socket
 from contextlib import suppress
 from http import HTTPStatus
-from queue import Empty, SimpleQueue
-from threading import Thread
+from queue import Empty, Full, Queue
+from threading import BoundedSemaphore, Thread
 from time import monotonic
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from meltemi.core.errors import InputError
+from meltemi.core.extras import need
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from websockets.http11 import Request, Response
     from websockets.sync.server import ServerConnection
@@ -29,6 +31,10 @@ if TYPE_CHECKING:
 ADDRESS = "127.0.0.1"
 LONGEST_MESSAGE = 2048
 """Bytes of a message of the page."""
+MOST_WAITING = 256
+"""Messages that wait; of a page that sends faster than they are handled the others are dropped."""
+MOST_CONNECTIONS = 16
+"""At a time, with those that have asked for nothing yet; each takes two threads."""
 PATIENCE = 10.0
 """[s] after which a page that does not answer is taken as closed."""
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
@@ -51,10 +57,9 @@ class LiveServer:
     """
 
     def __init__(self, page: Callable[[], str], port: int = 0) -> None:
-        try:
-            from websockets.sync.server import serve
-        except ImportError:
-            raise InputError("live needs websockets; install it with: pip install 'websockets>=14'") from None
+        need("live", "websockets")
+        from websockets.sync.server import serve
+
         if not 0 <= port < 65536:
             raise InputError(f"--port must be from 1 to 65535, found {port}")
         try:
@@ -65,7 +70,7 @@ class LiveServer:
         self._path = f"/{secrets.token_urlsafe(24)}/"
         self.url = f"http://{self.host}{self._path}"
         self.closed_at: float | None = None
-        self._page, self._inbox = page, SimpleQueue[str]()
+        self._page, self._inbox = page, Queue[str](MOST_WAITING)
         self._open: ServerConnection | None = None
         self._server = serve(
             self._talk,
@@ -78,6 +83,7 @@ class LiveServer:
             ping_timeout=PATIENCE,
             server_header=None,
         )
+        self._server.handler = _at_most(MOST_CONNECTIONS, self._server.handler)
         self._thread = Thread(target=self._server.serve_forever, daemon=True)
 
     def __enter__(self) -> Self:
@@ -104,18 +110,24 @@ class LiveServer:
             with suppress(ConnectionClosed):
                 page.send(message if isinstance(message, bytes) else json.dumps(message, allow_nan=False))
 
-    def received(self, wait: float) -> list[Any]:
-        """Messages of the page; waits up to some seconds for the first one. ``None`` stands for what is not JSON."""
-        found: list[Any] = []
+    def received(self, wait: float) -> Iterator[Any]:
+        """Messages of the open page; waits up to some seconds for the first one. ``None`` stands for what is not JSON.
+
+        Those that follow an equal one are left out: a second reset changes nothing.
+        """
+        before = ""
         with suppress(Empty):
-            text = self._inbox.get(timeout=wait) if wait > 0.0 else self._inbox.get_nowait()
-            while True:
+            for _ in range(MOST_WAITING):
+                text = self._inbox.get(timeout=wait) if wait > 0.0 else self._inbox.get_nowait()
+                wait = 0.0
+                if text == before:
+                    continue
+                before = text
                 try:
-                    found.append(json.loads(text))
-                except ValueError:
-                    found.append(None)
-                text = self._inbox.get_nowait()
-        return found
+                    found = json.loads(text)
+                except (ValueError, RecursionError):
+                    found = None
+                yield found
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """The page, or a refusal; None lets the socket open, after the check of its origin."""
@@ -144,11 +156,31 @@ class LiveServer:
         from websockets.exceptions import ConnectionClosed
 
         before, self._open, self.closed_at = self._open, connection, None
+        inbox = self._inbox = Queue[str](MOST_WAITING)
+        inbox.put('{"opened": true}')
         if before is not None:
             before.close(4000, "opened in another window")
-        self._inbox.put('{"opened": true}')
         with suppress(ConnectionClosed):  # a killed browser sends no closing frame
             for message in connection:
-                self._inbox.put(message if isinstance(message, str) else "")
+                with suppress(Full):
+                    inbox.put_nowait(message if isinstance(message, str) else "")
         if self._open is connection:
-            self._open, self.closed_at = None, monotonic()
+            self._open, self.closed_at, self._inbox = None, monotonic(), Queue(MOST_WAITING)
+
+
+def _at_most(n: int, handler: Callable[[socket.socket, Any], None]) -> Callable[[socket.socket, Any], None]:
+    """A handler of connections that ends those beyond ``n`` at a time."""
+    free = BoundedSemaphore(n)
+
+    def handled(connection: socket.socket, address: Any) -> None:
+        granted = free.acquire(blocking=False)
+        if not granted:
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)  # the handler finds its end at once
+        try:
+            handler(connection, address)
+        finally:
+            if granted:
+                free.release()
+
+    return handled

@@ -4,8 +4,8 @@
 of the user's cache. Numba's own cache detects a change of the file that defines a function, but not of
 a function it calls in another file. Therefore the folder's name is a hash of every source file that
 defines kernels or functions they call, and of everything else the machine code depends on; a change to any
-of them starts a new folder, and old ones are removed. A damaged file counts as missing; if the folder is
-not writable, its content is used, and the rest is compiled in each process.
+of them starts a new folder, and old ones are removed. A file that is damaged or that another user wrote counts as
+missing; if the folder is not writable, its content is used, and the rest is compiled in each process.
 
 Kernels assume valid input; everything is checked before they are called. They use IEEE arithmetic
 with contraction to fused multiply-add, and no reordering: the same machine gives the same bits.
@@ -24,6 +24,7 @@ import threading
 import time
 from ast import literal_eval
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -31,12 +32,12 @@ from typing import Any, TypeVar
 import llvmlite.binding
 import numba
 import numpy as np
-import platformdirs
 from numba.core import event, typeinfer
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, InTreeCacheLocator
 from numba.core.compiler_lock import global_compiler_lock
 
 from meltemi.core import linking
+from meltemi.core.private import private_folder, signed, user_key, verified
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -85,10 +86,9 @@ def cache_folder() -> Path | None:
     """Cache folder for this version of the package, Numba, NumPy, Python and processor.
 
     Returns:
-      The folder, created if needed, or None if there is none and none can be made (then every process
+      The folder, created if needed, or None if none can be made or others may write to it (then every process
       compiles anew).
     """
-    base = Path(os.environ.get("MELTEMI_CACHE_DIR") or platformdirs.user_cache_dir("meltemi"), "kernels")
     cpu = os.environ.get("NUMBA_CPU_NAME") or llvmlite.binding.get_host_cpu_name()
     features = os.environ.get("NUMBA_CPU_FEATURES") or ""
     key = (
@@ -100,13 +100,15 @@ def cache_folder() -> Path | None:
         features,
         platform.machine(),
     )
-    folder = base / hashlib.sha256("|".join(key).encode()).hexdigest()[:16]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        user_key()
+        folder = private_folder("kernels", hashlib.sha256("|".join(key).encode()).hexdigest()[:16])
+    except OSError as error:
+        _cannot_keep(Path(error.filename or ""), error.strerror or str(error))
+        return None
+    with suppress(OSError):  # read-only, or the disk is full
         (folder / "used").write_text(" ".join(key), encoding="utf-8")
-        _prune(base, keep=folder)
-    except OSError:  # read-only, or the disk is full
-        return folder if folder.is_dir() else None
+        _prune(folder.parent, keep=folder)
     return folder
 
 
@@ -244,6 +246,28 @@ def choice(kernels: Sequence[Callable[..., Any]]) -> Any:
     return _compiled(call, cached=False)
 
 
+def in_turn(kernels: Sequence[Callable[..., Any]], parameters: int) -> Any:
+    """A kernel that calls several, which take up to three parameters, one after the other; without a cache."""
+    if not kernels:
+        nothing: Any = (lambda a: None, lambda a, b: None, lambda a, b, c: None)[parameters - 1]
+        return _compiled(nothing, cached=False)
+    first, following = kernels[0], in_turn(kernels[1:], parameters)
+
+    def one(a: Any) -> None:
+        first(a)
+        following(a)
+
+    def two(a: Any, b: Any) -> None:
+        first(a, b)
+        following(a, b)
+
+    def three(a: Any, b: Any, c: Any) -> None:
+        first(a, b, c)
+        following(a, b, c)
+
+    return _compiled((one, two, three)[parameters - 1], cached=False)
+
+
 def loose(function: F) -> F:
     """A kernel without a cache of its own, compiled as part of its callers."""
     return _compiled(function, cached=False)
@@ -278,7 +302,8 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
     Numba numbers them. Two processes that compile different signatures of a function at the same time then write both
     under one number, and the next process runs the code of the other signature. Here they can only forget one.
 
-    Each file begins with the digest of the rest: machine code with a wrong bit would crash, or compute something else.
+    Each file begins with the user's signature of the rest: machine code with a wrong bit would crash, or compute
+    something else, and a file of somebody else could run anything.
     """
 
     def save(self, key: Any, data: Any) -> None:
@@ -287,16 +312,21 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
         try:
             self._save_data(name, data)
             known = self._load_index()
-            if known.get(key) != name:
-                self._save_index({**known, key: name})
+            if known.get(repr(key)) != name:
+                self._save_index({**known, repr(key): name})
         except OSError as error:
             _cannot_keep(Path(self._cache_path).parent, error.strerror or str(error))
 
-    def _load_index(self) -> dict[Any, str]:
+    def load(self, key: Any) -> Any:
+        """Machine code of a signature, or None; the index names signatures by text: their types may be foreign."""
+        name = self._load_index().get(repr(key))
+        return None if name is None else self._load_data(name)
+
+    def _load_index(self) -> dict[str, str]:
         stamp, known = self._read(self._index_path) or (None, {})
         return known if stamp == self._source_stamp else {}
 
-    def _save_index(self, overloads: dict[Any, str]) -> None:
+    def _save_index(self, overloads: dict[str, str]) -> None:
         self._write(self._index_path, (self._source_stamp, overloads))
 
     def _load_data(self, name: str) -> Any:
@@ -308,14 +338,10 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
     def _read(self, path: str) -> Any:
         """Content of a file, or None if it is missing or damaged."""
         try:
-            content = Path(path).read_bytes()
+            content = verified(Path(path).read_bytes(), user_key())
+            return None if content is None else pickle.loads(content)
         except OSError:
             return None
-        seal, content = content[:SEAL], content[SEAL:]
-        if hashlib.sha256(content).digest() != seal:
-            return None
-        try:
-            return pickle.loads(content)
         except (ImportError, AttributeError):  # of a record or table that another program defines
             return None
 
@@ -323,10 +349,7 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
         content = self._dump(data)
         Path(path).parent.mkdir(exist_ok=True)
         with self._open_for_write(path) as file:
-            file.write(hashlib.sha256(content).digest() + content)
-
-
-SEAL = hashlib.sha256().digest_size
+            file.write(signed(content, user_key()))
 
 
 @cache

@@ -13,10 +13,7 @@ A doubtful run counts and is listed, so that results outside the range of validi
 from __future__ import annotations
 
 import hashlib
-import hmac
-import os
 import pickle
-import secrets
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
 from contextlib import contextmanager, suppress
@@ -27,10 +24,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import platformdirs
-
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import MeltemiError, Status
+from meltemi.core.private import signed, user_key, verified
 from meltemi.loadcases.batch import Batch, Outcome
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
@@ -80,7 +76,9 @@ class RunStore:
         self.doubtful: dict[str, str] = {}
         self.taken = 0
         self.path: tuple[str, ...] = ()
-        self._seal = _seal() if folder is not None else b""
+        self._seal = b""
+        with suppress(OSError):
+            self._seal = user_key() if folder is not None else b""
         self._folder = folder if self._seal else None
         self._study = _hash_of_study(package, inputs) if self._seal else ""
         self._seen: set[Path] = set()
@@ -112,10 +110,10 @@ class RunStore:
     def read(self, file: Path | None) -> tuple[Any] | None:
         """Stored value, in a tuple; None if the file is missing, damaged, or not written by this user."""
         with suppress(OSError):
-            data = b"" if file is None else file.read_bytes()
-            if hmac.compare_digest(data[:32], self._sign(data[32:])):
+            data = None if file is None else verified(file.read_bytes(), self._seal)
+            if data is not None:
                 self.taken += 1
-                return (pickle.loads(data[32:]),)
+                return (pickle.loads(data),)
         return None
 
     def keep(self, file: Path | None, value: Any) -> None:
@@ -126,11 +124,8 @@ class RunStore:
         with suppress(OSError):
             file.parent.mkdir(exist_ok=True)
             part = file.with_suffix(".part")
-            part.write_bytes(self._sign(data) + data)
+            part.write_bytes(signed(data, self._seal))
             part.replace(file)
-
-    def _sign(self, data: bytes) -> bytes:
-        return hmac.digest(self._seal, data, "sha256")
 
     def clear(self) -> None:
         """Remove the stored values at the end of the study."""
@@ -349,18 +344,3 @@ def package_hash(package: str) -> str:
         digest.update(path.relative_to(root).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
-
-
-def _seal() -> bytes:
-    """Secret key of the user that signs stored values: files of others are never unpickled."""
-    file = Path(os.environ.get("MELTEMI_CACHE_DIR") or platformdirs.user_cache_dir("meltemi"), "seal")
-    with suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with (
-            suppress(FileExistsError),
-            os.fdopen(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600), "wb") as f,
-        ):
-            f.write(secrets.token_bytes(32))
-        known = file.read_bytes()
-        return known if len(known) == 32 else b""
-    return b""

@@ -9,20 +9,27 @@ blades upwind. Units are SI throughout: metre, kilogram, second, radian, newton,
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from meltemi.core.deferred import deferred
 from meltemi.core.record import Array, Record, Vector
 from meltemi.maths.tables import MAX_FLAPS
 from meltemi.turbine.checks import above_ground, angles, ordered, per_station, positive, stations
-from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.exchange import ActuatorModel
-from meltemi.turbine.gearbox import Gearbox
-from meltemi.turbine.ice import Icing
 from meltemi.turbine.imbalance import Imbalance, deviations
 from meltemi.turbine.representation import Machine
+
+if TYPE_CHECKING:
+    from meltemi.turbine.electrical import ElectricalSystem
+    from meltemi.turbine.gearbox import Gearbox
+    from meltemi.turbine.ice import Icing
+else:
+    Icing = deferred("meltemi.turbine.ice", "Icing")
+    Gearbox = deferred("meltemi.turbine.gearbox", "Gearbox")
+    ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
 
 HALF_TURN = math.pi
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib.metadata import PackageNotFoundError, distribution
+from importlib.metadata import distribution
 from pathlib import Path
-from typing import Literal, overload
+from typing import TYPE_CHECKING, Literal, overload
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import BY_NAME, need
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import merged, parse, read_mapping, read_text, validated, write_record
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
-from meltemi.turbine.windio import read_windio
+
+if TYPE_CHECKING:
+    from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 Aeroelastic = Literal["nrel5mw", "iea10mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
 
@@ -60,6 +62,12 @@ def list_turbines() -> list[str]:
     return sorted(library_entries())
 
 
+def packages_of(name: str) -> tuple[str, ...]:
+    """Optional packages that have the data of a library turbine; none for others."""
+    entry = library_entries().get(name)
+    return () if entry is None or entry.windio is None else ("windIO",)
+
+
 @overload
 def load_turbine(name: Aeroelastic) -> Turbine: ...
 @overload
@@ -105,6 +113,8 @@ def _from_library(name: str) -> AnyTurbine:
         return validated(merged(model, read_mapping(DATA / entry.file)), Turbine, f"{entry.file} with {entry.hawc2}")
     if entry.windio is None:
         return read_turbine(DATA / entry.file)
+    from meltemi.turbine.windio import read_windio
+
     return read_windio(windio_file(entry.windio, name), DATA / entry.file)
 
 
@@ -116,8 +126,11 @@ def read_turbine(path: Path) -> AnyTurbine:
     """
     text = read_text(path)
     data = parse(text, path, "a turbine")
-    kind: type[AnyTurbine] = PowerTurbine if "coefficient" in data and "blade" not in data else Turbine
-    return validated(data, kind, where=str(path), text=text)
+    if "coefficient" in data and "blade" not in data:
+        from meltemi.turbine.power_turbine import PowerTurbine
+
+        return validated(data, PowerTurbine, where=str(path), text=text)
+    return validated(data, Turbine, where=str(path), text=text)
 
 
 def windio_file(name: str, wanted_for: str) -> Path:
@@ -126,13 +139,11 @@ def windio_file(name: str, wanted_for: str) -> Path:
     Raises:
       InputError: the package is not installed, or has no such file.
     """
-    install = "pip install 'windIO>=2.1,<3'"
-    try:
-        package = distribution("windIO")
-    except PackageNotFoundError:
-        raise InputError(f"the data of {wanted_for} are in the package windIO, which is missing: {install}") from None
+    need(f"turbine {wanted_for}", "windIO")
+    package = distribution("windIO")
     path = Path(str(package.locate_file(f"{WINDIO}/{name}")))
     if not path.is_file():
+        install = f"pip install {BY_NAME['windIO']!r}"
         raise InputError(f"windIO {package.version} has no {WINDIO}/{name}, the data of {wanted_for}: {install}")
     return path
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.turbine.definition import Turbine
 
 Kind = Literal["approximated", "ignored", "used", "equivalent", "not needed"]
