@@ -23,11 +23,12 @@ import meltemi
 from meltemi import ModelOptions, Result, SteadyWind, Turbine, TurbulentWind
 from meltemi.control.constant import ConstantController
 from meltemi.io import read_deck, read_result, write_bts, write_openfast
+from meltemi.turbine.power_turbine import aeroelastic
 
 WINDS = {"steady 8": 8.0, "steady 12": 12.0, "steady 18": 18.0, "turbulent 14": 14.0}
 SETTLED, TURBULENT = 12.0, 30.0
 """[s] before steady runs are evaluated over a revolution, and time over which turbulent ones are evaluated."""
-DAMPED = {
+DAMPED: dict[str, Any] = {
     "blade.structure.damping": {"flap": 0.05, "edge": 0.05, "torsion": 0.05},
     "blade.structure.damping_time": None,
 }
@@ -45,7 +46,7 @@ CHANNELS = {
 def described(name: str) -> Turbine:
     """A turbine of the library, or of a deck."""
     if not name.endswith(".fst"):
-        return meltemi.load_turbine(name)
+        return aeroelastic(meltemi.load_turbine(name), "openfast_runs")
     extra = {"pitch_actuator.kind": "ideal"}
     return read_deck(name, extra=extra).turbine
 
@@ -76,7 +77,7 @@ def both(program: str, turbine: Turbine, case: str, beamdyn: bool, folder: Path,
         wind = meltemi.wind.generate_field(made, turbine, duration)
         (written_wind,) = write_bts(wind, folder.parent / f"{turbine.name}.bts")
         wind = meltemi.io.read_bts(written_wind)
-    start = {"rotor_speed": point.rotor_speed, "pitch": point.pitch}
+    start: dict[str, Any] = {"rotor_speed": point.rotor_speed, "pitch": point.pitch}
     main = write_openfast(
         turbine, folder, options=model_options, wind=written_wind, duration=duration, beamdyn=beamdyn, **start
     ).main

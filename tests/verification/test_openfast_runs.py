@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,11 +28,11 @@ def test_openfast_runs_the_deck_as_we_do(turbine: Turbine, tmp_path: Path) -> No
     law, pitch, speed = turbine.control.torque, math.radians(3.0), 1.2
     gain = 1.08 * law.rated_power / law.rated_speed**3
     damping = {"flap": 0.05, "edge": 0.05}  # else edgewise vibrations of the start last for minutes
-    changes = {"control.torque.optimal_gain": gain, "blade.structure.damping": damping}
+    changes: dict[str, Any] = {"control.torque.optimal_gain": gain, "blade.structure.damping": damping}
     described = turbine.replace(**changes)
     wind, duration = SteadyWind(speed=11.0), SETTLED + math.tau / speed
     options = ModelOptions(locked=("yaw", "tower", "generator"), inflow="quasi_steady", stall="static")
-    at = {"rotor_speed": speed, "pitch": pitch}
+    at: dict[str, Any] = {"rotor_speed": speed, "pitch": pitch}
     main = write_openfast(described, tmp_path, options=options, wind=wind, duration=duration, **at).main
     done = subprocess.run([str(PROGRAM), main.name], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-2000:]
