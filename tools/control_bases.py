@@ -163,7 +163,8 @@ def page(found: dict[str, dict[str, DesignLoads]]) -> str:
     campaign = next(iter(found[next(iter(found))].values())).plan.campaign
     quick, flag = campaign.quick, " --quick" if campaign.quick else ""
     seconds = f", of {campaign.duration:g} s each" if campaign.duration else ""
-    command = f"python tools/control_bases.py{flag} {' '.join(found)}   # plans, runs, evaluates, makes this page"
+    option = " --short" if campaign.duration else flag
+    command = f"python tools/control_bases.py{option} {' '.join(found)}   # plans, runs, evaluates, makes this page"
     lines = [HEAD, *([QUICK.format(seconds=seconds)] if quick else []), USE.format(command=command, flag=flag)]
     for turbine, of in numbers.items():
         lines += [f"## {turbine}", ""]
