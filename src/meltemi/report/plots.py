@@ -187,8 +187,9 @@ def mark_log(result: Result, axes: Sequence[Axes]) -> None:
         said = f"{number}: {entry.time:g} s, {'wind ' * (entry.source == 'wind')}{entry.what}"
         handles.append(Line2D([], [], label=said if len(said) <= 75 else said[:72] + "...", **look))
     for time, numbers in groups:
-        text = str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]}-{numbers[-1]}"
-        note(axes[0], text, (time, 1.0), (2, -1), va="top", color=INK, **ON_TOP)
+        text = str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]} to {numbers[-1]}"
+        note(axes[0], text, (time, 1.0), (0, 2), ha="center", va="bottom", color=INK, **ON_TOP)  # off the curves
+    axes[0].set_title(axes[0].get_title(loc="left"), loc="left", pad=14.0)  # the numbers are below it
     if (more := len(handles) - MOST_MARKS + 1) > 1:
         handles = [*handles[: MOST_MARKS - 1], Line2D([], [], label=f"and {more} more", alpha=0.0)]
     columns = min(2, len(handles))
