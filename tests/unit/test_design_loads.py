@@ -366,7 +366,7 @@ def test_gaps_stand_beside_the_numbers(tmp_path: Path) -> None:
     }
     lost = next(c.weight.share for c in of.cases if c.name == names[0])
     assert design.covered == pytest.approx(1.0 - (share[11.4] + lost) / sum(share.values()))
-    assert "of the repetitions have no case" in design.coverage.at["1.2", "meaning"]
+    assert "of the occurrences have no case" in design.coverage.at["1.2", "meaning"]
 
 
 def test_missing_seeds_leave_their_time_to_the_others(tmp_path: Path) -> None:
