@@ -18,6 +18,8 @@ from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 P = ParamSpec("P")
 R = TypeVar("R")
 S = TypeVar("S")
+LISTS = Sequence, Iterable, Collection
+"""Type hints of what is given as a list; a text, which has them, too, is none."""
 
 
 def arguments_of(record: Callable[P, S]) -> Callable[[Callable[[S], R]], Callable[P, R]]:
@@ -85,7 +87,8 @@ def _mistake(function: Callable[..., Any], args: Any, kwargs: Any, *, texts_only
     for name in catching:
         given.pop(name, None)
     if texts_only:
-        given = {name: value for name, value in given.items() if isinstance(value, str)}
+        hints = _hints(function)
+        given = {n: value for n, value in given.items() if isinstance(value, str) and _is_list(hints.get(n))}
     return _unfit(given, function)
 
 
@@ -134,7 +137,7 @@ def _fits(value: Any, hint: Any) -> bool:
     if origin is Literal:
         return value in get_args(hint)
     kind = origin or hint
-    if isinstance(value, str) and kind in (Sequence, Iterable, Collection):
+    if isinstance(value, str) and kind in LISTS:
         return False
     if kind is float:
         return isinstance(value, Real) and not isinstance(value, bool)
@@ -143,6 +146,12 @@ def _fits(value: Any, hint: Any) -> bool:
     except TypeError:  # a protocol, or no class at all
         wanted = vars(kind) if getattr(kind, "_is_protocol", False) else ()
         return all(hasattr(value, name) for name in wanted if not name.startswith("_"))
+
+
+def _is_list(hint: Any) -> bool:
+    """Whether a list matches a type hint."""
+    origin = get_origin(hint)
+    return any(map(_is_list, get_args(hint))) if origin in (Union, UnionType) else origin in LISTS
 
 
 def _names(hint: Any) -> list[str]:
@@ -155,7 +164,7 @@ def _names(hint: Any) -> list[str]:
     if origin is Literal:
         return [repr(each) for each in get_args(hint)]
     kind = origin or hint
-    if kind in (Sequence, Iterable, Collection):
+    if kind in LISTS:
         inner = [name for each in get_args(hint) for name in _names(each)]
         return [f"a list of {' or '.join(word.removeprefix('a ') + 's' for word in inner) or 'values'}"]
     special = {float: "a number", str: "a text", type(None): "None", Callable: "a function"}
