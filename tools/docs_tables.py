@@ -311,12 +311,16 @@ def supervisor(what: str) -> str:
 
 def load_cases(part: str) -> str:
     """Rows or faults of the load case table of edition 4, with those values in italics that come from practice."""
-    from meltemi.loadbase.table import fault_text, load_table, names_in
+    from meltemi.loadbase.table import load_table, names_in
+    from meltemi.loadbase.wording import event_words
+
+    def words(events: Any) -> str:
+        return "; ".join(map(event_words, events)) if isinstance(events, tuple) else f"{events}"
 
     table = load_table(4)
     if part == "faults":
         used = {name: [r for r, row in table.rows.items() if name in names_in(row.faults)] for name in table.faults}
-        rows = [[f"`{n}`", f.title, f"`{fault_text(f.events)}`", ", ".join(used[n])] for n, f in table.faults.items()]
+        rows = [[f"`{n}`", f.title, words(f.events), ", ".join(used[n])] for n, f in table.faults.items()]
         return _table(["fault", "meaning", "events", "rows"], rows)
     shown = "wind speeds yaw senses azimuths instants faults seeds duration type factor characteristic".split()
     rows = []

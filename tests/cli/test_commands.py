@@ -168,7 +168,7 @@ def test_run_in_a_uniform_wind_file(command: Command, tmp_path: Path, monkeypatc
 def test_warnings_of_a_run_are_shown(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     law = BaselineController(meltemi.load_turbine("nrel5mw"))
     wary = replace(law, warnings=lambda state: ["pitch: look at it"])
-    monkeypatch.setattr("meltemi.simulation.simulate.BaselineController", lambda turbine: wary)
+    monkeypatch.setattr("meltemi.simulation.plan.BaselineController", lambda turbine: wary)
     ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 1, "--out", tmp_path)
     assert (ran.status, ran.err) == (0, "warning: pitch: look at it\n")
     assert meltemi.io.read_netcdf(tmp_path / "result.nc").warnings == ("pitch: look at it",)
@@ -297,7 +297,7 @@ def test_the_templates_other_winds_are_valid(command: Command, tmp_path: Path, b
     [
         (("--ntm", "--class", "IIB", "--wind-speed", 20, "--seed", 1), "Kaimal turbulence 20 m/s, intensity 14.4 %"),
         (("--iec", "ETM", "--class", "IA", "--wind-speed", 8, "--spectrum", "mann"), "Mann turbulence 8 m/s"),
-        (("--iec", "EOG", "--class", "IIB", "--wind-speed", 12), "IEC EOG 12 m/s"),
+        (("--iec", "EOG", "--class", "IIB", "--wind-speed", 12, "--begin", 2), "IEC EOG 12 m/s"),
         (("--wind-speed", 9, "--turbulence", 0.1, "--spectrum", "vonkarman", "--edition", 2), "von Karman turbulence"),
     ],
 )

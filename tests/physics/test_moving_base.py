@@ -8,7 +8,7 @@ import pytest
 from meltemi import ModelOptions, UnsupportedError, load_turbine
 from meltemi.analysis import linearise, natural_modes, operating_point
 from meltemi.simulation.bladed.build import build_bladed
-from meltemi.simulation.simulate import model_channels
+from meltemi.simulation.plan import model_channels
 from meltemi.structure.members import BASE_MOTIONS, MovingBase
 from meltemi.turbine.definition import Foundation, Turbine
 
