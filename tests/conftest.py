@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import threading
+import time
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
@@ -19,6 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import meltemi
 from meltemi import Model, Turbine
 from meltemi.core import kernel
+from meltemi.studies.warmup import warmup
 
 
 class _Everything(set[str]):
@@ -32,6 +34,16 @@ kernel._FEATURES_TOLD = _Everything()
 # background shells, nohup and cron switch Ctrl-C off, for processes that are started here, too
 if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile what is missing before the workers start, which would all compile the same."""
+    workers = getattr(session.config.option, "numprocesses", None)
+    if workers and not hasattr(session.config, "workerinput") and kernel.is_cold():
+        began = time.perf_counter()
+        warmup(workers=int(workers))
+        print(f"compiled the kernels in {time.perf_counter() - began:.0f} s, before the workers start", flush=True)
+
 
 REFERENCE = Path(__file__).parents[2] / "shared" / "reference"
 

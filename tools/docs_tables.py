@@ -125,10 +125,19 @@ def events() -> str:
 
 def channels(group: str) -> str:
     """Channels of a group: machine, disk, gearbox, electrical, blade, flap, node, station, tower_station."""
-    from meltemi.simulation.channels import catalogue
+    from meltemi.simulation.channels import Contents, catalogue, channels_of_group
 
+    further = channels_of_group("electrical") + channels_of_group("disk")
     all_channels = catalogue(
-        n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1, gears=(1, 2), electrical=True, disk=True
+        Contents(
+            blades=1,
+            nodes=1,
+            blade_stations=1,
+            tower_stations=1,
+            flaps=1,
+            gears=(1, 2),
+            further=further,
+        )
     )
     chosen = []
     for c in all_channels.values():
@@ -148,9 +157,9 @@ def channels(group: str) -> str:
 
 def openfast_channels() -> str:
     """Channels by OpenFAST's names, with all that it has for each."""
-    from meltemi.simulation.channels import catalogue
+    from meltemi.simulation.channels import Contents, catalogue
 
-    known = catalogue(n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1).values()
+    known = catalogue(Contents(blades=1, nodes=1, blade_stations=1, tower_stations=1, flaps=1)).values()
     rows = [
         [f"`{c.alias}`", ", ".join(f"`{name}`" for name in c.also), f"`{c.name}`", c.description]
         for c in sorted(known, key=lambda c: c.alias.lower())
@@ -251,9 +260,16 @@ def arrays() -> str:
 
 def schemes() -> str:
     """Control schemes of ``meltemi compare``."""
-    from meltemi.studies.scheme_names import SCHEMES
+    from meltemi.controllers.names import SCHEMES
 
     return _table(["scheme", "what"], [[f"`{name}`", scheme.about] for name, scheme in SCHEMES.items()])
+
+
+def controllers() -> str:
+    """Names of controllers."""
+    from meltemi.controllers.names import NAMES
+
+    return _table(["name", "controller"], [[f"`{name}`", about] for name, about in NAMES.items()])
 
 
 def swap() -> str:
@@ -295,12 +311,16 @@ def supervisor(what: str) -> str:
 
 def load_cases(part: str) -> str:
     """Rows or faults of the load case table of edition 4, with those values in italics that come from practice."""
-    from meltemi.loadbase.table import fault_text, load_table, names_in
+    from meltemi.loadbase.table import load_table, names_in
+    from meltemi.loadbase.wording import event_words
+
+    def words(events: Any) -> str:
+        return "; ".join(map(event_words, events)) if isinstance(events, tuple) else f"{events}"
 
     table = load_table(4)
     if part == "faults":
         used = {name: [r for r, row in table.rows.items() if name in names_in(row.faults)] for name in table.faults}
-        rows = [[f"`{n}`", f.title, f"`{fault_text(f.events)}`", ", ".join(used[n])] for n, f in table.faults.items()]
+        rows = [[f"`{n}`", f.title, words(f.events), ", ".join(used[n])] for n, f in table.faults.items()]
         return _table(["fault", "meaning", "events", "rows"], rows)
     shown = "wind speeds yaw senses azimuths instants faults seeds duration type factor characteristic".split()
     rows = []
@@ -368,6 +388,7 @@ MAKERS: dict[str, Any] = {
         measured,
         notebooks,
         schemes,
+        controllers,
         swap,
         supervisor,
     )

@@ -14,7 +14,7 @@ from meltemi.loads import damage_equivalent_load
 from meltemi.postprocess.fatigue import usual_slope
 from meltemi.simulation.observer import SENSORS, observer
 from meltemi.studies.preview import rotor_average
-from meltemi.wind.turbulence.field import realised
+from meltemi.wind.turbulent import realised
 
 LOADS = {
     "tower_base_moment_fore_aft": "tower base fore-aft",

@@ -30,21 +30,21 @@ def rounded_march(sample: meltemi.Simulation) -> Callable[[meltemi.Simulation], 
     def whole(n, controller, run, c, m, one, plain, sections):
         loop(n, controller, run, c, m, one, plain, sections)
 
-    kinds = [numba.types.int64, numba.typeof(update), *map(numba.typeof, sample.records)]
+    kinds = [numba.types.int64, numba.typeof(update), *map(numba.typeof, sample.loop.records)]
     code, name = linked_code(whole, kinds)
     machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(rounded(code)), machine)
     engine.finalize_object()
     pointers, numbers = ctypes.c_void_p, ctypes.c_int64
     prototype = ctypes.CFUNCTYPE(
-        ctypes.c_int32, pointers, pointers, numbers, numbers, *[pointers] * len(sample.records)
+        ctypes.c_int32, pointers, pointers, numbers, numbers, *[pointers] * len(sample.loop.records)
     )
     function = prototype(engine.get_function_address(name))
     results = np.zeros(8, dtype=np.int64)
 
     def marched(run: meltemi.Simulation, _: object = engine) -> meltemi.Result:
         at = results.ctypes.data
-        assert function(at, at + 32, run.n_steps, 0, *(record.address for record in run.records)) == 0
+        assert function(at, at + 32, run.n_steps, 0, *(record.address for record in run.loop.records)) == 0
         return run.result()
 
     return marched

@@ -10,10 +10,13 @@ from meltemi.report.ensemble_tables import ensemble_rows as ensemble_rows
 from meltemi.report.tables import rich_table as rich_table
 from meltemi.report.tables import write_csv as write_csv
 from meltemi.studies.openfast_writer import write_openfast as write_openfast
+from meltemi.turbine.hawc2 import import_hawc2 as import_hawc2
+from meltemi.turbine.hawc2 import read_hawc2_model as read_hawc2_model
 from meltemi.turbine.library import write_turbine as write_turbine
 from meltemi.turbine.openfast import Deck as Deck
 from meltemi.turbine.openfast import read_deck as read_deck
 from meltemi.turbine.openfast import read_openfast as read_openfast
+from meltemi.turbine.report import ImportedModel as ImportedModel
 from meltemi.turbine.report import ImportedTurbine as ImportedTurbine
 from meltemi.turbine.report import ImportNote as ImportNote
 from meltemi.turbine.report import report_text as report_text

@@ -5,7 +5,6 @@ from meltemi.loadbase.campaign import write_campaign as write_campaign
 from meltemi.loadbase.design import DesignLoads as DesignLoads
 from meltemi.loadbase.design import compare_bases as compare_bases
 from meltemi.loadbase.design import design_loads as design_loads
-from meltemi.loadbase.design import write_design_loads as write_design_loads
 from meltemi.loadbase.endurance import MarkovMatrix as MarkovMatrix
 from meltemi.loadbase.engine import BaseStatus as BaseStatus
 from meltemi.loadbase.engine import base_status as base_status

@@ -91,7 +91,7 @@ def _explained(module: Any, name: str) -> Any:
     from meltemi.core.calls import explained
 
     value = getattr(module, name)
-    if isinstance(value, FunctionType) and not hasattr(value, "__wrapped__"):
+    if isinstance(value, FunctionType) and not hasattr(value, "explained"):
         value = explained(value)
         setattr(module, name, value)  # under its own name, too: what is pickled is found there
     return value

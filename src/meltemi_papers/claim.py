@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.studies.run_store import guarded
 
 Basis = Literal["paper", "equations", "expectation"]

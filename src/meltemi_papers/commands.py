@@ -11,6 +11,7 @@ import typer
 from meltemi.app.options import completing
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import need, skipped
 
 STUDIES = {
     "he2018": "combined individual pitch and flap control of the NREL 5 MW (Energies 11, 2519)",
@@ -48,10 +49,13 @@ def reproduce(
         _duel(quick, workers, out)
         return
     parts = _parts(study, beyond) if beyond else ()
-    folder_for(out)
     from meltemi_papers import study as skeleton
 
     page = import_module(f"meltemi_papers.{study}.page")
+    need(f"reproduce {study}", *page.STUDY.needs)
+    for words in skipped(page.STUDY.parts_need).values():
+        say(words)
+    folder_for(out)
     with progress_bar(study) as progress:
         found = skeleton.reproduce(
             page.STUDY, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
@@ -79,6 +83,7 @@ def _parts(study: str, names: str) -> list[str]:
     for name in asked:
         if name not in PARTS:
             raise InputError(f"--beyond: no part {name!r}: {did_you_mean(name, [*PARTS, 'all'])}")
+    need("--beyond", "windIO")  # their turbine is iea22mw
     return asked
 
 

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 import meltemi
 from meltemi.core.files import write_text
 from meltemi.core.physics import PHYSICS
-from meltemi.report.html import Picture, Section, Table, result_first, write_page
+from meltemi.report.blocks import Document, Picture, Section, Table
+from meltemi.report.html import result_first, write_page
 from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
 from meltemi.studies.run_store import current, guarded, run_store
@@ -125,6 +126,8 @@ class Study(Generic[Found]):
         too; the page has all of them that lie in the folder.
       texts: files at the end of the page.
       runs: of what was found those that the figures are drawn from.
+      needs: optional packages that the whole needs.
+      parts_need: optional packages by the claims and parts that need them, which cannot be judged without.
     """
 
     name: str
@@ -136,6 +139,8 @@ class Study(Generic[Found]):
     parts: Sequence[str] = ()
     texts: Sequence[str] = ("after.md",)
     runs: Callable[[Found], Any] = lambda found: found
+    needs: Sequence[str] = ()
+    parts_need: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def text(self, name: str) -> str:
         """Text of one of its Markdown files."""
@@ -214,14 +219,9 @@ def reproduce(
         before = sections(study.text("before.md"), "Paper and reproduction")
         after = chain.from_iterable(sections(study.text(name), "Notes") for name in study.texts)
         facts = [*said.facts, ("computed by", MADE_BY), ("computed in", f"{time.perf_counter() - began:.0f} s")]
-        html = write_page(
-            out / f"{study.name}.html",
-            study.title,
-            [*before, *parts, *after],
-            facts=facts,
-            lead=result_first(plain(said.lead)),
-            footer=study.source,
-        )
+        lead = result_first(plain(said.lead))
+        page = Document(study.title, [*before, *parts, *after], facts=facts, lead=lead, footer=study.source)
+        html = write_page(out / f"{study.name}.html", page)
         return Reproduction(said.shown, said.lead, [*files, *said.files, html], documented(text, study.name))
 
     with run_store(out, f"{study.name}, quick {quick}", PACKAGE) as book:

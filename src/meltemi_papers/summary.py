@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi_papers.claim import UNCHECKED, UNJUDGED
 from meltemi_papers.markdown import table_lines, table_rows
 

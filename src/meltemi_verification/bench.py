@@ -24,13 +24,15 @@ from meltemi.control.baseline import BaselineController
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.extras import skipped
 from meltemi.core.kernel import statistics
 from meltemi.maths.records import Kind
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.plan import first_point
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
-from meltemi.simulation.simulate import Simulation, first_point, march, simulate
+from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
@@ -39,6 +41,7 @@ from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
 from meltemi_verification.env_bench import environment_rows
 from meltemi_verification.env_bench import timed_environments as timed_environments
+from meltemi_verification.steps import needs
 from meltemi_verification.steps import timed_steps as timed_steps
 
 CHANNELS = (
@@ -120,6 +123,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
     """
     if not 0.0 < duration < float("inf"):
         raise InputError(f"bench: duration must be a positive number of seconds, found {duration!r}")
+    for words in skipped(needs()).values():
+        say(words)
     say("import ...")
     importing, empty = zip(*((_seconds("import meltemi"), _seconds("pass")) for _ in range(5)), strict=True)
     import_s = min(importing) - min(empty)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from meltemi.app.terminal import OutOption, folder_for, print_table, print_values, progress_bar, say, suggest, wrote
+
+if TYPE_CHECKING:
+    from meltemi_verification.table import Comparison
 
 
 def verify(
@@ -23,15 +26,22 @@ def verify(
 ) -> None:
     """Compare with closed forms, OpenFAST and measurements."""
     out = folder_for(out)
-    from meltemi_verification.verification import verification
+    from meltemi_verification.verification import report_of, verification
 
-    with progress_bar("verification") as progress:
-        report = verification(quick=quick, measured=measured, reference=reference, progress=progress)
-    for table in report.tables:
-        print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
-    print(report.summary())
-    wrote(*report.write(out))
+    made: list[Comparison] = []
     suggest(*(("verify", "--out", out) if quick or measured else ("bench",)))
+    try:
+        with progress_bar("verification") as progress:
+            verification(
+                quick=quick, measured=measured, reference=reference, progress=progress, say=say, done=made.append
+            )
+    finally:  # after an interruption or an error, too
+        report = report_of(made, measured)
+        for table in made:
+            print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
+        if made:
+            print(report.summary())
+            wrote(*report.write(out))
     if report.failed:
         raise typer.Exit(1)
 

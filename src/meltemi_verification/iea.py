@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from meltemi.core.errors import InputError
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import linearise
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.simulation.trim import operating_point
 from meltemi.structure.members import blade_member, cells, points, tower_member
-from meltemi.turbine.library import library_entries, load_turbine, windio_file
+from meltemi.turbine.library import load_turbine
 from meltemi_verification.table import Comparison, Row, angle, difference, reference_table, relative, source_of
 
 MODES = ModelOptions()
@@ -23,17 +23,6 @@ HEAVY = 0.12
 """Damping ratio above which a mode is flapwise."""
 RATED = 10.9
 """[m/s] between the last wind of the table at the smallest pitch and the first above it."""
-
-
-def installed() -> bool:
-    """The data of the IEA turbines are installed."""
-    try:
-        for name, entry in library_entries().items():
-            if entry.windio is not None:
-                windio_file(entry.windio, name)
-    except InputError:
-        return False
-    return True
 
 
 def steady_15mw() -> Comparison:

@@ -14,9 +14,10 @@ from meltemi.report.palette import COLOURS
 from meltemi.report.plots import ABOVE, new_figure, panel
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
-from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi_verification.measure import harmonic

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from fnmatch import fnmatch
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from meltemi.core.files import write_text
 from meltemi.core.units import display
@@ -180,6 +180,22 @@ class Comparison:
             line += ["-" if row.band is None else f"{row.band:g} {row.measure}", str(row.verdict)]
             lines.append(line)
         return head, lines
+
+
+class Study(NamedTuple):
+    """A comparison to make.
+
+    Attributes:
+      seconds: usual duration.
+      compare: makes it.
+      what: its name where it cannot be made.
+      needs: optional packages.
+    """
+
+    seconds: float
+    compare: Callable[[], Comparison]
+    what: str = ""
+    needs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ Two blades with one airfoil (S809), 10 m of diameter, 72 rpm, no cone, tilt or s
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -26,7 +25,7 @@ from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
-from meltemi_verification.table import Comparison, Row, difference, reference_table, relative, source_of
+from meltemi_verification.table import Comparison, Row, Study, difference, reference_table, relative, source_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -265,8 +264,7 @@ def _section(label: str, case: str, r: dict[str, str], ours: SteadyLoads, band: 
     ]
 
 
-MEASURED: tuple[tuple[float, Callable[[], Comparison]], ...] = ((5.0, attached), (1.0, stalled))
-"""Studies with their usual duration [s]."""
+MEASURED = (Study(5.0, attached), Study(1.0, stalled))
 
 
 def _plot_torque() -> Figure:

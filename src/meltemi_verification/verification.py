@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
 from meltemi.core.errors import InputError
+from meltemi.core.extras import skipped
 from meltemi_verification import (
     closed_form,
     elastodyn_blade,
@@ -25,53 +26,49 @@ from meltemi_verification import (
     yaw,
 )
 from meltemi_verification.known import KNOWN
-from meltemi_verification.table import Comparison, Report
+from meltemi_verification.table import Comparison, Report, Study
 
-Study = tuple[float, Callable[[], Comparison]]
+WINDIO = ("windIO",)
 QUICK: tuple[Study, ...] = (
-    (8.0, closed_form.structure),
-    (4.0, momentum.momentum),
-    (8.0, published.report_steady),
-    (1.0, published.report_modes),
-    (1.0, modes.linearised),
-    (2.0, modes.decays),
-    (1.0, elastodyn_blade.discretisation),
-    (1.0, rigid.performance),
-    (3.0, rigid.fixed_rotor),
-    (1.0, rigid.spin),
-    (2.0, rigid.pitch_steps),
-    (12.0, lambda: steady.steady("A")),
-    (2.0, lambda: steady.spanwise("A")),
-    (3.0, lambda: steady.periodic("A", ("shear_8", "shear_12", "shear_20", "yaw20_10"))),
-    (1.0, lambda: yaw.yawed("A")),
-    (2.0, yaw.power_in_yaw),
-    (2.0, transient.gust),
-    (2.0, transient.step),
-    (4.0, stops.gusts),
-    (3.0, stops.stops),
-    (2.0, partial(turbulent.turbulence, "A")),
-    (1.0, partial(turbulent.turbulence, "B")),
-    (4.0, parked.parked),
-    (2.0, parked.stalled),
-    (1.0, parked.turbulent),
-)
-"""Studies with their usual duration [s]."""
-IEA: tuple[Study, ...] = (
-    (1.0, iea.frequencies),
-    (8.0, iea.steady_15mw),
-    (5.0, iea.steady_22mw),
-    (20.0, iea.modes_22mw),
+    Study(8.0, closed_form.structure),
+    Study(4.0, momentum.momentum),
+    Study(8.0, published.report_steady),
+    Study(1.0, published.report_modes),
+    Study(1.0, modes.linearised),
+    Study(2.0, modes.decays),
+    Study(1.0, elastodyn_blade.discretisation),
+    Study(1.0, rigid.performance),
+    Study(3.0, rigid.fixed_rotor),
+    Study(1.0, rigid.spin),
+    Study(2.0, rigid.pitch_steps),
+    Study(12.0, lambda: steady.steady("A")),
+    Study(2.0, lambda: steady.spanwise("A")),
+    Study(3.0, lambda: steady.periodic("A", ("shear_8", "shear_12", "shear_20", "yaw20_10"))),
+    Study(1.0, lambda: yaw.yawed("A")),
+    Study(2.0, yaw.power_in_yaw),
+    Study(2.0, transient.gust),
+    Study(2.0, transient.step),
+    Study(4.0, stops.gusts),
+    Study(3.0, stops.stops),
+    Study(2.0, partial(turbulent.turbulence, "A")),
+    Study(1.0, partial(turbulent.turbulence, "B")),
+    Study(4.0, parked.parked),
+    Study(2.0, parked.stalled),
+    Study(1.0, parked.turbulent),
 )
 FULL: tuple[Study, ...] = (
     *QUICK,
-    (12.0, closed_form.energy_to_the_last_digit),
-    (20.0, far_bending.far_bending),
-    (12.0, lambda: steady.steady("B")),
-    (2.0, lambda: steady.spanwise("B")),
-    (2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),
-    (1.0, lambda: yaw.yawed("B")),
-    (5.0, parked.discretised),
-    *(IEA if iea.installed() else ()),
+    Study(12.0, closed_form.energy_to_the_last_digit),
+    Study(20.0, far_bending.far_bending, "large deflections of the IEA blades", WINDIO),
+    Study(12.0, lambda: steady.steady("B")),
+    Study(2.0, lambda: steady.spanwise("B")),
+    Study(2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),
+    Study(1.0, lambda: yaw.yawed("B")),
+    Study(5.0, parked.discretised),
+    Study(1.0, iea.frequencies, "frequencies of the IEA turbines", WINDIO),
+    Study(8.0, iea.steady_15mw, "IEA 15 MW, steady operation", WINDIO),
+    Study(5.0, iea.steady_22mw, "IEA 22 MW, steady operation", WINDIO),
+    Study(20.0, iea.modes_22mw, "IEA 22 MW, aeroelastic modes", WINDIO),
 )
 
 
@@ -81,8 +78,10 @@ def verification(
     measured: bool = False,
     reference: Path | None = None,
     progress: Callable[[float], None] = lambda share: None,
+    say: Callable[[str], None] = lambda text: None,
+    done: Callable[[Comparison], object] = lambda comparison: None,
 ) -> Report:
-    """Run all comparisons.
+    """Run all comparisons; those that need a package that is not installed are skipped.
 
     Args:
       quick: only what takes less than two minutes.
@@ -90,6 +89,8 @@ def verification(
       reference: folder with the series and wind boxes of the reference runs, for turbulence over ten minutes beside
         the 45 s that come with the package, and for a stop in turbulence.
       progress: called with the completed fraction.
+      say: called at the start with what is skipped.
+      done: called with each comparison as soon as it is made, with verdicts.
 
     Raises:
       InputError: the folder has no reference runs, or ``measured`` is combined with others.
@@ -100,14 +101,24 @@ def verification(
         raise InputError(f"--reference {reference}: no folder 'openfast' in it")
     studies = [*(uae.MEASURED if measured else QUICK if quick else FULL)]
     if reference is not None:
-        studies += [(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
+        studies += [Study(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
         if (reference / "openfast_dlc").is_dir():
-            studies.append((2.0, partial(parked.turbulent, reference)))
-        studies.append((1.0, partial(stops.stops, reference)))
-    total, done = sum(seconds for seconds, _ in studies), 0.0
+            studies.append(Study(2.0, partial(parked.turbulent, reference)))
+        studies.append(Study(1.0, partial(stops.stops, reference)))
+    absent = skipped({study.what: study.needs for study in studies if study.needs})
+    for words in absent.values():
+        say(words)
+    studies = [study for study in studies if study.what not in absent]
+    total, passed = sum(study.seconds for study in studies), 0.0
     tables: list[Comparison] = []
-    for seconds, study in studies:
-        tables.append(study())
-        done += seconds
-        progress(done / total)
-    return Report([table.judged(KNOWN) for table in tables], "measurements" if measured else "verification")
+    for study in studies:
+        tables.append(study.compare().judged(KNOWN))
+        done(tables[-1])
+        passed += study.seconds
+        progress(passed / total)
+    return report_of(tables, measured)
+
+
+def report_of(tables: Sequence[Comparison], measured: bool = False) -> Report:
+    """The report of comparisons, all of them or those made before an interruption."""
+    return Report(tables, "measurements" if measured else "verification")

@@ -168,7 +168,7 @@ def test_run_in_a_uniform_wind_file(command: Command, tmp_path: Path, monkeypatc
 def test_warnings_of_a_run_are_shown(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     law = BaselineController(meltemi.load_turbine("nrel5mw"))
     wary = replace(law, warnings=lambda state: ["pitch: look at it"])
-    monkeypatch.setattr("meltemi.simulation.simulate.BaselineController", lambda turbine: wary)
+    monkeypatch.setattr("meltemi.simulation.plan.BaselineController", lambda turbine: wary)
     ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 1, "--out", tmp_path)
     assert (ran.status, ran.err) == (0, "warning: pitch: look at it\n")
     assert meltemi.io.read_netcdf(tmp_path / "result.nc").warnings == ("pitch: look at it",)
@@ -297,7 +297,7 @@ def test_the_templates_other_winds_are_valid(command: Command, tmp_path: Path, b
     [
         (("--ntm", "--class", "IIB", "--wind-speed", 20, "--seed", 1), "Kaimal turbulence 20 m/s, intensity 14.4 %"),
         (("--iec", "ETM", "--class", "IA", "--wind-speed", 8, "--spectrum", "mann"), "Mann turbulence 8 m/s"),
-        (("--iec", "EOG", "--class", "IIB", "--wind-speed", 12), "IEC EOG 12 m/s"),
+        (("--iec", "EOG", "--class", "IIB", "--wind-speed", 12, "--begin", 2), "IEC EOG 12 m/s"),
         (("--wind-speed", 9, "--turbulence", 0.1, "--spectrum", "vonkarman", "--edition", 2), "von Karman turbulence"),
     ],
 )
@@ -400,7 +400,7 @@ def test_power_curve(command: Command, tmp_path: Path) -> None:
     succeeded(ran, tmp_path, "power_curve.csv", "power_curve.png")
     with (tmp_path / "power_curve.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
-    power = [float(row[head.index("power kW")]) for row in rows]
+    power = [float(row[head.index("power [kW]")]) for row in rows]
     assert [float(row[0]) for row in rows] == [8.0, 12.0]
     # NREL/TP-500-38060, figure 9-1: about 1.8 MW, and rated power
     assert power == pytest.approx([1770.0, 5000.0], rel=0.03)
@@ -418,7 +418,7 @@ def test_campbell_at_standstill_is_the_published_table(command: Command, tmp_pat
     succeeded(ran, tmp_path, "campbell.csv", "campbell.png")
     assert "at 0 rpm" in ran.out
     with (tmp_path / "campbell.csv").open(newline="") as file:
-        found = {row["mode"]: float(row["frequency Hz"]) for row in csv.DictReader(file)}
+        found = {row["mode"]: float(row["frequency [Hz]"]) for row in csv.DictReader(file)}
     # NREL/TP-500-38060, table 9-1 (ADAMS)
     assert found["1st drivetrain torsion"] == pytest.approx(0.6094, rel=0.03)
     assert found["1st edge sine"] == pytest.approx(1.0740, rel=0.03)

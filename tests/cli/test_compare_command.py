@@ -15,8 +15,8 @@ from terminal import Command, Ran
 
 import meltemi
 from meltemi import Model
-from meltemi.studies import schemes, tuning
-from meltemi.studies.scheme_names import SCHEMES
+from meltemi.controllers import schemes, tuning
+from meltemi.controllers.names import SCHEMES
 
 OWN = """
 import meltemi
@@ -101,7 +101,7 @@ def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Mod
     assert float(table["RootMyc1 std", "own"]["change %"]) == pytest.approx(0.0, abs=1e-6)
     assert table["RootMyc1 std", "cpc"]["unit"] == "kN m"
     (tuned,) = rows(out / "tuning.csv")
-    assert tuned["loop"] == "feedback: 1P pitch" and float(tuned["wind m/s"]) == 18.0
+    assert tuned["loop"] == "feedback: 1P pitch" and float(tuned["wind [m/s]"]) == 18.0
     assert float(tuned["phase margin deg"]) >= 60.0 and float(tuned["gain margin"]) >= 2.0
     page = (out / "comparison.html").read_text(encoding="utf-8")
     assert not re.search(r'(?:src|href)="(?!data:|#)', page), "it opens offline"

@@ -10,7 +10,7 @@ import pytest
 from terminal import Command
 
 import meltemi
-from meltemi.loadcases.case import LibraryCase
+from meltemi.controllers.specification import LibraryCase
 
 STEADY = ("--wind-speed", 12, "--duration", 1)
 
@@ -67,15 +67,25 @@ def test_paths_in_a_case_file_are_relative_to_it(command: Command, library: Path
         ("{kind: blade}", "did you mean 'bladed'?"),
         ("{kind: bladed}", "library: missing"),
         ("{kind: bladed, library: gone.so}", "library .*gone.so: no such file"),
-        ("{kind: bladed, library: case.yaml, input: gone.in}", "input file .*gone.in: no such file"),
-        ("{kind: bladed, library: case.yaml}", "cannot be used as a controller library"),
-        ("{kind: bladed, library: case.yaml, timeout: 0}", "timeout"),
+        ("{kind: bladed, library: law.so, input: gone.in}", "input file .*gone.in: no such file"),
+        ("{kind: bladed, library: law.txt}", "cannot be used as a controller library"),
+        ("{kind: bladed, library: law.so, timeout: 0}", "timeout"),
+        (
+            "{kind: bladed, library: mine.py}",
+            "mine.py: cannot be used .*: a Python file is a controller of kind: python",
+        ),
+        ("{kind: python, file: gone.py}", "gone.py"),
+        ("{kind: supervised, scheme: icp}", "did you mean .*'ipc'"),
+        ("supervized", "no controller 'supervized': did you mean 'supervised'.* Valid are baseline, supervised"),
         ("{kind: baseline, library: x}", "unknown key"),
     ],
 )
 def test_bad_controllers_in_case_files(command: Command, tmp_path: Path, line: str, words: str) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(CASE + f"controller: {line}\n")
+    (tmp_path / "mine.py").write_text("")
+    (tmp_path / "law.txt").write_text("no library")
+    (tmp_path / "law.so").write_bytes(b"\x7fELF")
     ran = command("run", path, "--out", tmp_path / "out")
     assert ran.status == 2
     assert ran.err.startswith(f"error: {path}") and "Traceback" not in ran.err
@@ -96,7 +106,7 @@ def test_baseline_by_its_name_is_the_default(command: Command, tmp_path: Path) -
 
 @pytest.mark.rosco
 def test_rosco_needs_its_settings(command: Command, tmp_path: Path) -> None:
-    ran = command("run", "nrel5mw", *STEADY, "--controller", "rosco", "--out", tmp_path / "out")
+    ran = command("run", "iea15mw", *STEADY, "--controller", "rosco", "--out", tmp_path / "out")
     assert ran.status == 2 and "--controller-input DISCON.IN" in ran.err
     assert not (tmp_path / "out").exists()
 
@@ -128,7 +138,50 @@ def test_a_deck_runs_under_rosco_with_its_own_settings(command: Command, rosco_c
     assert sorted((tmp_path / "NREL-5MW").rglob("*")) == before
 
 
-def test_control_schemes_are_named_where_they_can_be_used(command: Command) -> None:
-    ran = command("run", "nrel5mw", *STEADY, "--controller", "ipc")
-    assert ran.status == 2
-    assert "--controller ipc: a control scheme, which compare, bench-controller and live simulate" in ran.err
+MINE = """
+import meltemi
+
+def controller(turbine):
+    law = meltemi.control.BaselineController(turbine)
+    return meltemi.Controller(law.update, init=law.init, name="mine")
+"""
+
+
+@pytest.mark.parametrize("name", ["supervised", "A2", "feedforward", "mine.py", "mine:controller"])
+def test_every_name_runs_and_its_case_file_again(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """Whatever the folder; the case file may give the name in place of the keys."""
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text(MINE)
+    asked = ("--wind-speed", 15, "--duration", 0.5, "--channels", "pitch_1,generator_torque")
+    ran = command("run", "nrel5mw", *asked, "--controller", name, "--out", "out")
+    assert ran.status == 0, ran
+    Path("case.yaml").write_text(
+        "turbine: nrel5mw\nwind: {kind: steady, speed: 15.0}\nduration: 0.5\n"
+        f"channels: [pitch_1, generator_torque]\ncontroller: {name!r}\n"
+    )
+    assert command("run", "case.yaml", "--out", "named").status == 0
+    monkeypatch.chdir("out") if ":" not in name else None
+    assert command("run", tmp_path / "out" / "case.yaml", "--out", tmp_path / "again").status == 0
+    first = meltemi.io.read_netcdf(tmp_path / "out" / "result.nc")
+    for other in ("named", "again"):
+        found = meltemi.io.read_netcdf(tmp_path / other / "result.nc")
+        assert found.meta["controller"] == first.meta["controller"]
+        for channel in first.names:
+            assert (found[channel] == first[channel]).all()
+
+
+def test_a_misspelt_controller_gets_the_closest_name_and_the_list(command: Command) -> None:
+    for line in (
+        ("run", "nrel5mw", *STEADY, "--controller", "supervized"),
+        ("loads", "plan", "nrel5mw", "--class", "IB", "--controller", "supervized"),
+        ("compare", "nrel5mw", "--ntm", "--wind-speed", 18, "--controllers", "supervized"),
+        ("bench-controller", "supervized"),
+        ("surrogate", "design", "nrel5mw", "--controller", "supervized"),
+        ("live", "nrel5mw", "--controller", "supervized"),
+    ):
+        ran = command(*line)
+        assert ran.status == 2
+        assert "no controller 'supervized': did you mean 'supervised'" in ran.err, line
+        assert "Valid are baseline, supervised, cpc, ipc, cpfc" in ran.err and "rosco" in ran.err, line

@@ -12,9 +12,9 @@ from terminal import Command, Ran
 
 import meltemi
 from meltemi import Result
-from meltemi.simulation.channels import catalogue
+from meltemi.simulation.channels import Contents, catalogue
 
-KNOWN = catalogue(n_nodes=2)
+KNOWN = catalogue(Contents(nodes=2))
 NAMES = ("rotor_speed", "root_moment_out_of_plane_1", "azimuth", "node_1_alpha_1", "mean_induction")
 
 

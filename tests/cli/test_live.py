@@ -171,14 +171,14 @@ def test_an_own_controller(turbine: Turbine, tmp_path: Path) -> None:
 
 def test_memory_is_constant(session: Session) -> None:
     run = session.run.simulation
-    arrays, box = (run._output, run.case["q"], run.case["box"]), run.case["box"].copy()
+    arrays, box = (run.loop.output, run.case["q"], run.case["box"]), run.case["box"].copy()
     session.obey({"set": "wind_speed", "value": 12})
     sizes = {len(session.piece(2.0) or b"") for _ in range(15)}
-    assert all(a is b for a, b in zip(arrays, (run._output, run.case["q"], run.case["box"]), strict=True))
+    assert all(a is b for a, b in zip(arrays, (run.loop.output, run.case["q"], run.case["box"]), strict=True))
     assert session.wind.box.velocity is run.case["box"] or np.shares_memory(session.wind.box.velocity, run.case["box"])
     assert not np.array_equal(box, run.case["box"])
     assert max(sizes) < 20_000
-    assert len(run._output) <= 43
+    assert len(run.loop.output) <= 43
 
 
 @pytest.mark.parametrize(
@@ -295,8 +295,10 @@ def test_idle_connections_are_bounded(server: LiveServer) -> None:
     before, port = active_count(), int(server.host.partition(":")[2])
     lines = [socket.create_connection(("127.0.0.1", port)) for _ in range(5 * MOST_CONNECTIONS)]
     try:
-        time.sleep(0.3)
-        assert MOST_CONNECTIONS <= active_count() - before <= 2 * MOST_CONNECTIONS
+        assert all(line.recv(1) == b"" for line in lines[-3:])  # closed at once
+        end = time.monotonic() + 5.0
+        while active_count() - before > 2 * MOST_CONNECTIONS:
+            assert time.monotonic() < end
     finally:
         for line in lines:
             line.close()
@@ -320,10 +322,10 @@ def test_messages_end_with_their_page_and_are_bounded(server: LiveServer) -> Non
         assert time.monotonic() < end
     assert list(found) == list(server.received(0.0)) == []
     with connect(address, origin=good) as page:  # type: ignore[arg-type]
-        with pytest.raises(ConnectionClosed, match="too many messages"):
-            for i in range(100 * MOST_WAITING):
-                page.send(f'{{"set": {i}}}')
-            page.recv(5.0)
+        for i in range(2 * MOST_WAITING):
+            page.send(f'{{"set": {i}}}')
+        time.sleep(0.5)
+        assert len(list(server.received(5.0))) == MOST_WAITING
     with connect(address, origin=good) as page:  # type: ignore[arg-type]
         for _ in range(5):
             page.send('{"reset": true}')

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import csv
+import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
+import yaml
 from terminal import Command
 
 import meltemi
 from meltemi import InputError
 from meltemi.simulation import rotors
+from meltemi.simulation.portrait import power_portrait
+from meltemi.simulation.power_curve import curve_size, power_curve, whole_speeds
 
 
 def test_a_power_curve_has_a_row_for_a_speed_that_fails(command: Command, tmp_path: Path) -> None:
@@ -54,8 +60,8 @@ def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path
     assert ran.status == 1
     assert "failed at 0.5 m/s: no steady operation" in ran.err
     rows = list(csv.DictReader((tmp_path / "campbell.csv").read_text().splitlines()))
-    assert {row["frequency Hz"] for row in rows if row["wind m/s"] == "0.5"} == {"-"}
-    assert all(float(row["frequency Hz"]) > 0.0 for row in rows if row["wind m/s"] == "9")
+    assert {row["frequency [Hz]"] for row in rows if row["wind [m/s]"] == "0.5"} == {"-"}
+    assert all(float(row["frequency [Hz]"]) > 0.0 for row in rows if row["wind [m/s]"] == "9")
     model = meltemi.build(meltemi.load_turbine("nrel5mw"))
     shares: list[float] = []
     diagram = meltemi.analysis.campbell(model, wind_speeds=[9.0, 0.5], air=False, progress=shares.append)
@@ -115,8 +121,8 @@ def test_flutter_writes_damping_over_rotor_speed(command: Command, tmp_path: Pat
     assert "limit: 18." in ran.out
     assert "Hz in the blades" in ran.out
     rows = list(csv.DictReader((tmp_path / "flutter.csv").read_text().splitlines()))
-    assert {row["rotor rpm"] for row in rows} == {"17", "19"}
-    fast = [row["damping %"] for row in rows if row["rotor rpm"] == "19"]
+    assert {row["rotor [rpm]"] for row in rows} == {"17", "19"}
+    fast = [row["damping [%]"] for row in rows if row["rotor [rpm]"] == "19"]
     assert min(float(damping) for damping in fast if damping != "-") < -0.1
     assert (tmp_path / "flutter.png").is_file()
     calm = command("flutter", "nrel5mw", "--rotor-speeds", "10", "--pitch", "1", "--wind-speed", "3", "--out", tmp_path)
@@ -129,7 +135,7 @@ def test_parked_writes_a_map(command: Command, tmp_path: Path) -> None:
     assert ran.status == 0, ran
     rows = list(csv.DictReader((tmp_path / "parked.csv").read_text().splitlines()))
     assert [row["yaw deg"] for row in rows] == ["0", "30"]
-    assert float(rows[0]["damping %"]) > 0.0 > float(rows[1]["damping %"])
+    assert float(rows[0]["damping [%]"]) > 0.0 > float(rows[1]["damping [%]"])
     assert "side-side" in rows[1]["mode"]
     assert (tmp_path / "parked.png").is_file()
 
@@ -163,3 +169,58 @@ def test_stability_refuses(command: Command, tmp_path: Path, arguments: tuple[st
     assert ran.status == 2
     assert said in ran.err
     assert not (tmp_path / "new").exists()
+
+
+def fake_point(rated: float, peak: float) -> Any:
+    """Steady operation with a kink of power at rated wind speed and the largest thrust at another one."""
+
+    def at(model: Any, speed: float) -> Any:
+        values = {"rotor_aero_thrust": 1.0 - 0.01 * abs(speed - peak)}
+        pitch = max(speed - rated, 0.0)
+        point = SimpleNamespace(wind=meltemi.SteadyWind(speed=speed), pitch=pitch, channels=values)
+        return type("Point", (SimpleNamespace,), {"__getitem__": lambda self, name: values[name]})(**vars(point))
+
+    return at
+
+
+@pytest.mark.parametrize(("rated", "peak"), [(11.37, 11.37), (11.37, 9.6), (13.02, 15.3)])
+def test_curves_bracket_rated_wind_and_the_peak_of_thrust(
+    monkeypatch: pytest.MonkeyPatch, rated: float, peak: float
+) -> None:
+    monkeypatch.setattr(rotors, "operating_point", fake_point(rated, peak))
+    model = meltemi.build(meltemi.load_turbine("nrel5mw"))
+    speeds = np.array(sorted(speed for speed, _ in power_curve(model)))
+    assert {*whole_speeds(model.turbine)} < {*speeds} and len(speeds) <= curve_size(model.turbine)
+    above = speeds[speeds > rated + 1e-3].min()
+    assert above - speeds[speeds < rated].max() < 0.05
+    assert np.abs(speeds - peak).min() <= 0.0626
+    assert [speed for speed, _ in power_curve(model, [9.0, 14.0])] == [9.0, 14.0]
+
+
+def test_the_command_and_inspect_have_the_same_curve(command: Command, tmp_path: Path) -> None:
+    assert command("power-curve", "pmsg20mw", "--out", tmp_path).status in (0, 1)
+    _, *rows = csv.reader((tmp_path / "power_curve.csv").read_text().splitlines())
+    seen = power_portrait(meltemi.load_turbine("pmsg20mw"))
+    assert seen.curve is not None
+    assert [float(row[0]) for row in rows if row[1] != "failed"] == [p.wind.speed for p in seen.curve]
+
+
+def test_all_points_of_a_campbell_diagram_are_printed(command: Command, tmp_path: Path) -> None:
+    ran = command("campbell", "nrel5mw", "--rotor-speeds", "0,4,8,12", "--out", tmp_path)
+    assert all(f"at {speed} rpm" in ran.out for speed in (0, 4, 8, 12)), ran.out
+
+
+def test_the_command_lets_the_gust_happen(command: Command, tmp_path: Path) -> None:
+    gust = ("run", "pmsg20mw", "--wind-speed", 9, "--iec", "EOG", "--wind-class", "IB")
+    ran = command(*gust, "--begin", 3, "--out", tmp_path / "a")
+    assert ran.status == 0 and re.search(r"3\.00 .*wind .*begins to change .*IEC EOG", ran.out), ran.err
+    case = yaml.safe_load((tmp_path / "a" / "case.yaml").read_text())
+    assert case["duration"] == 63.0 and case["wind"]["begin"] == 3.0
+    whole = command(*gust, "--out", tmp_path / "b")
+    assert whole.status == 0 and yaml.safe_load((tmp_path / "b" / "case.yaml").read_text())["duration"] == 120.0
+    for options, said in (
+        ((*gust, "--duration", 60), "the wind changes from 60 s to 70.5 s only, outside the run of 60 s"),
+        (("run", "pmsg20mw", "--wind-speed", 9, "--begin", 3), "--begin: is that of a gust; add --iec"),
+    ):
+        ran = command(*options, "--out", tmp_path / "c")
+        assert ran.status == 2 and said in ran.err and not (tmp_path / "c").exists()

@@ -68,13 +68,13 @@ def test_a_field_of_the_standard(command: Command, tmp_path: Path, turbine: Turb
     assert "5 rows from 1.8 m to 178.2 m, 5 columns across 151.2 m, carried at 20 m/s" in ran.out
     found = table(out)
     hub = found["hub", "u"]
-    assert float(hub["mean m/s"]) == pytest.approx(20.0, abs=0.005)
+    assert float(hub["mean [m/s]"]) == pytest.approx(20.0, abs=0.005)
     # class B: 0.14 (0.75 20 m/s + 5.6 m/s)
-    assert float(hub["std m/s"]) == pytest.approx(2.884, abs=0.0006)
+    assert float(hub["std [m/s]"]) == pytest.approx(2.884, abs=0.0006)
     assert float(hub["intensity %"]) == pytest.approx(14.42, abs=0.006)
-    assert float(found["hub", "v"]["std m/s"]) == pytest.approx(0.8 * 2.884, abs=0.001)
-    assert float(found["hub", "w"]["std m/s"]) == pytest.approx(0.5 * 2.884, abs=0.001)
-    assert float(found["lowest of the grid", "u"]["mean m/s"]) == pytest.approx(20.0 * 0.02**0.2, abs=0.01)
+    assert float(found["hub", "v"]["std [m/s]"]) == pytest.approx(0.8 * 2.884, abs=0.001)
+    assert float(found["hub", "w"]["std [m/s]"]) == pytest.approx(0.5 * 2.884, abs=0.001)
+    assert float(found["lowest of the grid", "u"]["mean [m/s]"]) == pytest.approx(20.0 * 0.02**0.2, abs=0.01)
     # the same as from Python
     wind = meltemi.iec_wind("NTM", wind_class="IIB", speed=20.0, points=5, dt=0.25, turbine=turbine)
     assert isinstance(wind, meltemi.TurbulentWind)
@@ -112,8 +112,8 @@ def test_a_turbsim_file_needs_no_turbine(command: Command, tmp_path: Path, bts: 
     wrote(ran, out, "wind.nc", "statistics.csv", *FIGURES)
     assert "field.bts" in ran.out
     # 1 m/s for half of the time
-    assert float(table(out)["hub", "u"]["mean m/s"]) == pytest.approx(10.5, abs=0.01)
-    assert float(table(out)["hub", "u"]["std m/s"]) == pytest.approx(0.5, abs=0.01)
+    assert float(table(out)["hub", "u"]["mean [m/s]"]) == pytest.approx(10.5, abs=0.01)
+    assert float(table(out)["hub", "u"]["std [m/s]"]) == pytest.approx(0.5, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_settings_of_turbulence(command: Command, tmp_path: Path) -> None:
     assert "von Karman turbulence 20 m/s, intensity 15 %" in ran.out
     assert "80 planes every 0.25 s (20 s)" in ran.out
     assert "5 columns across 200 m, periodic" in ran.out
-    assert abs(float(table(tmp_path)["hub", "u"]["std m/s"]) - 3.0) > 0.01
+    assert abs(float(table(tmp_path)["hub", "u"]["std [m/s]"]) - 3.0) > 0.01
 
 
 @pytest.mark.usefixtures("no_pictures")
@@ -321,9 +321,9 @@ def test_settings_of_a_field(command: Command, tmp_path: Path, options: tuple[An
         ("a.bin", b"", "expected the name of a file of HAWC2, such as a-u.bin"),
         ("a-u.bin", bytes(400), "a-"),
         ("a.nc", b"text", "a.nc: not a wind box of meltemi"),
-        ("a.csv", b"", "a.csv: no rows of wind"),
-        ("a.csv", b"time,u\n0,9\n1,x\n", "a.csv:3: expected numbers, found '1,x'"),
-        ("a.csv", b"time,u\n0,9\n0,9\n", "a.csv: time must increase, but entry 2"),
+        ("a.csv", b"", "a.csv: expected a row of names with units"),
+        ("a.csv", b"time [s],u [m/s]\n0,9\n1,x\n", "a.csv:3: expected 2 numbers, found '1,x'"),
+        ("a.csv", b"time [s],u [m/s]\n0,9\n0,9\n", "a.csv: time must increase, but entry 2"),
         ("a.txt", b"", "'.txt' is not the suffix of a wind file; did you mean '.bts'?"),
     ],
 )
@@ -409,12 +409,12 @@ def test_an_interrupted_field_leaves_nothing(command: Command, tmp_path: Path, m
         ("{kind: file, file: a.yaml}", r"'\.yaml' is not the suffix of a wind file"),
         ("{kind: turbulence, speed: 9.0, intensity: 0.1, hubfile: x}", r"a\.yaml:2: wind\S*hubfile: unknown key; did"),
         ("{kind: turbulence, speed: 9.0, intensity: 0.1, hub_file: x.csv}", r"x\.csv: cannot be read \(No such file"),
-        ("{kind: turbulence, speed: 9.0, intensity: 0.1, hub_file: bad.csv}", r"bad\.csv:3: expected numbers"),
+        ("{kind: turbulence, speed: 9.0, intensity: 0.1, hub_file: bad.csv}", r"bad\.csv:3: expected 2 numbers"),
         ("{kind: turbulence, speed: 9.0, intensity: 0.1, points: 1}", r"a\.yaml:2: wind\S*points: expected greater"),
     ],
 )
 def test_winds_of_case_files(command: Command, tmp_path: Path, wind: str, said: str) -> None:
-    (tmp_path / "bad.csv").write_text("time,u\n0,9\n1,x\n")
+    (tmp_path / "bad.csv").write_text("time [s],u [m/s]\n0,9\n1,x\n")
     (tmp_path / "a.yaml").write_text(f"turbine: nrel5mw\nwind: {wind}\nduration: 5.0\n")
     ran = command("run", tmp_path / "a.yaml", "--out", tmp_path / "out")
     assert (ran.status, ran.out) == (2, "")

@@ -182,7 +182,7 @@ def test_metadata_tell_input_files_apart(make: Any, model: Model) -> None:
     ],
 )
 def test_what_goes_wrong_ends_that_run_in_words(make: Any, model: Model, what: str, words: str) -> None:
-    result = run(model, make(f"{what} 0.4", timeout=0.4))
+    result = run(model, make(f"{what} 0.4", timeout=0.4), partial=True)
     assert result.status in (Status.CONTROLLER_RAISED, Status.CONTROLLER_DEMAND)
     assert words in result.message and "\n" not in result.message
     if what != "override":
@@ -237,7 +237,7 @@ def test_nothing_is_left_behind(make: Any, model: Model, tmp_path: Path, capfd: 
     def stop(share: float) -> None:
         raise KeyboardInterrupt
 
-    assert run(model, controller, 5.0, progress=stop).status is Status.INTERRUPTED
+    assert run(model, controller, 5.0, progress=stop, partial=True).status is Status.INTERRUPTED
     assert not children()
     assert capfd.readouterr().out == ""
     assert set(tmp_path.parent.rglob("*")) - set(before) == {order}
@@ -331,11 +331,6 @@ def test_discon_files_are_edited(tmp_path: Path) -> None:
 
 
 def test_rosco_is_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    from importlib.metadata import PackageNotFoundError
-
-    def missing(name: str) -> None:
-        raise PackageNotFoundError(name)
-
-    monkeypatch.setattr("meltemi.control.bladed.rosco.distribution", missing)
+    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: False)
     with pytest.raises(meltemi.InputError, match="pip install --no-deps"):
         meltemi.control.find_rosco()

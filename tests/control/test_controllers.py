@@ -119,7 +119,8 @@ def test_a_controller_is_made_fresh_for_every_run_and_closed_after_it(model: Mod
         return Controller(update, close=lambda: closed.append(number))
 
     controller = Controller(hold, fresh=fresh)
-    ends = [simulate(model, WIND, duration=0.2, controller=controller, start=BEGIN).status for _ in range(2)]
+    same: dict[str, Any] = {"duration": 0.2, "controller": controller, "start": BEGIN, "partial": True}
+    ends = [simulate(model, WIND, **same).status for _ in range(2)]
     assert ends == [Status.OK, Status.CONTROLLER_RAISED]
     assert [mine[0] for mine in made] == [0.0, 0.0] and len(made[0]) > len(made[1])
     assert set(closed) == {1, 2}
@@ -182,15 +183,15 @@ def test_what_a_controller_does_wrong_ends_its_run_alone(
                 if measurements[s.TIME] >= 0.5:
                     demands[s.PITCH_DEMAND + 1] = bad
 
-    result = simulate(model, WIND, duration=2.0, controller=Controller(update=update, name="mine"), start=BEGIN)
-    assert result.status is status
+    with pytest.raises(meltemi.RunError, match=re.escape(words)) as caught:
+        simulate(model, WIND, duration=2.0, controller=Controller(update=update, name="mine"), start=BEGIN)
+    result = caught.value.result
+    assert result.status is status and result.message == str(caught.value) and result.message in repr(result)
     assert "'mine'" in result.message
     assert "t = 0.500" in result.message
     assert words in result.message
     assert result.time[-1] == pytest.approx(0.45)
     assert np.all(np.isfinite(result.data))
-    with pytest.raises(meltemi.RunError, match="mine"):
-        result.raise_for_status()
     # the next run is not touched by it
     assert simulate(model, WIND, duration=1.0, controller=Controller(update=hold), start=BEGIN).status is Status.OK
 
@@ -296,7 +297,7 @@ def test_writing_a_wrong_shape_ends_the_run(model: Model, write: Any, words: str
         if measurements[s.TIME] >= 0.5:
             write(demands)
 
-    result = simulate(model, WIND, duration=1.0, controller=Controller(shapeless), start=BEGIN)
+    result = simulate(model, WIND, duration=1.0, controller=Controller(shapeless), start=BEGIN, partial=True)
     assert result.status is Status.CONTROLLER_RAISED
     assert "'shapeless'" in result.message and "t = 0.500" in result.message
     assert re.search(words, result.message)
@@ -311,7 +312,7 @@ def test_a_torque_no_generator_has_ends_the_run(model: Model) -> None:
     def greedy(state: Any, measurements: Any, demands: Any, dt: float) -> None:
         demands[s.GENERATOR_TORQUE] = 1e7
 
-    result = simulate(model, WIND, duration=1.0, controller=Controller(greedy), start=BEGIN)
+    result = simulate(model, WIND, duration=1.0, controller=Controller(greedy), start=BEGIN, partial=True)
     assert result.status is meltemi.Status.CONTROLLER_DEMAND
     assert "'greedy' returned generator_torque = 1e+07 (limit 237015)" in result.message
 
@@ -321,6 +322,8 @@ def test_an_interrupt_in_a_python_controller_interrupts(model: Model) -> None:
         if measurements[s.TIME] > 0.5:
             raise KeyboardInterrupt
 
-    result = simulate(model, WIND, duration=1.0, controller=Controller(stopped), start=BEGIN)
+    with pytest.raises(meltemi.RunError, match="interrupted") as caught:
+        simulate(model, WIND, duration=1.0, controller=Controller(stopped), start=BEGIN)
+    result = caught.value.result
     assert result.status is meltemi.Status.INTERRUPTED
     assert 0.4 < result.time[-1] < 0.6

@@ -22,12 +22,13 @@ from meltemi.control.power_control.controller import power_settings, shaft_inert
 from meltemi.control.power_control.law import lower_speed, optimal_gain
 from meltemi.control.power_control.rotor import gain_at_pitch, power_coefficient, rotor_tables
 from meltemi.control.power_control.state import PowerControlState
+from meltemi.controllers.specification import PowerCase
 from meltemi.environment import PowerGrid
 from meltemi.environment.air import density_of
-from meltemi.environment.conditions import conditions_array
+from meltemi.environment.course import conditions_array
 from meltemi.environment.density import moist_air_density
 from meltemi.environment.site import Environment
-from meltemi.loadcases.case import LoadCase, PowerCase
+from meltemi.loadcases.case import LoadCase
 from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine
 

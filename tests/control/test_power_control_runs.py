@@ -58,9 +58,9 @@ def test_a_case_file_has_it(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(CASE, encoding="utf-8")
     case = read_case(path)
-    turbine = meltemi.load_turbine(case.turbine)
-    controller = case_controller(case, turbine, tmp_path)
-    found = run(meltemi.build(turbine), SteadyWind(speed=12.0), 100.0, controller, grid=case.grid)
+    model = meltemi.build(meltemi.load_turbine(case.turbine))
+    controller = case_controller(case, model, tmp_path)
+    found = run(model, SteadyWind(speed=12.0), 100.0, controller, grid=case.grid)
     assert found["generator_power"][-1] == pytest.approx(15e6, rel=1e-3)
     assert found["rotor_speed"][-1] == pytest.approx(0.75, rel=1e-3)
     path.write_text(CASE.replace("A1", "A7"), encoding="utf-8")

@@ -257,7 +257,7 @@ def test_starts_of_cases(model: Model, supervised_case: str, tmp_path: Path) -> 
     for words, state, speed in (("standstill", 1, 0.0), ("idling", 9, 0.0), ("operating", 4, None)):
         path.write_text(supervised_case.replace("standstill", words), encoding="utf-8")
         case = read_case(path)
-        law, start = case_controller(case, model.turbine, tmp_path), case_start(case, model.turbine)
+        law, start = case_controller(case, model, tmp_path), case_start(case, model.turbine)
         assert (start is None) == (speed is None)
         result = meltemi.simulate(
             model, SteadyWind(speed=8.0), duration=0.1, controller=law, start=start, channels=["operating_state"]

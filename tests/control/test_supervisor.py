@@ -387,8 +387,8 @@ STOPS: list[tuple[dict[str, float], int, str, str]] = [
     ({"request": 2}, 1, "normal_stop", "the operator's stop"),
     ({"request": 3}, 1, "emergency_stop", "the operator's emergency stop"),
     ({"grid": 0.0}, 1, "emergency_stop", "the grid is lost"),
-    ({"speed": 1.16 * 122.9096}, 1, "normal_stop", "generator speed 142.58 rad/s above 141.35 rad/s"),
-    ({"speed": 1.21 * 122.9096}, 1, "emergency_stop", "generator speed 148.72 rad/s above 147.49 rad/s"),
+    ({"speed": 1.26 * 122.9096}, 1, "normal_stop", "generator speed 154.87 rad/s above 153.64 rad/s"),
+    ({"speed": 1.31 * 122.9096}, 1, "emergency_stop", "generator speed 161.01 rad/s above 159.78 rad/s"),
     ({"power": 6.1e6}, 12, "normal_stop", "power 6100 kW above 6000 kW"),
     ({"fore_aft_acceleration": 2.5, "side_side_acceleration": 2.0}, 1, "normal_stop", "tower top accelerates by 3.20"),
     ({"rotor_speed": 1.1}, 7, "emergency_stop", "speed sensors differ by 16.21 rad/s"),
@@ -527,12 +527,12 @@ def test_starts_wait_for_wind_grid_word_and_time(turbine: Turbine, plain: Contro
 def test_latches_and_words(turbine: Turbine) -> None:
     for latched, state in ((True, "idling"), (False, "start_up")):
         run = Script(SupervisedController(turbine, Supervision(latched=latched))).call(10)
-        run.call(1, speed=150.0).call(800, speed=5.0)
+        run.call(1, speed=160.0).call(800, speed=5.0)
         assert run.state == state
     run = Script(SupervisedController(turbine)).call(
         5, request=1
     )  # a word that was said before the stop does not release it
-    run.call(1, speed=150.0).call(800, speed=5.0)
+    run.call(1, speed=160.0).call(800, speed=5.0)
     assert run.state == "idling"
     run.call(1, request=0).call(5, request=1)
     assert run.state == "start_up"
@@ -665,7 +665,7 @@ def test_settings_of_starts_change_something(turbine: Turbine, plain: Controller
 
 MARGINS: dict[str, tuple[dict[str, Any], dict[str, float], int]] = {
     "over_speed": ({"over_speed": 1.05}, {"speed": 130.0}, 1),
-    "trip_speed": ({"trip_speed": 1.5}, {"speed": 150.0}, 1),
+    "trip_speed": ({"trip_speed": 1.5}, {"speed": 162.0}, 1),
     "over_power": ({"over_power": 1.05}, {"power": 5.5e6}, 20),
     "power_time": ({"power_time": 10.0}, {"power": 6.5e6}, 20),
     "speed_difference": ({"speed_difference": 0.3}, {"rotor_speed": 1.1}, 20),
@@ -715,7 +715,7 @@ def test_degrees_that_equal_a_limit_to_six_digits(turbine: Turbine) -> None:
 
 
 def test_records_that_are_refused() -> None:
-    with pytest.raises(InputError, match=r"over_speed 1\.3 must not be more than trip_speed 1\.2"):
-        Supervision(over_speed=1.3)
+    with pytest.raises(InputError, match=r"over_speed 1\.4 must not be more than trip_speed 1\.3"):
+        Supervision(over_speed=1.4)
     with pytest.raises(InputError, match="wind_window"):
         Supervision(wind_window=0.0)

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, ModelOptions, SteadyWind, Turbine
+from meltemi import InputError, Model, ModelOptions, SteadyWind, Turbine
 from meltemi.control import YawControl, YawController, yaw
 from meltemi.control import signals as s
 from meltemi.loadcases.case import case_controller, read_case
@@ -202,19 +202,19 @@ def test_beside_load_control(turbine: Turbine) -> None:
     assert np.ptp(both["BldPitch1"][200:]) > np.ptp(plain["BldPitch1"][200:]) + 0.005
 
 
-def test_in_a_case_file(turbine: Turbine, tmp_path: Path) -> None:
+def test_in_a_case_file(model: Model, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(
         "turbine: nrel5mw\nwind: {kind: steady, speed: 10.0}\nduration: 1.0\noptions: {yaw: driven}\n"
         "controller: {kind: baseline, yaw: {dead_band: 0.1}}\n"
     )
     case = read_case(path)
-    controller = case_controller(case, turbine, tmp_path)
+    controller = case_controller(case, model, tmp_path)
     assert controller is not None
     assert controller.yaws
     state = controller.initial_state(meltemi.control.StartPoint(10.0, 100.0, 0.0, 1e4))
     assert state[controller.state_names.index("yaw_dead_band")] == 0.1
-    assert case_controller(case.replace(**{"controller.yaw": None}), turbine, tmp_path) is None
+    assert case_controller(case.replace(**{"controller.yaw": None}), model, tmp_path) is None
     path.write_text(path.read_text().replace("dead_band", "deadband"))
     with pytest.raises(InputError, match="dead_band"):
         read_case(path)

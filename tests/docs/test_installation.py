@@ -6,6 +6,11 @@ import re
 import tomllib
 from pathlib import Path
 
+import pytest
+
+from meltemi.core import extras
+from meltemi.core.extras import BY_NAME, REQUIREMENTS
+
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 TEXTS = [
@@ -22,14 +27,31 @@ def test_nothing_is_installed_from_an_index_by_our_name() -> None:
 
 
 def test_versions_that_messages_name_are_those_of_the_extras() -> None:
-    extras = {name: PROJECT["optional-dependencies"][name][0] for name in ("control", "windio", "rosco")}
-    for name, file in {
-        "control": "simulation/linear.py",
-        "windio": "turbine/library.py",
-        "rosco": "control/bladed/rosco.py",
-    }.items():
-        assert f"'{extras[name]}'" in (ROOT / "src" / "meltemi" / file).read_text(encoding="utf-8"), extras[name]
-        assert any(f'"{extras[name]}"' in path.read_text(encoding="utf-8") for path in TEXTS if path.suffix == ".md")
+    stated = {requirement for group in PROJECT["optional-dependencies"].values() for requirement in group}
+    assert set(REQUIREMENTS) <= stated
+    for name in ("control", "windIO", "rosco"):
+        assert any(f'"{BY_NAME[name]}"' in path.read_text(encoding="utf-8") for path in TEXTS if path.suffix == ".md")
+
+
+def test_only_one_module_says_how_to_install_a_package() -> None:
+    for path in (p for p in (ROOT / "src").rglob("*.py") if p.name not in ("extras.py", "docs.py")):
+        text = path.read_text(encoding="utf-8")
+        assert not re.findall(r"except (?:ImportError|PackageNotFoundError).*\n.*raise InputError", text), path
+
+
+def test_missing_packages_are_named_with_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert extras.missing(("numpy",)) == ""
+    monkeypatch.setattr(extras, "installed", lambda name: name == "pandas")
+    assert extras.missing(("pandas", "pyarrow")) == "pyarrow, which is not installed: pip install 'pyarrow>=18'"
+    assert extras.missing(("windIO", "pyarrow")) == (
+        "windIO and pyarrow, which are not installed: pip install 'windIO>=2.1,<3' 'pyarrow>=18'"
+    )
+    assert "pip install --no-deps 'rosco" in extras.missing(("rosco",))
+    with pytest.raises(extras.MissingPackageError, match="a thing needs windIO, which is not installed"):
+        extras.need("a thing", "pandas", "windIO")
+    assert extras.skipped({"one": ("pandas",), "two": ("windIO",)}) == {
+        "two": "skipped: two: needs windIO, which is not installed: pip install 'windIO>=2.1,<3'"
+    }
 
 
 def test_texts_name_extras_that_exist() -> None:

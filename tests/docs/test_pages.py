@@ -19,8 +19,8 @@ import pytest
 
 import meltemi
 from meltemi.app.cli import main
+from meltemi.controllers import schemes, tuning
 from meltemi.loadcases.case import read_case
-from meltemi.studies import schemes, tuning
 from meltemi.surrogate.model import LoadModel, Polynomials, Surrogate, write_surrogate
 from meltemi.surrogate.space import site_space
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -31,6 +33,8 @@ def test_standstill_has_the_natural_modes(model: Model) -> None:
     diagram = campbell(model, rotor_speeds=[0.0], air=False)
     still = meltemi.build(model.turbine, environment=meltemi.Environment(gravity=0.0))
     modes = meltemi.analysis.natural_modes(still)
+    assert {mode.name for mode in modes} >= {"1st tower fore-aft", "1st drivetrain torsion", "1st flap", "1st edge"}
+    assert re.fullmatch(r"<Mode 1st tower \S+: 0\.3\d* Hz, damping 1\.?\d* %>", repr(modes[0]))
     np.testing.assert_allclose(diagram.frequency[:, 0], [m.frequency for m in modes], rtol=1e-9)
     np.testing.assert_allclose(diagram.damping[:, 0], [m.damping for m in modes], rtol=1e-7)
     assert diagram.labels[:3] == ("1st tower side-side", "1st tower fore-aft", "1st drivetrain torsion")

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi.control.bladed.rosco import SUFFIXES
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError
 from meltemi.simulation.rotors import default_step
 from meltemi.studies.controller_bench import study
 from meltemi.studies.controller_bench.bench import ControllerBench
-from meltemi.studies.controller_bench.contenders import Contender, check_names, contenders
+from meltemi.studies.controller_bench.contenders import Contender, contenders
 from meltemi.studies.controller_bench.disturbance import disturbed
 from meltemi.studies.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
 from meltemi.studies.controller_bench.report import write_bench
@@ -300,20 +299,6 @@ def test_disturbances_change_the_run_and_repeat(model, turbine):
     assert not np.array_equal(speeds(disturbed(base, noise=1.0, delay=0.2)), noisy[0])
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("basline", "did you mean 'baseline'"),
-        ("missing.so", "there is no such file"),
-        ("missing.py", "there is no such file"),
-    ],
-)
-def test_unknown_controllers(name, words):
-    assert ".so" in SUFFIXES
-    with pytest.raises(InputError, match=words):
-        check_names([name])
-
-
 def test_module_and_function_names(model, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     source = "import meltemi\ndef regulator(turbine):\n    return meltemi.control.BaselineController(turbine)\n"
@@ -337,6 +322,17 @@ def test_rosco_needs_an_input_file_for_other_turbines(turbine):
         pytest.skip("the rosco package is not installed")
     with pytest.raises(InputError, match="rosco@DISCON.IN"):
         contenders({"rosco": "rosco"}, meltemi.build(turbine.replace(name="mine")))
+
+
+def test_a_controller_that_does_not_work_is_refused_at_once(model, tmp_path):
+    """Not after all runs of the suite have ended at their begin."""
+    path = tmp_path / "mine.py"
+    path.write_text(
+        "import meltemi\ndef update(state, measured, demands, dt):\n    demands.pitch[:] = measured.rotor_sped\n"
+        "def controller(turbine):\n    return meltemi.Controller(update)\n"
+    )
+    with pytest.raises(InputError, match=r"controller 'mine' fails in its first steps: .*rotor_sped"):
+        contenders({"baseline": "baseline", "mine": str(path)}, model)
 
 
 def test_files(bench, tmp_path):

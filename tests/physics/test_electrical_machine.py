@@ -136,7 +136,7 @@ def test_misunderstandings_are_told() -> None:
         meltemi.simulate(ideal, wind, duration=1.0, events=[{**DIP, "voltage": 1320.0}])
     with pytest.raises(meltemi.InputError, match="need options.electrical: averaged"):
         meltemi.simulate(ideal, wind, duration=1.0, channels=["dc_link_voltage"])
-    with pytest.raises(meltemi.InputError, match="after the end of the run"):
+    with pytest.raises(meltemi.InputError, match="not before the end of the run"):
         meltemi.simulate(averaged(pmsg), wind, duration=1.0, events=[{**DIP, "at": 2.0, "until": 3.0}])
 
 

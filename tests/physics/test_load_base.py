@@ -343,6 +343,7 @@ def stub(monkeypatch: pytest.MonkeyPatch, send: Callable[..., Any]) -> None:
     module = ModuleType("distributed")
     vars(module).update(Client=Client, LocalCluster=None, as_completed=Queue)
     monkeypatch.setitem(sys.modules, "distributed", module)
+    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: True)
 
 
 @pytest.mark.usefixtures("small_groups")

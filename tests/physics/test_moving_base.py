@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from meltemi import ModelOptions, UnsupportedError, load_turbine
-from meltemi.analysis import natural_modes
+from meltemi.analysis import linearise, natural_modes, operating_point
 from meltemi.simulation.bladed.build import build_bladed
+from meltemi.simulation.plan import model_channels
 from meltemi.structure.members import BASE_MOTIONS, MovingBase
 from meltemi.turbine.definition import Foundation, Turbine
 
@@ -54,6 +55,15 @@ def test_a_foundation_may_be_described_by_motions_of_the_base(turbine: Turbine) 
     np.testing.assert_allclose(first[1][:2], first[0][:2], rtol=1e-4)
     np.testing.assert_allclose(first[1], first[0], rtol=5e-3)  # by other shapes of the tower
     assert first[2][0] > 1.02 * first[1][0]
+
+
+def test_states_have_the_units_of_their_channels(turbine: Turbine) -> None:
+    model = build_bladed(turbine, ModelOptions(locked=("tower", "blades")), base=base("surge", "pitch"))
+    linear = linearise(model, operating_point(model, 9.0), (), ())
+    units = {name: unit for name, unit in zip(linear.states, linear.state_units, strict=True) if " base " in name}
+    assert units == {"q base surge": "m", "q base pitch": "rad", "v base surge": "m/s", "v base pitch": "rad/s"}
+    channels = model_channels(model)
+    assert all(channels[name].unit == unit for name, unit in units.items())
 
 
 def test_a_base_does_not_move_on_a_foundation(turbine: Turbine) -> None:

@@ -15,8 +15,9 @@ from meltemi.aero.tables import AeroMemory, AeroOptions, AeroParameters, BladeFl
 from meltemi.maths.records import Kind
 from meltemi.simulation import linear
 from meltemi.simulation.case import Case
+from meltemi.simulation.plan import model_channels
 from meltemi.simulation.run import Run
-from meltemi.simulation.simulate import Simulation, model_channels
+from meltemi.simulation.simulate import Simulation
 
 Float = NDArray[np.float64]
 LAST = 3.06
@@ -82,7 +83,7 @@ CHANGES: dict[str, tuple[dict[str, Any], str]] = {
             "stall_rotation": ("openfast", "none"),
             "chord_angle": ("openfast",),
             "rotational_augmentation": ("snel", "chaviaropoulos_hansen"),
-            "tower_influence": ("lower_half", "none"),
+            "tower_influence": ("lower_half", "powles", "eames", "none"),
             "tower_drag": (False,),
             "torsion_modes": (0, 2),
             "flap_modes": (0,),

@@ -14,7 +14,7 @@ import meltemi
 from meltemi.control.kalman import kalman_step
 from meltemi.core.errors import InputError
 from meltemi.postprocess.files.signals import read_signals
-from meltemi.simulation.channels import catalogue
+from meltemi.simulation.channels import Contents, catalogue
 from meltemi.simulation.model import Model
 from meltemi.simulation.observer import (
     SENSORS,
@@ -199,7 +199,7 @@ def test_rigid_blades_shift_the_wind_where_torsion_is_large(large: Model) -> Non
         signals["pitch_1"] = point.pitch
         time = 0.04 * np.arange(1500)
         data = np.tile(list(signals.values()), (len(time), 1))
-        known = catalogue(3)
+        known = catalogue(Contents(3))
         return wind_of(narrow(model, first, speed, 2.0), Result(time, data, tuple(known[n] for n in signals), meta={}))
 
     # at 16 m/s the blades twist towards feather and the pitch is lower for the same power; at 9 m/s both compensate
@@ -361,7 +361,7 @@ def write(path: Path, result: Result, names: dict[str, str]) -> Path:
 
 
 def test_signals_of_a_csv_file_are_those_of_the_result(tmp_path: Path, made: Observer, steady: Result) -> None:
-    names = {"RPM [rpm]": "generator_speed", "GenPwr (W)": "generator_power", "pitch_1 [rad]": "pitch_1"}
+    names = {"RPM [rpm]": "generator_speed", "GenPwr [W]": "generator_power", "pitch_1 [rad]": "pitch_1"}
     file = write(tmp_path / "s.csv", steady, names)
     found = read_signals(file, {"RPM": "generator_speed"})
     for name in names.values():
@@ -371,9 +371,9 @@ def test_signals_of_a_csv_file_are_those_of_the_result(tmp_path: Path, made: Obs
         ("time [s],speed\n0,1\n", "has no unit"),
         ("t [s],speed [rpm]\n0,1\n", "first column"),
         ("time [s],speed [furlong]\n0,1\n", "unknown unit 'furlong'"),
-        ("time [s],speed [rpm]\n0,x\n", "row 2: expected 2 numbers"),
+        ("time [s],speed [rpm]\n0,x\n", "bad.csv:2: expected 2 numbers"),
         ("time [s]\n", "expected a row of names"),
-        ("time [s],GenPwr (kN)\n0,1\n", "column 'GenPwr' has the unit kN, but generator_power is in kW"),
+        ("time [s],GenPwr [kN]\n0,1\n", "column 'GenPwr' has the unit kN, but generator_power is in kW"),
     ):
         (tmp_path / "bad.csv").write_text(text)
         with pytest.raises(InputError, match=words.replace("[", r"\[")):
@@ -392,7 +392,7 @@ def test_the_command_writes_estimates(tmp_path: Path, model: Model, steady: Resu
     file = write(
         tmp_path / "s.csv",
         steady,
-        {"generator_speed [rad/s]": "generator_speed", "GenPwr (W)": "generator_power", "B [rad]": "pitch_1"},
+        {"generator_speed [rad/s]": "generator_speed", "GenPwr [W]": "generator_power", "B [rad]": "pitch_1"},
     )
     out, turbine = tmp_path / "out", tmp_path / "few.yaml"
     write_turbine(model.turbine.replace(cut_in=8.0, cut_out=10.0), turbine)
@@ -410,6 +410,7 @@ def test_the_command_writes_estimates(tmp_path: Path, model: Model, steady: Resu
     ]
     ran = CliRunner().invoke(app, options)
     assert ran.exit_code == 0, ran.output
+    assert f"next: meltemi inspect {turbine}" in ran.output, "a diff would find no common channel"
     for name in ("estimate.nc", "estimate.csv", "equivalent-loads.csv", "estimate.png"):
         assert (out / name).stat().st_size > 0
     wind = meltemi.read_result(out / "estimate.nc")["rotor_effective_wind"]

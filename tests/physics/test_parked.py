@@ -132,7 +132,7 @@ def test_parked_in_a_case(model: Model, tmp_path: Path) -> None:
         path.write_text(text, encoding="utf-8")
         case = read_case(path)
         assert case_start(case, model.turbine) == start
-        assert case_controller(case, model.turbine, tmp_path) is not None
+        assert case_controller(case, model, tmp_path) is not None
     path.write_text(CASE.replace("kind: fixed", "kind: baseline"), encoding="utf-8")
     with pytest.raises(InputError, match=r"controller: \{kind: fixed\} keeps it parked"):
         read_case(path)

@@ -12,6 +12,9 @@ import meltemi
 from meltemi import InputError, Model, ModelOptions, SteadyWind, Turbine, operating_point, simulate
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation import points, rotors, trim
+from meltemi.simulation.continuation import CarefulOrbit
+from meltemi.simulation.operating_point import NotConverged
+from meltemi.simulation.orbit import Orbit
 
 OWN = (
     "generator_power rotor_speed rotor_aero_thrust rotor_torque root_moment_in_plane_1 root_moment_out_of_plane_1 "
@@ -114,7 +117,8 @@ def test_overspeed(model: Model, rpm: float) -> None:
 
 def test_continuation_finds_what_the_plain_search_finds(model: Model) -> None:
     wind = SteadyWind(speed=13.0, shear_exponent=0.2)
-    plain, careful = (trim._search(orbit(model, wind), None, None) for orbit in (trim._Orbit, trim.CarefulOrbit))
+    plain = trim._search(Orbit(model, wind), None, None)
+    careful = trim._search(CarefulOrbit(model, wind), None, None, carefully=True)
     assert careful.pitch == pytest.approx(plain.pitch, abs=2e-4)
     for name in OWN:
         assert careful[name] == pytest.approx(plain[name], rel=2e-3), name
@@ -182,7 +186,7 @@ def test_blades_that_twist_too_easily_are_unstable(turbine: Turbine) -> None:
 
 def test_a_run_without_steady_operation_begins_all_the_same(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*arguments: Any) -> Any:
-        raise trim.NotConverged("no steady operation: because")
+        raise NotConverged("no steady operation: because")
 
     wind = SteadyWind(speed=17.0)
     monkeypatch.setattr(points, "operating_point", fails)

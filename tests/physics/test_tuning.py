@@ -13,10 +13,18 @@ import meltemi
 from meltemi import Controller, InputError, Model, Result, SteadyWind
 from meltemi.analysis import LinearModel, LoopTuning, tune_ipc
 from meltemi.control import signals as s
+from meltemi.controllers import tuning
+from meltemi.controllers.names import SCHEMES
+from meltemi.controllers.tuning import (
+    default_speeds,
+    gain_reserve,
+    linear_models,
+    margins,
+    scaled,
+    speed_notch,
+    tune_loops,
+)
 from meltemi.simulation.rotors import default_step
-from meltemi.studies import tuning
-from meltemi.studies.scheme_names import SCHEMES
-from meltemi.studies.tuning import default_speeds, gain_reserve, linear_models, margins, scaled, speed_notch, tune_loops
 from meltemi.turbine import with_flaps
 
 Complex = NDArray[np.complex128]

@@ -7,7 +7,6 @@ import json
 import re
 import shutil
 import subprocess
-import sys
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from io import BytesIO
@@ -130,7 +129,7 @@ def test_what_has_a_view(seen: Result, model: Model, monkeypatch: pytest.MonkeyP
     widget = "application/vnd.jupyter.widget-view+json"
     pytest.importorskip("anywidget")
     assert set(found._repr_mimebundle_()) == {"text/plain", "text/html", widget}
-    monkeypatch.setitem(sys.modules, "meltemi.report.widget", None)
+    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: False)
     with pytest.raises(InputError, match="pip install 'anywidget"):
         _ = seen.view().widget
     assert set(seen.view()._repr_mimebundle_()) == {"text/plain", "text/html"}

@@ -17,7 +17,7 @@ from meltemi.loadbase.plan import Plan, PlannedCase, plan
 from meltemi.loadbase.reduction import reduced
 from meltemi.loadbase.store import Store
 from meltemi.loadbase.table import load_table
-from meltemi.simulation.channels import catalogue, find
+from meltemi.simulation.channels import Contents, catalogue, find
 from meltemi.simulation.result import Result
 from meltemi.turbine.library import load_turbine
 
@@ -77,7 +77,7 @@ def synthetic_base(
     turbine = load_turbine(of.campaign.turbine)
     interfaces = interfaces_of(turbine)
     names = recorded(turbine, interfaces)
-    known = catalogue(turbine.n_blades, 0, len(BLADE_STATIONS), len(TOWER_STATIONS))
+    known = catalogue(Contents(turbine.n_blades, 0, len(BLADE_STATIONS), len(TOWER_STATIONS)))
     channels = tuple(find(name, known) for name in names)
     cases, rows = {case.name: case for case in of.cases}, []
     for job in jobs_of(of):

@@ -13,7 +13,8 @@ from meltemi import Environment, InputError
 from meltemi.environment import Air, Climate, PowerGrid, TimeSeries, air_density, load_climate
 from meltemi.environment.air import R_DRY, R_VAPOUR, site_pressure, vapour_pressure
 from meltemi.environment.climate import MONTH_HOURS
-from meltemi.environment.conditions import Conditions, conditions_array, conditions_now
+from meltemi.environment.conditions import Conditions, conditions_now
+from meltemi.environment.course import conditions_array
 from meltemi.turbine.electrical import nominal_frequency
 
 TIME, AIR_DENSITY, AIR_TEMPERATURE, GRID_FREQUENCY = (
@@ -168,7 +169,7 @@ def test_the_grid_has_the_frequency_of_the_turbines_system() -> None:
 
 def test_density_jumps_with_the_temperature() -> None:
     air = Air(temperature=TimeSeries(time=[0.0, 5.0, 5.0, 9.0], value=[40.0, 40.0, -10.0, 0.0]))
-    array, now = conditions_array(Environment(air=air), None, 5e6), np.zeros(8)
+    array, now = conditions_array(Environment(air=air), None, 5e6), Conditions.zeros()
     for time, temperature in ((0.0, 40.0), (4.999, 40.0), (5.0, -10.0), (9.0, 0.0), (99.0, 0.0)):
         conditions_now(time, array, 9.0, Conditions(now))
         assert now[AIR_DENSITY] == pytest.approx(float(air_density(temperature)), rel=1e-12)
@@ -188,10 +189,10 @@ CHANGES: list[dict[str, Any]] = [
 @pytest.mark.parametrize("weather", CHANGES, ids=["cooler", "saturated", "everything"])
 def test_density_between_times_is_that_of_the_weather(weather: dict[str, Any]) -> None:
     environment = Environment(air=Air(**weather))
-    array, now = conditions_array(environment, None, 5e6), np.zeros(8)
+    array, now = conditions_array(environment, None, 5e6), Conditions.zeros()
     times = np.linspace(0.0, 10.0, 1001)
     exact = environment.air.at(times)  # type: ignore[union-attr]
-    found = np.zeros((8, len(times)))
+    found = np.zeros((len(Conditions), len(times)))
     for i, time in enumerate(times):
         conditions_now(time, array, 9.0, Conditions(now))
         found[:, i] = now
@@ -214,7 +215,7 @@ def test_only_air_that_changes_has_more_times() -> None:
 def test_a_jump_at_the_very_start_has_been() -> None:
     """For what a run begins in, and for its first step."""
     environment = Environment(air=Air(temperature=TimeSeries(time=[0.0, 0.0, 10.0], value=[40.0, -10.0, -10.0])))
-    array, now = conditions_array(environment, None, 5e6), np.zeros(8)
+    array, now = conditions_array(environment, None, 5e6), Conditions.zeros()
     conditions_now(0.0, array, 9.0, Conditions(now))
     assert now[AIR_DENSITY] == environment.density == float(air_density(-10.0))
     conditions_now(-1.0, array, 9.0, Conditions(now))

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import pickle
 from collections.abc import Callable
 from functools import partial
+from importlib import import_module
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -14,6 +17,7 @@ import meltemi
 from meltemi import InputError, TurbulentWind
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.units import from_text
+from meltemi.namespaces import NAMESPACES, declared
 
 TURBINE = meltemi.load_turbine("pmsg20mw")
 MODEL = meltemi.build(TURBINE)
@@ -37,6 +41,12 @@ MODEL = meltemi.build(TURBINE)
             lambda: meltemi.simulate(MODEL, 12.0, duration=2.0, start=meltemi.Start("str")),  # type: ignore[arg-type]
             "start.rotor_speed: expected a number or 'idling', found 'str'",
         ),
+        (lambda: meltemi.build("nrel5mw"), "build: turbine: expected Turbine or PowerTurbine, found 'nrel5mw'"),  # type: ignore[call-overload]
+        (lambda: meltemi.analysis.linearise(MODEL, 12.0), "linearise: point: expected OperatingPoint, found 12.0"),  # type: ignore[arg-type]
+        (
+            lambda: meltemi.plot(meltemi.simulate(MODEL, 9.0, duration=0.5), "rotor"),
+            "plot: channels: expected a list of texts or None, found 'rotor'",
+        ),
         (lambda: meltemi.load_turbine(3), "load_turbine: name: expected a text or Path, found 3"),
         (lambda: meltemi.load_turbine("a" * 300), "a: File name too long"),
         (lambda: TurbulentWind(12.0, 0.14), r"fields are given by name: TurbulentWind\(speed=12.0, intensity=0.14\)"),
@@ -54,6 +64,28 @@ def test_what_is_given_wrong_is_told_in_words(call: Callable[[], Any], said: str
     with pytest.raises(InputError, match=said) as caught:
         call()
     assert "pydantic" not in str(caught.value)
+
+
+class Wrong:
+    """No function takes it."""
+
+
+LAZY = {"ConstantController", "find_rosco", "naca64618_flap", "air_density", "list_climates", "list_turbines"}
+"""Functions that need nothing."""
+
+
+@pytest.mark.parametrize("namespace", ["meltemi", *(f"meltemi.{name}" for name in NAMESPACES)])
+def test_every_function_names_an_argument_of_the_wrong_kind(namespace: str) -> None:
+    home = import_module(namespace)
+    for name in {*declared(namespace)} - LAZY:
+        function = getattr(home, name)
+        if not isinstance(function, FunctionType):
+            continue
+        asked = [p for p in inspect.signature(function).parameters.values() if p.default is p.empty]
+        unnamed = [Wrong() for p in asked if p.kind is p.POSITIONAL_OR_KEYWORD]
+        if unnamed:
+            with pytest.raises(InputError, match="expected|needs|must be|unknown"):
+                function(*unnamed, **{p.name: Wrong() for p in asked if p.kind is p.KEYWORD_ONLY})
 
 
 def test_errors_of_the_user_s_own_code_stay_what_they_are() -> None:

@@ -38,7 +38,7 @@ def march_moved(image: card.Image, runs: list[Simulation]) -> None:
         records = [
             record_at(type(r))(words, i, first) for r, first in zip(card.records_of(run), image.first, strict=True)
         ]
-        run._march(run.n_steps, run._arguments[0], *records)
+        run.loop.function(run.n_steps, run.loop.controller, *records)
         assert not run.finished  # its own memory has not changed
     image.restore()
 
@@ -56,7 +56,7 @@ def test_shared_memory_is_moved_once_and_the_rest_for_each_run() -> None:
     runs = [Simulation(run_of(8.0), numbers="floats") for _ in range(2)]
     one, two = card.Image(runs[:1]), card.Image(runs)
     assert len(two.content) < 2 * len(one.content)
-    outputs = [run._output.ctypes.data for run in runs]
+    outputs = [run.loop.output.ctypes.data for run in runs]
     assert all(any(begin == output for begin, _, _ in two.parts) for output in outputs)
     assert len(card.Image([*runs, *runs]).parts) == 2 * len(two.parts)
 
@@ -70,7 +70,7 @@ def test_cases_share_a_field_of_which_a_group_holds_one() -> None:
     image, size = card.Image(runs), field.velocity.nbytes
     assert size < image.content.nbytes < 2 * size
     held = card.memory_of(runs[0]) | card.memory_of(runs[1])
-    assert sum(held.values()) == size + 2 * runs[0]._output.nbytes
+    assert sum(held.values()) == size + 2 * runs[0].loop.output.nbytes
     march_moved(image, runs)
     for run, case in zip(runs, cases, strict=True):
         march(alone := Simulation(case))
@@ -81,7 +81,7 @@ def test_cases_share_a_field_of_which_a_group_holds_one() -> None:
 def test_a_run_that_has_ended_stays_as_it_is() -> None:
     run = Simulation(run_of(8.0), numbers="floats")
     run.case.clock.status = int(Status.DIVERGED)
-    run._march(10, *run._arguments)
+    run.loop.march(10)
     assert run.case.clock.step == 0
 
 
@@ -94,8 +94,8 @@ def test_plain_python_controllers_are_refused() -> None:
 def test_missing_packages_and_cards_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="device must be one of cpu, cuda, cuda-single, found 'gpu'"):
         meltemi.simulate_batch([run_of(8.0)], device="gpu")
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r'pip install "numba-cuda\[cu12\]>=0.28,<0.31"'):
+    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: False)
+    with pytest.raises(InputError, match=r"pip install 'numba-cuda\[cu12\]>=0.28,<0.31'"):
         meltemi.simulate_batch([run_of(8.0)], device="cuda")
 
 

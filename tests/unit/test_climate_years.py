@@ -13,7 +13,7 @@ import pytest
 from meltemi import Turbine
 from meltemi.environment.climate import MONTH_HOURS, load_climate
 from meltemi.environment.drops import water_content
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi_papers.palanimuthu2022.beyond import climate as part
 from meltemi_papers.palanimuthu2022.beyond.climate.response import (
     ICED,

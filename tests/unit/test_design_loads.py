@@ -13,8 +13,9 @@ import pytest
 from synthetic_base import small_plan, synthetic_base
 
 from meltemi.core.errors import InputError, Status
-from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads, design_tables, write_design_loads
+from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads, design_tables
 from meltemi.loadbase.plan import Plan
+from meltemi.loadbase.report import write_design_loads
 from meltemi.loadbase.settings import DesignSettings
 from meltemi.loadbase.signals import tower_radius
 from meltemi.loadbase.ultimate import speed_shares
@@ -205,10 +206,10 @@ def test_too_few_seeds_are_told_and_take_no_part(extrapolated: tuple[Plan, Path]
     of, folder = extrapolated
     few = replace(of, cases=tuple(c for c in of.cases if c.variant.speed != 13.0 or c.variant.seed <= 5))
     design = evaluated(folder, few)
-    assert "DLC 1.1: 13 m/s have fewer than 6 seeds: not in the extrapolation." in design.notes
+    assert "DLC 1.1: 13 m/s have fewer than 6 seeds and are not extrapolated." in design.notes
     assert evaluated(folder, of).notes == ()
     none = evaluated(folder, replace(of, cases=tuple(c for c in of.cases if c.variant.seed <= 5)))
-    assert any("takes no part" in note for note in none.notes)
+    assert any("not evaluated" in note for note in none.notes)
     assert ("tower_base", "My max") not in none.ultimate.index and none.extrapolations == ()
 
 
@@ -351,13 +352,13 @@ def test_gaps_stand_beside_the_numbers(tmp_path: Path) -> None:
     design = evaluated(tmp_path, of)
     found = design.problems
     assert found["state"].value_counts().to_dict() == {"missing": 4, "failed": 1, "doubtful": 1, "warned": 1}
-    assert found.at[names[0], "meaning"].startswith("no loads") and "shorter" in found.at[names[0], "meaning"]
-    assert "strikes the tower" in found.at[names[9], "meaning"]
+    assert found.at[names[0], "meaning"].startswith("no results") and "shorter" in found.at[names[0], "meaning"]
+    assert "tower strike" in found.at[names[9], "meaning"]
     assert "overspeed" in found.at[names[10], "meaning"]
     line = design.coverage.loc["1.3"]
     assert line[["cases", "ok", "warned", "doubtful", "failed", "missing"]].tolist() == [9, 6, 1, 1, 0, 1]
     assert not line["complete"]
-    assert "DLC 1.3 (1.3): 1 of 9 cases take no part: extreme loads may be larger." in design.notes
+    assert "DLC 1.3 (1.3): 1 of 9 cases have no results: extreme loads may be underestimated." in design.notes
     assert set(design.by_row["lacking"]) == {1}
     # all cases of 1.2 at 11.4 m/s are missing, one of three at 3 m/s
     share = {
@@ -365,7 +366,7 @@ def test_gaps_stand_beside_the_numbers(tmp_path: Path) -> None:
     }
     lost = next(c.weight.share for c in of.cases if c.name == names[0])
     assert design.covered == pytest.approx(1.0 - (share[11.4] + lost) / sum(share.values()))
-    assert "of the repetitions have no case" in design.coverage.at["1.2", "meaning"]
+    assert "of the occurrences have no case" in design.coverage.at["1.2", "meaning"]
 
 
 def test_missing_seeds_leave_their_time_to_the_others(tmp_path: Path) -> None:
@@ -420,9 +421,10 @@ def test_tables_as_files(fatigue_base: tuple[Plan, Path], tmp_path: Path) -> Non
     files = write_design_loads(design, tmp_path / "tables")
     kept = pd.read_csv(tmp_path / "tables" / "fatigue.csv", index_col="channel")
     assert kept.at[MY, "4.0"] == pytest.approx(design.fatigue.at[MY, 4.0], rel=1e-12)
-    sheets = pd.read_excel(files[-1], sheet_name=None)
-    assert sheets["fatigue"].set_index("channel").at[MY, 4.0] == pytest.approx(design.fatigue.at[MY, 4.0], rel=1e-12)
-    assert sheets.keys() | {"markov"} == {path.stem for path in files[:-1]} == design_tables(design).keys()
+    sheet = pd.read_excel(files[-1], sheet_name="Fatigue loads", skiprows=2)
+    value = sheet.set_index("channel").at[MY.replace("_", " "), "m = 4"]  # in kN m
+    assert value == pytest.approx(1e-3 * design.fatigue.at[MY, 4.0], rel=1e-12)
+    assert {path.stem for path in files[:-1]} == design_tables(design).keys()
     cycles = pd.read_csv(tmp_path / "tables" / "markov.csv")
     assert cycles[cycles["channel"] == MY]["cycles"].sum() == pytest.approx(design.markov[MY].counts.sum())
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from meltemi import InputError, Result
 from meltemi.postprocess.difference import compare_results, most_different
 from meltemi.report.difference_plots import PANELS, difference_rows, plot_differences, short_difference_rows
-from meltemi.simulation.channels import Channel, catalogue
+from meltemi.simulation.channels import Channel, Contents, catalogue
 
-KNOWN = catalogue(n_nodes=6)
+KNOWN = catalogue(Contents(nodes=6))
 LABELS = ("a", "b")
 
 

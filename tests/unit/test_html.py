@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from meltemi import InputError
-from meltemi.report.charts import chosen
-from meltemi.report.html import Code, Picture, Section, Table, folded, page, result_first, write_page
+from meltemi.report.blocks import Code, Document, Folded, Picture, Section, Table, chosen
+from meltemi.report.html import html_of, page, result_first, write_page
 
 PNG = b"\x89PNG\r\n\x1a\n and so on"
 TABLE = Table(
@@ -66,7 +66,7 @@ class Reader(HTMLParser):
 
 @pytest.fixture(scope="module")
 def text() -> str:
-    return page("A & B", SECTIONS, facts=[("turbine", "<mine>")], lead="It works.", footer="meltemi 0.1.0")
+    return page(Document("A & B", SECTIONS, facts=[("turbine", "<mine>")], lead="It works.", footer="meltemi 0.1.0"))
 
 
 @pytest.fixture(scope="module")
@@ -115,25 +115,29 @@ def test_it_fits_a_phone(read: Reader) -> None:
 
 
 def test_a_short_page_has_no_list_of_sections() -> None:
-    assert "<nav" not in page("short", SECTIONS[:2])
+    assert "<nav" not in page(Document("short", SECTIONS[:2]))
 
 
 def test_pictures_may_be_files(tmp_path: Path) -> None:
     (tmp_path / "one.png").write_bytes(PNG)
-    written = write_page(tmp_path / "page.html", "files", [Section("one", [Picture(tmp_path / "one.png", "it")])])
+    written = write_page(
+        tmp_path / "page.html", Document("files", [Section("one", [Picture(tmp_path / "one.png", "it")])])
+    )
     found = Reader(written.read_text(encoding="utf-8"))
     assert base64.b64decode(found.values("src")[0].partition(",")[2]) == PNG
     assert found.values("alt") == ["it"]
     with pytest.raises(InputError, match=r"two\.png: cannot be read"):
-        page("files", [Section("two", [Picture(tmp_path / "two.png")])])
+        page(Document("files", [Section("two", [Picture(tmp_path / "two.png")])]))
     with pytest.raises(InputError, match=r"page\.html: cannot be written"):
-        write_page(tmp_path / "no" / "page.html", "files", [])
+        write_page(tmp_path / "no" / "page.html", Document("files", []))
 
 
 def test_long_cells_are_broken_and_numbers_are_not() -> None:
     """Verdicts of wide tables lay outside a window of 1200 pixels."""
     text = page(
-        "a", [Section("b", [Table(["what", "value"], [["a claim of more than a few words", "-34.0 ± 3.0 %"]])])]
+        Document(
+            "a", [Section("b", [Table(["what", "value"], [["a claim of more than a few words", "-34.0 ± 3.0 %"]])])]
+        )
     )
     assert '<th scope=row class="text wrap">a claim' in text
     assert "<td>-34.0\u00a0±\u00a03.0\u00a0%" in text
@@ -141,7 +145,7 @@ def test_long_cells_are_broken_and_numbers_are_not() -> None:
 
 
 def test_symbols_are_set_and_names_are_not() -> None:
-    text = page("a", [Section("b", ["C_p and ω_l of root_moment_1, f_x(t), x_max", Table(["K_T"], [["9"]])])])
+    text = page(Document("a", [Section("b", ["C_p and ω_l of root_moment_1, f_x(t), x_max", Table(["K_T"], [["9"]])])]))
     assert "<p><i>C</i><sub>p</sub> and <i>ω</i><sub>l</sub> of root_moment_1, f_x(t), x_max</p>" in text
     assert "<th scope=col class=text><i>K</i><sub>T</sub></th>" in text
 
@@ -149,17 +153,17 @@ def test_symbols_are_set_and_names_are_not() -> None:
 def test_tables_sort_and_numbers_keep_their_digits() -> None:
     """Thousands stand apart without a character between them: a cell is copied and sorted as a number."""
     rows = [["a", "153586", "12345.67 ± 123"], ["b", "0.123456", "2024"], ["c", "-98765", "4 of 5"]]
-    text = page("a", [Section("b", [Table(["what", "one", "two"], rows)])])
+    text = page(Document("a", [Section("b", [Table(["what", "one", "two"], rows)])]))
     assert (
         '<table class="sortable">' in text and "<td>153<i>586</i></td><td>12<i>345</i>.67\u00a0±\u00a0123</td>" in text
     )
     assert "<td>0.123456</td><td>2024</td>" in text and "<td>-98<i>765</i></td>" in text
     assert Reader(text).open == []
-    assert 'class="sortable"' not in page("a", [Section("b", [TABLE])]), "two rows need no sorting"
+    assert 'class="sortable"' not in page(Document("a", [Section("b", [TABLE])])), "two rows need no sorting"
 
 
 def test_long_and_wide_tables_stay_within_the_page() -> None:
-    text = page("a", [Section("b", [Table([str(i) for i in range(14)], [["x"] * 14] * 30)])])
+    text = page(Document("a", [Section("b", [Table([str(i) for i in range(14)], [["x"] * 14] * 30)])]))
     assert '<div class="wide tall many" tabindex="0">' in text
     assert ".wide { overflow-x: auto;" in text and ".wide.tall { max-height: 75vh; overflow: auto;" in text
 
@@ -180,15 +184,14 @@ def test_there_are_rules_for_paper_dark_and_narrow_screens(text: str) -> None:
 
 def test_pictures_enlarge_and_blocks_fold(text: str) -> None:
     assert '<figure class="picture"><img' in text and "figure.large" in text and 'class: "enlarge"' in text
-    assert folded("3 < 4", "words").html == "<details><summary>3 &lt; 4</summary><p>words</p></details>"
-    assert folded("a", TABLE, unfolded=True).html.startswith("<details open>")
+    assert html_of(Folded("3 < 4", "words")) == "<details><summary>3 &lt; 4</summary><p>words</p></details>"
+    assert html_of(Folded("a", TABLE, unfolded=True)).startswith("<details open>")
 
 
 def test_reader_chooses_one_of_several_parts() -> None:
     blocks = chosen("Interface", [("a <b>", ["one"]), ("c", [TABLE])])
-    text = page("a", [Section("b", blocks), Section("c", chosen("x", [("only", ["one"])]))])
+    text = page(Document("a", [Section("b", blocks), Section("c", chosen("x", [("only", ["one"])]))]))
     assert text.count("<option>") == 2 and "<option>a &lt;b&gt;</option>" in text and Reader(text).open == []
-    assert 'class="choose all"' in page("a", [Section("b", chosen("x", [("a", []), ("b", [])], print_all=True))])
 
 
 def test_the_first_sentence_leads() -> None:
@@ -197,7 +200,7 @@ def test_the_first_sentence_leads() -> None:
         '<div class="lead"><p>3 of 4 claims hold.</p>'
         "<ul><li>At 9.9 rpm loads fall by 2. 5 of them matter.</li><li>All &lt; 1.</li></ul></div>"
     )
-    assert Reader(page("a", [], lead=found)).open == []
+    assert Reader(page(Document("a", [], lead=found))).open == []
     assert "<ul>" not in result_first("It works.").html
 
 
@@ -220,9 +223,9 @@ document.body.innerHTML = `<pre>${told.join(" ")}</pre>`;
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium or google-chrome")
 def test_a_browser_sorts_tables_enlarges_pictures_and_unfolds(tmp_path: Path) -> None:
     rows = [["middle", "kN m", "12.5", ""], ["largest", "kN m", "100", ""], ["least", "kN m", "-3", ""]]
-    sections = [Section("Numbers", [replace(TABLE, rows=rows), Picture(PNG, "A picture"), folded("More", "of it")])]
+    sections = [Section("Numbers", [replace(TABLE, rows=rows), Picture(PNG, "A picture"), Folded("More", "of it")])]
     file = tmp_path / "page.html"
-    file.write_text(page("Page", sections).replace("</body>", ACT + "</body>"), encoding="utf-8")
+    file.write_text(page(Document("Page", sections)).replace("</body>", ACT + "</body>"), encoding="utf-8")
     how = ("--headless=new", "--no-sandbox", "--disable-gpu", "--dump-dom", f"--user-data-dir={tmp_path / 'profile'}")
     made = subprocess.run([str(BROWSER), *how, file.as_uri()], capture_output=True, text=True, timeout=60.0, check=True)
     assert "<pre>least largest true false true</pre>" in made.stdout

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import hmac
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -16,7 +19,7 @@ import numba
 import numpy as np
 import pytest
 
-from meltemi.core import kernel
+from meltemi.core import kernel, private
 
 
 @pytest.fixture
@@ -128,7 +131,7 @@ def test_without_the_variable_the_users_cache_is_used(
     fresh: Path, sources: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.delenv("MELTEMI_CACHE_DIR")
-    monkeypatch.setattr(kernel.platformdirs, "user_cache_dir", lambda name: str(tmp_path / "home" / name))
+    monkeypatch.setattr(private.platformdirs, "user_cache_dir", lambda name: str(tmp_path / "home" / name))
     assert folder().parent == tmp_path / "home" / "meltemi" / "kernels"
 
 
@@ -172,7 +175,7 @@ def test_a_new_folder_is_cold_until_the_time_loop_is_compiled(fresh: Path, sourc
 
 SCRIPT = """
 import numpy, sys
-from meltemi.core import kernel
+from meltemi.core import kernel, private
 from meltemi.maths.solve import cholesky
 A = numpy.array([[4.0, 0.0], [2.0, 5.0]])
 cholesky(A, 2)
@@ -225,8 +228,9 @@ def test_a_kernel_that_only_kernels_call_is_kept_without_machine_code(tmp_path: 
 
 def test_kernels_work_where_nothing_can_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("not a folder")
-    place, signatures, _, cold = run(tmp_path / "file")
+    place, signatures, _, cold, *said = run(tmp_path / "file")
     assert (place, signatures, cold) == ("None", "1", "True")
+    assert " ".join(said).startswith("machine code cannot be kept in")
 
 
 def test_processes_that_start_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
@@ -280,12 +284,57 @@ def test_damaged_machine_code_is_compiled_again(tmp_path: Path) -> None:
     assert run(tmp_path) == [place, "1", "0", "True"]
 
 
+class Planted:
+    """Unpickled, it makes a file."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Path.touch, (self.file,)
+
+
+def test_machine_code_of_somebody_else_is_never_unpickled(tmp_path: Path) -> None:
+    """Not with a digest that anybody can compute, nor with a signature by another key."""
+    place, *_ = run(tmp_path / "mine")
+    content = pickle.dumps(Planted(tmp_path / "executed"))
+    for seal in (hashlib.sha256(content).digest(), hmac.digest(b"k" * 32, content, "sha256")):
+        for file in Path(place).rglob("*.nb?"):
+            file.write_bytes(seal + content)
+        assert run(tmp_path / "mine") == [place, "1", "1", "True"]
+    assert not (tmp_path / "executed").exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="folders of users are private there")
+@pytest.mark.parametrize("part", ["", "kernels"])
+def test_a_cache_into_which_others_may_write_is_refused(tmp_path: Path, part: str) -> None:
+    place, *_ = run(tmp_path / "cache")
+    (tmp_path / "cache" / part).chmod(0o777)
+    none, _, _, _, *said = run(tmp_path / "cache")
+    assert none == "None"
+    words = " ".join(said)
+    assert f"machine code cannot be kept in {tmp_path / 'cache' / part}" in words
+    assert "others may write to it; chmod go-w" in words
+    (tmp_path / "cache" / part).chmod(0o700)
+    assert run(tmp_path / "cache") == [place, "1", "0", "True"]
+
+
+@pytest.mark.skipif(not hasattr(os, "chown") or os.geteuid() != 0, reason="only root gives files away")
+def test_a_cache_of_another_user_is_refused(tmp_path: Path) -> None:
+    run(tmp_path / "cache")
+    os.chown(tmp_path / "cache", 12345, -1)
+    none, *_, words = run(tmp_path / "cache")[0], " ".join(run(tmp_path / "cache"))
+    assert none == "None"
+    assert "belongs to another user" in words
+
+
 NO_ROOM = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))"
 """As on a full disk, for users who may write everywhere, too: files can be made and stay empty."""
 
 
 @pytest.mark.skipif(os.name != "posix", reason="there are no limits of a process")
 def test_where_there_is_no_room_kept_code_is_used_and_the_rest_compiled(tmp_path: Path) -> None:
+    run(tmp_path, script="from meltemi.core import private; private.user_key()")
     place, _, compiled, _, *said = run(tmp_path, NO_ROOM)
     assert compiled == "1"
     assert " ".join(said).startswith(f"machine code cannot be kept in {place} (File too large)")

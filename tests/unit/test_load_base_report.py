@@ -8,22 +8,47 @@ import re
 from html import unescape
 from pathlib import Path
 
+import numpy as np
+import openpyxl
 import pandas as pd
 import pytest
 from synthetic_base import small_plan, synthetic_base
 
 from meltemi.core.errors import InputError, Status
 from meltemi.loadbase import report
+from meltemi.loadbase.axes import axes_of, sketches_of
 from meltemi.loadbase.design import DesignLoads, design_loads
 from meltemi.loadbase.engine import base_table
 from meltemi.loadbase.plan import Plan
+from meltemi.loadbase.project import read_project
 from meltemi.loadbase.report import LOADS, limit_ratios, verdict, write_report
 from meltemi.loadbase.report_comparison import write_base_comparison
-from meltemi.loadbase.report_loads import slopes_of, title_of, unit_of_driver
+from meltemi.loadbase.report_loads import by_speed, slopes_of, title_of, unit_of_driver
 from meltemi.loadbase.settings import DesignSettings, read_settings
-from meltemi.report.charts import Axis, Curve, chart, rounded
-from meltemi.report.html import Table, html_of, stored
+from meltemi.loadbase.wording import event_words
+from meltemi.report.blocks import (
+    Axis,
+    Beside,
+    Case,
+    Chart,
+    Choice,
+    Curve,
+    Document,
+    Drawing,
+    Entry,
+    Folded,
+    Part,
+    Section,
+    Share,
+    Stroke,
+    Table,
+    Verdict,
+)
+from meltemi.report.html import html_of, rounded, stored
 from meltemi.report.turbine_facts import number
+from meltemi.report.word import write_word
+from meltemi.report.workbook import write_workbook
+from meltemi.turbine.library import load_turbine
 
 NASTY = 'blade <1> "struck" & </script> broke'
 TAG = re.compile(r"<[^>]*>")
@@ -91,16 +116,21 @@ def test_page_needs_nothing_else_and_escapes_names(text: str, base: tuple[Plan, 
 def test_what_is_missing_comes_first(text: str, base: tuple[Plan, Path]) -> None:
     top = plain(text.split('<section id="section-1">')[0].split("</style>")[1])
     names = [case.name for case in base[0].cases if case.dlc == "1.3"]
-    assert f"Not complete: 2 of {len(base[0].cases)} cases have no loads" in top
-    assert "1 cases are missing: DLC 1.3 (1)" in top and names[0] in top and names[1] in top and "too far" in top
+    assert f"Incomplete: no results for 2 of {len(base[0].cases)} load cases" in top
+    assert (
+        "1 load cases not yet simulated: DLC 1.3 (1)" in top
+        and names[0] in top
+        and names[1] in top
+        and "too far" in top
+    )
 
 
 def test_a_long_list_of_problems_is_folded(design: DesignLoads, monkeypatch: pytest.MonkeyPatch) -> None:
     """Dozens of warned cases pushed the governing loads down the page."""
     assert len(design.problems[design.problems["state"] != "missing"]) == 2
-    assert "<details open><summary>1 failed, 1 doubtful</summary>" in verdict(design, None).html
+    assert "<details open><summary>1 failed, 1 doubtful</summary>" in html_of(verdict(design, None))
     monkeypatch.setattr(report, "SHOWN", 1)
-    assert "<details><summary>1 failed, 1 doubtful</summary>" in verdict(design, None).html
+    assert "<details><summary>1 failed, 1 doubtful</summary>" in html_of(verdict(design, None))
 
 
 def test_extreme_loads_are_those_of_the_records(text: str, design: DesignLoads) -> None:
@@ -113,7 +143,7 @@ def test_extreme_loads_are_those_of_the_records(text: str, design: DesignLoads) 
             for cells, (_, row) in zip(table, own.iterrows(), strict=True):
                 assert cells[1:9] == [number(float(row[h]) * unit_of_driver(h)[1]) for h in LOADS]
                 assert cells[9:11] == [f"{math.degrees(row[f'{h} angle']):.0f}" for h in ("F_res", "M_res")]
-                assert cells[11] == f"{row.factor:g}" and cells[13] == row.case
+                assert cells[11] == f"{row.factor:g}" and cells[12] == row.case
     (glance,) = rows_of(text, "Ultimate loads, with")
     for cells, place in zip(glance, design.ultimate.index.unique("interface"), strict=True):
         own = design.ultimate.loc[place]
@@ -158,9 +188,9 @@ def test_limits_and_other_bases_give_utilisations(base: tuple[Plan, Path], desig
     ratios = limit_ratios(design, limits)
     assert ratios["ratio"].to_list() == pytest.approx([1.25])
     page = write_report(*base, design=design, limits=limits)[0].read_text(encoding="utf-8")
-    assert "1 utilisations are above 1: tower base Mres max: 1.25" in plain(page) and 'class="bar over"' in page
+    assert "1 utilisation above 1: tower base Mres max: 1.25" in plain(page) and 'class="bar over"' in page
     page = write_report(*base, design=design, against=("other", design))[0].read_text(encoding="utf-8")
-    assert "0 utilisations are above 1" in page and "Bars: utilisation against other" in page
+    assert "0 utilisations above 1" in page and "Bars: utilisation against other" in page
     for wrong, words in (
         ({"ultimate": {"tower_bas": {"M_res max": 1.0}}}, "there is no load 'ultimate tower_bas M_res max'"),
         ({"ultimate": {"tower_base": {"M_res max": "much"}}}, "expected a number other than zero, found 'much'"),
@@ -188,7 +218,7 @@ def test_comparison_has_both_bases(base: tuple[Plan, Path], tmp_path: Path) -> N
 def test_blocks_of_pages() -> None:
     html = html_of(Table(["name", "value\nkN"], [["<b>", 1234.5678], ["x", None]]))
     assert "&lt;b&gt;" in html and ">1235<" in html.replace("1234.6", "1235") and "<b>" not in html
-    drawn = chart("t", Axis("x"), Axis("y", log=True), [Curve("a", [1.0, math.nan], [2.0, 1 / 3], dots=True)]).html
+    drawn = html_of(Chart("t", Axis("x"), Axis("y", log=True), [Curve("a", [1.0, math.nan], [2.0, 1 / 3], dots=True)]))
     content = json.loads(re.search(r">({.*?})<", drawn)[1])  # type: ignore[index]
     assert content["series"][0]["x"] == [1, None] and content["series"][0]["y"] == [2, 0.3333]
     assert "</script><b>" not in stored("a", "</script><b>")
@@ -201,7 +231,151 @@ def test_the_report_has_the_settings_of_the_evaluation(base: tuple[Plan, Path], 
     design = design_loads(*base, read_settings(file))
     assert slopes_of(design.fatigue) == [4.0, 10.0]
     page = write_report(*base, design=design)[0].read_text(encoding="utf-8")
-    assert re.search(r"availability.{1,80}0\.97", page, re.DOTALL)
+    settings = dict(rows_of(page, "Settings of the evaluation")[0])
+    assert settings["slopes m of the S-N curves"] == "4, 10"
+    assert settings["strengths for the mean correction of cycles by the line of Goodman"] == "none"
+    assert settings["clearance of an undeflected tip from the surface of the tower"].endswith(" m")
+    assert "0.97" in settings.values()
     file.write_text("availabilty: 0.97\n")
     with pytest.raises(InputError, match="availability"):
         read_settings(file)
+
+
+def test_nothing_is_written_as_a_program_writes_it(text: str) -> None:
+    """Settings were None, {} and 0.10471975511965977."""
+    for row in [*rows_of(text, "Settings of")[0], *rows_of(text, "Values from practice")[0]]:
+        assert not re.search(r"None|True|False|[{}]|\d\.\d{7}", row[-1]), row
+    events = [row[-1] for row in rows_of(text, "Values from practice")[0] if row[1] == "events"]
+    assert event_words({"type": "sensor_offset", "sensor": "pitch_1", "offset": math.radians(6.0)}).endswith("6 deg")
+    assert event_words({"type": "pitch_runaway", "blade": 1, "rate": "-emergency_rate", "after": 2.5}) == (
+        "pitch runaway, blade 1, rate -emergency rate, after 2.5 s"
+    )
+    assert all("rad" not in each for each in events)
+
+
+def test_no_interval_without_one(text: str, design: DesignLoads) -> None:
+    """One seed has no confidence interval."""
+    assert design.energy is not None and math.isnan(design.energy.half_width)
+    assert "Annual energy production" in text and "confidence interval" not in text
+
+
+def test_axes_have_a_sketch_for_each_interface(text: str, design: DesignLoads) -> None:
+    places = design.ultimate.index.unique("interface")
+    (axes,) = rows_of(text, "Axes of the interfaces")
+    assert [row[0] for row in axes] == [title_of(place) for place in places]
+    assert {row[0]: row[-1] for row in axes}["tower base"].split(", ")[4] == "TwrBsMyt"
+    sketches = re.findall(r'<svg class="sketch".*?</svg>', text)
+    assert len(sketches) == 2 * len(places)
+    for place in places:
+        drawings = [s for s in sketches if f'aria-label="{title_of(place)}, ' in s]
+        assert [sorted(re.findall(r">([xyz])</text>", s)) for s in drawings] == [["x", "y", "z"]] * 2
+
+
+@pytest.mark.parametrize("name", ["blade_root", "hub_rotating", "hub_fixed", "tower_base"])
+def test_drawn_axes_are_right_handed(name: str) -> None:
+    """In the side view x and z are drawn and y enters; looking downwind y and z are, and x enters."""
+    turbine = load_turbine("nrel5mw")
+    for drawing, drawn in zip(sketches_of(name, axes_of(name, turbine)), ("xz", "yz"), strict=True):
+        found = {s.label: s for s in drawing.strokes if s.label}
+        assert found.keys() == {"x", "y", "z"}
+        one, two = (complex(*(b - a for a, b in zip(*found[axis].points, strict=True))) for axis in drawn)
+        turn = (one.conjugate() * two).imag / abs(one) / abs(two)
+        # z x x = y: x to the right, z up, y enters; y x z = x: y to the left, z up, x enters
+        assert turn == pytest.approx(1.0 if drawn == "xz" else -1.0)
+        assert found["y" if drawn == "xz" else "x"].kind == "into"
+
+
+def test_title_block_of_a_file(
+    base: tuple[Plan, Path], design: DesignLoads, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("docx")
+    monkeypatch.setattr("meltemi.report.word._figures", lambda blocks: iter(()))  # drawn in the next test
+    file = tmp_path / "project.yaml"
+    file.write_text("project: Site A\nauthor: A. Smith\nrevision: 2\ndate: 2026-05-04\n")
+    title = read_project(tmp_path)
+    assert title is not None and title == read_project(base[1], file) and title.revision == "2"
+    page, word, excel, *_ = write_report(*base, design=design, project=title, word=True)
+    html = page.read_text(encoding="utf-8")
+    assert '@bottom-left { content: "Site A, revision 2, 2026-05-04"' in html
+    for name, value in (("Project", "Site A"), ("Author", "A. Smith"), ("Revision", "2"), ("Date", "2026-05-04")):
+        assert f"<dt>{name}</dt><dd>{value}</dd>" in html
+    same_content(word, excel, html)
+    file.write_text("projekt: Site A\n")
+    with pytest.raises(InputError, match="did you mean 'project'"):
+        read_project(base[1], file)
+    assert read_project(tmp_path / "nowhere") is None
+
+
+def same_content(word: Path, excel: Path, html: str) -> None:
+    """The tables of the page are in the Word and in the Excel file."""
+    docx = pytest.importorskip("docx").Document(str(word))
+    captions = {plain(c).replace("\u00a0", " ") for c in re.findall(r"<caption>.*?</caption>", html)}
+    paragraphs = [p.text for p in docx.paragraphs]
+    assert (
+        captions <= {p.replace("_res", "res") for p in paragraphs}
+        and "Site A, revision 2" in docx.sections[0].footer.paragraphs[0].text
+    )
+    assert len(docx.tables) > len(captions)
+    book = openpyxl.load_workbook(excel)
+    assert book.sheetnames[0] == "Report" and "Extreme loads, tower base" in book.sheetnames
+    cells = [cell for sheet in book for row in sheet.iter_rows() for cell in row if cell.value is not None]
+    assert captions <= {str(cell.value).replace("_res", "res") for cell in cells}
+    sheet = book["Extreme loads, tower base"]
+    head = [cell.value for cell in sheet[2]]
+    assert head[:2] == ["extreme", "Fx [kN]"] and "M_res [kN m]" in head
+    numbers = [cell for cell in sheet[3][1:9] if isinstance(cell.value, int | float)]
+    assert len(numbers) == 8 and all(re.fullmatch(r"0(\.0{1,3})?", cell.number_format) for cell in numbers)
+    assert all(7 <= sheet.column_dimensions[c].width <= 60 for c in "ABC")
+
+
+def test_every_kind_of_block_is_in_a_word_file_and_a_workbook(tmp_path: Path) -> None:
+    library = pytest.importorskip("docx")
+    line = Chart("Line", Axis("wind", "m/s"), Axis("load", "kN"), [Curve("a", [3, 5], [1, 2]), Curve("b", [5], [7])])
+    rose = Chart("Rose", Axis("angle", "deg"), Axis("load", "kN", start=0.0), [Curve("a", [0, 90], [1, 2])], polar=True)
+    cases = [Entry(12345.678, Case("c1", text="DLC 1.3"), 1.25), Share(0.5), None, Case("c2")]
+    table = Table(["name", "load\nkN", "share\n%", "x", "case"], [["one", *cases]], "Loads", note="a note")
+    drawing = Drawing(
+        "axes", [Stroke([(0, 0), (9, 9)], "axis", "x"), Stroke([(5, 5)], "into", "y")], caption="a sketch"
+    )
+    choice = Choice("Interface", [Part("hub", [table]), Part("tower", [line])])
+    listed = Table(["case"], [["c1"]], paper="See plan.csv.")
+    lead = Verdict("bad", "Incomplete", ["a line"], Folded("1 failed", Table(["case"], [["c9"]])))
+    document = Document(
+        "T", [Section("One", ["words", Beside([line, rose, drawing]), choice, listed])], [("a", "b")], lead
+    )
+    word = library.Document(str(write_word(tmp_path / "a.docx", document)))
+    texts = [p.text for p in word.paragraphs]
+    assert {"T", "One", "words", "Incomplete", "a line", "Loads", "a note", "See plan.csv."} <= {*texts}
+    assert len(word.inline_shapes) == 4 and "Line; Rose; a sketch" in texts
+    rows = [[cell.text for cell in row.cells] for row in word.tables[2].rows]
+    assert rows == [["name", "load\nkN", "share\n%", "x", "case"], ["one", "12346; 1.25; DLC 1.3", "50.0", "", "c2"]]
+    book = openpyxl.load_workbook(write_workbook(tmp_path / "a.xlsx", document))
+    assert book.sheetnames == ["Report", "One", "One, hub", "One, tower"]
+    assert [cell.value for cell in book["One, hub"][3]] == ["one", 12345.678, 50, None, "c2"]
+    assert book["One, hub"]["B3"].number_format == "0" and book["One, hub"]["B2"].value == "load [kN]"
+    points = [[cell.value for cell in row] for row in book["One, tower"].iter_rows()]
+    assert points[1:] == [["wind [m/s]", "a [kN]", "b [kN]"], [3, 1, None], [5, 2, 7]]
+
+
+def test_a_locked_rotor_without_a_blade_in_front_of_the_tower_has_no_clearance(tmp_path: Path) -> None:
+    """DLC 7.1 and 8.1 had deflections of -67 m, 312 % of the undeflected clearance."""
+    (tmp_path / "away").mkdir()
+    planned = synthetic_base(tmp_path, small_plan(("1.3", "8.1"), quick=False, seeds=1, yaw_error=0.0))
+    azimuths = {case.variant.azimuth for case in planned.cases if case.row == "8.1"}
+    assert azimuths == {0.0, 30.0, 60.0, 90.0}
+    found = design_loads(planned, tmp_path).clearance
+    assert "-a60-" in found.at["8.1", "case"]  # blade 2 points down
+    away = synthetic_base(tmp_path / "away", small_plan(("1.3", "8.1")))  # azimuth 0 only
+    assert list(design_loads(away, tmp_path / "away").clearance.index) == ["1.3"]
+
+
+def test_damage_by_wind_speed_ends_at_the_bins(design: DesignLoads) -> None:
+    """Lines joined the speeds of production and idling, and went on beyond the last bin."""
+    slopes = slopes_of(design.fatigue)
+    drawn = by_speed(design, "tower_base_moment_fore_aft", slopes)
+    c, own = design.plan.campaign, design.shares.loc["tower_base_moment_fore_aft"]
+    x, y = (np.asarray(each) for each in (drawn.curves[0].x, drawn.curves[0].y))
+    assert x[0] == c.cut_in and c.cut_out in x and x[-1] == max(c.cut_out, own.index.get_level_values("speed").max())
+    assert y[::2].sum() == pytest.approx(100.0) and np.array_equal(y[::2], y[1::2])
+    beyond = own[own.index.get_level_values("speed") > c.cut_out][slopes[0]].sum()
+    assert y[-1] == pytest.approx(100.0 * beyond)

@@ -9,13 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from meltemi.control.load_control import HarmonicLoop, LoadControl
+from meltemi.controllers import schemes
+from meltemi.controllers.specification import LibraryCase
 from meltemi.core.errors import InputError
 from meltemi.loadbase.campaign import Campaign, make_campaign, read_campaign, write_campaign
+from meltemi.loadbase.jobs import Workshop, jobs_of
 from meltemi.loadbase.plan import plan
 from meltemi.loadbase.ranges import numbers
 from meltemi.loadbase.situations import OPERATING
 from meltemi.loadbase.table import load_table
-from meltemi.loadcases.case import LibraryCase, case_wind
+from meltemi.loadcases.case import case_wind
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import unusual
 from meltemi.wind.iec.gusts import EDC_TIME, EOG_TIME, EWS_TIME, RISE_TIME
@@ -142,11 +146,28 @@ def test_other_controllers_stop_by_pitch_and_do_not_start() -> None:
     baseline = plan(campaign(quick=True, controller={"kind": "baseline"}))
     assert not baseline.missing() and baseline.case("dlc4.1-25").content["controller"]["kind"] == "supervised"
     assert baseline.case("dlc2.1-25-grid_loss-s01").content["events"] == lost
-    library = campaign(controller={"kind": "bladed", "library": "law.so", "input": "law.in"}).controller
-    assert isinstance(library, LibraryCase) and Path(library.library).is_absolute()
-    assert library.input == str(Path("law.in").absolute())
     with pytest.raises(InputError, match="controller: fixed holds torque and pitch"):
         campaign(controller={"kind": "fixed"})
+
+
+def test_a_library_is_there_and_works_when_the_plan_is_made(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("law.so").write_bytes(library.read_bytes())
+    Path("law.in").write_text("count")
+    found = campaign(controller="law.so@law.in").controller
+    assert isinstance(found, LibraryCase) and Path(found.library) == tmp_path / "law.so"
+    assert found.input == str(tmp_path / "law.in")
+    for name, words in (
+        ("law.so@low.in", "input file .*low.in: no such file; did you mean 'law.in'"),
+        ("lew.so", "library .*lew.so: no such file; did you mean 'law.so'"),
+    ):
+        with pytest.raises(InputError, match=words):
+            campaign(controller=name)
+    Path("law.in").write_text("crash 0.0")
+    with pytest.raises(InputError, match=r"library law.so with law.in' fails in its first steps: .*SIGSEGV"):
+        campaign(controller="law.so@law.in")
 
 
 def test_the_time_of_all_states_is_the_lifetime() -> None:
@@ -232,3 +253,36 @@ def test_excel_round_trip(tmp_path: Path) -> None:
     book.save(path)
     with pytest.raises(InputError, match=r"sheet cases, row 4: two rows have the name '1\.2'"):
         read_excel(path, 4)
+
+
+def test_schemes_and_python_files_in_a_load_base(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scheme has its supervisor and gains when it is planned; what no scheme touches is the same in all bases."""
+    loop = HarmonicLoop(harmonic=2, actuator="flap", integral_gain=1e-8)
+    gains = {"cpfc": LoadControl(loops=(loop,))}
+    monkeypatch.setattr(schemes, "tuned_schemes", lambda model, names, **given: (gains, {}))
+    mine = tmp_path / "mine.py"
+    mine.write_text(
+        "import meltemi\ndef controller(turbine):\n    law = meltemi.control.BaselineController(turbine)\n"
+        "    def update(state, measured, demands, dt):\n        law.update(state, measured, demands, dt)\n"
+        "    return meltemi.Controller(update, init=law.init)\n"
+    )
+    plans = {name: plan(campaign(quick=True, controller=name)) for name in ("supervised", "cpfc", str(mine))}
+    keys = {name: {job.name: job.key for job in jobs_of(found)} for name, found in plans.items()}
+    for name, found in plans.items():
+        same = {case for case, key in keys[name].items() if key == keys["supervised"][case]}
+        parked = {c.name for c in found.cases if c.setting.row.situation in ("idling", "locked")}
+        assert parked <= same and (same == parked or name == "supervised")
+    cpfc = plans["cpfc"].case("dlc1.2-25-y0-s01").content["controller"]
+    assert (cpfc["kind"], cpfc["scheme"], len(cpfc["load"]["loops"])) == ("supervised", "cpfc", 1)
+    assert plans["cpfc"].case("dlc4.1-25").content["controller"]["load"] == cpfc["load"]
+    found = plans[str(mine)]
+    assert found.case("dlc1.2-25-y0-s01").content["controller"] == {"kind": "python", "file": str(mine)}
+    assert [*found.missing().values()] == [["3.1", "3.2", "3.3"]]
+    run = Workshop().run(next(j for j in jobs_of(plans["cpfc"]) if j.name == "dlc1.2-25-y0-s01"))
+    assert "flap_1_angle_1" in run.channels and run.model.turbine.flaps  # type: ignore[union-attr]
+    before = keys[str(mine)]["dlc1.2-25-y0-s01"]
+    mine.write_text(mine.read_text() + "\n# changed\n")
+    assert next(j.key for j in jobs_of(found) if j.name == "dlc1.2-25-y0-s01") != before
+    mine.write_text("def controller(turbine):\n    return turbin\n")
+    with pytest.raises(InputError, match=r"controller\(turbine\) raised NameError: name 'turbin'"):
+        campaign(controller=str(mine))

@@ -193,11 +193,47 @@ def test_the_time_step_follows_from_the_highest_frequency(name: str, step: float
         return dt, output
 
     assert steps("a") == (step, 0.05)
-    assert steps("b", beamdyn=True) == (0.001, 0.05)
+    assert steps("b", beamdyn=True) == (0.01, 0.05)
     assert steps("c", options=ModelOptions(locked=("drivetrain",)))[0] >= step
     for how in ({"time_step": 0.004}, {"options": ModelOptions(time_step=0.004)}):
         dt, output = steps("d", **how)
         assert dt == 0.004 and output / dt == pytest.approx(round(output / dt), abs=1e-12)
+
+
+def numbers(folder: Path, file: str, *names: str) -> list[float]:
+    """Values of keywords of a written file."""
+    read = read_input(folder / file, "any")
+    return [float(read.require([name], "").values[0]) for name in names]
+
+
+@pytest.mark.parametrize(("beamdyn", "coupling"), [(False, 1), (True, 3)], ids=["elastodyn", "beamdyn"])
+def test_beamdyn_is_coupled_implicitly(beamdyn: bool, coupling: int, turbine: Turbine, tmp_path: Path) -> None:
+    """Loose coupling would need 1 ms; elements of order 5 are coarse for blades of 138 m."""
+    write(turbine, tmp_path, beamdyn=beamdyn)
+    assert numbers(tmp_path, "nrel5mw.fst", "ModCoupling") == [coupling]
+    assert numbers(tmp_path, "BeamDyn.dat", "order_elem") == [10]
+
+
+def test_the_held_pitch_is_neutral(turbine: Turbine, tmp_path: Path) -> None:
+    """Without a controller OpenFAST holds PitNeut, whatever BlPitch is."""
+    write(turbine, tmp_path, pitch=0.1)
+    held = numbers(tmp_path, "ServoDyn.dat", "PitNeut(1)", "PitNeut(2)", "PitNeut(3)")
+    assert held + numbers(tmp_path, "ElastoDyn.dat", "BlPitch(1)") == pytest.approx([math.degrees(0.1)] * 4)
+
+
+@pytest.mark.parametrize("excess", [None, 1.0, 1.000004, 1.08])
+def test_openfast_accepts_the_torque_law(excess: float | None, turbine: Turbine, tmp_path: Path) -> None:
+    """VS_Rgn2K VS_RtGnSp^2 must not be above VS_RtTq: region 2 ends earlier; optimal gain and rated torque stay."""
+    law = turbine.control.torque
+    rated = law.rated_power / law.rated_speed
+    gain = law.optimal_gain if excess is None else excess * rated / law.rated_speed**2
+    written = write(turbine.replace(**{"control.torque.optimal_gain": gain}), tmp_path)
+    K, speed, torque = numbers(tmp_path, "ServoDyn.dat", "VS_Rgn2K", "VS_RtGnSp", "VS_RtTq")
+    assert K * speed**2 < torque
+    assert (K, torque) == pytest.approx((gain * (math.pi / 30.0) ** 2, rated))
+    earlier = 1.0 / math.sqrt(max(excess or 0.0, 1.0))
+    assert speed * math.pi / 30.0 / law.rated_speed == pytest.approx(earlier, rel=2e-6)
+    assert (excess == 1.08) == ("rated speed of the torque law" in {note.what for note in written.notes})
 
 
 def test_polars_are_fit_for_openfast(turbine: Turbine, tmp_path: Path) -> None:

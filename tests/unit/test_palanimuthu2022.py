@@ -13,7 +13,7 @@ from meltemi import InputError
 from meltemi.app.cli import app
 from meltemi.control.power_control.rotor import rotor_tables
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.report.plots import new_figure
 from meltemi.simulation.channels import standard
 from meltemi.simulation.performance import performance_of

@@ -9,7 +9,7 @@ import pytest
 
 import meltemi_papers
 from meltemi.core.physics import PHYSICS
-from meltemi.report.html import Code, Section, Table
+from meltemi.report.blocks import Code, Section, Table
 from meltemi_papers.claim import UNCHECKED, Claim, claims_of, claims_table, reasons_of, rows_of
 from meltemi_papers.commands import STUDIES
 from meltemi_papers.he2018.claims import KINDS

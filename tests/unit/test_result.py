@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Callable
 from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import meltemi
 from meltemi import InputError, Result, RunError, Status
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.tables import early_extremes, number, statistics_rows, write_csv
@@ -85,7 +87,7 @@ def test_a_run_that_ended_early_raises_with_its_reason(status: Status) -> None:
         ended(status, "at t = 3 s: because").raise_for_status()
     with pytest.raises(RunError) as caught:
         ended(status).raise_for_status()
-    assert str(caught.value) == status.message
+    assert str(caught.value) == status.message and caught.value.result.status is status
 
 
 def test_labelled_arrays(result: Result) -> None:
@@ -117,13 +119,32 @@ def test_statistics_are_in_units_for_people(result: Result) -> None:
         assert found == pytest.approx([factor * v for v in expected], rel=1e-12, abs=1e-12)
 
 
-def test_statistics_of_nothing_are_no_numbers() -> None:
-    assert ended(Status.DIVERGED).statistics()[["mean", "std", "min", "max"]].isna().all(axis=None)
+@pytest.mark.parametrize(
+    "evaluate",
+    [Result.statistics, equivalent_loads, meltemi.plot, meltemi.loads.summary, statistics_rows, lambda r: r.evaluated],
+)
+def test_nothing_cannot_be_evaluated(result: Result, evaluate: Callable[[Result], Any]) -> None:
+    with pytest.raises(InputError, match=r"^the result has no samples.*: at t = 3 s: because$"):
+        evaluate(ended(Status.DIVERGED, "at t = 3 s: because"))
+    late = replace(result, meta={"transient": 60.0})
+    if evaluate is not meltemi.plot:
+        with pytest.raises(InputError, match="none after its initial transient$"):
+            evaluate(late)
+    assert "empty" in ended(Status.DIVERGED)._repr_html_() and not late.sampled
+    with pytest.raises(InputError, match="one sample"):
+        equivalent_loads(result.between(0.0, 0.0))
+
+
+def test_a_table_of_the_series(result: Result) -> None:
+    table = result.to_pandas()
+    assert list(table.columns) == list(NAMES) and table.attrs["units"]["pitch_1"] == "rad"
+    np.testing.assert_array_equal(table["pitch_1"].to_numpy(), COLUMNS[1])
+    np.testing.assert_array_equal(table.index.to_numpy(), TIME)
 
 
 def test_a_result_says_what_it_is(result: Result) -> None:
     assert repr(result) == "<Result: 4 channels, 0 to 10 s, OK>"
-    assert repr(ended(Status.DIVERGED)) == "<Result: 1 channels, empty, DIVERGED>"
+    assert repr(ended(Status.DIVERGED, "because")) == "<Result: 1 channels, empty, DIVERGED; because>"
     html = result._repr_html_()
     assert "<table" in html
     for name in NAMES:
@@ -151,11 +172,6 @@ def test_rows_of_the_statistics(result: Result) -> None:
     assert rows[2][3:] == ["8010", number(np.std(COLUMNS[2]) * 1e-3), "7000", "9000", "2000"]
     assert equivalent_loads(result)["root_moment_out_of_plane_1"] == pytest.approx(2e6, rel=1e-9)
     assert [row[-1] for row in rows] == ["", "", "2000", ""]
-
-
-def test_rows_of_nothing() -> None:
-    _, rows = statistics_rows(ended(Status.DIVERGED))
-    assert rows == [["wind_x", "Wind1VelX", "m/s", "-", "-", "-", "-", ""]]
 
 
 def test_tables_survive_a_file(result: Result, tmp_path: Path) -> None:

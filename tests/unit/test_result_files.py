@@ -18,7 +18,7 @@ import meltemi
 from meltemi import InputError, Result
 from meltemi.postprocess.files.openfast import UNITS, Columns, result_of, si_unit
 from meltemi.postprocess.files.outb import packed
-from meltemi.simulation.channels import Channel, catalogue, every_kind, find, standard
+from meltemi.simulation.channels import Channel, Contents, catalogue, every_kind, find, standard
 from meltemi_verification.turbulent import thinned
 
 TIME = np.arange(0.0, 20.01, 0.05)
@@ -136,7 +136,7 @@ def test_units_of_openfast(text: str, si: tuple[str, float]) -> None:
 
 def test_units_lead_to_those_of_the_catalogue() -> None:
     known = {unit for unit, _ in UNITS.values()}
-    assert {c.unit for c in (every_kind() | catalogue(3, 1, 1, 1)).values()} <= known
+    assert {c.unit for c in (every_kind() | catalogue(Contents(3, 1, 1, 1))).values()} <= known
 
 
 # our own files
@@ -144,8 +144,22 @@ def test_units_lead_to_those_of_the_catalogue() -> None:
 
 def everything(n_channels: int | None = None) -> Result:
     """All channels of a turbine with coordinates, each with numbers of its own size."""
-    every = catalogue(3, 20, 2, 3, ["blade 1 1st flap", "1st fore-aft", "generator", "blade 2 1st torsion"], 2)
-    every |= every_kind() | catalogue(gears=(1, 3))
+    every = catalogue(
+        Contents(
+            3,
+            20,
+            2,
+            3,
+            (
+                "blade 1 1st flap",
+                "1st fore-aft",
+                "generator",
+                "blade 2 1st torsion",
+            ),
+            2,
+        )
+    )
+    every |= every_kind() | catalogue(Contents(gears=(1, 3)))
     channels = [c for c in every.values() if c.name != "time"][:n_channels]
     rng = np.random.default_rng(1)
     size = 10.0 ** rng.uniform(-6, 8, len(channels))

@@ -77,7 +77,7 @@ def test_the_output_of_a_run_without_series_has_constant_length() -> None:
     (short,) = meltemi.simulate_batch([run(duration=16.0)], series=False, slopes={"RotSpeed": 3.0}, reduce=reduce)
     assert short.value > 0.0 and seen[0].slopes[1] == 3.0 and seen[0].meta["case"] == "case_0001"
     held = [meltemi.Simulation(run(duration=d), held_steps=500) for d in (30.0, 60.0)]
-    assert len({each._output.shape for each in held}) == 1
+    assert len({each.loop.output.shape for each in held}) == 1
 
 
 def test_what_needs_series_is_refused() -> None:

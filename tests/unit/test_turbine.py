@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +69,7 @@ def refused(turbine: Turbine, *changes: Callable[[Content], None]) -> str:
 
 
 def test_the_library_lists_its_turbines() -> None:
-    with_blades = ["ct30-155", "iea15mw", "iea22mw", "nrel5mw", "nrel5mw-offsets"]
+    with_blades = ["ct30-155", "iea10mw", "iea15mw", "iea22mw", "nrel5mw", "nrel5mw-offsets"]
     assert list_turbines() == [*with_blades, "pmsg20mw", "pmsg20mw-bem", "zr20-122"]
     assert {entry.file for entry in library_entries().values()} == {p.name for p in DATA.glob("*.yaml")} - {
         "library.yaml"
@@ -96,11 +95,8 @@ def test_a_variant_changes_only_what_its_file_has() -> None:
 
 
 def test_a_turbine_whose_data_are_not_installed_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing(name: str) -> None:
-        raise PackageNotFoundError(name)
-
-    monkeypatch.setattr("meltemi.turbine.library.distribution", missing)
-    with pytest.raises(InputError, match=r"iea15mw.*windIO, which is missing: pip install 'windIO>=2\.1,<3'"):
+    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: False)
+    with pytest.raises(InputError, match=r"iea15mw needs windIO, which is not.*: pip install 'windIO>=2\.1,<3'"):
         windio_file("IEA-15-240-RWT.yaml", "iea15mw")
     monkeypatch.undo()
     with pytest.raises(InputError, match=r"has no windIO/examples/turbine/IEA-16\.yaml"):

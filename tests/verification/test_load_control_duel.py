@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import meltemi
+from meltemi.controllers.schemes import design_controllers
 from meltemi.studies.compare import WHOLE, compare
-from meltemi.studies.schemes import design_controllers
 from meltemi.wind.formats import read_wind
 from meltemi_papers.he2018.runs import FAST_MODEL, PAPER, paper_turbine
 

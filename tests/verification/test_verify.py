@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from meltemi.app.cli import main
+from meltemi.turbine.library import _from_library
 from meltemi.wind.files import read_bts, read_wnd
 from meltemi_verification.known import KNOWN
-from meltemi_verification.table import Comparison, Known, Report, Row, Verdict, reference_table, relative
+from meltemi_verification.table import Comparison, Known, Report, Row, Study, Verdict, reference_table, relative
 from meltemi_verification.turbulent import reference_series, short_series, short_wind, thinned, turbulence
 from meltemi_verification.verification import FULL, QUICK, verification
 
@@ -24,6 +25,14 @@ def complaints(comparison: Comparison) -> list[str]:
     ]
 
 
+@pytest.fixture
+def bare(monkeypatch: pytest.MonkeyPatch, study: int) -> None:
+    """Only the optional packages are there that the study says it needs."""
+    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: name in FULL[study].needs)
+    _from_library.cache_clear()
+
+
+@pytest.mark.usefixtures("bare")
 @pytest.mark.parametrize("study", range(len(QUICK)))
 def test_quick_study(study: int) -> None:
     comparison = QUICK[study][1]()
@@ -32,6 +41,7 @@ def test_quick_study(study: int) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("bare")
 @pytest.mark.parametrize("study", range(len(QUICK), len(FULL)))
 def test_full_study(study: int) -> None:
     assert complaints(FULL[study][1]()) == []
@@ -119,7 +129,7 @@ def test_only_a_failure_ends_with_status_one(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, deviation: float, status: int
 ) -> None:
     row = relative("thing", "here", "N", 1.0, 1.0 + deviation / 100.0, 0.5)
-    study = (1.0, lambda: Comparison("example", "Example", "nobody", [row]))
+    study = Study(1.0, lambda: Comparison("example", "Example", "nobody", [row]))
     monkeypatch.setattr("meltemi_verification.verification.FULL", (study,))
     monkeypatch.setattr("sys.argv", ["meltemi", "verify", "--out", str(tmp_path)])
     with pytest.raises(SystemExit) as end:

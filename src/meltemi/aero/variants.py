@@ -10,4 +10,4 @@ from typing import Literal
 
 StallModel = Literal["static", "hansen"]
 InflowModel = Literal["quasi_steady", "constant", "variable"]
-TowerInfluence = Literal["none", "potential", "lower_half"]
+TowerInfluence = Literal["none", "potential", "lower_half", "powles", "eames"]

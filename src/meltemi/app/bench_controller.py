@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from meltemi.app.options import TURBINES
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
 
@@ -21,8 +21,8 @@ def bench_controller(
     controllers: Annotated[
         list[str],
         typer.Argument(
-            help="baseline, rosco, cpc, ipc, cpfc ..., A0 to A3, a library (.so, its input file after @), a Python "
-            "file with controller(turbine), or module:function."
+            help=f"Controllers: {CONTROLLER}.",
+            autocompletion=CONTROLLERS,
         ),
     ],
     turbine: Annotated[
@@ -42,24 +42,30 @@ def bench_controller(
     """Test controllers in a fixed suite of cases against a reference; writes a page, tables and a leaderboard."""
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
-    if len(set(controllers)) < len(controllers):
-        twice = next(name for name in controllers if controllers.count(name) > 1)
-        raise InputError(f"controllers: {twice!r} is named twice")
-    names = list(dict.fromkeys((reference, *controllers)))
+    from meltemi.controllers.names import labelled
+    from meltemi.controllers.specification import check_files, digest, specification
+    from meltemi.core.extras import need, skipped
     from meltemi.core.yamlfile import read_record
-    from meltemi.studies.controller_bench.contenders import check_names, digest_of, labelled
     from meltemi.studies.controller_bench.suite import BenchLimits
     from meltemi.wind.iec.classes import as_class
 
-    check_names(names)
+    labelled(controllers)
+    absent = skipped({name: ("rosco",) for name in controllers if name.partition("@")[0] == "rosco"})
+    if reference.partition("@")[0] == "rosco" or len(absent) == len(controllers):
+        need("controller rosco", "rosco")
+    for words in absent.values():
+        say(words)
+    names = list(dict.fromkeys((reference, *(name for name in controllers if name not in absent))))
+    labels = list(labelled(names))
+    for name in names:
+        check_files(specification(name))
     as_class(wind_class, None)
     bounds = None if limits is None else read_record(limits, BenchLimits)
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
 
     described = aeroelastic(load_turbine(turbine), "meltemi bench-controller")
-    labels = list(labelled(names))
-    inputs = repr(("bench-controller", wind_class, quick, [(name, digest_of(name)) for name in names]))
+    inputs = repr(("bench-controller", wind_class, quick, [(name, digest(specification(name))) for name in names]))
     from meltemi.studies.controller_bench import report, study, tables
     from meltemi.studies.run_store import run_store
 

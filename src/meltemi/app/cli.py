@@ -39,7 +39,7 @@ from meltemi.app.options import (
     wind_options,
     with_options,
 )
-from meltemi.app.scans import default_speeds, finish, speeds_of
+from meltemi.app.scans import finish, speeds_of
 from meltemi.app.stability import flutter, parked
 from meltemi.app.surrogate import surrogate
 from meltemi.app.terminal import (
@@ -54,6 +54,7 @@ from meltemi.app.terminal import (
 )
 from meltemi.app.view import view
 from meltemi.app.wind import wind
+from meltemi.controllers.names import controller_keys
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
@@ -179,12 +180,13 @@ def run(
             files.append(out / "case.yaml")
     from meltemi.report.tables import early_extremes, statistics_rows
 
-    head, rows = statistics_rows(result)
-    after = f", after {case.transient:g} s" if case.transient else ""
-    print_table(f"{turbine.name}: {result.meta['wind']}{after}", head, rows, text_columns=3)
-    meta = result.meta
-    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for other loads")
-    print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
+    meta, warnings = result.meta, result.warnings
+    if result.sampled:
+        after = f", after {case.transient:g} s" if case.transient else ""
+        print_table(f"{turbine.name}: {meta['wind']}{after}", *statistics_rows(result), text_columns=3)
+        print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for other loads")
+        print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
+        warnings = (*warnings, *filter(None, [early_extremes(result)]))
     if result.log:
         happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
         print_table("Events", ["time s", "source", "what", "reason"], happened, text_columns=4)
@@ -195,7 +197,7 @@ def run(
     )
     wrote(*files)
     suggest(*_after_run(case, folder, out))
-    for warning in filter(None, (*result.warnings, early_extremes(result))):
+    for warning in warnings:
         say(f"warning: {warning}")
     if result.status is Status.DOUBTFUL:
         for finding in result.findings:
@@ -248,8 +250,9 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
 
     deck = read_deck(path)
     case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck")
-    if "--controller" in given and deck.library.get("input"):
-        given = {"--controller-input": Path(deck.library["input"])} | given
+    own = deck.library.get("input")
+    if own and "--controller" in given and controller_keys(given["--controller"])["kind"] == "bladed":
+        given = {"--controller-input": Path(own)} | given
     controller = controller_of_options(given)
     if controller["kind"] == "bladed" and deck.library:
         controller |= {name: deck.library[name] for name in ("procedure", "individual_pitch")}
@@ -280,9 +283,18 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
         "turbine": str(path.absolute()) if path.is_file() else target,
         "wind": wind,
         "controller": controller_of_options(given),
-        "duration": 60.0,
+        "duration": _usual_duration(wind),
     }
     return validated(data | _run_of_options(given), LoadCase, "command line")
+
+
+def _usual_duration(wind: dict[str, Any]) -> float:
+    """[s] a minute, which begins with the gust if there is one."""
+    from meltemi.wind.iec.gusts import BEGIN
+    from meltemi.wind.iec.models import MODELS
+
+    model = MODELS.get(wind.get("model", ""))
+    return 60.0 + (wind.get("begin", BEGIN) if model and model.kind == "transient" else 0.0)
 
 
 def _write(result: Result, out: Path, outb: bool) -> list[Path]:
@@ -290,13 +302,15 @@ def _write(result: Result, out: Path, outb: bool) -> list[Path]:
     from meltemi.report.plots import plot, save
     from meltemi.report.tables import statistics_rows, write_csv
 
-    files = [write_netcdf(result, out / "result.nc"), write_csv(out / "statistics.csv", *statistics_rows(result))]
+    files = [write_netcdf(result, out / "result.nc")]
+    for name in ("statistics.csv", "result.png"):
+        (out / name).unlink(missing_ok=True)  # of an earlier run
+    if result.sampled:
+        files.append(write_csv(out / "statistics.csv", *statistics_rows(result)))
     if outb:
         files.append(write_outb(result, out / "result.outb"))
     if len(result.time) > 1:
         files.append(save(plot(result), out / "result.png"))
-    else:
-        (out / "result.png").unlink(missing_ok=True)  # of an earlier run
     return files
 
 
@@ -309,7 +323,8 @@ def _library_files(kept: Path, out: Path) -> list[Path]:
 @app.command()
 def turbines() -> None:
     """List the turbines of the library."""
-    from meltemi.turbine.library import library_entries
+    from meltemi.core.extras import missing
+    from meltemi.turbine.library import library_entries, packages_of
 
     rows = [
         [
@@ -324,6 +339,9 @@ def turbines() -> None:
     ]
     head = ["name", "verified by", "source; licence", "rated MW", "rotor m", "hub m"]
     print_table("Library", head, rows, text_columns=3)
+    for name in library_entries():
+        if words := missing(packages_of(name)):
+            say(f"{name} needs {words}")
     suggest("inspect", "nrel5mw")
 
 
@@ -338,10 +356,10 @@ def channels(
     ] = None,
 ) -> None:
     """List the output channels, or explain one of them."""
-    from meltemi.simulation.channels import catalogue, every_kind, find
+    from meltemi.simulation.channels import Contents, catalogue, every_kind, find
 
     if explain is not None:
-        many = catalogue(n_nodes=20, blade_stations=3, tower_stations=3, flaps=4)
+        many = catalogue(Contents(nodes=20, blade_stations=3, tower_stations=3, flaps=4))
         c = find(explain, every_kind() | many)
         unit, factor = c.display_unit
         print(f"{c.name}")
@@ -377,32 +395,35 @@ def power_curve(
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)
-    wanted = speeds_of(speeds) if speeds is not None else default_speeds(described.cut_in, described.cut_out)
+    wanted = speeds_of(speeds) if speeds is not None else None
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
-    from meltemi.simulation.rotors import build, operating_point
+    from meltemi.simulation.power_curve import curve_size
+    from meltemi.simulation.power_curve import power_curve as points_of
+    from meltemi.simulation.rotors import build
     from meltemi.turbine.plausibility import plausibility_warnings
 
     for words in plausibility_warnings(described):
         say(f"warning: {words}")
-    points, failures, interrupted = [], {}, False
+    points, failures, interrupted, size = [], {}, False, curve_size(described, wanted)
     folder_for(out)
     model = build(described)
-    with progress_bar("operating points", len(wanted), "points") as progress:
+    with progress_bar("operating points", size, "points") as progress:
         try:
-            for i, speed in enumerate(wanted):
-                try:
-                    points.append(operating_point(model, speed))
-                except MeltemiError as error:
-                    failures[speed] = str(error)
-                progress((i + 1) / len(wanted))
+            for i, (speed, point) in enumerate(points_of(model, wanted), 1):
+                if isinstance(point, str):
+                    failures[speed] = point
+                else:
+                    points.append(point)
+                progress(i / size)
         except KeyboardInterrupt:
             interrupted = True
     if not points:
         raise InputError("\n".join(failures.values()) or "interrupted before the first operating point was found")
+    points.sort(key=lambda point: point.wind.speed)
     head, rows = power_curve_rows(points, failures)
     print_table(f"{described.name}: steady operation", head, rows, 0)
-    wrote(write_csv(out / "power_curve.csv", [h.replace(chr(10), " ") for h in head], rows))
+    wrote(write_csv(out / "power_curve.csv", head, rows))
     wrote(save(plot_power_curve(points, model), out / "power_curve.png"))
     further = ("campbell", turbine) if isinstance(described, Turbine) else ("run", turbine, "--wind-speed", 12)
     suggest(*further, "--out", out)
@@ -424,6 +445,10 @@ app.command()(parked)
 app.command()(docs)
 app.add_typer(loads, name="loads")
 app.add_typer(surrogate, name="surrogate")
+
+
+SHOWN_POINTS = 6
+"""Most operating points of a Campbell diagram that are printed; of more, those at equal distances."""
 
 
 @app.command()
@@ -451,12 +476,14 @@ def campbell(
     turns = None
     if rotor_speeds is not None:
         turns = [w * pi / 30.0 for w in speeds_of(rotor_speeds, "--rotor-speeds", "rpm", zero=True)]
-    winds = speeds_of(speeds) if speeds is not None else default_speeds(described.cut_in, described.cut_out)
+    winds = speeds_of(speeds) if speeds is not None else None
     from meltemi.report.plots import plot_campbell, save
     from meltemi.report.tables import campbell_rows, number, write_csv
     from meltemi.simulation.campbell import campbell as diagram_of
+    from meltemi.simulation.power_curve import whole_speeds
     from meltemi.simulation.rotors import build
 
+    winds = winds or whole_speeds(described)
     folder_for(out)
     with progress_bar("Campbell diagram", len(turns or winds), "points") as progress:
         model = build(described)
@@ -468,11 +495,12 @@ def campbell(
             progress=progress,
         )
     last = len(diagram.rotor_speed) - 1
+    shown = dict.fromkeys(round(i * last / (SHOWN_POINTS - 1)) for i in range(SHOWN_POINTS))
     operation = zip(diagram.wind_speed, diagram.rotor_speed, strict=True)
     over = [f"{w:g} m/s" if w == w else f"{turn * 30.0 / pi:.4g} rpm" for w, turn in operation]
     columns = [
         (f"{what}\nat {over[i]}", numbers[:, i])
-        for i in dict.fromkeys((0, last))
+        for i in shown
         for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
     ]
     rows = [[label, *(number(float(v[j])) for _, v in columns)] for j, label in enumerate(diagram.labels)]
@@ -482,6 +510,8 @@ def campbell(
         rows,
         all_rows=campbell_rows(diagram),
     )
+    if len(shown) <= last:
+        print(f"{len(shown)} of {last + 1} operating points; campbell.csv has all of them")
     wrote(write_csv(out / "campbell.csv", *campbell_rows(diagram)))
     wrote(save(plot_campbell(diagram, described.name), out / "campbell.png"))
     if seen:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import TurbineArgument, WindOptions, completing, scheme_names, wind_of_options, with_options
+from meltemi.app.options import TurbineArgument, WindOptions, completing, wind_of_options, with_options
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.controllers.names import NAMES, labelled
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.studies.scheme_names import SCHEMES, check_schemes
 
 if TYPE_CHECKING:
     from meltemi.turbine.definition import Turbine
@@ -29,9 +29,9 @@ HELP = "\n".join(
         "Each scheme runs in wind fields of several seeds; writes tables, figures and an HTML page.",
         "",
         "\b",
-        "Schemes:",
-        *(f"  {name:12s} {scheme.about}" for name, scheme in SCHEMES.items()),
-        "  own.py       a Python file with controller(turbine)",
+        "Controllers:",
+        *(f"  {name:12s} {about}" for name, about in NAMES.items()),
+        "  own.py       a Python file with controller(turbine), module:function, or a library",
     ]
 )
 
@@ -48,8 +48,8 @@ def compare(
         str,
         typer.Option(
             "--controllers",
-            help="Schemes, separated by commas; changes are relative to the first.",
-            autocompletion=completing(scheme_names, several=True),
+            help="Controllers, separated by commas; changes are relative to the first.",
+            autocompletion=completing(lambda: NAMES, several=True),
         ),
     ] = "cpc,ipc,cpfc",
     pitch_actuator: Annotated[
@@ -61,14 +61,16 @@ def compare(
     """See ``HELP``."""
     given = options.given()
     names = [name.strip() for name in controllers.split(",") if name.strip()]
-    check_schemes(names)
+    labelled(names)
     if not 1 <= seeds <= MOST_SEEDS:
         raise InputError(f"--seeds {seeds}: expected a number of seeds from 1 to {MOST_SEEDS}")
     if not 0 <= seed < 2**63 - seeds:
         raise InputError(f"--seed {seed}: expected a number from 0 to {2**63 - seeds - 1}")
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
-    from meltemi.studies.schemes import design_controllers, equipped
+    from meltemi.controllers.schemes import design_controllers, equipped
+    from meltemi.controllers.specification import digest, specification
+    from meltemi.controllers.trial import try_controllers
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
 
@@ -81,7 +83,7 @@ def compare(
 
     study.check_duration(duration, transient)
     began = time.perf_counter()
-    own = [Path(name).read_text(encoding="utf-8") for name in names if name not in SCHEMES]
+    own = [digest(specification(name)) for name in names]
     folder_for(out)
     with run_store(out, repr(("compare", transient, own))):
         model = build(described)
@@ -89,6 +91,7 @@ def compare(
             designed = design_controllers(
                 model, names, shear_exponent=min(max(winds[0].shear_exponent, 0.0), 0.99), progress=progress
             )
+        try_controllers(designed.controllers, model)
         tuned = time.perf_counter()
         with progress_bar(
             f"{len(names)} schemes, {seeds} winds, {duration:g} s", len(names) * seeds, "runs"
@@ -118,7 +121,7 @@ def compare(
     head = [f"{scheme}\n{name}" if scheme else name for scheme, name in zip(spanned, head, strict=True)]
     print_table(f"{described.name}: {wind}, {len(comparison.winds)} seeds", head, rows, text_columns=2)
     print(report.notes(comparison))
-    title = "Ceiling: ideal removal of 1P and 2P, and the share of its change reached by the schemes"
+    title = "Ideal removal of 1P and 2P (a reference, not a bound), and the share of its change reached by the schemes"
     print_table(title, *report.ceiling_rows(comparison), text_columns=3)
     total = len(names) * seeds
     print(

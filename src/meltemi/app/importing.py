@@ -1,4 +1,4 @@
-"""``meltemi import``: conversion of OpenFAST decks and windIO files to turbine file, case file (decks) and report."""
+"""``meltemi import``: OpenFAST decks, HAWC2 models and windIO files as turbine file, case file and report."""
 
 from __future__ import annotations
 
@@ -12,15 +12,21 @@ from meltemi.app.terminal import OutOption, folder_for, print_table, say, sugges
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
-    from meltemi.turbine.report import ImportedTurbine, Kind
+    from meltemi.turbine.report import ImportedModel, ImportedTurbine, Kind
 
-HELP = "Convert an OpenFAST deck (.fst) or a windIO file (.yaml) to a turbine file, with a report."
+HELP = (
+    "Convert an OpenFAST deck (.fst), a HAWC2 model (.htc) or a windIO file (.yaml) to a turbine file, with a report."
+)
+SOURCES = {".yaml": "a windIO file", ".yml": "a windIO file", ".htc": "a HAWC2 model"}
 MOST_LINES = 20
 """Notes printed of each kind; the report has all."""
 
 
 def import_(
-    source: Annotated[Path, typer.Argument(help="Main file of an OpenFAST deck (.fst), or a windIO file (.yaml).")],
+    source: Annotated[
+        Path,
+        typer.Argument(help="Main file of an OpenFAST deck (.fst) or HAWC2 model (.htc), or a windIO file (.yaml)."),
+    ],
     blade: Annotated[
         str, typer.Option("--blade", help="Sections of the blade: deck (those that it selects), elastodyn, beamdyn.")
     ] = "deck",
@@ -40,16 +46,18 @@ def import_(
         ),
     ] = None,
     start: Annotated[
-        str, typer.Option("--start", help="Initial state: operating (steady operation), or deck (as in OpenFAST).")
+        str,
+        typer.Option("--start", help="Initial state: operating (steady operation), or deck (as in OpenFAST or HAWC2)."),
     ] = "operating",
     extra: Annotated[
         Path | None, typer.Option("--extra", help="YAML file with overriding values: drivetrain: {stiffness: 8.7e8}.")
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Import an OpenFAST deck or a windIO file as turbine file, case file (decks) and report."""
+    """Import an OpenFAST deck, a HAWC2 model or a windIO file as turbine file, case file (not windIO) and report."""
     from meltemi.core.yamlfile import read_mapping, write_record
     from meltemi.loadcases.openfast import deck_case
+    from meltemi.turbine.hawc2 import import_hawc2
     from meltemi.turbine.library import load_turbine, write_turbine
     from meltemi.turbine.openfast import read_deck
     from meltemi.turbine.power_turbine import aeroelastic
@@ -57,11 +65,15 @@ def import_(
 
     if start not in ("operating", "deck"):
         raise InputError(f"--start {start!r}: expected operating or deck")
-    if source.suffix.lower() in (".yaml", ".yml"):
-        of_decks = {"--blade": blade != "deck", "--fixed-base": fixed_base, "--momentum-wake": momentum_wake}
-        of_decks |= {"--discon": discon is not None, "--control-of": control_of is not None, "--start": start == "deck"}
-        for option in (name for name, used in of_decks.items() if used):
-            raise InputError(f"{option} is for OpenFAST decks, {source} is a windIO file")
+    kind = SOURCES.get(source.suffix.lower(), "an OpenFAST deck")
+    of_decks = {"--blade": blade != "deck", "--fixed-base": fixed_base, "--momentum-wake": momentum_wake}
+    of_decks["--discon"] = discon is not None
+    of_models = {"--control-of": control_of is not None, "--start": start == "deck"}
+    for option, used in {**of_decks, **(of_models if kind == "a windIO file" else {})}.items():
+        if used and kind != "an OpenFAST deck":
+            owner = "OpenFAST decks" if option in of_decks else "OpenFAST decks and HAWC2 models"
+            raise InputError(f"{option} is for {owner}, {source} is {kind}")
+    if kind == "a windIO file":
         imported = import_windio(source, extra)
         _show(imported)
         folder_for(out)
@@ -70,15 +82,16 @@ def import_(
         wrote(out / "turbine.yaml", out / "report.md")
         suggest("run", out / "turbine.yaml", "--wind-speed", 12)
         return
-    deck = read_deck(
-        source,
-        blade=_choice(blade),
-        fixed_base=fixed_base,
-        momentum_wake=momentum_wake,
-        discon=discon,
-        control_of=None if control_of is None else aeroelastic(load_turbine(control_of), "--control-of"),
-        extra=None if extra is None else flat(read_mapping(extra)),
-    )
+    more: dict[str, Any] = {
+        "control_of": None if control_of is None else aeroelastic(load_turbine(control_of), "--control-of"),
+        "extra": None if extra is None else flat(read_mapping(extra)),
+    }
+    deck: ImportedModel
+    if kind == "a HAWC2 model":
+        deck = import_hawc2(source, **more)
+    else:
+        base, wake = fixed_base, momentum_wake
+        deck = read_deck(source, blade=_choice(blade), fixed_base=base, momentum_wake=wake, discon=discon, **more)
     case = deck_case(deck, "turbine.yaml", started=start == "deck")
     _show(deck)
     if deck.wind is None:
@@ -88,7 +101,12 @@ def import_(
     write_record(case, out / "case.yaml")
     _write_report(deck, source, out)
     wrote(out / "turbine.yaml", out / "case.yaml", out / "report.md")
-    suggest("run", out / "case.yaml")
+    if any("PC_GS_KP" in note.what for note in deck.noted("approximated")):
+        say("the pitch gains of ROSCO's settings are approximated (see above); ROSCO itself controls the deck by")
+        given = "" if discon is None else f"@{discon}"
+        suggest("run", source, "--controller", f"rosco{given}")
+    else:
+        suggest("run", out / "case.yaml")
 
 
 def _show(imported: ImportedTurbine) -> None:

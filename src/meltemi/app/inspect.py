@@ -23,7 +23,7 @@ def inspect(
 
     with progress_bar(described.name) as progress:
         seen, files = inspect_turbine(described, out, progress=progress)
-    print_table(described.description or described.name, ["", "what", "value"], fact_rows(seen), text_columns=3)
+    print_table(described.name, ["", "what", "value"], fact_rows(seen), text_columns=3)
     wrote(*files)
     suggest("run", turbine, "--wind-speed", 12, "--out", out)
     for words in plausibility_warnings(described):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import TurbineArgument, completing
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TurbineArgument
 from meltemi.app.terminal import say, suggest
 from meltemi.app.view import ThemeOption
 from meltemi.core.errors import InputError, MeltemiError
@@ -22,7 +22,6 @@ GRACE = 5.0
 PIECES = 10.0
 """[Hz] of the pieces that the page gets, at real time and faster."""
 SLOWEST, FASTEST = 0.25, 20.0
-CONTROLLERS = completing(lambda: dict.fromkeys(("baseline", "supervised", "ipc", "cpfc"), ""))
 
 
 def live(
@@ -33,7 +32,7 @@ def live(
     controller: Annotated[
         str,
         typer.Option(
-            help="At the start: baseline, supervised, ipc, cpfc, or a Python file with controller(turbine).",
+            help=f"At the start: {CONTROLLER}.",
             autocompletion=CONTROLLERS,
         ),
     ] = "supervised",

@@ -20,6 +20,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from meltemi.core.errors import InputError
+from meltemi.core.extras import need
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -31,9 +32,9 @@ ADDRESS = "127.0.0.1"
 LONGEST_MESSAGE = 2048
 """Bytes of a message of the page."""
 MOST_WAITING = 256
-"""Messages that wait; a page that sends more is closed."""
+"""Messages that wait; of a page that sends faster than they are handled the others are dropped."""
 MOST_CONNECTIONS = 16
-"""At a time, each with two threads; further ones wait until another ends, an idle one after ``PATIENCE`` at most."""
+"""At a time, with those that have asked for nothing yet; each takes two threads."""
 PATIENCE = 10.0
 """[s] after which a page that does not answer is taken as closed."""
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
@@ -56,14 +57,13 @@ class LiveServer:
     """
 
     def __init__(self, page: Callable[[], str], port: int = 0) -> None:
-        try:
-            from websockets.sync.server import serve
-        except ImportError:
-            raise InputError("live needs websockets; install it with: pip install 'websockets>=14'") from None
+        need("live", "websockets")
+        from websockets.sync.server import serve
+
         if not 0 <= port < 65536:
             raise InputError(f"--port must be from 1 to 65535, found {port}")
         try:
-            bound = _BoundedSocket(socket.create_server((ADDRESS, port)))
+            bound = socket.create_server((ADDRESS, port))
         except OSError as error:
             raise InputError(f"--port {port}: {error.strerror or error}; leave it out for a free one") from None
         self.host = f"{ADDRESS}:{bound.getsockname()[1]}"
@@ -79,12 +79,11 @@ class LiveServer:
             process_request=self._answer,
             compression=None,
             max_size=LONGEST_MESSAGE,
-            open_timeout=PATIENCE / 2.0,
             ping_interval=PATIENCE / 2.0,
             ping_timeout=PATIENCE,
             server_header=None,
         )
-        self._server.handler = bound.ending(self._server.handler)
+        self._server.handler = _at_most(MOST_CONNECTIONS, self._server.handler)
         self._thread = Thread(target=self._server.serve_forever, daemon=True)
 
     def __enter__(self) -> Self:
@@ -157,45 +156,33 @@ class LiveServer:
         from websockets.exceptions import ConnectionClosed
 
         before, self._open, self.closed_at = self._open, connection, None
-        if before is not None:
-            before.close(4000, "opened in another window")
         with suppress(Empty):
             while True:  # what the page before has sent makes room
                 self._inbox.get_nowait()
-        try:
-            self._inbox.put_nowait((connection, '{"opened": true}'))
+        self._inbox.put((connection, '{"opened": true}'))
+        if before is not None:
+            before.close(4000, "opened in another window")
+        with suppress(ConnectionClosed):  # a killed browser sends no closing frame
             for message in connection:
-                self._inbox.put_nowait((connection, message if isinstance(message, str) else ""))
-        except Full:
-            connection.close(1008, "too many messages")
-        except ConnectionClosed:  # a killed browser sends no closing frame
-            pass
+                with suppress(Full):
+                    self._inbox.put_nowait((connection, message if isinstance(message, str) else ""))
         if self._open is connection:
             self._open, self.closed_at = None, monotonic()
 
 
-class _BoundedSocket(socket.socket):
-    """A listening socket that lets further connections wait while ``MOST_CONNECTIONS`` are open."""
+def _at_most(n: int, handler: Callable[[socket.socket, Any], None]) -> Callable[[socket.socket, Any], None]:
+    """A handler of connections that ends those beyond ``n`` at a time."""
+    free = BoundedSemaphore(n)
 
-    def __init__(self, bound: socket.socket) -> None:
-        super().__init__(fileno=bound.detach())
-        self.free = BoundedSemaphore(MOST_CONNECTIONS)
-
-    def accept(self) -> tuple[socket.socket, Any]:
-        self.free.acquire()
+    def handled(connection: socket.socket, address: Any) -> None:
+        granted = free.acquire(blocking=False)
+        if not granted:
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)  # the handler finds its end at once
         try:
-            return super().accept()
-        except OSError:  # it is closed
-            self.free.release()
-            raise
+            handler(connection, address)
+        finally:
+            if granted:
+                free.release()
 
-    def ending(self, handler: Callable[[socket.socket, Any], None]) -> Callable[[socket.socket, Any], None]:
-        """A handler of connections at whose end another one is let in."""
-
-        def handled(connection: socket.socket, address: Any) -> None:
-            try:
-                handler(connection, address)
-            finally:
-                self.free.release()
-
-        return handled
+    return handled

@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meltemi.app.commands import Group
-from meltemi.app.options import TURBINES, controller_of_options
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, ControllerInputOption, controller_of_options
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
+from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
     from meltemi.loadbase.engine import BaseStatus, Progress
     from meltemi.loadbase.plan import Plan
+    from meltemi.loadbase.timing import Cost
 
 BaseArgument = Annotated[Path, typer.Argument(help="Folder of a load base, as plan writes it.")]
 SettingsOption = Annotated[
@@ -77,11 +79,10 @@ def plan_(
     ] = None,
     years: Annotated[float | None, typer.Option("--years", help="Lifetime [years] [20].")] = None,
     controller: Annotated[
-        str | None, typer.Option("--controller", help="Bladed-style controller library, or: rosco [supervised].")
+        str | None,
+        typer.Option("--controller", help=f"Controller: {CONTROLLER} [supervised].", autocompletion=CONTROLLERS),
     ] = None,
-    controller_input: Annotated[
-        Path | None, typer.Option("--controller-input", help="Input file of the controller library, e.g. DISCON.IN.")
-    ] = None,
+    controller_input: ControllerInputOption = None,
     excel: Annotated[bool, typer.Option("--excel", help="Also write the table as table.xlsx.")] = False,
     out: OutOption = Path("base"),
 ) -> None:
@@ -98,6 +99,7 @@ def plan_(
     from meltemi.loadbase.campaign import FILE, make_campaign, read_campaign, write_campaign
     from meltemi.loadbase.changes import read_changes
     from meltemi.loadbase.plan import plan, write_plan
+    from meltemi.loadbase.timing import finished_cost, timed_cost
 
     if (Path(turbine) / FILE).is_file():
         named = {"--class": wind_class, "--table": table, "--site": site}
@@ -121,6 +123,10 @@ def plan_(
     planned = plan(campaign)
     _show(planned)
     folder_for(out)
+    with progress_bar("timing"):
+        cost = finished_cost(planned, out) or timed_cost(planned)
+    if cost:
+        print(f"{planned.hours:.0f} h of simulated time: {_duration_words(cost, planned.hours)}")
     files = [write_campaign(campaign, out), write_plan(planned, out)]
     if excel:
         from meltemi.loadbase.excel import write_excel
@@ -128,13 +134,32 @@ def plan_(
         files.append(write_excel(planned.table, out / "table.xlsx"))
     wrote(*files)
     suggest("loads", "run", out)
+    if words := missing(("pandas", "pyarrow", "openpyxl")):
+        say(f"to run and report it needs {words}")
+
+
+def _duration_words(cost: Cost, hours: float) -> str:
+    """Processor and wall time of simulated hours, and how they were estimated."""
+    from meltemi.core.threads import available_cores
+
+    seconds, cores = 3600.0 * hours * cost.rate, available_cores()
+    processor, wall = spoken(seconds), spoken(seconds / cores)
+    where = f", {wall} on {cores} free cores" if cores > 1 else ""
+    return f"about {processor} of processor time{where} (estimate from {cost.source})"
+
+
+def spoken(seconds: float) -> str:
+    """A duration with two digits: 45 s, 3.7 min, 12 h."""
+    value, unit = next(
+        (seconds / size, unit)
+        for size, unit in ((3600.0, "h"), (60.0, "min"), (1.0, "s"))
+        if seconds >= size or size == 1.0
+    )
+    return f"{value:.1f} {unit}" if value < 10.0 and unit != "s" else f"{value:.0f} {unit}"
 
 
 def _show(plan: Plan) -> None:
     """Print the rows of the plan, totals, and what cannot run."""
-    from meltemi.core.threads import available_cores
-    from meltemi.loadbase.plan import TIMES
-
     c, rows = plan.campaign, []
     for row in plan.summary():
         cannot = str(row.unsupported) if row.unsupported else ""
@@ -151,11 +176,6 @@ def _show(plan: Plan) -> None:
     print(
         f"V_in {c.cut_in:g}, V_r {c.rated_wind:g}, V_out {c.cut_out:g}, V_ref {c.iec_class.v_ref:g} m/s; hours "
         "simulated, initial transients included"
-    )
-    cores = available_cores()
-    print(
-        f"{plan.hours:.0f} h take about {plan.hours * 60.0 / TIMES / cores:.0f} min on {cores} "
-        f"core{'s' if cores > 1 else ''} at {TIMES:g} times real time each"
     )
     for why, names in plan.missing().items():
         say(f"cannot run (DLC {', '.join(names)}): {why}")
@@ -192,7 +212,7 @@ def run_(
             retry=retry,
             progress=told(bar),
         )
-    _show_status(found, base)
+    _show_status(found, base, planned)
 
 
 def _planned(base: Path) -> Plan:
@@ -222,7 +242,7 @@ def told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
         bar(progress.share)
         if not terminal and monotonic() - last[0] > REPORTED and progress.seconds_left is not None:
             last[0] = monotonic()
-            left = f"{progress.seconds_left / 60.0:.0f} min left"
+            left = f"{spoken(progress.seconds_left)} left"
             say(f"{progress.done} of {progress.total} cases, {100.0 * progress.share:.0f} %, {left}")
 
     return tell
@@ -233,15 +253,20 @@ def status(base: BaseArgument) -> None:
     """Show the completed, failed and missing cases of a load base."""
     from meltemi.loadbase.engine import base_status
 
-    _show_status(base_status(_planned(base), base), base)
+    planned = _planned(base)
+    _show_status(base_status(planned, base), base, planned)
 
 
-def _show_status(found: BaseStatus, base: Path) -> None:
+def _show_status(found: BaseStatus, base: Path, plan: Plan) -> None:
+    from meltemi.loadbase.timing import finished_cost
+
     columns = ("cases", "ok", "doubtful", "failed", "missing", "unsupported")
     rows = [[row.dlc, *(str(getattr(row, name) or "") for name in columns)] for row in found.dlcs]
     rows.append(["total", *(str(sum(getattr(row, name) for row in found.dlcs) or "") for name in columns)])
     print_table("Load base", ["DLC", *columns[:-1], "cannot run"], rows, text_columns=1)
-    print(f"{found.done} of {found.total} cases done, {found.hours:.1f} h to be simulated")
+    left = f"{found.done} of {found.total} cases done, {found.hours:.1f} h to be simulated"
+    cost = finished_cost(plan, base) if found.hours else None
+    print(f"{left}, {_duration_words(cost, found.hours)}" if cost else left)
     suggest("loads", "run" if found.done < found.total else "report", base)
     for name, why in list(found.problems.items())[:MOST_PROBLEMS]:
         say(f"{name}: {why}")
@@ -301,20 +326,28 @@ def report(
         Path | None, typer.Option("--limits", help="Limits of loads (YAML), to which utilisations refer.")
     ] = None,
     settings: SettingsOption = None,
+    project: Annotated[
+        Path | None,
+        typer.Option("--project", help="Project, author, revision, date (YAML) [project.yaml in the base's folder]."),
+    ] = None,
+    word: Annotated[bool, typer.Option("--word", help="Also write report.docx, with the same content.")] = False,
 ) -> None:
-    """Write the report of a load base: one HTML file, and its tables as CSV and Excel."""
+    """Write the report of a load base: one HTML file, its tables as Excel and CSV, on demand a Word file."""
     from meltemi.loadbase.design import design_loads
+    from meltemi.loadbase.project import read_project
     from meltemi.loadbase.report import read_limits, write_report
     from meltemi.loadbase.settings import read_settings
 
     if against is not None and limits is not None:
         raise InputError("give either --against or --limits")
     planned, given = _planned(base), None if limits is None else read_limits(limits)
+    title = read_project(base, project)
     of = read_settings(settings)
     other = None if against is None else (str(against), design_loads(_planned(against), against, of))
     folder_for(base)
     with progress_bar("report", compiles=False):
-        files = write_report(planned, base, against=other, limits=given, design=design_loads(planned, base, of))
+        design = design_loads(planned, base, of)
+        files = write_report(planned, base, against=other, limits=given, design=design, project=title, word=word)
     wrote(*files)
     runnable = next((case.name for case in planned.cases if not case.unsupported), "")
     suggest("loads", "show", base, runnable, "--plot")

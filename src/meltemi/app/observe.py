@@ -78,4 +78,5 @@ def observe(
     wrote(*files)
     for warning in found.result.warnings:
         say(f"warning: {warning}")
-    suggest("diff", out / "estimate.nc", signals, "--out", out)
+    common = set(found.result.names) & set(measured.names)
+    suggest(*(("diff", out / "estimate.nc", signals) if common and not pairs else ("inspect", turbine)), "--out", out)

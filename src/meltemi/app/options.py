@@ -12,8 +12,8 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
+from meltemi.controllers.names import NAMES, controller_keys
 from meltemi.core.errors import InputError
-from meltemi.studies.scheme_names import SCHEMES
 
 
 def completing(
@@ -46,15 +46,21 @@ def channel_names() -> dict[str, str]:
     return {name: c.description for c in every_kind().values() for name in (c.name, c.alias) if name}
 
 
-def scheme_names() -> dict[str, str]:
-    """Control schemes of ``meltemi compare``."""
-    return {name: scheme.about for name, scheme in SCHEMES.items()}
-
-
 def _one_of(*names: str) -> Callable[[str], list[tuple[str, str]]]:
     return completing(lambda: dict.fromkeys(names, ""))
 
 
+CONTROLLER = "a name (baseline, supervised, ipc, cpfc, A2, rosco ...), a Python file, module:function, or a library"
+"""What an option of a controller takes (docs/guide/controller-names.md)."""
+CONTROLLERS = completing(lambda: NAMES)
+"""Completion of a controller."""
+ControllerOption = Annotated[
+    str | None, typer.Option("--controller", help=f"Controller: {CONTROLLER}.", autocompletion=CONTROLLERS)
+]
+ControllerInputOption = Annotated[
+    Path | None,
+    typer.Option("--controller-input", help="Input file of a library, e.g. DISCON.IN; the same as LIBRARY@FILE."),
+]
 TURBINES = completing(turbine_names)
 """Completion of a turbine."""
 TurbineArgument = Annotated[str, typer.Argument(help="A turbine's name or YAML file.", autocompletion=TURBINES)]
@@ -106,6 +112,7 @@ class WindOptions:
     ntm: Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")] = False
     wind_class: ClassOption = None
     edition: EditionOption = None
+    begin: Annotated[float | None, typer.Option(help="Begin of the gust of --iec [s] [60].")] = None
 
     def given(self) -> dict[str, Any]:
         """The given options under their names on the command line."""
@@ -128,17 +135,11 @@ class RunOptions(WindOptions):
     wind_file: Annotated[
         Path | None, typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc.")
     ] = None
-    controller: Annotated[
-        str | None,
-        typer.Option(
-            help="Bladed-style controller library, or: rosco, baseline [baseline].",
-            autocompletion=_one_of("baseline", "rosco"),
-        ),
+    controller: ControllerOption = None
+    controller_input: ControllerInputOption = None
+    duration: Annotated[
+        float | None, typer.Option(help="Duration of the simulation [s] [60; with a gust, 60 after its begin].")
     ] = None
-    controller_input: Annotated[
-        Path | None, typer.Option(help="Input file of the controller library, e.g. DISCON.IN.")
-    ] = None
-    duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [60].")] = None
     start: Annotated[
         str | None,
         typer.Option(help="operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating]."),
@@ -189,7 +190,7 @@ def is_case(path: Path) -> bool:
 
 WIND = tuple(
     f"--{name}"
-    for name in "wind-speed turbulence seed shear direction spectrum iec wind-class edition wind-file".split()
+    for name in "wind-speed turbulence seed shear direction spectrum iec wind-class edition begin wind-file".split()
 )
 """Options of a wind."""
 
@@ -219,6 +220,8 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
             if name in given and name not in allowed:
                 raise InputError(f"{name}: {because}")
 
+    if "--begin" in given and "--iec" not in given:
+        raise InputError("--begin: is that of a gust; add --iec, e.g. --iec EOG")
     if "--wind-file" in given:
         for name in ("--wind-speed", "--iec"):
             if name in given:
@@ -232,7 +235,7 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
     further = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
     more = {key: given[name] for name, key in further.items() if name in given}
     if "--iec" in given:
-        standard = {"--wind-class": "wind_class", "--edition": "edition"}
+        standard = {"--wind-class": "wind_class", "--edition": "edition", "--begin": "begin"}
         wind |= {key: given[name] for name, key in standard.items() if name in given}
         return {"kind": "iec", "model": given["--iec"], **wind, "turbulence": more}
     if "--wind-speed" not in given:
@@ -252,17 +255,16 @@ def controller_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
     """The controller of a case from the options of a command, by option name.
 
     Raises:
-      InputError: there is an input file without a library.
+      InputError: no such controller or file, or there is an input file without a library.
     """
     name, file = given.get("--controller", "baseline"), given.get("--controller-input")
-    if name == "baseline":
-        if file is not None:
+    keys: dict[str, Any] = controller_keys(name)
+    if file is not None:
+        if keys["kind"] != "bladed":
             raise InputError("--controller-input: requires --controller, the path of a library or rosco")
-        return {"kind": "baseline"}
-    if name in SCHEMES and not Path(name).exists():
-        raise InputError(
-            f"--controller {name}: a control scheme, which compare, bench-controller and live simulate; "
-            "here: baseline, rosco, or the path of a controller library"
-        )
-    library = name if name == "rosco" else str(Path(name).absolute())
-    return {"kind": "bladed", "library": library, "input": None if file is None else str(file.absolute())}
+        keys["input"] = str(file)
+    from meltemi.controllers.specification import check_files, keyed, rooted, specification
+
+    case = rooted(specification(keys), Path())
+    check_files(case)
+    return keyed(case)

@@ -24,11 +24,6 @@ def finish(failures: Mapping[float, str], interrupted: bool = False, unit: str =
         raise typer.Exit(1)
 
 
-def default_speeds(low: float, high: float) -> list[float]:
-    """Whole numbers between two speeds."""
-    return [float(u) for u in range(int(low) + (low > int(low)), int(high) + 1)]
-
-
 def values_of(text: str, option: str) -> list[float]:
     """Numbers from text such as 4,6,8 or 4:24:2.
 

@@ -10,9 +10,10 @@ import typer
 
 from meltemi.app.commands import Group
 from meltemi.app.loads import shard_of, told
-from meltemi.app.options import TURBINES, controller_of_options
+from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, controller_of_options
 from meltemi.app.terminal import OutOption, folder_for, print_table, print_values, progress_bar, say, suggest, wrote
 from meltemi.core.errors import InputError
+from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
     from meltemi.surrogate.site import SiteTable
@@ -55,12 +56,8 @@ def design(
     seeds: Annotated[int, typer.Option("--seeds", help="Seeds of repeated and held-out points.")] = 6,
     duration: Annotated[float, typer.Option("--duration", help="Evaluated duration [s].")] = 600.0,
     transient: Annotated[float, typer.Option("--transient", help="Initial transient [s].")] = 60.0,
-    controller: Annotated[
-        str | None, typer.Option("--controller", help="Bladed-style controller library, rosco or power [baseline].")
-    ] = None,
-    controller_input: Annotated[
-        Path | None, typer.Option("--controller-input", help="Input file of the controller library, e.g. DISCON.IN.")
-    ] = None,
+    controller: ControllerOption = None,
+    controller_input: ControllerInputOption = None,
     realisation: Annotated[
         int, typer.Option("--realisation", help="Number of the realisation: points and seeds follow from it.")
     ] = 1,
@@ -81,9 +78,7 @@ def design(
         given["bounds"] = {name: _numbers(text, "--bounds", 2) for name, text in _pairs(bounds, "--bounds")}
     if loads is not None:
         given["loads"] = {name: _numbers(text, "--loads", 1)[0] for name, text in _pairs(loads, "--loads")}
-    if controller == "power":
-        given["controller"] = {"kind": "power"}
-    elif controller is not None or controller_input is not None:
+    if controller is not None or controller_input is not None:
         named = {"--controller": controller, "--controller-input": controller_input}
         given["controller"] = controller_of_options({k: v for k, v in named.items() if v is not None})
     campaign = validated(given, SurrogateCampaign, "meltemi surrogate design")
@@ -103,6 +98,8 @@ def design(
     print(f"{points} points of the fit, {checks} held-out points: {len(planned)} runs, {hours:.0f} h simulated")
     wrote(*files)
     suggest("surrogate", "run", out)
+    if words := missing(("pandas", "pyarrow")):
+        say(f"to run it needs {words}")
 
 
 def _pairs(text: str, option: str) -> list[tuple[str, str]]:

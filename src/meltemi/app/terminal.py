@@ -189,15 +189,13 @@ def print_table(
     wide.print(rich_table(title, head, rows, text_columns))
 
 
-UNITS = re.compile(r"(.*?[^\d\s])\s+\[?(m/s|rpm|deg/s|deg|rad/s|rad|Hz|%|kN m/deg|kN m|kN|MW|kW|kg|m|s|h)\]?")
-"""A column's name with its unit at the end."""
-
-
 def records(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], text_columns: int) -> dict[str, Any]:
     """A table for programs: title, units by column, and rows as objects with numbers in all digits."""
+    from meltemi.report.tables import HEAD_UNIT
+
     names, units = [], {}
     for i, text in enumerate(" ".join(column.split()) or "item" for column in head):
-        match = UNITS.fullmatch(text)
+        match = HEAD_UNIT.fullmatch(text)
         name = match[1] if match and match[1] not in names else text
         name = name if name not in names else f"{name} ({i + 1})"
         names.append(name)

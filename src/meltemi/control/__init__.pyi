@@ -8,6 +8,9 @@ from meltemi.control.controller import LogEntry as LogEntry
 from meltemi.control.controller import StartPoint as StartPoint
 from meltemi.control.coordinated import CoordinatedController as CoordinatedController
 from meltemi.control.coordinated import Coordination as Coordination
+from meltemi.control.lidar import LidarSensor as LidarSensor
+from meltemi.control.lidar import lidar_scan as lidar_scan
+from meltemi.control.lidar import lidar_wind as lidar_wind
 from meltemi.control.load_control import FeedForward as FeedForward
 from meltemi.control.load_control import HarmonicLoop as HarmonicLoop
 from meltemi.control.load_control import LoadControl as LoadControl
@@ -18,9 +21,12 @@ from meltemi.control.load_control import SpeedNotch as SpeedNotch
 from meltemi.control.power_control.controller import PowerController as PowerController
 from meltemi.control.power_control.settings import Droop as Droop
 from meltemi.control.power_control.settings import PowerControl as PowerControl
+from meltemi.control.signals import Demands as Demands
+from meltemi.control.signals import Measurements as Measurements
 from meltemi.control.supervisor.settings import Supervision as Supervision
 from meltemi.control.supervisor.supervised import SupervisedController as SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection as YawProtection
 from meltemi.control.supervisor.threshold import yaw_threshold as yaw_threshold
 from meltemi.control.yaw import YawControl as YawControl
 from meltemi.control.yaw import YawController as YawController
+from meltemi.controllers.schemes import make_controller as make_controller

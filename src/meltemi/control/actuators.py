@@ -3,10 +3,12 @@
 The models of pitch and flap actuators are in ``control/actuator_models``. A blade or flap that is stuck stops where it
 is; a blade that runs away goes to the end of its range at a rate of its own, as if that were demanded.
 
-Reference: docs/theory/control.md (C-10 to C-13, C-55 to C-58).
+Reference: docs/theory/control.md (C-10 to C-13, C-55 to C-58, C-94).
 """
 
 from __future__ import annotations
+
+from math import sqrt
 
 from meltemi.aero.tables import FlapParameters
 from meltemi.control import actuator_models
@@ -34,6 +36,9 @@ class Actuators(Table):
     yaw_acceleration: float = number("rad/s^2", "acceleration of the yaw drive; 0: not limited")
     yaw_friction: float = number("N m", "friction torque of the yaw bearing while it turns")
     yaw_hold: float = number("N m", "torque at which the yaw drive at rest slips; negative: it never slips")
+    pitch_friction: float = number("rad/s^2", "friction torque of the unloaded pitch bearing over inertia")
+    pitch_friction_moment: float = number("1/(kg m^2)", "friction torque over bending moment, over inertia")
+    pitch_friction_spin: float = number("-", "friction torque over square of the rotor speed, over inertia")
     pitch_offset: Numbers = blades("rad", "pitch angle of each blade minus that of its encoder")
 
 
@@ -63,6 +68,18 @@ class Actuation(Record):
 
 
 @kernel
+def pitch_friction(b: int, c: Actuation) -> float:
+    """Friction torque of a pitch bearing over inertia [rad/s^2] under the loads that are measured (C-94)."""
+    p, x = c.actuators, c.measured
+    friction = p.pitch_friction
+    if p.pitch_friction_moment > 0.0:
+        across, along = x.out_of_plane_moment[b], x.in_plane_moment[b]
+        friction += p.pitch_friction_moment * sqrt(across * across + along * along)
+        friction += p.pitch_friction_spin * x.rotor_speed * x.rotor_speed
+    return friction
+
+
+@kernel
 def pitch_advance(dt: float, c: Actuation) -> None:
     """Pitch angles after ``dt`` under held demands; with the ideal actuator at once."""
     p, f, pitch = c.actuators, c.faults, c.pitch
@@ -82,7 +99,9 @@ def pitch_advance(dt: float, c: Actuation) -> None:
         demand = min(max(demand, low), high)
         offset = p.pitch_offset[b]
         angle, rate = pitch.angle[b] - offset, pitch.rate[b]
-        limits = ActuatorParameters(p.pitch_frequency, p.pitch_damping, most, low, high, run != 0.0)
+        limits = ActuatorParameters(
+            p.pitch_frequency, p.pitch_damping, most, low, high, run != 0.0, pitch_friction(b, c)
+        )
         new, pitch.rate[b], switches = actuator_models.advance(whole(p.pitch_model), angle, rate, demand, limits, dt)
         pitch.held[b], pitch.angle[b] = pitch.angle[b], new + offset
         if dt > 0.0:
@@ -108,7 +127,7 @@ def flap_advance(dt: float, c: Actuation) -> None:
                 flap.switches[j, b] += crossed(demand - low) + crossed(demand - high)
             demand = min(max(demand, low), high)
             angle, rate = flap.angle[j, b], flap.rate[j, b]
-            limits = ActuatorParameters(p.frequency[j], p.damping[j], p.rate[j], low, high, False)
+            limits = ActuatorParameters(p.frequency[j], p.damping[j], p.rate[j], low, high, False, 0.0)
             new, new_rate, switches = actuator_models.advance(whole(p.model[j]), angle, rate, demand, limits, dt)
             flap.held[j, b], flap.angle[j, b] = angle, new
             flap.rate[j, b] = new_rate

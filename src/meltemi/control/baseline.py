@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from math import exp, tanh
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy import float64
@@ -24,7 +25,9 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.generic import crossed, whole
 from meltemi.maths.tables import Table, number
 from meltemi.turbine.definition import BaselineControl
-from meltemi.turbine.power_turbine import AnyTurbine
+
+if TYPE_CHECKING:
+    from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[float64]
 
@@ -212,10 +215,10 @@ def BaselineController(turbine: AnyTurbine, *, sample_time: float | None = None,
     """
     if not (math.isfinite(smoothing) and smoothing >= 0.0):
         raise InputError(f"BaselineController: smoothing must be zero or a positive angle [rad], found {smoothing!r}")
-
+    law = turbine.control  # now: the error for what is no turbine
     return Controller(
         update=update,
-        init=lambda start: start_state(turbine.control, start, smoothing),
+        init=lambda start: start_state(law, start, smoothing),
         sample_time=sample_time,
         name="baseline",
         uses_loads=False,

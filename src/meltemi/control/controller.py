@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from meltemi.control.signals import CALLBACK, Demands, Measurements
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel_for
-from meltemi.numbers.duals import DualArrayType
+from meltemi.numbers.records import DUALS, NUMBERS
 
 Vector = NDArray[np.float64]
 Update = Callable[[Any, Any, Any, float], None]
@@ -36,9 +36,13 @@ Update = Callable[[Any, Any, Any, float], None]
 _V = types.float64[::1]
 UPDATE = types.void(_V, _V, _V, types.float64)
 """Signature of ``update(state, measurements, demands, dt)``."""
-_D = DualArrayType(1)
-UPDATE_DUALS = types.void(_D, _D, _D, types.float64)
-"""The same for runs with derivatives."""
+
+
+@cache
+def update_of_duals() -> Any:
+    """The same for runs with derivatives."""
+    vector = NUMBERS[DUALS].array(1)
+    return types.void(vector, vector, vector, types.float64)
 
 
 class EntryType(types.FunctionType):  # type: ignore[misc]
@@ -50,7 +54,7 @@ class EntryPoint:
 
     Args:
       function: compiled for the signature.
-      signature: ``UPDATE`` or ``UPDATE_DUALS``.
+      signature: ``UPDATE``, or :func:`update_of_duals`.
     """
 
     def __init__(self, function: Any, signature: Any) -> None:
@@ -193,7 +197,7 @@ class Entry:
         if numba.config.DISABLE_JIT:
             self.function = lambda x, measured, wanted, dt: update(x, Measurements(measured), Demands(wanted), dt)
         elif duals:
-            self.function = EntryPoint(dual_entry(controller), UPDATE_DUALS)
+            self.function = EntryPoint(dual_entry(controller), update_of_duals())
         elif isinstance(update, numba.core.dispatcher.Dispatcher):
             self.function = EntryPoint(compiled_entry(update), UPDATE)
         else:
@@ -250,7 +254,7 @@ def dual_entry(controller: Controller) -> Any:
         )
     if (update, "duals") not in _ENTRIES:
         try:
-            _ENTRIES[update, "duals"] = _compiled(update, UPDATE_DUALS, cached=False)
+            _ENTRIES[update, "duals"] = _compiled(update, update_of_duals(), cached=False)
         except numba.core.errors.NumbaError as error:
             lines = [line for line in str(error).splitlines() if line.strip()]
             raise InputError(

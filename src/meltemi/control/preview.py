@@ -4,7 +4,8 @@
 
 with theta_ss the pitch of steady operation and V_f the low-passed wind averaged over the rotor. What is previewed needs
 no speed error any more; the collective law takes what is left. The lead makes up for the low-pass and the actuator. The
-wind is given as a series that is known beforehand: no lidar is modelled, so this is the most that preview can do.
+wind is given as a series: the wind itself, which is the most that preview can do, or what a lidar measures of it
+(``meltemi.analysis.lidar_preview``).
 
 Reference: docs/theory/control.md (C-39, C-40); Schlipf, Schlipf and Kühn (2013), Wind Energy 16, 1107-1129.
 """

@@ -2,8 +2,8 @@
 
 Files, the command line, functions and records made in Python raise :class:`InputError` (where, what
 was expected, the closest valid name, what to do); ``build`` raises :class:`UnsupportedError` for
-features it does not have; a run that fails in time ends with a :class:`Status` and keeps what it
-computed, and one that leaves the range of validity of the model continues and reports it.
+features it does not have; a run that ends early raises :class:`RunError` with what it computed, or in
+a batch has a :class:`Status`; one that leaves the range of validity of the model continues and reports it.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from enum import Enum, IntEnum
+from typing import Any
 
 
 class MeltemiError(Exception):
@@ -26,7 +27,15 @@ class UnsupportedError(MeltemiError):
 
 
 class RunError(MeltemiError):
-    """A simulation stopped before its end, or is doubtful; raised only by ``Result.raise_for_status``."""
+    """A simulation ended early, or ``Result.raise_for_status`` found it doubtful.
+
+    Attributes:
+      result: what was computed up to then, if anything.
+    """
+
+    def __init__(self, message: str, result: Any = None) -> None:
+        super().__init__(message)
+        self.result = result
 
 
 class Status(IntEnum):

@@ -246,6 +246,28 @@ def choice(kernels: Sequence[Callable[..., Any]]) -> Any:
     return _compiled(call, cached=False)
 
 
+def in_turn(kernels: Sequence[Callable[..., Any]], parameters: int) -> Any:
+    """A kernel that calls several, which take up to three parameters, one after the other; without a cache."""
+    if not kernels:
+        nothing: Any = (lambda a: None, lambda a, b: None, lambda a, b, c: None)[parameters - 1]
+        return _compiled(nothing, cached=False)
+    first, following = kernels[0], in_turn(kernels[1:], parameters)
+
+    def one(a: Any) -> None:
+        first(a)
+        following(a)
+
+    def two(a: Any, b: Any) -> None:
+        first(a, b)
+        following(a, b)
+
+    def three(a: Any, b: Any, c: Any) -> None:
+        first(a, b, c)
+        following(a, b, c)
+
+    return _compiled((one, two, three)[parameters - 1], cached=False)
+
+
 def loose(function: F) -> F:
     """A kernel without a cache of its own, compiled as part of its callers."""
     return _compiled(function, cached=False)
@@ -290,16 +312,21 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
         try:
             self._save_data(name, data)
             known = self._load_index()
-            if known.get(key) != name:
-                self._save_index({**known, key: name})
+            if known.get(repr(key)) != name:
+                self._save_index({**known, repr(key): name})
         except OSError as error:
             _cannot_keep(Path(self._cache_path).parent, error.strerror or str(error))
 
-    def _load_index(self) -> dict[Any, str]:
+    def load(self, key: Any) -> Any:
+        """Machine code of a signature, or None; the index names signatures by text: their types may be foreign."""
+        name = self._load_index().get(repr(key))
+        return None if name is None else self._load_data(name)
+
+    def _load_index(self) -> dict[str, str]:
         stamp, known = self._read(self._index_path) or (None, {})
         return known if stamp == self._source_stamp else {}
 
-    def _save_index(self, overloads: dict[Any, str]) -> None:
+    def _save_index(self, overloads: dict[str, str]) -> None:
         self._write(self._index_path, (self._source_stamp, overloads))
 
     def _load_data(self, name: str) -> Any:

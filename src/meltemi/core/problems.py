@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from meltemi.core.deferred import without_deferral
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.units import ANGULAR, in_degrees, unit_of
 
@@ -168,6 +169,7 @@ def _inside(outer: Any, part: int | str) -> list[Any]:
 
 
 def _alternatives(annotation: Any) -> list[Any]:
+    annotation = without_deferral(annotation)
     if get_origin(annotation) is Annotated:
         return _alternatives(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType):

@@ -29,8 +29,11 @@ from pydantic import (
 from meltemi.core.display import brief, is_default, one_line
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.problems import Keys, explain
-from meltemi.core.representation import Card, Shown, record_card
+from meltemi.core.shown import Shown
 from meltemi.core.units import angular_unit, from_text
+
+if TYPE_CHECKING:
+    from meltemi.core.representation import Card
 
 LARGEST = 1e50
 """No physical quantity in SI units is larger; the product of a few still fits a number of 64 bits."""
@@ -156,6 +159,9 @@ class Record(Shown, BaseModel):
                 raise ValueError(f"{name}: expected a number of at most {LARGEST:g}")
         return data | {name: from_text(data[name], unit) for name, unit in _angular(cls).items() if name in data}
 
+    def __dir__(self) -> list[str]:
+        return [name for name in super().__dir__() if name.startswith("__") or not hasattr(BaseModel, name)]
+
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and self.content_hash() == other.content_hash()
 
@@ -174,6 +180,7 @@ class Record(Shown, BaseModel):
 
     def card(self) -> Card:
         """What notebooks show."""
+        from meltemi.core.representation import record_card
 
         return record_card(self)
 

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from html import escape
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel
 
-from meltemi.core.display import brief, is_default, one_line, quantity, rounded
+from meltemi.core.display import brief, is_default, quantity, rounded
 from meltemi.core.units import display, unit_of
 
 STYLE = """\
@@ -97,40 +96,6 @@ class Card:
     def folded(self, title: str) -> Fold:
         """The card as a section of another one."""
         return Fold(title, self.facts, note=self.lead or self.title, inside=self.sections)
-
-
-class Shown:
-    """Base of classes that notebooks show as a :class:`Card`."""
-
-    def card(self) -> Card:
-        """What notebooks show."""
-        raise NotImplementedError
-
-    def _repr_html_(self) -> str:
-        return html(self.card())
-
-
-class Viewed:
-    """Base of classes that have a three-dimensional view."""
-
-    def view(self, **settings: Any) -> Any:
-        """The view in three dimensions, which notebooks show: that of ``meltemi.plots.view``, with its settings."""
-        return import_module("meltemi.plots").view(self, **settings)
-
-
-class Brief(Shown):
-    """Base of dataclasses that hold arrays or other records; they are decorated with ``repr=False``."""
-
-    def facts(self) -> dict[str, str]:
-        """Names and values to be displayed, as text."""
-        return {f.name: brief(getattr(self, f.name)) for f in fields(self) if f.repr}  # type: ignore[arg-type]
-
-    def __repr__(self) -> str:
-        return one_line(type(self).__name__, self.facts())
-
-    def card(self) -> Card:
-        """The facts."""
-        return Card(type(self).__name__, "", [(name.replace("_", " "), text) for name, text in self.facts().items()])
 
 
 def html(card: Card) -> str:

@@ -64,6 +64,13 @@ def on_times(quantity: Varying, times: ArrayLike) -> NDArray[np.float64]:
     return np.where(jumps, x[np.minimum(first, len(t) - 1)], after)
 
 
+def changing(time: ArrayLike, *columns: ArrayLike) -> tuple[float, float] | None:
+    """[s] begin and end of the changes of quantities that are given at the same times; None if none changes."""
+    at = np.asarray(time, dtype=np.float64)
+    moved = np.flatnonzero(np.any(np.diff(np.stack(columns)) != 0.0, axis=0))
+    return (float(at[moved[0]]), float(at[moved[-1] + 1])) if len(moved) else None
+
+
 def union(*quantities: Varying) -> NDArray[np.float64]:
     """All times at which a quantity is given, steps twice; 0 if all are constant."""
     series = [q.time for q in quantities if isinstance(q, TimeSeries)]

@@ -21,7 +21,6 @@ Float = NDArray[np.float64]
 class ElectricalParameters(Table, title="electrical"):
     """Parameters."""
 
-    on: float = number("-", "1: there is an electrical system, 0: none is modelled")
     pole_pairs: float = number("-", "number of pole pairs")
     flux: float = number("Wb", "flux linkage of the magnets with a phase")
     stator_resistance: float = number("Ohm", "resistance of a phase")
@@ -116,14 +115,11 @@ class Electrical(Record):
     d_electric: ElectricState
 
 
-def electrical_array(system: ElectricalSystem | None) -> Float:
-    """Parameters for the kernels; without a system all zero, which switches it off."""
+def electrical_array(system: ElectricalSystem) -> Float:
+    """Parameters for the kernels."""
     p = ElectricalParameters(ElectricalParameters.zeros())
-    array: Float = p.array
-    if system is None:
-        return array
     m, dc, ride, control = system.machine, system.dc_link, system.ride_through, system.control
-    p.on, p.pole_pairs, p.flux = 1.0, m.pole_pairs, m.flux
+    p.pole_pairs, p.flux = m.pole_pairs, m.flux
     p.stator_resistance, p.stator_inductance = m.resistance, m.inductance
     p.iron_drag = m.iron_loss / m.rated_speed**2
     for name, converter in (("machine", system.machine_converter), ("grid", system.grid_converter)):
@@ -146,4 +142,5 @@ def electrical_array(system: ElectricalSystem | None) -> Float:
     p.substep, p.support_gain = control.longest_step, ride.gain
     for name in "dead_band zero_time recovery_time highest_voltage lowest_frequency highest_frequency".split():
         setattr(p, name, getattr(ride, name))
+    array: Float = p.array
     return array

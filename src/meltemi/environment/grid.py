@@ -9,6 +9,9 @@ from pydantic import model_validator
 from meltemi.core.record import Record
 from meltemi.core.series import Varying, values
 
+NOMINAL_FREQUENCY = 50.0
+"""[Hz] of the grid of a turbine without an electrical system."""
+
 
 class PowerGrid(Record):
     """Voltage, frequency and operator references, each constant or time-varying."""

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from meltemi.core.deferred import deferred
 from meltemi.core.record import Particular
 from meltemi.environment.air import Air
-from meltemi.environment.rain import Rain
+
+if TYPE_CHECKING:
+    from meltemi.environment.rain import Rain
+else:
+    Rain = deferred("meltemi.environment.rain", "Rain")
 
 STANDARD = 1.225
 """[kg/m^3] of the ISO 2533 standard atmosphere at sea level."""

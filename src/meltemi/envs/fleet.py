@@ -34,11 +34,11 @@ from meltemi.envs.settings import MODELS, TASKS, EnvironmentSettings, Weights
 from meltemi.postprocess.counting import DEPTH
 from meltemi.postprocess.fatigue import usual_slope
 from meltemi.simulation.model import Model
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build, default_step, operating_point
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
-from meltemi.simulation.trim import OperatingPoint
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import WindBox
@@ -271,7 +271,7 @@ class Episode:
             "measured": case.measured,
             "clock": case.clock.array,
             "episode": episode.array,
-            "output": run._output,
+            "output": run.loop.output,
             "counters": np.array(counters).reshape(len(counters), len(CounterState)),
             "points": np.zeros((len(counters), 2, DEPTH)),
             "sensors": machine.sensors,
@@ -284,7 +284,7 @@ class Episode:
             AgentState(case.controller_state),
             arrays["counters"],
         )
-        self.records = (*run._arguments[1:], self.slot)
+        self.records = (*run.loop.records, self.slot)
 
     def close(self) -> None:
         """Release the simulation."""
@@ -322,7 +322,7 @@ class Fleet:
         if self._functions is None:
             step, entry_words, loop_words = compiled(*(numba.typeof(record) for record in episode.records))
             run = episode.simulation
-            self._functions = step, [*entry_words(run._arguments[0]), *loop_words(run._march)]
+            self._functions = step, [*entry_words(run.loop.controller), *loop_words(run.loop.function)]
         self.words[i] = [*self._functions[1], *(record.address for record in episode.records)]
         self._noise(i, rng)
         self._march(np.array([i]), self._idle, 1 + machine.begin_steps, True)

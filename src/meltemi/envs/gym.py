@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import need
 from meltemi.envs.fleet import Fleet, Machine
 from meltemi.envs.kernels import TERMS
 from meltemi.envs.settings import TASKS, EnvironmentSettings
 from meltemi.simulation.result import Result
 
-try:
-    import gymnasium
-    from gymnasium import spaces
-    from gymnasium.utils import seeding
-    from gymnasium.vector import AutoresetMode, VectorEnv
-    from gymnasium.vector.utils import batch_space
-except ImportError:
-    raise InputError("learning environments need Gymnasium: pip install 'gymnasium>=1.0,<2'") from None
+need("a learning environment", "gymnasium")
+
+import gymnasium  # noqa: E402
+from gymnasium import spaces  # noqa: E402
+from gymnasium.utils import seeding  # noqa: E402
+from gymnasium.vector import AutoresetMode, VectorEnv  # noqa: E402
+from gymnasium.vector.utils import batch_space  # noqa: E402
 
 Observation = NDArray[np.float32]
 IDS = tuple(f"Meltemi/{task}-v0" for task in TASKS)

@@ -9,21 +9,28 @@ from typing import Any, Literal, Self
 from pydantic import Field, model_validator
 
 from meltemi.control.supervisor.settings import Supervision, limits
+from meltemi.controllers.schemes import equipped, make_controller, settled
+from meltemi.controllers.specification import (
+    BaselineCase,
+    ControllerCase,
+    FixedCase,
+    LibraryCase,
+    NamedCase,
+    PowerCase,
+    PythonCase,
+    SupervisedCase,
+    check_files,
+    description,
+    rooted,
+    supervised_form,
+)
+from meltemi.controllers.trial import try_controllers
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, write_record
 from meltemi.environment.site import Environment
 from meltemi.loadbase.site import Site
 from meltemi.loadbase.table import Defaults, LoadTable, load_table
-from meltemi.loadcases.case import (
-    ROSCO,
-    BaselineCase,
-    ControllerCase,
-    FixedCase,
-    LibraryCase,
-    PowerCase,
-    SupervisedCase,
-)
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build, operating_point
 from meltemi.turbine.definition import Turbine
@@ -71,24 +78,26 @@ class Campaign(Record):
     electrical_system: bool = False
     """Whether the turbine describes its electrical system; where one is needed and it does not, it is sized by rule."""
 
-    controller: ControllerCase = SupervisedCase(kind="supervised")
-    """Controller, as in a case file. The supervised one is the baseline controller in production."""
+    controller: NamedCase = SupervisedCase(kind="supervised")
+    """Controller, as in a case file. The supervised one is the baseline controller in production. A scheme has a
+    supervisor, too, and its gains when the campaign is made."""
     idle_pitch: float = Field(gt=-1.6, lt=3.2)
     """[rad] pitch angle of idling and locked rotors."""
     normal_rate: float = Field(gt=0.0, le=2.0)
     """[rad/s] pitch rate of normal stops under controllers that do not follow requests of the operator."""
     emergency_rate: float = Field(gt=0.0, le=2.0)
-    """[rad/s] the same of emergency stops, and after loss of the grid."""
+    """[rad/s] pitch rate of emergency stops under such controllers, and after loss of the grid."""
     pitch_imbalance: float = Field(default=math.radians(0.3), ge=0.0, le=0.2)
-    """[rad] by which blade 1 is above and blade 2 below the pitch of their encoders, in operation."""
+    """[rad] pitch imbalance: blade 1 is above, blade 2 below the pitch of their encoders by this, in operation."""
     mass_imbalance: float = Field(default=0.005, ge=0.0, le=0.2)
-    """Share by which blade 1 is heavier than the others, in operation."""
+    """Mass imbalance: share by which blade 1 is heavier than the others, in operation."""
     inclination: float = Field(default=math.radians(8.0), ge=-0.5, le=0.5)
     """[rad] flow inclination in operation."""
     extreme_wind: Literal["turbulent", "steady"] = "turbulent"
     """Form of the extreme wind speed model."""
     start_margin: float = Field(default=0.9, gt=0.0, le=1.0)
-    """A start is permitted from this share of V_in, and to V_out over it, so that it can be simulated at both."""
+    """Start margin: a start is permitted from this share of V_in, and to V_out over it, so that it can be simulated at
+    both."""
     wind_stops: bool = False
     """Whether the supervisor stops production in wind below cut-in and above cut-out. By default it continues, as the
     design situation demands; DLC 4.1 has these stops."""
@@ -223,18 +232,30 @@ def make_campaign(
     campaign = Campaign(**(own | data | {"rated_wind": middle}))
     if {"cut_in", "cut_out"} & settings.keys() and isinstance(campaign.controller, SupervisedCase):
         campaign = _with_winds(campaign, described)
-    if isinstance(library := campaign.controller, LibraryCase):
-        files = {name: getattr(library, name) for name in ("library", "input")}
-        paths = {name: str(Path(file).absolute()) for name, file in files.items() if file not in (None, ROSCO)}
-        campaign = campaign.replace(controller=library.replace(**paths))
+    campaign = campaign.replace(controller=rooted(campaign.controller, Path()))
+    check_files(campaign.controller)
     for case in (campaign.controller, start_controller(campaign)):
         if isinstance(case, SupervisedCase):
             limits(described, case.supervision)
     campaign.table()
-    if rated_wind is not None:
-        return campaign
-    model = build(described, ModelOptions(**campaign.options), campaign.environment)
-    return campaign.replace(rated_wind=rated_wind_speed(model, campaign.cut_in, campaign.cut_out))
+    if rated_wind is None:
+        model = build(described, ModelOptions(**campaign.options), campaign.environment)
+        campaign = campaign.replace(rated_wind=rated_wind_speed(model, campaign.cut_in, campaign.cut_out))
+    return campaign.replace(controller=_ready(campaign, described))
+
+
+def _ready(campaign: Campaign, turbine: Turbine) -> ControllerCase:
+    """The controller with the gains of its scheme, for the turbine that the scheme needs; tried for a few steps."""
+    case = campaign.controller
+    if isinstance(case, BaselineCase) and (case.scheme or case.load):
+        case = supervised_form(case) or case
+    scheme = getattr(case, "scheme", None)
+    if scheme is None and not isinstance(case, LibraryCase | PythonCase):
+        return case
+    model = build(equipped(turbine, [scheme or ""]), ModelOptions(**campaign.options), campaign.environment)
+    case = settled(case, model)
+    try_controllers({description(case): make_controller(case, model)}, model)
+    return case
 
 
 def _with_winds(campaign: Campaign, turbine: Turbine) -> Campaign:
@@ -283,9 +304,9 @@ def start_controller(campaign: Campaign) -> SupervisedCase | None:
     A start is permitted at V_in and V_out, where a turbine in service would wait.
     """
     c = campaign.controller
-    if isinstance(c, LibraryCase | PowerCase):
+    case = supervised_form(c)
+    if case is None:
         return None
-    case = c if isinstance(c, SupervisedCase) else SupervisedCase(kind="supervised")
     least, most = campaign.start_margin * campaign.cut_in, campaign.cut_out / campaign.start_margin
     winds = {"start_wind": least, "stop_wind": 0.8 * least, "restart_wind": most}
     winds |= {"cut_out_mean": 1.05 * most, "cut_out_wind": 1.2 * most, "cut_out_gust": 1.4 * most}

@@ -19,20 +19,23 @@ if TYPE_CHECKING:
 STATES = ("ok", "warned", "doubtful", "failed", "missing", "unsupported")
 """A warned case ended within the range of validity, with warnings."""
 MEANINGS = (
-    ("tower's surface", "a blade strikes the tower: no clearance; loads do not contain the impact"),
-    ("comes close to the tower", "less tip clearance than required of the undeflected rotor"),
-    ("model's range", "a deflection beyond the range of the model: loads of this case are uncertain"),
-    ("range of their model", "a deflection beyond the range of the model: loads of this case are uncertain"),
-    ("rotor faster", "overspeed beyond any design: a protection system would have acted; loads are no design loads"),
-    ("overspeed", "overspeed: the loads hold only if the protection system acts no earlier"),
-    ("stopped at", "the supervisor stopped the turbine: no loads of production from then on"),
-    ("vibration", "an instability: loads depend on its duration"),
-    ("unstable", "an instability: loads depend on its duration"),
-    ("the run needs", "the wind is shorter than the run, or does not cover the rotor: not simulated"),
+    ("tower's surface", "tower strike: loads do not include the impact"),
+    ("comes close to the tower", "tip clearance below the required share of that of the undeflected rotor"),
+    ("model's range", "deflection beyond the range of validity of the model: loads of this case are uncertain"),
+    ("range of their model", "deflection beyond the range of validity of the model: loads of this case are uncertain"),
+    (
+        "rotor faster",
+        "overspeed beyond the design range, where a protection system would have acted: not valid as design loads",
+    ),
+    ("overspeed", "overspeed: loads are valid only if the protection system acts no earlier"),
+    ("stopped at", "the supervisor stopped the turbine: loads after that are not those of power production"),
+    ("vibration", "instability: loads depend on its duration"),
+    ("unstable", "instability: loads depend on its duration"),
+    ("the run needs", "not simulated: the wind field is shorter than the run or does not cover the rotor"),
 )
 """Meaning of messages and warnings, by words that they contain."""
 UNCERTAIN = "outside the range of validity of the model: loads of this case are uncertain"
-LOST = "no loads: the case takes no part in any number"
+LOST = "no results: excluded from all loads"
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class Results:
       keys: names of the cases by key.
       states: of each case, see ``STATES``.
       said: message and warnings of the cases that are not simply OK.
-      present: cases with loads that take part.
+      present: cases with loads that are evaluated.
     """
 
     plan: Plan
@@ -56,7 +59,7 @@ class Results:
     present: tuple[PlannedCase, ...] = field(repr=False)
 
     def table(self, what: str, channels: Sequence[str] | None = None) -> pd.DataFrame:
-        """A table of the cases that take part, see ``Store.table``."""
+        """A table of the cases that are evaluated, see ``Store.table``."""
         return self.store.table(self.keys, what, channels)
 
 
@@ -66,7 +69,7 @@ def read_results(plan: Plan, folder: str | Path, *, doubtful: bool = True) -> Re
     Args:
       plan: of the load base.
       folder: of the load base.
-      doubtful: whether doubtful cases take part.
+      doubtful: whether doubtful cases are evaluated.
 
     Raises:
       InputError: the turbine, a file of the controller or a file of the results cannot be read.
@@ -122,9 +125,11 @@ def coverage_of(results: Results) -> pd.DataFrame:
         n, own = counts[name].total(), taken[name]
         words = ""
         if own < n:
-            words = f"{n - own} of {n} cases take no part"
-            meaning = _of_fatigue(lost.get(name, 0.0)) if row.type == "fatigue" else "extreme loads may be larger"
-            words += f": {'the row is not evaluated' if not own else meaning}"
+            words = f"{n - own} of {n} cases have no results"
+            meaning = (
+                _of_fatigue(lost.get(name, 0.0)) if row.type == "fatigue" else "extreme loads may be underestimated"
+            )
+            words += f": {'the load case is not evaluated' if not own else meaning}"
         states = [counts[name][state] for state in STATES]
         lines.append((name, results.plan.table.dlc(name), row.title, row.type, n, *states, not words, words))
     head = ["row", "dlc", "title", "type", "cases", *STATES, "complete", "meaning"]
@@ -133,8 +138,8 @@ def coverage_of(results: Results) -> pd.DataFrame:
 
 def _of_fatigue(lost: float) -> str:
     if lost <= 0.0:
-        return "their time is given to the other cases of the same wind speed and yaw error"
-    return f"{lost:.2g} of the repetitions have no case, damage and energy are too low"
+        return "their time is assigned to the other cases of the same wind speed and yaw error"
+    return f"{100.0 * lost:.2g} % of the occurrences have no case, so that damage and energy are underestimated"
 
 
 Condition = tuple[str, str, float, float | None]

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.loadbase.coverage import Results, condition_of, coverage_of, problems_of, read_results
 from meltemi.loadbase.endurance import (
     MarkovMatrix,
@@ -73,13 +72,14 @@ class DesignLoads(Brief):
       ultimate: index (interface, driver): design loads, WITH partial safety factor. Columns Fx to Mz, F_res, M_res
         [N, N m], "F_res angle", "M_res angle" [rad], all of one instant; case, row, dlc, blade (0 if it is not one of a
         blade), time [s], factor, scale (ratio of the characteristic value to the driver's value in the run), rule,
-        runs (over which a mean was taken), lacking (cases of the row that take no part), state of the case.
+        runs (over which a mean was taken), lacking (cases of the row without results), state of the case.
       characteristic: the same rows WITHOUT the factor; column factor is the one that ``ultimate`` contains.
       by_row: index (interface, driver, row): characteristic, factor, design [N, N m] (value of the driver without and
         with factor), case, runs, lacking.
       extrapolations: of DLC 1.1, for each interface and driver, and for the deflection of the tip out of plane and
         towards the tower.
-      clearance: index row: least distance of a blade's tip from the tower's surface. Columns clearance [m]
+      clearance: index row: least distance of a blade's tip from the tower's surface, where a blade passes
+        the tower. Columns clearance [m]
         (characteristic value), factor, material, deflection [m] (undeflected minus clearance), left [m] (undeflected
         minus deflection times both factors), ratio (clearance over undeflected), case, runs, lacking, fits
         (bool: ``left`` is positive).
@@ -207,23 +207,23 @@ def _notes(results: Results, coverage: pd.DataFrame, evaluation: Evaluation) -> 
     """Sentences that belong beside the numbers."""
     plan = results.plan
     if plan.campaign.quick:
-        yield "A quick plan with one seed and few wind speeds: these are no design loads."
+        yield "Quick plan with one seed and few wind speeds: not valid for design."
     for row, line in coverage.iterrows():
         if line["meaning"]:
             yield f"DLC {line['dlc']} ({row}): {line['meaning']}."
     words = {"doubtful": "outside the range of validity of the model", "warned": "with warnings"}
     for state, text in words.items():
         if n := sum(results.states[case.name] == state for case in results.present):
-            yield f"{n} cases {text} take part." if n > 1 else f"1 case {text} takes part."
+            yield f"{n} case{'s' if n > 1 else ''} {text} included."
     for runs in evaluation.runs:
         if runs.rule == EXTRAPOLATED:
             least = LEAST["weibull" if evaluation.way == "weibull" else "gumbel"]
             few = sorted({v for v in runs.speeds.tolist() if np.sum(runs.speeds == v) < least})
             if len(few) == len(set(runs.speeds)):
-                yield f"DLC {runs.dlc}: fewer than {least} seeds, too few for an extrapolation: it takes no part."
+                yield f"DLC {runs.dlc}: fewer than the {least} seeds that an extrapolation needs; not evaluated."
             elif few:
                 speeds = ", ".join(f"{v:g}" for v in few)
-                yield f"DLC {runs.dlc}: {speeds} m/s have fewer than {least} seeds: not in the extrapolation."
+                yield f"DLC {runs.dlc}: {speeds} m/s have fewer than {least} seeds and are not extrapolated."
 
 
 def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:
@@ -272,7 +272,6 @@ TABLES = (
     "ultimate characteristic by_row clearance signals roses fatigue shares powers stops duties durations "
     "duration_loads coverage problems"
 ).split()
-WORKBOOK = "design_loads.xlsx"
 
 
 def design_tables(design: DesignLoads) -> dict[str, pd.DataFrame]:
@@ -308,17 +307,15 @@ def extrapolation_table(design: DesignLoads) -> pd.DataFrame:
     return pd.DataFrame(lines).set_index(["interface", "driver"]) if lines else pd.DataFrame()
 
 
-def write_design_loads(design: DesignLoads, folder: str | Path) -> list[Path]:
-    """Write all tables as CSV files and as sheets of one Excel file, ``design_loads.xlsx``, in SI units.
+def write_tables(design: DesignLoads, folder: str | Path) -> list[Path]:
+    """Write all tables as CSV files, in SI units.
 
     Returns:
       the files.
 
     Raises:
-      InputError: a file cannot be written, or openpyxl is missing.
+      InputError: a file cannot be written.
     """
-    import pandas as pd
-
     tables, files, folder = design_tables(design), list[Path](), Path(folder)
     with suppress(OSError):  # writing says why it is not there
         folder.mkdir(parents=True, exist_ok=True)
@@ -327,12 +324,4 @@ def write_design_loads(design: DesignLoads, folder: str | Path) -> list[Path]:
         with replacing(path) as (partial,):
             table.to_csv(partial)
         files.append(path)
-    path = folder / WORKBOOK
-    try:
-        with replacing(path) as (partial,), partial.open("wb") as file, pd.ExcelWriter(file, "openpyxl") as book:
-            for name, table in tables.items():
-                if name != "markov":
-                    table.reset_index().to_excel(book, sheet_name=name, index=False, freeze_panes=(1, 1))
-    except ImportError:
-        raise InputError("Excel files need openpyxl: pip install openpyxl") from None
-    return [*files, path]
+    return files

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.loadbase.coverage import Results, shared_repetitions
 from meltemi.loadbase.interfaces import Interface
 from meltemi.loadbase.reduction import OCTAVES

@@ -16,7 +16,9 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 from meltemi.core.errors import InputError, MeltemiError, Status
-from meltemi.core.representation import Card, Fold, Shown
+from meltemi.core.extras import need
+from meltemi.core.representation import Card, Fold
+from meltemi.core.shown import Shown
 from meltemi.core.threads import available_cores
 from meltemi.loadbase.jobs import Job, Row, Workshop, check_key, jobs_of
 from meltemi.loadbase.plan import Plan
@@ -226,11 +228,11 @@ class _Count:
         self.seconds = {job.key: job.seconds for job in jobs}
         self.keys: set[str] = set()
         self.progress = progress
-        self.before, self.began = 0.0, perf_counter()
+        self.before = 0.0
+        self.began: float | None = None
 
     def begin(self, keys: set[str]) -> None:
         self.keys |= keys
-        self.before = self._done()
 
     def _done(self) -> float:
         return sum(self.seconds[key] for key in list(self.keys))  # other threads add to them
@@ -241,6 +243,8 @@ class _Count:
         if self.progress is None:
             return
         whole, done = sum(self.seconds.values()), self._done() + under_way
+        if self.began is None:  # what came before the end of the first case, such as compilation, comes once
+            self.before, self.began = done, perf_counter()
         spent, gained = perf_counter() - self.began, done - self.before
         left = spent * (whole - done) / gained if gained > 0.0 else None
         self.progress(Progress(len(self.keys), len(self.seconds), done / max(whole, 1e-9), left))
@@ -317,10 +321,9 @@ class OnDask:
         Raises:
           InputError: Dask is not installed, there is no scheduler at the address, or groups could not be run.
         """
-        try:
-            from distributed import Client, LocalCluster, as_completed
-        except ImportError:
-            raise InputError("--dask needs Dask: pip install dask distributed") from None
+        need("--dask", "distributed")
+        from distributed import Client, LocalCluster, as_completed
+
         cores, cluster = available_cores(), None
         if self.address == LOCAL:
             cluster = LocalCluster(n_workers=cores, threads_per_worker=1, dashboard_address=None)

@@ -14,6 +14,7 @@ from meltemi.core.files import bytes_of, replacing
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import validated
 from meltemi.loadbase.table import Fault, LoadTable, Row, load_table
+from meltemi.report.workbook import openpyxl
 
 LARGEST = 20_000_000
 """[bytes] of a file."""
@@ -23,21 +24,13 @@ PARTS = ("defaults", "factors", "extrapolation", "states")
 HEAD = ("part", "key", "value")
 
 
-def _openpyxl() -> Any:
-    try:
-        return import_module("openpyxl")
-    except ImportError:
-        raise InputError("Excel files need openpyxl: pip install openpyxl") from None
-
-
 def write_excel(table: LoadTable, path: str | Path) -> Path:
     """Write a table as an Excel file.
 
     Raises:
       InputError: the file cannot be written, or openpyxl is missing.
     """
-    openpyxl, path = _openpyxl(), Path(path)
-    book = openpyxl.Workbook()
+    path, book = Path(path), openpyxl().Workbook()
     book.remove(book.active)
     for name, kind, records in (("cases", Row, table.rows), ("faults", Fault, table.faults)):
         head = ["name", *kind.model_fields]
@@ -53,7 +46,6 @@ def write_excel(table: LoadTable, path: str | Path) -> Path:
 
 
 def _sheet(book: Any, name: str, head: list[str], lines: list[list[Any]], notes: Mapping[str, str]) -> None:
-    openpyxl = _openpyxl()
     comment, font = import_module("openpyxl.comments").Comment, import_module("openpyxl.styles").Font
     sheet = book.create_sheet(name)
     sheet.append(head)
@@ -65,7 +57,7 @@ def _sheet(book: Any, name: str, head: list[str], lines: list[list[Any]], notes:
             cell.comment = comment(notes[cell.value], "meltemi", width=320, height=90)
     for i, column in enumerate(sheet.iter_cols(), start=1):
         longest = max(len(str(cell.value)) for cell in column if cell.value is not None)
-        sheet.column_dimensions[openpyxl.utils.get_column_letter(i)].width = min(longest + 2, 50)
+        sheet.column_dimensions[openpyxl().utils.get_column_letter(i)].width = min(longest + 2, 50)
         if i == 1:
             for cell in column:
                 cell.number_format = "@"
@@ -132,9 +124,9 @@ def _without_nothing(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def _read(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     """Cells of all sheets, without empty rows."""
-    openpyxl, content = _openpyxl(), BytesIO(bytes_of(path, LARGEST))
+    content, library = BytesIO(bytes_of(path, LARGEST)), openpyxl()
     try:
-        book = openpyxl.load_workbook(content, read_only=True, data_only=True)
+        book = library.load_workbook(content, read_only=True, data_only=True)
         return {
             sheet.title: [
                 row

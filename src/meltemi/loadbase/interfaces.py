@@ -67,7 +67,8 @@ def interfaces_of(turbine: Turbine) -> tuple[Interface, ...]:
 
 def recorded(turbine: Turbine, interfaces: Sequence[Interface]) -> tuple[str, ...]:
     """Channels that the cases of a load base record."""
-    blades = (f"{name}_{b}" for b in range(1, turbine.n_blades + 1) for name in OF_BLADES)
+    names = (*OF_BLADES, *(f"flap_{j + 1}_angle" for j in range(len(turbine.flaps))))
+    blades = (f"{name}_{b}" for b in range(1, turbine.n_blades + 1) for name in names)
     return tuple(dict.fromkeys(chain(*(each.channels for each in interfaces), OTHERS, blades)))
 
 

@@ -4,42 +4,39 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import thread_time
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
 import meltemi
-from meltemi.control.bladed.rosco import find_rosco
-from meltemi.control.controller import LogEntry
+from meltemi.control.controller import Controller, LogEntry
+from meltemi.controllers.specification import hashed, specification, uses_flaps
 from meltemi.core.errors import InputError, Status
-from meltemi.core.files import bytes_of
 from meltemi.core.physics import PHYSICS
 from meltemi.core.yamlfile import validated
 from meltemi.loadbase.interfaces import interfaces_of, recorded, stations
 from meltemi.loadbase.plan import Plan
 from meltemi.loadbase.reduction import Reduced, equivalent, reduced
-from meltemi.loadcases.case import ROSCO, LoadCase, case_run, case_turbine
+from meltemi.loadcases.case import LoadCase, case_controller, case_run, case_turbine
 from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.operating_point import OperatingPoint, steady_wind
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
-from meltemi.simulation.trim import OperatingPoint, steady_wind
 from meltemi.studies.preview import rotor_average
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.fields import SteadyWind, Wind, WindBox
-from meltemi.wind.turbulence.field import AnyWind, realised
-from meltemi.wind.turbulent import TurbulentWind
+from meltemi.wind.turbulent import AnyWind, TurbulentWind, realised
 
-REDUCTION = 2
-"""Increased by every change of how cases begin, and of what is kept of them."""
+REDUCTION = 3
+"""Increased by every change of how cases begin, of what is kept of them, and of defaults that their content omits."""
 FIRST = 2.0
 """[s] of the wind over the rotor that give the speed in which a case of production begins."""
 WITHOUT_CONTROL = (
@@ -50,8 +47,10 @@ WITHOUT_CONTROL = (
 OF_RUN = ("wind", "controller", "start", "duration", "transient", "events", "grid")
 """Keys of a case on which its model does not depend."""
 MOST_MODELS = 16
-"""Models that are kept for further cases."""
-QUOTED = re.compile(r"""["']([^"'\n]+)["']""")
+"""Models and controllers that are kept for further cases."""
+T = TypeVar("T")
+WITH_FILES = ("bladed", "python")
+"""Kinds of controllers that depend on files."""
 
 
 @dataclass(frozen=True)
@@ -139,12 +138,10 @@ def case_key(
             known[name] = make()
         return known[name]
 
-    controller, turbine = dict(content["controller"]), str(content["turbine"])
+    controller, turbine = content["controller"], str(content["turbine"])
     controlled = controller["kind"] != "fixed"
-    for part in ("library", "input") if controller["kind"] == "bladed" else ():
-        if controller.get(part) is not None:
-            path = find_rosco() if controller[part] == ROSCO else Path(controller[part])
-            controller[part] = once(str(path), lambda path=path, part=part: _files_hash(path, part == "input"))  # type: ignore[misc]
+    if controller["kind"] in WITH_FILES:
+        controller = hashed(specification(controller), once)
     own = once(f"{turbine} {controlled}", lambda: _turbine_hash(turbine, controlled))
     given = [PHYSICS, REDUCTION, cycles, content | {"turbine": own, "controller": controller}]
     given += [slopes] if slopes else []
@@ -161,16 +158,6 @@ def _turbine_hash(name: str, controlled: bool) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _files_hash(path: Path, named: bool) -> str:
-    """Hash of a file, and of the files that a text names in quotes."""
-    data = bytes_of(path)
-    digest = hashlib.sha256(data)
-    for name in QUOTED.findall(data.decode(errors="replace")) if named else ():
-        if (path.parent / name).is_file():
-            digest.update(bytes_of(path.parent / name))
-    return digest.hexdigest()
-
-
 class Workshop:
     """Makes the runs of jobs, and their rows. Cases of the same turbine and options share a model.
 
@@ -181,6 +168,7 @@ class Workshop:
     def __init__(self, hashed: bool = False) -> None:
         self.hashed = hashed
         self.models: dict[str, BladedModel] = {}
+        self.controllers: dict[str, Controller | None] = {}
         self.begun: dict[str, tuple[Job, Turbine, float, float]] = {}
         self.first: dict[str, SteadyWind] = {}
 
@@ -190,19 +178,23 @@ class Workshop:
         Raises:
           InputError: its content is not valid.
         """
-        group = json.dumps({k: v for k, v in job.content.items() if k not in OF_RUN}, sort_keys=True)
-        if group not in self.models:
-            if len(self.models) >= MOST_MODELS:
-                del self.models[next(iter(self.models))]
-            case = validated(job.content, LoadCase, job.name)
+        content = job.content
+        flaps = uses_flaps(specification(content["controller"]))
+        group = json.dumps([{k: v for k, v in content.items() if k not in OF_RUN}, flaps], sort_keys=True)
+
+        def built() -> BladedModel:
+            case = validated(content, LoadCase, job.name)
             turbine = aeroelastic(case_turbine(case, Path()), "meltemi loads")
-            self.models[group] = build(turbine, case.options, case.environment)
-        model = self.models[group]
+            return build(turbine, case.options, case.environment)
+
+        model = _once(self.models, group, built)
         blade, tower = stations(model.turbine)
         own: dict[str, Any] = {"blade_stations": blade, "tower_stations": tower}
         own["channels"] = recorded(model.turbine, interfaces_of(model.turbine))
-        own = {} if job.slopes else own
-        run = case_run(validated(job.content | own, LoadCase, job.name), model.turbine, Path(), model=model)
+        case = validated(content | ({} if job.slopes else own), LoadCase, job.name)
+        law = json.dumps([group, content["controller"], content.get("start")], sort_keys=True)
+        controller = _once(self.controllers, law, lambda: case_controller(case, model, Path()))
+        run = case_run(case, model.turbine, Path(), model=model, controller=controller)
 
         def start() -> Any:
             wind = self.first.pop(job.name, None)
@@ -234,6 +226,15 @@ class Workshop:
         stop = "" if "events" in job.content else unplanned_stop(result.log)
         warnings = (*result.warnings, *filter(None, [stop]))
         return Row(job.name, job.key, result.status, result.message, warnings, simulated, *times, reduced=kept)
+
+
+def _once(known: dict[str, T], key: str, make: Callable[[], T]) -> T:
+    """What is known under a key, made where it is not; the first ones are dropped when they are many."""
+    if key not in known:
+        if len(known) >= MOST_MODELS:
+            del known[next(iter(known))]
+        known[key] = make()
+    return known[key]
 
 
 def unplanned_stop(log: Iterable[LogEntry]) -> str:

@@ -13,13 +13,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import replacing
-from meltemi.core.representation import Card, Fold, Shown
+from meltemi.core.record import Record
+from meltemi.core.representation import Card, Fold
+from meltemi.core.shown import Shown
 from meltemi.core.yamlfile import validated
 from meltemi.loadbase.campaign import Campaign
 from meltemi.loadbase.ranges import counts, numbers
 from meltemi.loadbase.situations import Setting, Variant, case_content, missing, timed
 from meltemi.loadbase.table import Fault, LoadTable, Row, names_in
 from meltemi.loadbase.weights import HOURS, edges, time_share
+from meltemi.loadbase.wording import in_words
 from meltemi.loadcases.case import LoadCase
 from meltemi.wind.iec.classes import extreme_speed
 from meltemi.wind.iec.models import MODELS
@@ -43,8 +46,6 @@ SWEEP = 4
 """Yaw errors of a quick plan in a row that has more."""
 MOST = 2_000_000
 """Cases of a plan."""
-TIMES = 400.0
-"""Simulated time over wall time of one core, for the NREL 5 MW with its wind (docs/performance.md)."""
 
 
 @dataclass(frozen=True)
@@ -218,9 +219,9 @@ class Plan(Shown):
         return found
 
     def assumptions(self) -> list[tuple[str, str, str]]:
-        """Values that come from practice, for reports: (row or part, key, value); of the campaign in rad and m/s."""
-        own = [("campaign", key, f"{getattr(self.campaign, key):g}") for key in PRACTICE]
-        return [*self.table.assumptions(), *own]
+        """Values that come from practice, in words: part or row, quantity, value with unit."""
+        own: list[tuple[str, Record, str]] = [("campaign", self.campaign, key) for key in PRACTICE]
+        return [(part, *in_words(record, key)) for part, record, key in (*self.table.assumptions(), *own)]
 
     def frame(self) -> pd.DataFrame:
         """One row a case, as in ``plan.csv``."""

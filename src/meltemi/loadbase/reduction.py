@@ -111,7 +111,7 @@ def _step(result: Result) -> float:
 
 
 def _drive(name: str) -> bool:
-    return name == "nacelle_yaw" or (name.startswith("pitch_") and name[6:].isdigit())
+    return name == "nacelle_yaw" or (name.startswith("pitch_") and name[6:].isdigit()) or name.startswith("flap_")
 
 
 def _extremes(time: Float, series: dict[str, Float], each: Interface) -> tuple[Float, Float]:

@@ -9,16 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import meltemi
+from meltemi.controllers.specification import description
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.physics import PHYSICS
 from meltemi.core.yamlfile import read_mapping
-from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads, write_design_loads
+from meltemi.loadbase.axes import axes_blocks
+from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads, write_tables
 from meltemi.loadbase.plan import Plan
+from meltemi.loadbase.project import Project, read_project
 from meltemi.loadbase.report_cases import assumption_tables, case_table, statistics, statistics_chart
 from meltemi.loadbase.report_loads import (
     MOMENT,
@@ -37,38 +39,40 @@ from meltemi.loadbase.report_loads import (
     with_band,
 )
 from meltemi.postprocess.extremes import COMPONENTS
-from meltemi.report.charts import beside
-from meltemi.report.html import (
+from meltemi.report.blocks import (
+    Beside,
     Block,
+    Case,
     CaseList,
     Cell,
     Code,
-    Markup,
+    Document,
+    Entry,
+    Facts,
+    Folded,
     Section,
     Table,
-    case_button,
-    folded,
-    plain,
-    shown,
-    together,
-    write_page,
+    Verdict,
 )
+from meltemi.report.html import write_page
 from meltemi.report.turbine_facts import number
+from meltemi.report.workbook import write_workbook
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FILE = "report.html"
-TABLES = "tables"
-"""Folder beside it."""
+WORD = "report.docx"
+TABLES, WORKBOOK = "tables", "design_loads.xlsx"
+"""Folder beside it, and a file in that."""
 SHOWN = 10
 """Cases with a problem up to which the list of them is unfolded."""
-NEAR = 0.95
-"""Utilisation from which it is marked."""
 LOADS = (*COMPONENTS, "F_res", "M_res")
 CERTIFICATE = (
-    "A load base is not a certificate: rules and factors were read from secondary sources, and the values named under "
-    "assumptions have to be replaced by those of the turbine."
+    "Not certified: rules and factors were taken from secondary sources; the values listed under assumptions must be "
+    "replaced by those of the turbine."
 )
 
 
@@ -79,8 +83,11 @@ def write_report(
     against: tuple[str, DesignLoads] | None = None,
     limits: Mapping[str, Any] | None = None,
     design: DesignLoads | None = None,
+    project: Project | None = None,
+    word: bool = False,
 ) -> list[Path]:
-    """Write ``report.html`` into the folder of a load base, and its tables as CSV and Excel files beside it.
+    """Write ``report.html`` into the folder of a load base; beside it its tables, as CSV files in SI units and as one
+    Excel file in the units of the report.
 
     Args:
       plan: of the load base.
@@ -89,13 +96,15 @@ def write_report(
       limits: loads to which utilisations refer instead, by kind ("ultimate", "fatigue", "clearance"), interface and
         load, such as ``{"ultimate": {"tower_base": {"M_res max": 1.2e8}}}`` in SI units, with partial safety factors.
       design: its design loads; evaluated by default.
+      project: title block; that of ``project.yaml`` in the folder by default, if it is there.
+      word: whether ``report.docx`` is written, too.
 
     Returns:
       The files, the report first.
 
     Raises:
-      InputError: both ``against`` and ``limits`` are given, a limit names a load that is not there, or a file cannot be
-        read or written.
+      InputError: both ``against`` and ``limits`` are given, a limit names a load that is not there, a file cannot be
+        read or written, or a library for it is missing.
     """
     if against is not None and limits is not None:
         raise InputError("utilisation: give another load base or limits, not both")
@@ -105,51 +114,79 @@ def write_report(
         ratios, to = compare_bases(d, against[1]), against[0]
     elif limits is not None:
         ratios, to = limit_ratios(d, limits), "the given limits"
-    tables, table = write_design_loads(d, Path(folder) / TABLES), statistics(plan, folder)
-    names = [case.name for case in plan.cases]
+    tables, table = write_tables(d, Path(folder) / TABLES), statistics(plan, folder)
     c = plan.campaign
     sections = [
         Section("Governing loads", [*glance(d, ratios, to)]),
+        Section("Axes", axes_blocks(aeroelastic(load_turbine(c.turbine), "report"))),
+        *load_sections(d),
+        Section("Statistics of all cases", statistics_chart([(str(folder), plan, table)])),
+        Section("Cases", case_table(plan, table, d)),
+        Section("Assumptions", assumption_tables(plan, d)),
+        Section("Files and commands", [files_text(folder, tables), *commands(str(folder))]),
+    ]
+    title = project or read_project(folder)
+    document = Document(
+        f"Design loads: {Path(c.turbine).stem}",
+        [section for section in sections if section.content],
+        facts=[*(title.facts if title else ()), *facts(plan)],
+        lead=verdict(d, ratios),
+        footer=made(),
+        running=title.running if title else "",
+        cases=[CaseList(str(folder), [case.name for case in plan.cases])],
+    )
+    files = [write_page(Path(folder) / FILE, document)]
+    if word:
+        from meltemi.report.word import write_word
+
+        files.append(write_word(Path(folder) / WORD, document))
+    return [*files, write_workbook(Path(folder) / TABLES / WORKBOOK, document), *tables]
+
+
+def load_sections(d: DesignLoads) -> list[Section]:
+    """Sections with loads."""
+    return [
         Section("Extreme loads", extreme_blocks(d)),
-        Section("Fatigue", fatigue_blocks(d)),
+        Section("Fatigue loads", fatigue_blocks(d)),
         Section("Tip clearance", clearance_table(d)),
         Section("Extrapolation", extrapolation_blocks(d)),
         Section("Load directions", rose_blocks(d)),
         Section("Load durations", duration_blocks(d)),
         Section("Energy and operation", operation_blocks(d)),
         Section("Other extremes", signal_table(d)),
-        Section("Statistics of all cases", statistics_chart([(str(folder), plan, table)])),
-        Section("Cases", case_table(plan, table, d)),
-        Section("Assumptions", assumption_tables(plan, d)),
-        Section("Files and commands", [files_text(folder, tables), *commands(str(folder))]),
     ]
-    page = write_page(
-        Path(folder) / FILE,
-        f"Design loads: {Path(c.turbine).stem}",
-        [section for section in sections if section.content],
-        cases=[CaseList(str(folder), names)],
-        facts=facts(plan),
-        lead=verdict(d, ratios),
-        footer=made(),
-    )
-    return [page, *tables]
+
+
+def write_design_loads(design: DesignLoads, folder: str | Path) -> list[Path]:
+    """Write all tables of design loads: as CSV files in SI units, and as one Excel file, ``design_loads.xlsx``, in the
+    units of the report.
+
+    Returns:
+      the files.
+
+    Raises:
+      InputError: a file cannot be written, or openpyxl is missing.
+    """
+    files = write_tables(design, folder)
+    sections = [Section("Notes", [*design.notes]), *load_sections(design)]
+    document = Document(f"Design loads: {Path(design.plan.campaign.turbine).stem}", sections, facts(design.plan))
+    return [*files, write_workbook(Path(folder) / WORKBOOK, document)]
 
 
 def facts(plan: Plan) -> list[tuple[str, str]]:
     """What was computed, in pairs of name and value."""
     c, defaults = plan.campaign, plan.campaign.defaults(plan.table)
     where = f"site {c.site.name}, {c.iec_class.name}" if c.site is not None else c.iec_class.name
-    kind = getattr(c.controller, "kind", "")
     return [
         ("turbine", Path(c.turbine).name),
         ("rotor, hub height", f"{number(c.rotor_diameter)} m, {number(c.hub_height)} m"),
         ("standard", plan.table.title + (" (changed)" if c.changes else "")),
         ("class", f"{where}, V_ref {c.iec_class.v_ref:g} m/s, V_ave {c.iec_class.v_ave:g} m/s"),
         ("V_in, V_r, V_out", f"{c.cut_in:g}, {c.rated_wind:g}, {c.cut_out:g} m/s"),
-        ("controller", str(getattr(c.controller, "library", "") or kind)),
+        ("controller", description(c.controller)),
         ("lifetime", f"{c.years:g} years"),
         ("cases", f"{len(plan.cases)} of {defaults.duration:g} s, {plan.hours:.0f} h simulated"),
-        ("seeds", "1, quick plan" if c.quick else f"{defaults.seeds}"),
+        ("seeds", "1 (quick plan)" if c.quick else f"{defaults.seeds}"),
         ("meltemi", f"{meltemi.__version__}, physics {PHYSICS}"),
     ]
 
@@ -162,7 +199,7 @@ def made() -> str:
 # ------------------------------------------------------------------------------------------------------ verdict
 
 
-def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Markup:
+def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdict:
     """What an engineer must know before reading a number."""
     coverage = d.coverage
     total, good = int(coverage["cases"].sum()), int(coverage["ok"].sum())
@@ -171,34 +208,36 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
     lines = [*d.notes]
     if counts["missing"]:
         rows = [f"{row} ({n})" for row, n in coverage["missing"].items() if n]
-        lines.insert(0, f"{counts['missing']} cases are missing: DLC {', '.join(rows)}")
+        lines.insert(0, f"{counts['missing']} load cases not yet simulated: DLC {', '.join(rows)}")
     if strikes := [f"DLC {row}" for row, line in d.clearance.iterrows() if not line.fits]:
-        lines.append(f"With factors a blade strikes the tower in {', '.join(strikes)}")
+        lines.append(f"Tower strike with partial safety factors in {', '.join(strikes)}")
     if ratios is not None:
         over = exceeded(d, ratios)
         named = [f"{title_of(place)} {load}: {row.ratio:.2f}" for (_, place, load), row in over.head(8).iterrows()]
-        more = f" and {len(over) - 8} more" if len(over) > 8 else ""
-        lines.append(f"{len(over)} utilisations are above 1{': ' if named else ''}{'; '.join(named)}{more}")
+        named += [f"{len(over) - 8} more"] if len(over) > 8 else []
+        lines.append(
+            f"{len(over)} utilisation{'s' if len(over) != 1 else ''} above 1{': ' if named else ''}{'; '.join(named)}"
+        )
     if without:
-        kind, heading = "bad", f"Not complete: {without} of {total} cases have no loads"
+        kind, heading = "bad", f"Incomplete: no results for {without} of {total} load cases"
     elif counts["doubtful"] or counts["warned"]:
         kind = "bad" if strikes else "doubtful"
         words = {"doubtful": "doubtful", "warned": "with warnings"}
-        heading = f"All {total} cases have loads; " + ", ".join(
+        heading = f"Complete: {total} load cases simulated, " + ", ".join(
             f"{counts[s]} {w}" for s, w in words.items() if counts[s]
         )
     else:
         kind = "bad" if strikes else "good"
-        heading = f"Complete: all {good} cases have loads, none with a warning"
+        heading = f"Complete: {good} load cases simulated without warnings"
     told = d.problems[d.problems["state"] != "missing"]
-    body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
+    more: Folded | None = None
     if len(told):
-        cases = [[case_button(str(name), base), p.row, p.state, p.message, p.meaning] for name, p in told.iterrows()]
+        listed = [[Case(str(name), base), p.row, p.state, p.message, p.meaning] for name, p in told.iterrows()]
         classes = {(i, 2): str(state) for i, state in enumerate(told["state"])}
-        table = Table(["case", "DLC", "state", "message", "meaning"], cases, classes=classes)
+        table = Table(["case", "DLC", "state", "message", "consequence"], listed, classes=classes)
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
-        body += folded(states, table, unfolded=len(told) <= SHOWN).html
-    return Markup(f'<div class="verdict {kind}"><h2>{plain(heading)}</h2>{body}</div>')
+        more = Folded(states, table, unfolded=len(told) <= SHOWN)
+    return Verdict(kind, heading, lines, more)
 
 
 def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
@@ -236,59 +275,49 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
         caption = f"Ultimate loads, {WITH}"
         tables.append(Table(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS)], rows, caption))
         blocks.append(
-            f"Each entry is the largest magnitude of its component with the case that governs it; (!): the case is "
-            f"doubtful or has warnings.{words} Loads of one instant: extreme loads."
+            "Largest magnitude of each component with its governing load case; (!) marks a load case that is doubtful "
+            f"or has warnings.{words} The extreme loads below have the contemporaneous loads."
         )
     if len(d.fatigue):
         tables.append(fatigue_glance(d, ratios))
-    return [*blocks, beside(*tables)] if tables else blocks
+    return [*blocks, Beside(tables)] if tables else blocks
 
 
-def key_numbers(d: DesignLoads) -> Markup:
+def key_numbers(d: DesignLoads) -> Facts:
     """A line of single numbers."""
-    found: list[tuple[str, str | Markup]] = []
+    found: list[tuple[str, str, Case | None]] = []
     if d.energy is not None:
         gwh = 1.0 / 3.6e12
-        found.append(("energy of a year", f"{with_band(d.energy.energy * gwh, d.energy.half_width * gwh)} GWh"))
+        found.append(("annual energy", f"{with_band(d.energy.energy * gwh, d.energy.half_width * gwh)} GWh", None))
     if len(d.clearance):
         worst = d.clearance.loc[d.clearance["left"].idxmin()]
-        words = f"{number(float(worst.left))} m left ({'fits' if worst.fits else 'strikes the tower'}), "
-        found.append(("tip clearance with factors", together(words, case_button(str(worst.case)))))
+        text = f"{number(float(worst.left))} m ({'passes' if worst.fits else 'tower strike'}), "
+        found.append(("remaining tip clearance with factors", text, Case(str(worst.case))))
     for channel, end, label, unit, factor in (
         ("rotor_speed", "max", "largest rotor speed", "rpm", 30.0 / math.pi),
-        ("tower_top_acceleration_x", "max", "fore-aft acceleration of the tower top", "m/s²", 1.0),
+        ("tower_top_acceleration_x", "max", "largest fore-aft tower-top acceleration", "m/s²", 1.0),
     ):
         if (channel, end) in d.signals.index:
             row = d.signals.loc[(channel, end)]
-            found.append((label, together(f"{number(float(row.value) * factor)} {unit}, ", case_button(str(row.case)))))
+            found.append((label, f"{number(float(row.value) * factor)} {unit}, ", Case(str(row.case))))
     if len(d.stops):
-        found.append(("stops of a year", number(float(d.stops.iloc[:, 0].sum()))))
-    parts = (f"<div><dt>{escape(name)}</dt><dd>{together(value).html}</dd></div>" for name, value in found)
-    return Markup(f'<dl class="facts key">{"".join(parts)}</dl>')
+        found.append(("stops per year", number(float(d.stops.iloc[:, 0].sum())), None))
+    return Facts(found)
 
 
-def governing(place: str, own: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> Markup:
+def governing(place: str, own: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> Entry | None:
     """The largest magnitude of a component, with its design load case and utilisation."""
     if not (driver := governing_driver(own, name)):
-        return Markup("")
+        return None
     row, factor = own.loc[driver], unit_of_driver(name)[1]
-    mark = "" if row.state == "ok" else " (!)"
-    label = case_button(str(row.case), text=f"DLC {row.row}{mark}")
-    ratio = utilisation(ratios, "ultimate", place, driver)
-    return Markup(f"<b>{shown(float(row[name]) * factor)}</b><small>{label.html}</small>{ratio}")
+    case = Case(str(row.case), text=f"DLC {row.row}" + ("" if row.state == "ok" else " (!)"))
+    return Entry(float(row[name]) * factor, case, utilisation(ratios, "ultimate", place, driver))
 
 
-def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -> str:
-    """Number and bar of a utilisation, if there is one."""
-    if ratios is None or (kind, place, load) not in ratios.index:
-        return ""
-    ratio = float(ratios.at[(kind, place, load), "ratio"])
-    if not math.isfinite(ratio):
-        return ""
-    state = " over" if ratio > 1.0 else " near" if ratio > NEAR else ""
-    width = 100.0 * min(max(ratio, 0.0), 1.0)
-    bar = f'<span class="bar{state}"><i style="width:{width:.0f}%"></i></span>'
-    return f'<small class="ratio{state}">{ratio:.2f}</small>{bar}'
+def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -> float:
+    """Of a load; NaN if there is none."""
+    known = ratios is not None and (kind, place, load) in ratios.index
+    return float(ratios.at[(kind, place, load), "ratio"]) if known and ratios is not None else math.nan
 
 
 def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
@@ -300,11 +329,11 @@ def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
         best = part.loc[part[slopes[-1]].idxmax()]
         cells: list[Cell] = []
         for m in slopes:
-            bar = utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}")
-            cells.append(Markup(f"{shown(float(best[m]) * MOMENT[1])}{bar}"))
+            ratio = utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}")
+            cells.append(Entry(float(best[m]) * MOMENT[1], ratio=ratio))
         rows.append([title_of(str(place)), str(best.load), *cells])
-    caption = f"Lifetime equivalent ranges of the largest moment [{MOMENT[0]}], {d.settings.reference:.3g} cycles"
-    return Table(["interface", "moment", *(f"m = {m:g}" for m in slopes)], rows, caption)
+    caption = f"Lifetime damage-equivalent ranges of the largest moment, {d.settings.reference:.3g} cycles"
+    return Table(["interface", "moment", *(f"m = {m:g}\n{MOMENT[0]}" for m in slopes)], rows, caption)
 
 
 def limit_ratios(d: DesignLoads, limits: Mapping[str, Any]) -> pd.DataFrame:
@@ -348,14 +377,17 @@ def files_text(folder: str | Path, tables: list[Path]) -> str:
     """Names of the tables beside the report."""
     base = Path(folder)
     names = [str(path.relative_to(base) if path.is_relative_to(base) else path) for path in tables]
-    return f"Tables with all digits, in SI units, beside this page: {', '.join(names)}."
+    return (
+        f"Tables in the units of this report: {TABLES}/{WORKBOOK}. Tables with all digits, in SI units, for programs: "
+        f"{', '.join(names)}."
+    )
 
 
 def commands(base: str) -> list[str | Code]:
     """How the numbers come about again."""
     return [
-        "A case again, with all its series and a plot; the numbers are those of the load base in all digits:",
+        "To simulate a case again, with its series and a plot; the numbers are those of the load base in all digits:",
         Code(f"meltemi loads show {base} CASE --plot"),
-        "The load base and this report:",
+        "To complete the load base and write this report:",
         Code(f"meltemi loads run {base}\nmeltemi loads report {base}"),
     ]

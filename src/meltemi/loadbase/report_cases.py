@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,10 @@ from meltemi.core.errors import InputError
 from meltemi.loadbase.design import DesignLoads
 from meltemi.loadbase.engine import base_table
 from meltemi.loadbase.plan import Plan, PlannedCase
-from meltemi.report.charts import place_of, rounded
-from meltemi.report.html import Block, Cell, Markup, Table, case_button, html_of, plain, stored
-from meltemi.simulation.channels import catalogue, find
+from meltemi.loadbase.wording import in_words
+from meltemi.report.blocks import Block, Case, Cell, Statistics, Table
+from meltemi.report.html import rounded
+from meltemi.simulation.channels import Contents, catalogue, find
 
 OF_BLADE = re.compile(r"_\d$")
 """Ending of the channels of a blade."""
@@ -43,7 +44,7 @@ def statistics(plan: Plan, folder: str | Path) -> pd.DataFrame:
         return pd.DataFrame(columns=["min", "mean", "max", "unit"], index=empty)
     found = found[~found["channel"].str.contains("@")]
     names = found["channel"].unique()
-    known = catalogue(plan.campaign.blades, 0, 9, 9)
+    known = catalogue(Contents(plan.campaign.blades, 0, 9, 9))
     units = {name: _unit(name, known) for name in names}
     words = {name: OF_BLADE.sub("", name).replace("_", " ") for name in names}
     channel = found["channel"]
@@ -68,7 +69,7 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Bl
     Args:
       bases: name, plan and :func:`statistics` of one or several load bases.
     """
-    content, channels, across = list[dict[str, object]](), list[str](), list[str]()
+    content, channels = list[dict[str, object]](), 0
     for name, plan, table in bases:
         cases = [case.name for case in plan.cases]
         dlcs = list(dict.fromkeys(case.dlc for case in plan.cases))
@@ -85,28 +86,11 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Bl
         ]
         dlc = [dlcs.index(case.dlc) for case in plan.cases]
         content.append({"name": name, "dlcs": dlcs, "dlc": dlc, "channels": own, "across": axes})
-        channels += [str(each["label"]) for each in own if each["label"] not in channels]
-        across += [str(each["label"]) for each in axes if each["label"] not in across]
+        channels += len(own)
     if not channels:
         return []
-    place = place_of("statistics")
-    values = '<option value="max min">max and min</option><option>mean</option><option>max</option><option>min</option>'
-    choices = [
-        _select("Channel", channels, FIRST),
-        _select("over", [*across, *channels]),
-        f"<label>values <select>{values}</select></label>",
-    ]
-    words = "Each point is a case; click on it for its command. Blades: the largest and smallest of all."
-    figure = (
-        f'<figure class="chart" data-statistics="{place}"><div class="choice">{"".join(choices)}</div>'
-        f"<figcaption>{plain(words)}</figcaption></figure>"
-    )
-    return [Markup(stored(place, content) + figure)]
-
-
-def _select(label: str, names: Sequence[str], first: str = "") -> str:
-    options = (f"<option{' selected' if name == first else ''}>{escape(name)}</option>" for name in names)
-    return f"<label>{label} <select>{''.join(options)}</select></label>"
+    caption = "Each point is a case; click on it for its command. Blades: largest and smallest value of all blades."
+    return [Statistics(content, FIRST, caption)]
 
 
 def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
@@ -123,7 +107,7 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
         told = problems.get(case.name, {"state": "ok", "message": ""})
         rows.append(
             [
-                case_button(case.name),
+                Case(case.name),
                 *(case.dlc, case.variant.model),
                 case.variant.speed,
                 None if case.variant.yaw is None else f"{case.variant.yaw:g}",
@@ -138,9 +122,8 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
             classes[i, 8 + len(keys)] = told["state"]
     head = ["case", "DLC", "wind", "speed\nm/s", "yaw\ndeg", "event", "seed", "factor", *heads, "state", "message"]
     ids = [f"case-0-{case.name}" for case in plan.cases]
-    note = f'<p class="paper">All {len(rows)} cases are in plan.csv and tables/problems.csv.</p>'
-    made = html_of(Table(head, rows, classes=classes, ids=ids))
-    return [Markup(f'{note}<div class="screen">{made}</div>')]
+    paper = f"All {len(rows)} cases are listed in plan.csv, those with a message in tables/problems.csv."
+    return [Table(head, rows, classes=classes, ids=ids, paper=paper)]
 
 
 def event_of(case: PlannedCase) -> str:
@@ -167,26 +150,20 @@ def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
         )
         if numbers is not None and not numbers["complete"]:
             classes[i, 12] = "bad"
-    head = [
-        "DLC",
-        "title",
-        "situation",
-        "wind",
-        "loads",
-        "factor",
-        "value",
-        "cases",
-        "hours",
-        "ok",
-        "doubtful",
-        "failed",
-    ]
-    table = Table([*head, "lacking"], rows, caption="Design load cases", classes=classes)
-    practice = [[part, key, value] for part, key, value in plan.table.assumptions()]
-    words = (
-        f"Source of the table: {plan.table.source}. The following {len(practice)} values come from practice, not from "
-        "the standard."
+    head = "DLC,title,situation,wind,loads,factor,value,cases,hours,ok,doubtful,failed,lacking".split(",")
+    table = Table(head, rows, caption="Design load cases", classes=classes)
+    settings = d.settings
+    if settings.undeflected is None and math.isfinite(d.undeflected):
+        settings = settings.replace(undeflected=d.undeflected)
+    evaluated = [[*in_words(settings, key)] for key in type(settings).model_fields]
+    practice = [[*each] for each in plan.assumptions()]
+    text = (
+        f"Source of the load case table: {plan.table.source}. The following {len(practice)} values come from practice, "
+        "not from the standard."
     )
-    settings = [[key, str(value)] for key, value in d.settings.content().items()]
-    evaluation = Table(["setting", "value"], settings, "Evaluation: settings", text_columns=2)
-    return [table, evaluation, words, Table(["part", "key", "value"], practice, text_columns=3)]
+    return [
+        table,
+        Table(["setting", "value"], evaluated, "Settings of the evaluation", text_columns=2),
+        text,
+        Table(["part", "quantity", "value"], practice, "Values from practice", text_columns=3),
+    ]

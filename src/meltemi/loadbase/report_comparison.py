@@ -14,8 +14,24 @@ from meltemi.loadbase.report import FILE, LOADS, facts, made, utilisation, verdi
 from meltemi.loadbase.report_cases import statistics, statistics_chart
 from meltemi.loadbase.report_loads import WITH, title_of, unit_of_driver, with_band
 from meltemi.loadbase.settings import STANDARD, DesignSettings
-from meltemi.report.charts import Axis, Curve, beside, chart, part
-from meltemi.report.html import Block, CaseList, Cell, Code, Markup, Section, Table, case_button, shown, write_page
+from meltemi.report.blocks import (
+    Axis,
+    Beside,
+    Block,
+    Case,
+    CaseList,
+    Cell,
+    Chart,
+    Code,
+    Curve,
+    Document,
+    Entry,
+    Part,
+    Section,
+    Table,
+    words,
+)
+from meltemi.report.html import write_page
 from meltemi.report.tables import write_csv
 
 if TYPE_CHECKING:
@@ -49,7 +65,7 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
     csv = write_csv(Path(out) / "comparison.csv", *_plain_rows(found, names))
     tables = [(folder, plan, statistics(plan, folder)) for folder, plan in bases]
     verdicts = [
-        part(folder, verdict(d, None, base)) for base, (folder, d) in enumerate(zip(names, (a, b), strict=True))
+        Part(folder, [verdict(d, None, base)]) for base, (folder, d) in enumerate(zip(names, (a, b), strict=True))
     ]
     sections = [
         Section("Ratios of loads", [_glance(found, names), *_energy(a, b, names)]),
@@ -58,16 +74,15 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
         Section("Input", [_input(bases)]),
         Section("Commands", [Code(f"meltemi loads compare {names[0]} {names[1]}")]),
     ]
-    page = write_page(
-        Path(out) / FILE,
+    document = Document(
         f"Design loads: {names[0]} and {names[1]}",
         sections,
-        cases=[CaseList(folder, [case.name for case in plan.cases]) for folder, plan in bases],
         facts=[("load base", names[0]), ("compared with", names[1])],
-        lead=beside(*verdicts),
+        lead=Beside(verdicts),
         footer=made(),
+        cases=[CaseList(folder, [case.name for case in plan.cases]) for folder, plan in bases],
     )
-    return [page, csv]
+    return [write_page(Path(out) / FILE, document), csv]
 
 
 def _input(bases: tuple[Base, Base]) -> Table:
@@ -89,8 +104,8 @@ def _glance(found: pd.DataFrame, names: list[str]) -> Table:
             ends = [each for each in (f"{name} max", f"{name} min") if each in own.index]
             worst = max(ends, key=lambda each: abs(float(own.at[each, "value"])))
             factor, row = unit_of_driver(name)[1], own.loc[worst]
-            values = " / ".join(shown(float(row[key]) * factor) for key in ("value", "reference"))
-            cells.append(Markup(f"{utilisation(found, 'ultimate', str(place), worst)}<small>{values}</small>"))
+            values = " / ".join(words(float(row[key]) * factor) for key in ("value", "reference"))
+            cells.append(Entry(ratio=utilisation(found, "ultimate", str(place), worst), note=values))
         rows.append(cells)
     units = [f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS]
     caption = f"Governing ultimate loads of {names[0]} over those of {names[1]}, {WITH}"
@@ -101,8 +116,8 @@ def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[Block]:
     blocks: list[Block] = []
     if a.energy is not None and b.energy is not None:
         gwh, ratio = 1.0 / 3.6e12, a.energy.energy / b.energy.energy
-        words = [f"{with_band(e.energy * gwh, e.half_width * gwh)} GWh" for e in (a.energy, b.energy)]
-        blocks.append(f"Energy of a year: {words[0]} and {words[1]}, ratio {ratio:.4f}.")
+        each = [f"{with_band(e.energy * gwh, e.half_width * gwh)} GWh" for e in (a.energy, b.energy)]
+        blocks.append(f"Annual energy production: {each[0]} and {each[1]}, ratio {ratio:.4f}.")
     curves = [
         Curve(name, d.powers.index.to_numpy(float), d.powers["power"].to_numpy(float) * display("W")[1])
         for name, d in zip(names, (a, b), strict=True)
@@ -110,7 +125,7 @@ def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[Block]:
     ]
     if curves:
         axes = Axis("wind speed", "m/s"), Axis("power", "kW", start=0.0)
-        blocks.append(chart("Mean power", *axes, curves, caption="of the cases of production at each wind speed"))
+        blocks.append(Chart("Mean power", *axes, curves, caption="of the production cases at each wind speed"))
     return blocks
 
 
@@ -127,7 +142,7 @@ def _all(found: pd.DataFrame, names: list[str]) -> Table:
         unit, factor = _unit(kind, load)
         ratio = f"{row.ratio:.3f}" if math.isfinite(row.ratio) else ""
         cases = [
-            case_button(str(c), base) if isinstance(c, str) and c else ""
+            Case(str(c), base) if isinstance(c, str) and c else ""
             for base, c in enumerate((row.case, row.reference_case))
         ]
         rows.append(

@@ -10,9 +10,9 @@ import numpy as np
 from meltemi.core.units import display
 from meltemi.loadbase.design import DesignLoads
 from meltemi.loadbase.ultimate import ExtrapolatedLoad
+from meltemi.loadbase.weights import edges
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
-from meltemi.report.charts import Axis, Curve, beside, chart, chosen
-from meltemi.report.html import Block, Cell, Markup, Table, case_button
+from meltemi.report.blocks import Axis, Beside, Block, Case, Cell, Chart, Curve, Share, Table, chosen
 from meltemi.report.turbine_facts import number
 
 if TYPE_CHECKING:
@@ -54,20 +54,21 @@ def extreme_blocks(d: DesignLoads) -> list[Block]:
     if not len(d.ultimate):
         return []
     words = (
-        "Each line is one instant: the load that is extreme (shaded) and all others at the same time. F_res and M_res "
-        "are transverse resultants. Where the characteristic value is a mean over runs, the line is that of the run "
-        "nearest to it, scaled."
+        "Each row is one instant: the extreme load (shaded) with the contemporaneous loads. F_res and M_res are "
+        "transverse resultants; their angles count from the first towards the second transverse axis. Where the "
+        "characteristic value is a mean over simulations, the row is that of the nearest simulation, scaled to the "
+        "mean."
     )
     parts: list[tuple[str, list[Block]]] = []
     for place in d.ultimate.index.unique("interface"):
         tables = [_extremes(d.ultimate.loc[place], WITH), _extremes(d.characteristic.loc[place], WITHOUT)]
         parts.append((title_of(place), [*tables, _by_row(d, place)]))
-    return [words, *chosen("Interface", parts, print_all=True)]
+    return [words, *chosen("Interface", parts)]
 
 
 def _extremes(own: pd.DataFrame, words: str) -> Table:
     heads = [*COMPONENTS, "F_res", "M_res"]
-    names = [f"{h}\n{unit_of_driver(h)[0]}" for h in heads] + ["F_res angle\ndeg", "M_res angle\ndeg"]
+    names = [f"{h}\n{unit_of_driver(h)[0]}" for h in heads] + ["F_res\ndeg", "M_res\ndeg"]
     rows: list[list[Cell]] = []
     classes = {}
     for i, (driver, row) in enumerate(own.iterrows()):
@@ -75,16 +76,16 @@ def _extremes(own: pd.DataFrame, words: str) -> Table:
         angles: list[Cell] = [f"{math.degrees(row[f'{h} angle']):.0f}" for h in heads[6:]]
         runs = f"{row.rule} of {row.runs}" if row.runs > 1 else str(row.rule)
         state = "" if row.state == "ok" else str(row.state)
-        lacking = f"{row.lacking} cases lacking" if row.lacking else ""
-        case = case_button(str(row.case))
+        lacking = f"{row.lacking} cases excluded" if row.lacking else ""
+        case = Case(str(row.case))
         blade = str(row.blade or "")
         factor = f"{row.factor:g}"
         note = ", ".join(filter(None, (state, lacking)))
-        rows.append([str(driver), *loads, *angles, factor, row.dlc, case, blade, f"{row.time:.1f}", runs, note])
+        rows.append([str(driver), *loads, *angles, factor, case, blade, f"{row.time:.1f}", runs, note])
         classes[i, 1 + heads.index(str(driver).split()[0])] = "own"
         if note:
             classes[i, len(rows[-1]) - 1] = "doubtful"
-    head = ["extreme", *names, "factor", "DLC", "case", "blade", "time\ns", "value", "note"]
+    head = ["extreme", *names, "factor", "case", "blade", "time\ns", "value", "note"]
     return Table(head, rows, caption=f"Extreme loads, {words}", classes=classes)
 
 
@@ -100,10 +101,10 @@ def _by_row(d: DesignLoads, place: str) -> Table:
         driver: (table[driver].idxmin() if driver.endswith("min") else table[driver].idxmax()) for driver in drivers
     }
     for i, (row, values) in enumerate(table.iterrows()):
-        rows.append([f"DLC {row}", *(float(values[driver]) * unit_of_driver(driver)[1] for driver in drivers)])
+        rows.append([str(row), *(float(values[driver]) * unit_of_driver(driver)[1] for driver in drivers)])
         classes |= {(i, 1 + j): "own" for j, driver in enumerate(drivers) if severe[driver] == row}
     heads = [f"{driver}\n{unit_of_driver(driver)[0]}" for driver in drivers]
-    return Table(["row", *heads], rows, caption=f"Extreme loads by design load case, {WITH}", classes=classes)
+    return Table(["DLC", *heads], rows, caption=f"Extreme loads by design load case, {WITH}", classes=classes)
 
 
 def extrapolation_blocks(d: DesignLoads) -> list[Block]:
@@ -122,8 +123,8 @@ def extrapolation_blocks(d: DesignLoads) -> list[Block]:
         cells += [q * factor for q in e.quantiles] + [None] * (len(quantiles) - len(e.quantiles))
         rows.append([*cells, f"{e.factor:g}"])
     words = (
-        f"Loads that are exceeded with probability {d.plan.table.extrapolation.probability:g} in ten minutes, "
-        f"{WITHOUT}; bands by bootstrap over the seeds."
+        f"Loads with a probability of exceedance of {d.plan.table.extrapolation.probability:g} in ten minutes (return "
+        f"period 50 years), {WITHOUT}; bands by bootstrap over the seeds."
     )
     drawn = [
         (f"{title_of(e.interface)} {e.driver}", [_exceedance(e)]) for e in d.extrapolations if e.gumbel or e.weibull
@@ -131,7 +132,7 @@ def extrapolation_blocks(d: DesignLoads) -> list[Block]:
     return [words, Table(head, rows), *(chosen("Plot of", drawn) if drawn else [])]
 
 
-def _exceedance(e: ExtrapolatedLoad) -> Markup:
+def _exceedance(e: ExtrapolatedLoad) -> Chart:
     unit, factor = display(e.unit)
     curves = []
     for colour, (name, x) in enumerate((("Gumbel", e.gumbel), ("Weibull", e.weibull))):
@@ -142,7 +143,7 @@ def _exceedance(e: ExtrapolatedLoad) -> Markup:
         curves.append(Curve(name, load, x.exceedance, colour=colour))
     found = e.gumbel or e.weibull
     assert found is not None
-    curves.append(Curve("runs", found.points[0] * factor, found.points[1], dots=True, colour=2))
+    curves.append(Curve("simulations", found.points[0] * factor, found.points[1], dots=True, colour=2))
     lowest = 0.3 * found.probability
     for i, c in enumerate(curves):  # nothing below the probability that is asked for
         levels, y = np.asarray(c.x), np.asarray(c.y)
@@ -152,9 +153,9 @@ def _exceedance(e: ExtrapolatedLoad) -> Markup:
         curves[i] = Curve(c.name, levels[keep], np.maximum(y[keep], lowest), band, c.dots, colour=c.colour)
     ends = [float(np.min(found.points[0])) * factor, found.load * factor]
     curves.append(Curve("50 years", ends, [found.probability] * 2, dash="5 4", colour=4))
-    words = "Probability of exceedance in ten minutes: runs, fitted distributions and their bands."
+    words = "Probability of exceedance in ten minutes: simulations, fitted distributions and their bands."
     axes = Axis(f"{title_of(e.interface)} {e.driver}", unit), Axis("probability", log=True)
-    return chart(f"{title_of(e.interface)} {e.driver}", *axes, curves, caption=words)
+    return Chart(f"{title_of(e.interface)} {e.driver}", *axes, curves, caption=words)
 
 
 def clearance_table(d: DesignLoads) -> list[Block]:
@@ -166,17 +167,18 @@ def clearance_table(d: DesignLoads) -> list[Block]:
     for i, (row, c) in enumerate(d.clearance.iterrows()):
         lacking = str(c.lacking or "")
         values = [float(c[name]) for name in ("clearance", "factor", "deflection", "left")]
-        case, verdict = case_button(str(c.case)), "fits" if c.fits else "strikes"
-        rows.append([f"DLC {row}", *values, 100.0 * float(c.ratio), case, str(c.runs), lacking, verdict])
+        case, verdict = Case(str(c.case)), "passes" if c.fits else "tower strike"
+        rows.append([str(row), *values, 100.0 * float(c.ratio), case, str(c.runs), lacking, verdict])
         if not c.fits:
             classes[i, 9] = "bad"
-    head = ["row", "clearance\nm", "factor", "deflection\nm", "left with\nfactors m", "clearance\n%"]
+    head = ["DLC", "clearance\nm", "factor", "deflection\nm", "remaining\nm", "clearance\n%"]
     words = (
-        f"Least distance of a blade's tip from the surface of the tower; {number(d.undeflected)} m when the rotor is "
-        "not deflected. Left with factors: undeflected distance less the deflection times the factors of load and "
-        "material."
+        f"Smallest distance between blade tip and tower surface; {number(d.undeflected)} m undeflected. Remaining "
+        "clearance: undeflected clearance less the deflection towards the tower times the partial safety factors of "
+        "load and material. Load cases in which no blade passes the tower, such as those of a rotor locked with the "
+        "blades away from it, have no clearance."
     )
-    return [words, Table([*head, "case", "runs", "lacking", "verdict"], rows, classes=classes)]
+    return [words, Table([*head, "case", "simulations", "excluded", "result"], rows, classes=classes)]
 
 
 def signal_table(d: DesignLoads) -> list[Block]:
@@ -184,9 +186,9 @@ def signal_table(d: DesignLoads) -> list[Block]:
     rows: list[list[Cell]] = []
     for (channel, end), s in d.signals.iterrows():
         unit, factor = display(str(s.unit), angular_rate_in_degrees="speed" not in str(channel))
-        value, case = float(s.value) * factor, case_button(str(s.case))
-        rows.append([title_of(str(channel)), str(end), value, unit, f"DLC {s.row}", case, str(s.runs)])
-    head = ["channel", "end", "value", "unit", "DLC", "case", "runs"]
+        value, case = float(s.value) * factor, Case(str(s.case))
+        rows.append([title_of(str(channel)), str(end), value, unit, case, str(s.runs)])
+    head = ["channel", "end", "value", "unit", "case", "simulations"]
     return [f"Characteristic values, {WITHOUT}.", Table(head, rows)] if rows else []
 
 
@@ -207,13 +209,13 @@ def fatigue_blocks(d: DesignLoads) -> list[Block]:
         )
     head = ["channel", "interface", "load", "blade", "unit", *(f"m = {m:g}" for m in slopes)]
     words = (
-        f"Ranges that would do the same damage with {d.settings.reference:.3g} cycles in the lifetime of "
-        f"{d.plan.campaign.years:g} years, by slope m of the S-N curve. Cases of fatigue cover "
+        f"Damage-equivalent load ranges for {d.settings.reference:.3g} cycles in a lifetime of "
+        f"{d.plan.campaign.years:g} years, by the slope m of the S-N curve. The fatigue load cases cover "
         f"{100.0 * d.covered:.4g} % of the lifetime."
     )
     shares = [(f"m = {m:g}", [_shares(d, m)]) for m in slopes]
     speeds = [
-        (title_of(name), [_by_speed(d, name, slopes)])
+        (title_of(name), [by_speed(d, name, slopes)])
         for name in d.fatigue.index
         if str(d.fatigue.at[name, "load"]) in COMPONENTS and int(d.fatigue.at[name, "blade"]) in (0, 1)
     ]
@@ -231,24 +233,26 @@ def _shares(d: DesignLoads, slope: float) -> Table:
     table = table.loc[[name for name in d.fatigue.index if name in table.index]]
     rows: list[list[Cell]] = []
     for channel, shares in table.iterrows():
-        rows.append([title_of(str(channel)), *(_share(float(x)) for x in shares)])
+        rows.append([title_of(str(channel)), *(Share(float(x)) if x >= SMALL_SHARE else None for x in shares)])
     head = ["channel", *(f"DLC {dlc}\n%" for dlc in table.columns)]
     return Table(head, rows, caption=f"Share in the damage, m = {slope:g}")
 
 
-def _share(x: float) -> Markup:
-    if not x >= SMALL_SHARE:
-        return Markup("")
-    return Markup(f'<span class="share" style="--share:{100.0 * x:.0f}%">{100.0 * x:.1f}</span>')
-
-
-def _by_speed(d: DesignLoads, channel: str, slopes: list[float]) -> Markup:
-    own = d.shares.loc[channel]
-    own = 100.0 * own[own.index.get_level_values("speed").notna()].groupby(level="speed").sum()
-    speeds = own.index.to_numpy(float)
-    curves = [Curve(f"m = {m:g}", speeds, own[m].to_numpy(float)) for m in slopes]
+def by_speed(d: DesignLoads, channel: str, slopes: list[float]) -> Chart:
+    """Share of the damage in each bin of the wind speed; what is beyond cut-out is one bin."""
+    own = 100.0 * d.shares.loc[channel]
+    speeds, c = own.index.get_level_values("speed").to_numpy(float), d.plan.campaign
+    inner = [v for v in edges(sorted(d.powers.index))[1:-1] if c.cut_in < v < c.cut_out]
+    beyond = [float(speeds.max())] if speeds.max() > c.cut_out else []
+    ends = np.array([c.cut_in, *inner, c.cut_out, *beyond])
+    place = np.clip(np.searchsorted(ends, speeds, side="left") - 1, 0, len(ends) - 2)  # cut-out belongs to production
+    curves = []
+    for m in slopes:
+        share = np.bincount(place, own[m].to_numpy(float), len(ends) - 1)
+        curves.append(Curve(f"m = {m:g}", np.repeat(ends, 2)[1:-1], np.repeat(share, 2)))
     axes = Axis("wind speed", "m/s"), Axis("share", "%", start=0.0)
-    return chart(f"Damage of {title_of(channel)}", *axes, curves, caption="by mean wind speed of the cases")
+    words = "share of each wind speed bin" + (f"; from {c.cut_out:g} m/s on the turbine idles" if beyond else "")
+    return Chart(f"Damage of {title_of(channel)}", *axes, curves, caption=words)
 
 
 def rose_blocks(d: DesignLoads) -> list[Block]:
@@ -260,9 +264,9 @@ def rose_blocks(d: DesignLoads) -> list[Block]:
         axes = Axis("direction", "deg"), Axis("moment", MOMENT[0])
         largest = Curve("largest", angles, own["largest"].to_numpy(float) * MOMENT[1])
         drawn = [
-            chart("Largest moment", *axes, [largest], polar=True, caption=f"{WITH}, by direction"),
-            chart(
-                "Lifetime equivalent range",
+            Chart("Largest moment", *axes, [largest], polar=True, caption=f"{WITH}, by direction"),
+            Chart(
+                "Lifetime damage-equivalent range",
                 *axes,
                 [Curve(f"m = {m:g}", angles, own[m].to_numpy(float) * MOMENT[1]) for m in slopes],
                 polar=True,
@@ -276,17 +280,17 @@ def rose_blocks(d: DesignLoads) -> list[Block]:
                     float(r.largest) * MOMENT[1],
                     f"{r.factor:g}",
                     f"DLC {r.row}",
-                    case_button(str(r.case)),
+                    Case(str(r.case)),
                 ),
                 *(float(r[m]) * MOMENT[1] for m in slopes),
             ]
             for angle, r in own.iterrows()
         ]
         head = ["direction\ndeg", f"largest\n{MOMENT[0]}", "factor", "DLC", "case", *(f"m = {m:g}" for m in slopes)]
-        both = beside(*drawn)
+        both = Beside(drawn)
         parts.append((title_of(str(place)), [both, Table(head, rows)]))
-    words = "Moment in each direction, from the first transverse axis (0 deg) towards the second (90 deg)."
-    return [words, *chosen("Interface", parts, print_all=True)] if parts else []
+    words = "Moments by direction, from the first transverse axis (0 deg) towards the second (90 deg)."
+    return [words, *chosen("Interface", parts)] if parts else []
 
 
 # ------------------------------------------------------------------------------------- durations, energy, operation
@@ -308,11 +312,11 @@ def duration_blocks(d: DesignLoads) -> list[Block]:
         unit, factor = _unit(str(load))
         low, high = (own.index.get_level_values(name).to_numpy(float) for name in ("low", "high"))
         curves = [Curve("time", 0.5 * (low + high) * factor, own["time"].to_numpy(float) / HOUR, dots=True)]
-        words = "in the lifetime, at each level of the load; levels are equal in the logarithm, 20 an octave"
+        words = "in the lifetime at each load level; 20 levels per octave"
         axes = Axis(title_of(str(load)), unit), Axis("time", "h", log=True)
-        parts.append((title_of(str(load)), [chart(f"Duration of {title_of(str(load))}", *axes, curves, caption=words)]))
-    table = Table(head, rows, caption="Equivalent loads of revolutions") if rows else Markup("")
-    return [table, *chosen("Plot of", parts)]
+        parts.append((title_of(str(load)), [Chart(f"Duration of {title_of(str(load))}", *axes, curves, caption=words)]))
+    tables = [Table(head, rows, caption="Equivalent loads over revolutions")] if rows else []
+    return [*tables, *chosen("Plot of", parts)]
 
 
 def _unit(load: str) -> tuple[str, float]:
@@ -324,32 +328,44 @@ def operation_blocks(d: DesignLoads) -> list[Block]:
     blocks: list[Block] = []
     if d.energy is not None:
         e, gwh = d.energy, 1.0 / 3.6e12
+        seeds = (
+            f", {100.0 * e.confidence:g} % confidence interval over the seeds" if math.isfinite(e.half_width) else ""
+        )
         blocks.append(
-            f"Energy of a year in production: {with_band(e.energy * gwh, e.half_width * gwh)} GWh "
-            f"({100.0 * e.confidence:g} % interval from the seeds; no losses but those of the simulation)."
+            f"Annual energy production: {with_band(e.energy * gwh, e.half_width * gwh)} GWh{seeds}. Availability "
+            f"{100.0 * d.settings.availability:g} %; wake, electrical and other losses outside the simulation are not "
+            "included."
         )
     if len(d.powers):
         speeds, kw = d.powers.index.to_numpy(float), display("W")[1]
         power, half = (d.powers[name].to_numpy(float) * kw for name in ("power", "half_width"))
         curves = [
             Curve("mean power", speeds, power),
-            Curve("interval", speeds, power - half, upper=power + half, colour=0),
+            *(
+                [Curve("interval", speeds, power - half, upper=power + half, colour=0)]
+                if np.isfinite(half).any()
+                else []
+            ),
         ]
         energy = Curve("energy", speeds, d.powers["energy"].to_numpy(float) / 3.6e9)
         wind = Axis("wind speed", "m/s")
         drawn = [
-            chart(
-                "Power", wind, Axis("power", "kW", start=0.0), curves, caption="mean of the cases at each wind speed"
+            Chart(
+                "Power",
+                wind,
+                Axis("power", "kW", start=0.0),
+                curves,
+                caption="mean of the production cases at each wind speed",
             ),
-            chart(
+            Chart(
                 "Energy",
                 wind,
                 Axis("energy", "MWh", start=0.0),
                 [energy],
-                caption="of a year in each bin of the wind speed",
+                caption="annual energy production in each wind speed bin",
             ),
         ]
-        blocks.append(beside(*drawn))
+        blocks.append(Beside(drawn))
     if len(d.duties):
         rows: list[list[Cell]] = []
         for drive, duty in d.duties.iterrows():
@@ -362,7 +378,7 @@ def operation_blocks(d: DesignLoads) -> list[Block]:
                     float(duty.starts),
                     float(duty.reversals),
                     *rates,
-                    case_button(str(duty.case)),
+                    Case(str(duty.case)),
                 ]
             )
         head = [
@@ -376,8 +392,8 @@ def operation_blocks(d: DesignLoads) -> list[Block]:
             "largest rate\ndeg/s",
             "case",
         ]
-        blocks.append(Table(head, rows, caption="Duty of the drives in a year"))
+        blocks.append(Table(head, rows, caption="Annual duty of the drives"))
     if len(d.stops):
-        rows = [[f"DLC {row}", float(stops)] for row, stops in d.stops.iloc[:, 0].items()]
-        blocks.append(Table(["row", "stops"], rows, caption="Stops in a year"))
+        rows = [[str(row), float(stops)] for row, stops in d.stops.iloc[:, 0].items()]
+        blocks.append(Table(["DLC", "stops"], rows, caption="Stops per year"))
     return blocks

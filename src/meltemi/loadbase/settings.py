@@ -19,24 +19,24 @@ class DesignSettings(Record):
     """How design loads follow from the results of a load base, which they leave as they are."""
 
     extrapolation: Way = "gumbel"
-    """Of DLC 1.1: "gumbel", "weibull" (three parameters), or "quantile_99", "quantile_93" of edition 4."""
+    """Extrapolation of DLC 1.1: "gumbel", "weibull" (three parameters); "quantile_99", "quantile_93" of edition 4."""
     resamples: int = Field(default=200, ge=1)
-    """Of the bootstrap for the band of the extrapolations."""
+    """Number of bootstrap samples for the bands of the extrapolations."""
     doubtful: bool = True
-    """Whether cases outside the range of validity of the model take part."""
+    """Whether doubtful cases are evaluated, those outside the range of validity of the model."""
     slopes: tuple[Positive, ...] = Field(default=(3.0, 4.0, 5.0, 8.0, 10.0, 12.0), min_length=1)
-    """Of the S-N curves."""
+    """Slopes m of the S-N curves."""
     reference: Positive = 1e7
     """Number of cycles of the equivalent loads; the seconds of the lifetime for a load at 1 Hz."""
     strengths: dict[str, Positive] = Field(default_factory=dict)
-    """By channel, also without the number of the blade ("root_moment_flap"): load [N, N m] at which the component
-    fails; its cycles are corrected for their means by the line of Goodman. None by default."""
+    """Strengths for the mean correction of cycles by the line of Goodman: by channel, also without the number of the
+    blade ("root_moment_flap"), the load [N, N m] at which the component fails. None by default."""
     material: Positive = 1.1
     """Partial safety factor for the elasticity of the blades, in the clearance of the tips."""
     availability: float = Field(default=1.0, gt=0.0, le=1.0)
     """Share of the time in which the turbine produces when the wind allows it, for the energy."""
     undeflected: Positive | None = None
-    """[m] distance of an undeflected tip from the tower's surface; by default that of the model."""
+    """[m] clearance of an undeflected tip from the surface of the tower; by default that of the model."""
 
 
 STANDARD = DesignSettings()

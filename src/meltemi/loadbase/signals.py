@@ -13,6 +13,7 @@ import numpy as np
 
 from meltemi.loadbase.coverage import Results
 from meltemi.loadbase.interfaces import TURNED, Interface
+from meltemi.loadbase.plan import PlannedCase
 from meltemi.loadbase.ultimate import EXTRAPOLATED, Evaluation, Runs, blade_groups, each_row, family
 from meltemi.postprocess.extrapolation import Float
 from meltemi.postprocess.extremes import TRANSVERSE
@@ -28,13 +29,15 @@ SIGNALS = (
     "generator_speed generator_torque generator_power brake_torque tip_out_of_plane tip_in_plane tip_twist pitch_rate"
 ).split()
 CLEARANCE = "tip_clearance"
+IN_FRONT = 10.0
+"""[deg] azimuth from straight down, within which a blade of a locked rotor is in front of the tower."""
 DEFLECTION = "tip_out_of_plane"
 TOWARDS_TOWER = "tip_towards_tower"
 """Name of the extrapolated deflection: undeflected clearance minus clearance."""
 
 
 class Extremes:
-    """Largest and smallest values of channels in the cases that take part; those of the blades together.
+    """Largest and smallest values of channels in the cases that are evaluated; those of the blades together.
 
     Args:
       results: of the load base.
@@ -112,7 +115,7 @@ def clearance_table(
         # factors increase the deflection, so it is what is extrapolated
         origin = float(np.nan_to_num(undeflected))
         towards = origin + radius - extremes.values(CLEARANCE, "min")
-        for runs, bent, run in each_row(evaluation, towards, (TOWARDS_TOWER, "max", "m"), False, keep=True):
+        for runs, bent, run in each_row(_passing(evaluation), towards, (TOWARDS_TOWER, "max", "m"), False, keep=True):
             value, left = origin - bent, undeflected - runs.factor * material * bent
             of_blade = (runs.row, value, runs.factor, material, bent, left, value / undeflected, runs.names[run])
             lines.append((*of_blade, runs.size(run), runs.lacking, left > 0.0))
@@ -121,6 +124,27 @@ def clearance_table(
         each_row(evaluation, extremes.values(DEFLECTION, "max"), (DEFLECTION, "max", "m"), False, keep=True)
     found = pd.DataFrame(lines, columns=head).set_index("row")
     return found.sort_values("left").groupby(level=0, sort=False).first()  # rows with several factors
+
+
+def _passing(evaluation: Evaluation) -> Evaluation:
+    """The same with those runs only in which a blade passes the tower."""
+    blades = evaluation.results.plan.campaign.blades
+    kept = []
+    for runs in evaluation.runs:
+        own = np.array([passes_tower(evaluation.results.present[i], blades) for i in runs.places], dtype=bool)
+        if own.any():
+            names = tuple(name for name, keep in zip(runs.names, own, strict=True) if keep)
+            parts = {name: getattr(runs, name)[own] for name in ("places", "groups", "speeds")}
+            kept.append(replace(runs, names=names, **parts))
+    return replace(evaluation, runs=kept)
+
+
+def passes_tower(case: PlannedCase, blades: int) -> bool:
+    """Whether a blade passes the tower: the rotor turns, or is locked with a blade in front of it."""
+    if case.setting.row.situation != "locked":
+        return True
+    azimuths = [(case.variant.azimuth or 0.0) + 360.0 * b / blades for b in range(blades)]
+    return any(abs(azimuth % 360.0 - 180.0) <= IN_FRONT for azimuth in azimuths)
 
 
 def tower_radius(turbine: Turbine) -> float:

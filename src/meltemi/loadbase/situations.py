@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from meltemi.controllers.specification import keyed
 from meltemi.core.yamlfile import merged
 from meltemi.loadbase.campaign import Campaign, production_controller, start_controller
 from meltemi.loadbase.table import Fault, Row
-from meltemi.loadcases.case import ControllerCase
 from meltemi.wind.iec.models import MODELS
 
 OPERATING = ("production", "start", "normal stop", "emergency stop")
@@ -135,7 +135,7 @@ def _only(content: dict[str, Any], keys: str) -> dict[str, Any]:
 
 
 def _production(s: Setting) -> dict[str, Any]:
-    return {"controller": _content(production_controller(s.campaign))}
+    return {"controller": keyed(production_controller(s.campaign))}
 
 
 def _start(s: Setting) -> dict[str, Any]:
@@ -150,11 +150,7 @@ def _stop(request: str) -> Callable[[Setting], dict[str, Any]]:
 
 
 def _supervised(s: Setting) -> dict[str, Any]:
-    return _content(start_controller(s.campaign) or s.campaign.controller)
-
-
-def _content(case: ControllerCase) -> dict[str, Any]:
-    return case.model_dump(mode="json", exclude_defaults=True) | {"kind": case.kind}
+    return keyed(start_controller(s.campaign) or s.campaign.controller)
 
 
 def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[str, Any]]:

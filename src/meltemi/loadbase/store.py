@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, Status, did_you_mean
+from meltemi.core.extras import need
 from meltemi.loadbase.jobs import Row
 from meltemi.postprocess.cycles import Cycles
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
@@ -175,11 +176,9 @@ def _age(path: Path) -> tuple[int, str]:
 
 
 def _parquet() -> Any:
-    try:
-        import pandas  # noqa: F401
-        import pyarrow.parquet as pq
-    except ImportError:
-        raise InputError("results of load bases need pandas and pyarrow: pip install pandas pyarrow openpyxl") from None
+    need("a load base", "pandas", "pyarrow")
+    import pyarrow.parquet as pq
+
     return pq
 
 

@@ -102,7 +102,7 @@ class Row(Assumed):
     wind: Annotated[Names, AfterValidator(_models)]
     """Wind models of IEC 61400-1, separated by commas."""
     steady: bool = False
-    """EWM: the steady wind instead of the turbulent one."""
+    """Whether EWM is the steady wind instead of the turbulent one."""
     speeds: Numbers | None = None
     """Mean wind speeds [m/s]; EWM has that of the class."""
     yaw: Numbers | None = None
@@ -118,7 +118,7 @@ class Row(Assumed):
     instants: Numbers | None = None
     """Times [s] of the event after the begin of the gust; at a start, of the gust after the begin of the run."""
     faults: Names | None = None
-    """Names of faults, separated by commas."""
+    """Faults: names, separated by commas."""
     seeds: Counts | None = None
     """Number of turbulence seeds, also '6, 15 from V_r - 2'; that of ``defaults`` if not given."""
     duration: float | None = Field(default=None, gt=0.0)
@@ -132,7 +132,7 @@ class Row(Assumed):
     factor: float = Field(gt=0.0)
     """Partial safety factor for loads."""
     factor_rare: float | None = Field(default=None, gt=0.0)
-    """The factor for faults with a return period of 50 years; linear in the period from 10 years on."""
+    """Partial safety factor for faults with a return period of 50 years; linear in the period from 10 years on."""
     characteristic: Characteristic
     """Rule of the characteristic value."""
     state: str | None = None
@@ -257,7 +257,7 @@ class Factors(Assumed):
     consequence_fatigue: tuple[float, float, float] = (0.9, 1.0, 1.2)
     """gamma_n of component classes 1, 2, 3, fatigue."""
     gravity: tuple[float, float] = (0.15, 0.25)
-    """phi of DLC 1.1 and of other cases: gamma_f = 1.1 + phi (1 - abs(F_gravity / F_k))^2."""
+    """Factors phi of gravity loads in DLC 1.1 and in other cases: gamma_f = 1.1 + phi (1 - abs(F_gravity / F_k))^2."""
     clearance: float = Field(default=0.3, ge=0.0, lt=1.0)
     """Least tip clearance over that of the undeflected rotor."""
 
@@ -308,26 +308,19 @@ class LoadTable(Record):
         """Design load case of a row."""
         return self.rows[name].dlc or name
 
-    def assumptions(self) -> list[tuple[str, str, str]]:
-        """Values that come from practice, for reports: (row or part, key, value)."""
+    def assumptions(self) -> list[tuple[str, Assumed, str]]:
+        """Values that come from practice: row or part, its record, and key."""
         parts: dict[str, Assumed] = {"defaults": self.defaults, "factors": self.factors}
         parts |= {f"state {name}": state for name, state in self.states.items()}
         parts |= {f"DLC {name}": row for name, row in self.rows.items()}
         used = {fault for row in self.rows.values() for fault in names_in(row.faults)}
-        parts |= {f"fault {name}": fault for name, fault in self.faults.items() if name in used}
+        parts |= {f"fault {name.replace('_', ' ')}": fault for name, fault in self.faults.items() if name in used}
         return [
-            (part, key, fault_text(value) if isinstance(record, Fault) else f"{value}")
+            (part, record, key)
             for part, record in parts.items()
             for key in record.practice
-            if (value := getattr(record, key)) is not None
+            if getattr(record, key) is not None
         ]
-
-
-def fault_text(events: Any) -> str:
-    """Events of a fault in one line."""
-    if not isinstance(events, tuple):
-        return f"{events}"
-    return "; ".join(" ".join(f"{value}" for value in event.values()) for event in events)
 
 
 @cache

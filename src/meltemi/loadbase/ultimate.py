@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.loadbase.coverage import Results
 from meltemi.loadbase.interfaces import Interface
 from meltemi.loadbase.settings import WAYS, Way
@@ -50,11 +50,11 @@ class Runs:
       row, dlc: of the table.
       rule: of the characteristic value.
       factor: partial safety factor for loads.
-      places: (R,) of the runs among the cases that take part.
+      places: (R,) of the runs among the cases that are evaluated.
       names: (R,) of the cases.
       groups: (R,) number of the group of which a mean is taken.
       speeds: (R,) [m/s].
-      lacking: cases of the row that take no part.
+      lacking: cases of the row without results.
     """
 
     row: str

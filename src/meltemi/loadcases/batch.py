@@ -24,7 +24,8 @@ from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import source_hash
-from meltemi.core.representation import Card, Shown, badge
+from meltemi.core.representation import Card, badge
+from meltemi.core.shown import Shown
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.loadcases import card
 from meltemi.postprocess.files import read_netcdf, write_netcdf
@@ -271,7 +272,12 @@ class Batch:
             result.meta["inputs"] = inputs
             value = write_netcdf(result, path)
         if self.reduce is not None:
-            value = self.reduce(value if path is None else result)
+            try:
+                value = self.reduce(value if path is None else result)
+            except InputError:
+                if result.status.complete:
+                    raise
+                value = None  # too little of it to be reduced: its own status says more
         self.outcomes[i] = Outcome(name, result.status, result.message, value)
 
     def _prepare(self, case: Run) -> Simulation:
@@ -321,7 +327,7 @@ def _inputs(case: Run) -> str | None:
     """Hash of all inputs of a case, including this package; None if an input has no reproducible hash."""
     if isinstance(case.controller, Controller) and case.controller.fresh is not None:
         return None  # depends on a library or another process
-    return fingerprint(source_hash(), replace(case, name="", progress=None))
+    return fingerprint(source_hash(), replace(case, name="", progress=None, partial=False))
 
 
 def _finished(path: Path, inputs: str | None) -> Result | None:

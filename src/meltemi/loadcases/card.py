@@ -8,7 +8,6 @@ field of their wind, is copied once. Afterwards the memory is copied back, and t
 from __future__ import annotations
 
 import ctypes
-import importlib.util
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
+from meltemi.core.extras import need
 from meltemi.core.kernel import kernels, loose
 from meltemi.loadcases import single_precision
 from meltemi.maths.records import members
@@ -45,8 +45,7 @@ Bytes = NDArray[np.uint8]
 
 def check() -> None:
     """Raise InputError unless numba-cuda and a graphics card are present."""
-    if importlib.util.find_spec("numba_cuda") is None:
-        raise InputError("device 'cuda' needs numba-cuda: pip install \"numba-cuda[cu12]>=0.28,<0.31\"")
+    need("device 'cuda'", "numba-cuda")
     from numba import cuda
 
     if not cuda.is_available():
@@ -113,12 +112,12 @@ class Image:
 
 def memory_of(run: Simulation) -> dict[int, int]:
     """Bytes of the wind field of a run and of its output, by their addresses."""
-    return {array.ctypes.data: array.nbytes for array in (run.case.arrays["box"], run._output)}
+    return {array.ctypes.data: array.nbytes for array in (run.case.arrays["box"], run.loop.output)}
 
 
 def records_of(run: Simulation) -> tuple[Any, ...]:
     """The records of a run, as the time loop takes them, and of its statistics if it keeps no series."""
-    return (*run._arguments[1:], *(() if run.sink is None else (run.sink.record,)))
+    return (*run.loop.records, *(() if run.sink is None else (run.sink.record,)))
 
 
 def _spans(records: Sequence[Any]) -> list[tuple[int, int, bool]]:
@@ -203,7 +202,7 @@ def kernel_of(run: Simulation, registers: int | None = None, *, single: bool = F
     if numba.config.ENABLE_CUDASIM:  # it cannot compile: the loop of the processor takes the same words
         from meltemi.loadcases.card_kernel import march_kernel
 
-        return march_kernel(run._march, run._arguments[0], classes, first)
+        return march_kernel(run.loop.function, run.loop.controller, classes, first)
     return _compiled(compiled_update(run.case.controller), classes, first, registers, single)
 
 

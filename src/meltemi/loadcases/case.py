@@ -9,17 +9,18 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from meltemi.control.baseline import parameters, steady_torque
-from meltemi.control.bladed.controller import BladedController
-from meltemi.control.bladed.rosco import find_rosco
-from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
-from meltemi.control.coordinated import CoordinatedController, Coordination
-from meltemi.control.load_control import LoadControl
-from meltemi.control.power_control.settings import PowerControl
-from meltemi.control.supervisor.settings import Supervision, limits
-from meltemi.control.supervisor.supervised import SupervisedController
-from meltemi.control.supervisor.threshold import YawProtection
-from meltemi.control.yaw import YawControl, YawController
+from meltemi.control.supervisor.settings import limits
+from meltemi.controllers.schemes import make_controller
+from meltemi.controllers.specification import (
+    BaselineCase,
+    FixedCase,
+    LibraryCase,
+    NamedCase,
+    SupervisedCase,
+    rooted,
+    uses_flaps,
+)
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
@@ -29,11 +30,11 @@ from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import BaseEvent, Event, conflict
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.performance import performance_of
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.turbine.electrical import size_electrical
+from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.imbalance import Imbalance
 from meltemi.turbine.library import load_turbine
@@ -43,11 +44,7 @@ from meltemi.wind.files import read_hub_csv
 from meltemi.wind.formats import read_wind
 from meltemi.wind.iec.classes import WindClass
 from meltemi.wind.iec.models import IecWind, iec_wind
-from meltemi.wind.turbulence.field import AnyWind
-from meltemi.wind.turbulent import TurbulentWind
-
-ROSCO = "rosco"
-"""In the place of a library's path."""
+from meltemi.wind.turbulent import AnyWind, TurbulentWind
 
 
 class SteadyCase(Record):
@@ -116,54 +113,6 @@ class FileCase(Record):
     """Path, relative to the case file."""
 
 
-class BaselineCase(Record):
-    """The baseline controller with the turbine's settings."""
-
-    kind: Literal["baseline"] = "baseline"
-    yaw: YawControl | None = None
-    """Additional active yaw control, which needs ``options: {yaw: driven}``; none by default."""
-
-
-class LibraryCase(Record):
-    """A Bladed-style controller library."""
-
-    kind: Literal["bladed"]
-    library: str
-    """Path, relative to the case file; ``rosco`` is that of the installed rosco package."""
-    input: str | None = None
-    """Path of the library's input file, e.g. DISCON.IN, relative to the case file."""
-    procedure: str = "DISCON"
-    """Name of the function in the library."""
-    sample_time: float | None = Field(default=None, gt=0.0)
-    """[s] between calls; by default every time step."""
-    individual_pitch: bool = True
-    """Use the pitch demand of each blade instead of the collective one."""
-    timeout: float = Field(default=10.0, gt=0.0)
-    """[s] of wall time that a call may take, the first one three times as long."""
-
-
-class SupervisedCase(Record):
-    """Supervisory control: starts, stops and protects the turbine."""
-
-    kind: Literal["supervised"]
-    supervision: Supervision = Supervision()
-    """Conditions for start, stop and trip."""
-    load: LoadControl | None = None
-    """Load control in production; by default the collective controller only."""
-    yaw: YawControl | None = None
-    """Yaw control; requires options: {yaw: driven}."""
-    protection: YawProtection | None = None
-    """Yaw error protection."""
-    sample_time: float | None = Field(default=None, gt=0.0)
-    """[s] between calls; by default every time step."""
-
-
-class FixedCase(Record):
-    """No control: torque and pitch keep their initial values, as for parked turbines."""
-
-    kind: Literal["fixed"]
-
-
 class StartCase(Record):
     """Initial state: parked, idling or rotating, in equilibrium with mean wind and gravity, or undeflected."""
 
@@ -185,31 +134,14 @@ class StartCase(Record):
         return self
 
 
-class PowerCase(PowerControl):
-    """Power control: optimal torque or tip-speed ratio, power reference, frequency; coordinated with yaw and pitch."""
-
-    kind: Literal["power"]
-    yaw: YawControl | None = None
-    """Yaw control; requires options: {yaw: driven}."""
-    relief: Coordination | None = None
-    """Widens the dead band of the yaw control with surplus power; requires yaw."""
-    load: LoadControl | None = None
-    """Load control by individual pitch and flaps."""
-    sample_time: float | None = Field(default=None, gt=0.0)
-    """[s] between calls; by default every time step."""
-
-
 WindCase = Annotated[SteadyCase | TurbulenceCase | IecCase | FileCase, Field(discriminator="kind")]
-ControllerCase = Annotated[
-    BaselineCase | LibraryCase | SupervisedCase | PowerCase | FixedCase, Field(discriminator="kind")
-]
 
 
 def _within(event: BaseEvent, info: ValidationInfo) -> BaseEvent:
     """Validate events here, and not in the case, so that messages name the line of the event."""
-    duration = info.data.get("duration", event.at)
-    if event.at > duration:
-        raise ValueError(f"at {event.at:g} s is after the end of the run at {duration:g} s (duration)")
+    duration = info.data.get("duration", math.inf)
+    if event.at >= duration:
+        raise ValueError(f"at {event.at:g} s is not before the end of the run at {duration:g} s (duration)")
     return event
 
 
@@ -219,7 +151,7 @@ class LoadCase(Record):
     turbine: str
     """Name in the library or path of a YAML file."""
     wind: WindCase
-    controller: ControllerCase = BaselineCase()
+    controller: NamedCase = BaselineCase()
     start: Literal["operating", "standstill", "idling"] | StartCase = "operating"
     """Initial state: steady operation; or a free, feathered rotor that starts in suitable wind (``standstill``) or
     idles until the operator requests a start (``idling``), both with the supervised controller; or a parked rotor, with
@@ -309,6 +241,8 @@ def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
     if case.icing is not None:
         turbine = with_ice(aeroelastic(turbine, "icing"), case.icing)
+    if uses_flaps(case.controller) and not turbine.flaps:
+        turbine = with_flaps(aeroelastic(turbine, f"scheme {getattr(case.controller, 'scheme', '')}"))
     if case.imbalance is not None:
         turbine = aeroelastic(turbine, "imbalance").replace(imbalance=case.imbalance)
     if case.electrical == "sized":
@@ -326,49 +260,20 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
         changes["wind.file"] = str((folder / case.wind.file).absolute())
     if isinstance(case.wind, TurbulenceCase) and case.wind.hub_file is not None:
         changes["wind.hub_file"] = str((folder / case.wind.hub_file).absolute())
-    if isinstance(case.controller, LibraryCase):
-        if case.controller.library != ROSCO:
-            changes["controller.library"] = str((folder / case.controller.library).absolute())
-        if case.controller.input is not None:
-            changes["controller.input"] = str((folder / case.controller.input).absolute())
-    return case.replace(**changes)
+    return case.replace(controller=rooted(case.controller, folder), **changes)
 
 
-def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Path | None = None) -> Controller | None:
+def case_controller(case: LoadCase, model: Model[Any], folder: Path, kept: Path | None = None) -> Controller | None:
     """The controller of a case, None for the plain baseline one; paths are relative to ``folder``.
 
     A controller library has its working folder in ``kept``; without it, it has a temporary one.
     """
     c = case.controller
-    if isinstance(c, BaselineCase):
-        return None if c.yaw is None else YawController(turbine, c.yaw)
-    if isinstance(c, SupervisedCase):
-        settings = c.supervision
-        if case.start in ("standstill", "idling"):
-            settings = settings.replace(begin="standby" if case.start == "standstill" else "idling")
-        return SupervisedController(
-            turbine, settings, load=c.load, yaw=c.yaw, protection=c.protection, sample_time=c.sample_time
-        )
-    if isinstance(c, FixedCase):
-        return ConstantController()
-    if isinstance(c, PowerCase):
-        own = c.model_dump(exclude={"kind", "yaw", "relief", "load", "sample_time"}, exclude_unset=True)
-        return CoordinatedController(
-            turbine,
-            performance_of(turbine),
-            power=PowerControl(**own),
-            yaw=c.yaw,
-            relief=c.relief,
-            load=c.load,
-            sample_time=c.sample_time,
-        )
-    return BladedController(
-        turbine,
-        find_rosco() if c.library == ROSCO else folder / c.library,
-        None if c.input is None else folder / c.input,
-        folder=kept,
-        **c.model_dump(exclude={"kind", "library", "input"}),
-    )
+    if c == BaselineCase():
+        return None
+    if isinstance(c, SupervisedCase) and case.start in ("standstill", "idling"):
+        c = c.replace(**{"supervision.begin": "standby" if case.start == "standstill" else "idling"})
+    return make_controller(c, model, folder=folder, kept=kept)
 
 
 def case_start(case: LoadCase, turbine: AnyTurbine) -> Start | None:
@@ -416,17 +321,24 @@ def inclined(wind: IecWind, upflow: float) -> IecWind:
 
 
 def case_run(
-    case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Path | None = None, model: Model[Any] | None = None
+    case: LoadCase,
+    turbine: AnyTurbine,
+    folder: Path,
+    kept: Path | None = None,
+    model: Model[Any] | None = None,
+    controller: Controller | None = None,
 ) -> Run:
     """The arguments of :func:`simulate` of a case; paths are relative to ``folder``, ``kept`` as for the controller.
 
-    ``model`` is that of the turbine with the case's options and environment, if it is built already.
+    ``model`` is that of the turbine with the case's options and environment, and ``controller`` that of the case, if
+    they are made already.
     """
     same = ("duration", "channels", "output_step", "transient", "view", "events", "grid")
+    model = model or build(turbine, case.options, case.environment)
     return Run(
-        model or build(turbine, case.options, case.environment),
+        model,
         case_wind(case, turbine, folder),
-        controller=case_controller(case, turbine, folder, kept),
+        controller=controller or case_controller(case, model, folder, kept),
         start=case_start(case, turbine),
         stations=Stations(case.blade_stations, case.tower_stations),
         **{name: getattr(case, name) for name in same},
@@ -452,7 +364,9 @@ wind:
 
 duration: 60.0               # s
 
-controller: {kind: baseline}
+controller: baseline         # or another name or file: supervised, ipc, cpfc, A2, rosco@DISCON.IN, mine.py, or keys:
+# controller: {kind: supervised, scheme: ipc}                    # start, stop, protection; individual pitch, tuned
+# controller: {kind: python, file: mine.py}                      # with a function controller(turbine)
 # controller: {kind: baseline, yaw: {dead_band: 0.14}}           # active yaw; with options: {yaw: driven}
 # controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
 # controller: {kind: power, scheme: hold}   # or another of A0 to A3; tracks power_reference below; docs: power control
@@ -495,7 +409,7 @@ options:                     # docs: options; defaults are shown
   stall: hansen              # hansen, static
   skew: glauert              # glauert, none
   skew_momentum: axial       # axial, glauert, cylinder
-  tower_influence: potential # potential, lower_half, none
+  tower_influence: potential # potential, lower_half, powles, eames, none
   tower_drag: true
   # electrical: averaged     # ideal, averaged: generator, converters, DC link and grid of the turbine file
 

@@ -1,4 +1,4 @@
-"""Load case of an OpenFAST deck."""
+"""Load case of an imported model."""
 
 from __future__ import annotations
 
@@ -7,19 +7,20 @@ from typing import Any
 
 from meltemi.core.yamlfile import validated
 from meltemi.loadcases.case import LoadCase
-from meltemi.turbine.openfast import Deck
+from meltemi.turbine.report import ImportedModel
 
 STAND_IN = {"kind": "steady", "speed": 10.0, "shear_exponent": 0.2}
 """Wind of a case whose deck has a wind that case files do not support."""
 
 
-def deck_case(deck: Deck, turbine: str | Path, *, started: bool = False) -> LoadCase:
-    """Wind, duration, model options, gravity and air density of a deck.
+def deck_case(deck: ImportedModel, turbine: str | Path, *, started: bool = False) -> LoadCase:
+    """Wind, duration, model options, gravity and air density of an OpenFAST deck or HAWC2 model.
 
     Args:
-      deck: from :func:`read_deck`.
-      turbine: what the case names: the deck's main file, or a turbine file written from it.
-      started: begin at the deck's rotor speed, pitch and azimuth, as OpenFAST does, instead of in steady operation.
+      deck: from :func:`read_deck` or :func:`import_hawc2`.
+      turbine: what the case names: the main file of the deck, or a turbine file written from it.
+      started: begin at the rotor speed, pitch and azimuth of the deck, as its program does, instead of in steady
+        operation.
 
     Raises:
       InputError: the run of the deck is not supported.

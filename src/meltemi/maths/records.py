@@ -13,6 +13,7 @@ lengths of its axes (``numbers.records``). A record keeps its arrays alive; none
 from __future__ import annotations
 
 from functools import cache
+from importlib import import_module
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -108,3 +109,22 @@ class Record:
 
     def __reduce__(self) -> Any:
         raise TypeError("a record contains memory addresses and cannot be copied; create it from its arrays")
+
+
+@cache
+def joined(*classes: Any) -> Any:
+    """The class of records with the members of several; a kernel of any of them takes it."""
+    kept = [each for each in classes if not any(each is not other and issubclass(other, each) for other in classes)]
+    if len(kept) == 1:
+        return kept[0]
+    name = "+".join(f"{each.__module__}:{each.__qualname__}".replace(".", "/") for each in kept)
+    globals()[name] = made = type(name, tuple(kept), {"__module__": __name__})
+    return made
+
+
+def __getattr__(name: str) -> Any:
+    """A joined class by its name, as cached machine code asks for it."""
+    if ":" not in name:
+        raise AttributeError(name)
+    places = (part.replace("/", ".").split(":") for part in name.split("+"))
+    return joined(*(getattr(import_module(module), inner) for module, inner in places))

@@ -9,6 +9,9 @@
 
 The annotation of the argument ``m`` is the class of records of a variant. The same call works in plain Python and
 from the host.
+
+A *hook* calls the variants of all classes that a record joins (``maths.records.joined``) instead of the closest one:
+there the parts of a machine act.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ from typing import Any, Generic, ParamSpec, TypeVar, get_type_hints
 from numba import types
 from numba.core.typing.templates import AbstractTemplate, infer, infer_global
 
+from meltemi.core.kernel import in_turn
 from meltemi.numbers.records import Record
 
 P = ParamSpec("P")
@@ -27,19 +31,20 @@ R = TypeVar("R")
 
 
 class Variants(Generic[P, R]):
-    """A function that dispatches on the class of the record ``m`` among its arguments."""
+    """A function that dispatches on the class of one record among its arguments."""
 
-    def __init__(self, function: Callable[P, R]) -> None:
+    def __init__(self, function: Callable[P, R], on: str) -> None:
         self.__doc__, self.__name__, self.__module__ = function.__doc__, function.__name__, function.__module__
-        self.place = list(signature(function).parameters).index("m")
-        self.texts: dict[type[Record], Callable[..., R]] = {}
+        names = list(signature(function).parameters)
+        self.place, self.parameters = names.index(on), len(names)
+        self.on, self.texts = on, dict[type[Record], Callable[..., R]]()
         template = type(f"Variants({self.__name__})", (_Template,), {"key": self, "variants": self})
         infer(template)
         infer_global(self, types.Function(template))
 
     def variant(self, text: Callable[..., R]) -> Callable[..., R]:
-        """Register a variant for the class of records in the annotation of ``m``."""
-        self.texts[get_type_hints(text)["m"]] = text
+        """Register a variant for the class of records in its annotation."""
+        self.texts[get_type_hints(text)[self.on]] = text
         return text
 
     def of(self, record: type[Record]) -> Callable[..., R]:
@@ -56,6 +61,21 @@ class Variants(Generic[P, R]):
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         record: Any = args[self.place]
         return self.of(type(record))(*args, **kwargs)
+
+
+class Hook(Variants[P, None]):
+    """A function that calls the variants of all classes of a record, in the order of their bases; none is needed."""
+
+    def __init__(self, function: Callable[P, None], on: str) -> None:
+        super().__init__(function, on)
+        self.chains: dict[type[Record], Callable[..., None]] = {}
+
+    def of(self, record: type[Record]) -> Callable[..., None]:
+        """The variants for a class of records, one after the other."""
+        if record not in self.chains:
+            found = [self.texts[each] for each in record.__mro__ if each in self.texts]
+            self.chains[record] = found[0] if len(found) == 1 else in_turn(found, self.parameters)
+        return self.chains[record]
 
 
 class _Template(AbstractTemplate):  # type: ignore[misc]
@@ -77,5 +97,20 @@ class _Template(AbstractTemplate):  # type: ignore[misc]
 
 
 def by_record(function: Callable[P, R]) -> Variants[P, R]:
-    """Make a function dispatch on the class of its record."""
-    return Variants(function)
+    """Make a function dispatch on the class of its record ``m``."""
+    return Variants(function, "m")
+
+
+def by_control(function: Callable[P, R]) -> Variants[P, R]:
+    """Make a function dispatch on the class of its record ``c``."""
+    return Variants(function, "c")
+
+
+def hook(function: Callable[P, None]) -> Hook[P]:
+    """Make a function the place at which parts of the turbine, its record ``m``, act."""
+    return Hook(function, "m")
+
+
+def control_hook(function: Callable[P, None]) -> Hook[P]:
+    """Make a function the place at which parts of the control, its record ``c``, act."""
+    return Hook(function, "c")

@@ -39,9 +39,9 @@ from meltemi.maths.generic import (
     whole,
     zero,
 )
+from meltemi.numbers import records
+from meltemi.numbers.lanes import N_DERIVATIVES as N_DERIVATIVES
 from meltemi.numbers.lanes import WIDTH, lanes, splat
-
-N_DERIVATIVES = WIDTH
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF = ir.VectorType(_F64, WIDTH)
@@ -563,3 +563,14 @@ infer_global(zero)(_Zero)
 @lower_builtin(zero, DualArrayType)
 def _zero(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return make_dual(context, builder, ir.Constant(_F64, 0.0), None)
+
+
+# tables and records ---------------------------------------------------------------------------------
+
+
+def _load_entry(context: Any, builder: Any, data: Any, slopes: Any) -> Any:
+    return make_dual(context, builder, builder.load(data, typ=_F64), records.vector_at(builder, slopes))
+
+
+records.NUMBERS[records.DUALS] = records.Numbers(dual, DualArrayType, _load_entry)
+lower_builtin(records._MAKE, DualArrayType)(records.make_table)

@@ -52,6 +52,8 @@ from meltemi.maths.generic import (
 
 WIDTH = 8
 """Lanes per number: a register of AVX-512, two of AVX2."""
+N_DERIVATIVES = WIDTH
+"""Derivatives of a dual number, see ``numbers.duals``."""
 
 _F64, _I64, _I32, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(32), ir.IntType(1)
 _VF, _VI, _VM = (ir.VectorType(t, WIDTH) for t in (_F64, _I32, _BIT))

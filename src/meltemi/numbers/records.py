@@ -8,8 +8,10 @@ kernel into arrays do not force it to load them again.
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable
 from functools import cache
-from typing import Any
+from importlib import import_module
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -25,13 +27,42 @@ from meltemi.maths.records import Member, members
 from meltemi.maths.records import Record as Record
 from meltemi.maths.tables import Table
 from meltemi.maths.tables import TableType as TableClass
-from meltemi.numbers.duals import DualArrayType, dual, make_dual
 from meltemi.numbers.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF, _VL = ir.VectorType(_F64, WIDTH), ir.VectorType(_I64, WIDTH)
 FLOATS, LANES, DUALS, INTS = "floats", "lanes", "duals", "ints"
-ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
+
+
+class Numbers(NamedTuple):
+    """A number type of records and tables: type of an entry, type of an array by its dimensions, and code that loads an
+    entry from the addresses of its value and of its derivatives."""
+
+    entry: Any
+    array: Callable[[int], Any]
+    load: Callable[[Any, Any, Any, Any], Any]
+
+
+class _Registered(dict[str, Numbers]):
+    """Number types by name; those of ``ELSEWHERE`` register themselves when they are first used."""
+
+    def __missing__(self, kind: str) -> Numbers:
+        import_module(ELSEWHERE[kind])
+        return self[kind]
+
+
+ELSEWHERE = {DUALS: "meltemi.numbers.duals"}
+NUMBERS = _Registered(
+    {
+        FLOATS: Numbers(
+            types.float64, lambda n: types.Array(types.float64, n, "C"), lambda c, b, data, _: b.load(data, typ=_F64)
+        ),
+        INTS: Numbers(
+            types.int64, lambda n: types.Array(types.int64, n, "C"), lambda c, b, data, _: b.load(data, typ=_I64)
+        ),
+        LANES: Numbers(lanes, LaneArrayType, lambda c, b, data, _: vector_at(b, data)),
+    }
+)
 
 
 # entries of fields ----------------------------------------------------------------------------------
@@ -53,7 +84,8 @@ class FieldType(types.Type):
     @property
     def entry(self) -> Any:
         """Type of an entry."""
-        return GroupType(self.cls, ENTRY[self.kind]) if self.cls else ENTRY[self.kind]
+        number = NUMBERS[self.kind].entry
+        return GroupType(self.cls, number) if self.cls else number
 
     @property
     def parts(self) -> int:
@@ -105,16 +137,9 @@ def _slopes_onwards(builder: Any, pointer: Any, entries: Any) -> Any:
     return builder.gep(pointer, [builder.mul(entries, entries.type(WIDTH))], source_etype=_F64)
 
 
-def _vector(builder: Any, pointer: Any) -> Any:
+def vector_at(builder: Any, pointer: Any) -> Any:
+    """Eight entries at an address."""
     return builder.load(builder.bitcast(pointer, _VF.as_pointer()), align=8, typ=_VF)
-
-
-def _load(context: Any, builder: Any, kind: str, data: Any, slopes: Any) -> Any:
-    if kind == LANES:
-        return _vector(builder, data)
-    if kind == DUALS:
-        return make_dual(context, builder, builder.load(data, typ=_F64), _vector(builder, slopes))
-    return builder.load(data, typ=_I64 if kind == INTS else _F64)
 
 
 def _store(builder: Any, kind: str, value: Any, data: Any, slopes: Any) -> None:
@@ -147,7 +172,7 @@ def _places(builder: Any, kind: Any, proxy: Any, at: list[Any]) -> list[tuple[An
 
 
 def _read(context: Any, builder: Any, kind: Any, proxy: Any, at: list[Any]) -> Any:
-    values = [_load(context, builder, kind.kind, *place) for place in _places(builder, kind, proxy, at)]
+    values = [NUMBERS[kind.kind].load(context, builder, *place) for place in _places(builder, kind, proxy, at)]
     return join(context, builder, kind.entry, values) if kind.cls else values[0]
 
 
@@ -268,12 +293,7 @@ def _field(kind: Any, name: str) -> Any:
 
 def _array_type(kind: Any) -> Any:
     """Type of the whole array of a table, the field first."""
-    ndim = kind.ndim + 1 - kind.table.outer
-    if kind.kind == LANES:
-        return LaneArrayType(ndim)
-    if kind.kind == DUALS:
-        return DualArrayType(ndim)
-    return types.Array(types.int64 if kind.kind == INTS else types.float64, ndim, "C")
+    return NUMBERS[kind.kind].array(kind.ndim + 1 - kind.table.outer)
 
 
 def _length(kind: Any, name: str) -> int | None:
@@ -395,7 +415,7 @@ def _maker(table: Any) -> Any:
                 return signature(array, array)
             if isinstance(array, types.Array) and (array.ndim, array.layout, array.dtype) == (1, "C", types.float64):
                 return signature(TableType(table, FLOATS), array)
-            return signature(TableType(table, DUALS), array) if array == DualArrayType(1) else None
+            return signature(TableType(table, DUALS), array) if array == NUMBERS[DUALS].array(1) else None
 
     return Rule
 
@@ -405,10 +425,10 @@ def _MAKE() -> None:
 
 
 @lower_builtin(_MAKE, types.Array)
-@lower_builtin(_MAKE, DualArrayType)
-def _make(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+def make_table(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    """Code of the constructor of a table from a vector."""
     result = cgutils.create_struct_proxy(sig.return_type)(context, builder)
-    if isinstance(sig.args[0], DualArrayType):
+    if sig.return_type.kind == DUALS:
         vector = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
         result.data, result.slopes = vector.values, vector.slopes
     else:
@@ -466,10 +486,10 @@ def _array(context: Any, builder: Any, kind: Any, data: Any, slopes: Any, shape:
         return _numpy_array(context, builder, kind, data, shape)
     proxy = cgutils.create_struct_proxy(kind)(context, builder)
     proxy.shape = context.make_tuple(builder, types.UniTuple(types.intp, kind.ndim), shape)
-    if isinstance(kind, DualArrayType):
-        proxy.values, proxy.slopes = data, slopes
-    else:
+    if isinstance(kind, LaneArrayType):
         proxy.data = data
+    else:
+        proxy.values, proxy.slopes = data, slopes
     return proxy._getvalue()
 
 
@@ -548,10 +568,8 @@ def _type_of(record: Any, member: Member) -> Any:
         kind = FLOATS
     if member.table is not None:
         return TableType(member.table, INTS if member.table.integer else kind)
-    if kind == LANES:
-        return LaneArrayType(member.ndim)
-    if kind == DUALS:
-        return DualArrayType(member.ndim)
+    if kind in (LANES, DUALS):
+        return NUMBERS[kind].array(member.ndim)
     return types.Array(numba.from_dtype(np.dtype(member.dtype)), member.ndim, "C")
 
 
@@ -605,6 +623,7 @@ def _record_get(context: Any, builder: Any, kind: Any, value: Any, name: str) ->
 
 @typeof_impl.register(Record)
 def _typeof(value: Any, context: Any) -> Any:
+    NUMBERS[value.kind]  # its rules are known before anything is compiled for it
     return RecordType(type(value), value.kind)
 
 

@@ -163,7 +163,7 @@ def ideal_removal(
     Raises:
       InputError: the slope of a bare series is missing, a band is empty, or ``between`` holds fewer than two values.
     """
-    where = "ceiling"
+    where = "ideal_removal"
     x, step, found = even_series(source, channel, dt, where)
     if slope is None:
         slope = usual_slope(found) if found else None

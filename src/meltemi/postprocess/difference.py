@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from meltemi.core.display import rounded
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief, Card, Fold
+from meltemi.core.representation import Card, Fold
+from meltemi.core.shown import Brief
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result

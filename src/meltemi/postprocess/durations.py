@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 
 Float = NDArray[np.float64]
 

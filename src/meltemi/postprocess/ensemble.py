@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.postprocess.spectra import even_series
 from meltemi.simulation.result import Result
 
@@ -219,7 +219,7 @@ def actuator_travel(source: Result | ArrayLike, channel: str | None = None, *, d
     Raises:
       InputError: required arguments besides the source are missing, or values are not finite or not evenly spaced.
     """
-    x, step, _ = even_series(source, channel, dt, "travel")
+    x, step, _ = even_series(source, channel, dt, "actuator_travel")
     return float(np.abs(np.diff(x)).sum() / ((len(x) - 1) * step))
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.postprocess.ensemble import CONFIDENCE
 
 Float = NDArray[np.float64]

@@ -81,13 +81,13 @@ def equivalent_loads(
         takes part if it has one.
 
     Raises:
-      InputError: a name is unknown, or ``f_eq`` or a slope is not positive.
+      InputError: a name is unknown, ``f_eq`` or a slope is not positive, or there are less than two samples.
     """
     given = {result.channel(name).name: m for name, m in (slopes or {}).items()}
     found: dict[str, float] = {}
     result = result.evaluated
     if len(result.time) < 2:
-        return found
+        raise InputError("equivalent_loads: the result has one sample; at least two are needed")
     duration = float(result.time[-1] - result.time[0])
     for channel in result.channels if names is None else [result.channel(name) for name in names]:
         slope = given.get(channel.name, usual_slope(channel))

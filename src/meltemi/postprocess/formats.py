@@ -43,15 +43,24 @@ FORMATS = (
         writer="write_out",
         note="names, units, description; seven digits",
     ),
+    FileFormat(
+        name="csv",
+        suffix=".csv",
+        text="comma-separated values with units in the head",
+        module=f"{FILES}.signals",
+        reader="read_signals",
+        writer="write_signals",
+        note="names, units; all digits",
+    ),
 )
-"""All formats; their note says what they preserve. The first that fits the content is read: of those without first
-bytes there can be one, for text."""
+"""All formats; their note says what they preserve. The first that fits the content is read: texts, which have no first
+bytes of their own, by their suffix, and those of any other suffix as output of OpenFAST."""
 FIRST = 8
 """[bytes] of a file that decide; a text has no zero among them."""
 
 
 def read_result(path: str | Path) -> Result:
-    """Read a result from meltemi's netCDF or from OpenFAST's binary or text output, detected by content.
+    """Read a result from meltemi's netCDF, from OpenFAST's binary or text output, detected by content, or from CSV.
 
     Of OpenFAST's channels those that the catalogue has get our names, units and signs; the others keep their name, with
     SI units where they are known.
@@ -64,15 +73,17 @@ def read_result(path: str | Path) -> Result:
         begin = file.read(FIRST)
     if size == 0:
         raise InputError(f"{path}: is empty")
+    texts = {f.suffix: f for f in FORMATS if not f.begins}
+    text = texts.get(path.suffix.lower(), texts[".out"])
     for f in FORMATS:
-        if f.fits(begin) and (f.begins or b"\0" not in begin):
+        if f.fits(begin) and (f.begins or (f is text and b"\0" not in begin)):
             result: Result = f.read(path)
             return result
     raise InputError(f"{path}: no result: none of " + ", ".join(f"{f.text} ({f.suffix})" for f in FORMATS))
 
 
 def write_result(result: Result, path: str | Path) -> Path:
-    """Write a result in the format of the suffix: ``.nc``, or OpenFAST's ``.outb`` and ``.out``.
+    """Write a result in the format of the suffix: ``.nc``, OpenFAST's ``.outb`` and ``.out``, or ``.csv``.
 
     Only netCDF keeps all digits, channels' descriptions, status and meta data.
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.postprocess.cycles import Cycles, Residue, bin_cycles, cycle_load, rainflow_cycles, sum_cycles
 
 Float = NDArray[np.float64]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
 
@@ -287,12 +287,12 @@ def spectral_peak(spectrum: PowerSpectrum, frequency: float, half_width: float) 
       InputError: there is no frequency of the spectrum in the range.
     """
     if not half_width > 0.0:
-        raise InputError(f"peak: half_width must be positive, found {half_width!r}")
+        raise InputError(f"spectral_peak: half_width must be positive, found {half_width!r}")
     distance = np.abs(spectrum.frequency - frequency)
     rounding = 1e-9 * spectrum.resolution
     near = np.flatnonzero(distance <= half_width + rounding)
     if not len(near):
-        raise InputError(f"peak: the spectrum has no frequency within {half_width:g} Hz of {frequency:g} Hz")
+        raise InputError(f"spectral_peak: the spectrum has no frequency within {half_width:g} Hz of {frequency:g} Hz")
     beside = spectrum.density[(distance > half_width + rounding) & (distance <= 2.0 * half_width + rounding)]
     beside = beside[beside > 0.0]
     place = int(near[np.argmax(spectrum.density[near])])

@@ -25,7 +25,7 @@ def means_over_revolutions(time: Float, azimuth: Float, x: Float) -> tuple[Float
     turned = np.unwrap(azimuth)
     n = int((turned[-1] - turned[0]) / (2.0 * np.pi) + ROUNDING) if len(time) else 0
     if n < 1:
-        raise InputError("revolution_means: the series covers less than one revolution")
+        raise InputError("azimuthal_averages: the series covers less than one revolution")
     ends = np.interp(turned[0] + 2.0 * np.pi * np.arange(n + 1.0), turned, time)
     area = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(time))])
     # the integral is quadratic between samples: go on from the sample before with the series' own slope

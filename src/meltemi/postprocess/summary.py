@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, Status
-from meltemi.core.representation import Card, Fold, Shown
+from meltemi.core.representation import Card, Fold
+from meltemi.core.shown import Shown
 from meltemi.postprocess.counting import DEPTH, ChannelState, Tally, add_samples, damage_until_now
 from meltemi.postprocess.fatigue import check_equivalent, usual_slope
 from meltemi.simulation.channels import Channel, find
@@ -170,7 +171,7 @@ def counted(run: Simulation, slopes: Mapping[str, float] | None = None) -> Count
     transient = np.arange(round(run.transient / run.output_step) + 2) * run.output_step < run.transient - 1e-9
     clock = run.case.clock.array
     run.sink = counter = Counter(
-        run.channels, run._output, clock, skipped=int(transient.sum()), wrap=True, slopes=slopes
+        run.channels, run.loop.output, clock, skipped=int(transient.sum()), wrap=True, slopes=slopes
     )
     return counter
 

@@ -9,129 +9,53 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import re
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from functools import cache
 from html import escape
+from itertools import count
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from meltemi.core.files import bytes_of, text_of, write_text
+from meltemi.report.blocks import (
+    Beside,
+    Block,
+    Case,
+    Cell,
+    Chart,
+    Choice,
+    Code,
+    Document,
+    Drawing,
+    Entry,
+    Facts,
+    Folded,
+    Markup,
+    Part,
+    Picture,
+    Share,
+    Statistics,
+    Table,
+    Verdict,
+    words,
+)
+from meltemi.report.drawing import svg_of
 from meltemi.report.palette import COLOURS, ON_DARK
-from meltemi.report.turbine_facts import number
 
 
-@dataclass(frozen=True)
-class Markup:
-    """HTML, whose texts are escaped already."""
-
-    html: str
-
-
-Cell = str | float | Markup | None
-"""Of a table: text, a number, or HTML."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table, which the reader sorts by a click on the head of a column.
-
-    Attributes:
-      head: names of the columns, with units; a line break separates the two.
-      rows: cells; a row may be shorter than the head.
-      caption: above the table.
-      text_columns: how many of the first columns are text; others are if most of their cells begin with a letter.
-        Numbers stand to the right.
-      groups: a row above the head, of (text, columns that it spans); it must span all of them.
-      note: below the table.
-      classes: of cells, by row and column.
-      ids: of rows.
-    """
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
-    caption: str = ""
-    text_columns: int = 1
-    groups: Sequence[tuple[str, int]] = ()
-    note: str = ""
-    classes: Mapping[tuple[int, int], str] = field(default_factory=dict)
-    ids: Sequence[str] = ()
-
-    @property
-    def texts(self) -> list[list[str]]:
-        """Cells as text, as in files of other kinds."""
-        return [["" if cell is None else str(cell) for cell in row] for row in self.rows]
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A picture: a PNG file, or its bytes.
-
-    Attributes:
-      png: the file or its content; it becomes part of the page.
-      caption: below the picture.
-      text: what it shows, for those who cannot see it; the caption by default.
-    """
-
-    png: Path | bytes
-    caption: str = ""
-    text: str = ""
-
-
-@dataclass(frozen=True)
-class Code:
-    """Verbatim text, such as a command line."""
-
-    text: str
-
-
-Block = str | Table | Picture | Code | Markup
-"""Of a section; a text is a paragraph."""
-
-
-@dataclass(frozen=True)
-class Section:
-    """A heading and its content, in this order."""
-
-    heading: str
-    content: Sequence[Block]
-
-
-@dataclass(frozen=True)
-class CaseList:
-    """Cases of a load base: its path as in commands, and their names."""
-
-    base: str
-    names: Sequence[str]
-
-
-def write_page(
-    path: str | Path,
-    title: str,
-    sections: Sequence[Section],
-    *,
-    facts: Iterable[tuple[str, str]] = (),
-    lead: str | Markup = "",
-    footer: str = "",
-    cases: Sequence[CaseList] = (),
-) -> Path:
-    """Write sections as one self-contained HTML file, without external resources.
-
-    Args:
-      path: of the file.
-      title: of the page.
-      sections: in their order; from three on there is a list of them.
-      facts: names and values below the title, such as turbine and wind.
-      lead: the result, before everything else.
-      footer: last line, such as version and licence.
-      cases: of each load base on the page; a click on one shows its conditions and its command.
+def write_page(path: str | Path, document: Document) -> Path:
+    """Write a document as one self-contained HTML file, without external resources.
 
     Raises:
       InputError: a picture cannot be read, or the file cannot be written.
     """
-    return write_text(Path(path), page(title, sections, facts=facts, lead=lead, footer=footer, cases=cases))
+    return write_text(Path(path), page(document))
 
 
 def result_first(text: str) -> Markup:
@@ -146,39 +70,39 @@ def _begin(label: str) -> str:
     return label if label == "meltemi" else label[:1].upper() + label[1:]
 
 
-def page(
-    title: str,
-    sections: Sequence[Section],
-    *,
-    facts: Iterable[tuple[str, str]] = (),
-    lead: str | Markup = "",
-    footer: str = "",
-    cases: Sequence[CaseList] = (),
-) -> str:
-    """HTML text of the page of :func:`write_page`; all arguments are plain text."""
-    parts = [f"<h1>{escape(title)}</h1>"]
-    if described := [f"<div><dt>{plain(_begin(name))}</dt><dd>{plain(value)}</dd></div>" for name, value in facts]:
+def page(document: Document) -> str:
+    """HTML text of the page of :func:`write_page`; from three sections on there is a list of them."""
+    d = document
+    parts = [f"<h1>{escape(d.title)}</h1>"]
+    if described := [f"<div><dt>{plain(_begin(name))}</dt><dd>{plain(value)}</dd></div>" for name, value in d.facts]:
         parts.append(f'<dl class="facts">{"".join(described)}</dl>')
-    if lead:
-        parts.append(lead.html if isinstance(lead, Markup) else f'<p class="lead">{plain(lead)}</p>')
-    places = [f"section-{i + 1}" for i in range(len(sections))]
-    if len(sections) > 2:
-        links = (f'<a href="#{at}">{escape(s.heading)}</a>' for at, s in zip(places, sections, strict=True))
+    if d.lead:
+        parts.append(f'<p class="lead">{plain(d.lead)}</p>' if isinstance(d.lead, str) else html_of(d.lead))
+    places = [f"section-{i + 1}" for i in range(len(d.sections))]
+    if len(d.sections) > 2:
+        links = (f'<a href="#{at}">{escape(s.heading)}</a>' for at, s in zip(places, d.sections, strict=True))
         parts.append(f'<nav aria-label="Contents">{" ".join(links)}</nav>')
-    for at, section in zip(places, sections, strict=True):
+    for at, section in zip(places, d.sections, strict=True):
         body = "\n".join(html_of(each) for each in section.content)
         parts.append(f'<section id="{at}">\n<h2>{escape(section.heading)}</h2>\n{body}\n</section>')
-    if footer:
-        parts.append(f"<footer>{escape(footer)}</footer>")
-    about = {"bases": [shlex.quote(each.base) for each in cases], "cases": [list(each.names) for each in cases]}
+    if d.footer:
+        parts.append(f"<footer>{escape(d.footer)}</footer>")
+    about = {"bases": [shlex.quote(each.base) for each in d.cases], "cases": [list(each.names) for each in d.cases]}
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="color-scheme" content="light dark">\n'
-        f"<title>{escape(title)}</title>\n<style>{_curve_colours()}{_beside('page.css')}</style>\n</head>\n<body>\n<main>\n"
+        f"<title>{escape(d.title)}</title>\n<style>{_curve_colours()}{_beside('page.css')}{_running(d.running)}</style>\n"
+        "</head>\n<body>\n<main>\n"
         + "\n".join(parts)
         + f"\n</main>\n{stored('page-data', about)}\n<script>{_beside('page.js')}</script>\n</body>\n</html>\n"
     )
+
+
+def _running(text: str) -> str:
+    """Rule for the foot of printed pages."""
+    safe = re.sub(r"[^\w .,:;()/+-]", " ", text)
+    return f'@page {{ @bottom-left {{ content: "{safe}"; font-size: 8pt; color: #5b6873; }} }}' if text else ""
 
 
 @cache
@@ -194,18 +118,45 @@ def _curve_colours() -> str:
 
 def html_of(block: Block) -> str:
     """HTML of a block."""
-    if isinstance(block, str):
-        return f"<p>{plain(block)}</p>"
-    if isinstance(block, Markup):
-        return block.html
-    if isinstance(block, Code):
-        return f"<pre><code>{escape(block.text)}</code></pre>"
-    return _table(block) if isinstance(block, Table) else _picture(block)
-
-
-def together(*parts: Block) -> Markup:
-    """Blocks in one piece, texts without paragraphs of their own."""
-    return Markup("".join(plain(p) if isinstance(p, str) else html_of(p) for p in parts))
+    match block:
+        case str():
+            return f"<p>{plain(block)}</p>"
+        case Markup():
+            return block.html
+        case Code():
+            return f"<pre><code>{escape(block.text)}</code></pre>"
+        case Table():
+            return _table(block)
+        case Picture():
+            return _picture(block)
+        case Chart():
+            return _chart(block)
+        case Statistics():
+            return _statistics(block)
+        case Drawing():
+            caption = f"<figcaption>{plain(block.caption)}</figcaption>"
+            return f'<figure class="sketch">{svg_of(block)}{caption}</figure>'
+        case Facts():
+            items = (
+                f"<div><dt>{escape(n)}</dt><dd>{plain(v)}{_case(c) if c else ''}</dd></div>" for n, v, c in block.items
+            )
+            return f'<dl class="facts key">{"".join(items)}</dl>'
+        case Verdict():
+            lines = "".join(f"<li>{plain(line)}</li>" for line in block.lines)
+            more = html_of(block.more) if block.more else ""
+            body = (f"<ul>{lines}</ul>" if lines else "") + more
+            return f'<div class="verdict {block.kind}"><h2>{plain(block.heading)}</h2>{body}</div>'
+        case Folded():
+            how = " open" if block.unfolded else ""
+            return f"<details{how}><summary>{plain(block.summary)}</summary>{html_of(block.block)}</details>"
+        case Part():
+            return f'<div class="part"><h3>{plain(block.heading)}</h3>{"".join(map(html_of, block.content))}</div>'
+        case Beside():
+            return f'<div class="beside">{"".join(f"<div>{html_of(each)}</div>" for each in block.content)}</div>'
+        case Choice():
+            options = "".join(f"<option>{escape(each.heading)}</option>" for each in block.parts)
+            select = f'<div class="choice"><label>{plain(block.label)} <select>{options}</select></label></div>'
+            return f'<div class="choose">{select}{"".join(map(html_of, block.parts))}</div>'
 
 
 def stored(place: str, content: Any) -> str:
@@ -214,23 +165,33 @@ def stored(place: str, content: Any) -> str:
     return f'<script type="application/json" id="{place}">{text.replace("<", chr(92) + "u003c")}</script>'
 
 
-def case_button(name: str, base: int = 0, text: str = "") -> Markup:
-    """Name of a case, or a text in its place; shows its conditions and the command that repeats it."""
-    which = f' data-base="{base}"' if base else ""
-    which += f' data-case="{escape(name)}" title="{escape(name)}"' if text else ""
-    return Markup(f'<button class="case"{which}>{escape(text or name)}</button>')
+def _case(case: Case) -> str:
+    """A case as a button, which shows its conditions and the command that repeats it."""
+    which = f' data-base="{case.base}"' if case.base else ""
+    which += f' data-case="{escape(case.name)}" title="{escape(case.name)}"' if case.text else ""
+    return f'<button class="case"{which}>{escape(str(case))}</button>'
 
 
-def folded(summary: str, block: Block, *, unfolded: bool = False) -> Markup:
-    """A block that a click on its summary shows and hides."""
-    how = " open" if unfolded else ""
-    return Markup(f"<details{how}><summary>{plain(summary)}</summary>{html_of(block)}</details>")
+def _entry(entry: Entry) -> str:
+    """A value, its case or note below it, and its utilisation as a number and a bar."""
+    value = "" if entry.value is None else f"<b>{shown(entry.value)}</b>"
+    small = "".join(
+        f"<small>{each}</small>" for each in (_case(entry.case) if entry.case else "", plain(entry.note)) if each
+    )
+    if not math.isfinite(entry.ratio):
+        return value + small
+    state = " over" if entry.ratio > 1.0 else " near" if entry.ratio > NEAR else ""
+    width = 100.0 * min(max(entry.ratio, 0.0), 1.0)
+    bar = f'<span class="bar{state}"><i style="width:{width:.0f}%"></i></span>'
+    return f'{value}{small}<small class="ratio{state}">{entry.ratio:.2f}</small>{bar}'
 
 
+NEAR = 0.95
+"""Utilisation from which it is marked."""
 LONG = 25
 """Rows above which a table scrolls within itself."""
-WIDE = 12
-"""Columns above which a table has smaller letters on paper."""
+WIDE, NARROW = 12, 7
+"""Columns above which a table has smaller letters, and up to which two of a choice stand side by side on paper."""
 WRAPPED, SENTENCE = 16, 40
 """Characters of a cell above which it may be wrapped, and above which it has a least width."""
 SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w|ref|opt|res|in|out|ave|maint)(?![\w(])")
@@ -255,24 +216,19 @@ def apart(text: str) -> str:
 
 def shown(value: Cell) -> str:
     """HTML of a cell."""
-    if value is None:
-        return ""
-    if isinstance(value, Markup):
-        return value.html
-    text = value if isinstance(value, str) else number(value)
+    match value:
+        case Case():
+            return _case(value)
+        case Entry():
+            return _entry(value)
+        case Share():
+            return f'<span class="share" style="--share:{100.0 * value.value:.0f}%">{value}</span>'
+    text = words(value)
     return apart(plain(text)) if THOUSANDS.fullmatch(text) else plain(text)
 
 
-def _is_text(value: Cell) -> bool:
-    if isinstance(value, Markup):
-        return value.html.startswith("<button")
-    return isinstance(value, str) and value[:1].isalpha()
-
-
 def _table(table: Table) -> str:
-    places = range(len(table.head))
-    filled = [[row[j] for row in table.rows if j < len(row) and row[j] not in (None, "")] for j in places]
-    left = {j for j, own in enumerate(filled) if j < table.text_columns or 2 * sum(map(_is_text, own)) > len(own)}
+    left = table.left()
 
     def cell(value: Cell, i: int, j: int) -> str:
         size = len(value) if isinstance(value, str) else 0
@@ -282,7 +238,7 @@ def _table(table: Table) -> str:
         kind = f' class="{named}"' if named else ""
         return f"<{tag}{kind}>{shown(value)}</{tag[:2]}>"
 
-    sides = [" class=text" if j in left else "" for j in places]
+    sides = [" class=text" if j in left else "" for j in range(len(table.head))]
     names = (f"<th scope=col{side}>{plain(name)}</th>" for side, name in zip(sides, table.head, strict=True))
     head = f"<tr>{''.join(names)}</tr>"
     if table.groups:
@@ -298,14 +254,18 @@ def _table(table: Table) -> str:
     ]
     caption = f"<caption>{plain(table.caption)}</caption>" if table.caption else ""
     note = f'<p class="note">{plain(table.note)}</p>' if table.note else ""
-    kind = "wide" + " tall" * (len(rows) > LONG) + " many" * (len(table.head) > WIDE)
+    columns = len(table.head)
+    kind = (
+        "wide" + " tall" * (len(rows) > LONG) + (" many" if columns > WIDE else " narrow" if columns <= NARROW else "")
+    )
     sortable = ' class="sortable"' if len(rows) > 2 else ""
     # wide tables scroll within themselves; the page does not
-    return (
+    made = (
         f'<div class="{kind}" tabindex="0"><table{sortable}>{caption}<thead>{head}</thead>\n<tbody>\n'
         + "\n".join(rows)
         + f"\n</tbody></table></div>{note}"
     )
+    return f'<p class="paper">{plain(table.paper)}</p><div class="screen">{made}</div>' if table.paper else made
 
 
 def _picture(picture: Picture) -> str:
@@ -314,3 +274,62 @@ def _picture(picture: Picture) -> str:
     caption = f"<figcaption>{plain(picture.caption)}</figcaption>" if picture.caption else ""
     text = escape(picture.text or picture.caption)
     return f'<figure class="picture"><img src="data:image/png;base64,{data}" alt="{text}">{caption}</figure>'
+
+
+# ------------------------------------------------------------------------------------------------------- charts
+
+_numbers = count(1)
+
+
+def _place(kind: str) -> str:
+    """A place for data on a page that no other has, such as ``chart-3``."""
+    return f"{kind}-{next(_numbers)}"
+
+
+def _chart(chart: Chart) -> str:
+    place, polar = _place("chart"), chart.polar or bool(chart.spokes)
+    series = []
+    for c in chart.curves:
+        given = {"name": c.name, "x": rounded(c.x), "y": rounded(c.y), "dots": c.dots, "dash": c.dash, "base": c.base}
+        optional = {"y2": None if c.upper is None else rounded(c.upper), "colour": c.colour, "cases": c.cases}
+        series.append(given | {key: value for key, value in optional.items() if value is not None})
+    axes = {
+        key: {"label": a.label, "unit": a.unit, "log": a.log} | ({} if a.start is None else {"from": a.start})
+        for key, a in (("x", chart.x), ("y", chart.y))
+    }
+    spokes = {"spokes": list(chart.spokes)} if chart.spokes else {}
+    spec = {"title": chart.title, "polar": polar, "series": series} | axes | spokes
+    caption = f"<figcaption><b>{plain(chart.title)}</b> {plain(chart.caption)}</figcaption>"
+    kind = "chart polar" if polar else "chart"
+    return f'{stored(place, spec)}<figure class="{kind}" data-chart="{place}">{caption}</figure>'
+
+
+def rounded(values: ArrayLike) -> list[float | None]:
+    """Numbers with the digits that :func:`number` shows; None where they are not finite."""
+    return [_short(v) if math.isfinite(v) else None for v in np.asarray(values, dtype=float).tolist()]
+
+
+def _short(value: float) -> float:
+    return round(value) if abs(value) >= 1e3 else float(f"{value:.4g}")
+
+
+def _statistics(block: Statistics) -> str:
+    channels = list(dict.fromkeys(each["label"] for base in block.bases for each in base["channels"]))
+    across = list(dict.fromkeys(each["label"] for base in block.bases for each in base["across"]))
+    place = _place("statistics")
+    values = '<option value="max min">max and min</option><option>mean</option><option>max</option><option>min</option>'
+    choices = [
+        _select("Channel", channels, block.first),
+        _select("over", [*across, *channels]),
+        f"<label>values <select>{values}</select></label>",
+    ]
+    figure = (
+        f'<figure class="chart" data-statistics="{place}"><div class="choice">{"".join(choices)}</div>'
+        f'<figcaption>{plain(block.caption)}</figcaption></figure><div class="beside paper" data-all="{place}"></div>'
+    )
+    return stored(place, block.bases) + figure
+
+
+def _select(label: str, names: Sequence[str], first: str = "") -> str:
+    options = (f"<option{' selected' if name == first else ''}>{escape(name)}</option>" for name in names)
+    return f"<label>{label} <select>{''.join(options)}</select></label>"

@@ -109,7 +109,7 @@
     figure.querySelector(".enlarge").textContent = large ? "×" : "⤢";
     document.body.style.overflow = large ? "hidden" : "";
   }
-  for (const figure of all("figure")) {
+  for (const figure of all("figure:not(.sketch)")) {
     const button = make("button", { class: "enlarge", "aria-label": "Enlarge or close", title: "Enlarge" }, "⤢");
     button.onclick = () => enlarge(figure, !figure.classList.contains("large"));
     figure.append(button);
@@ -129,14 +129,14 @@
     const step = power * [1, 2, 5, 10].find((m) => m * power >= raw * 0.999);
     return Array.from({ length: Math.floor(high / step + 1e-9) - Math.ceil(low / step - 1e-9) + 1 }, (_, i) => +((Math.ceil(low / step - 1e-9) + i) * step).toPrecision(10));
   }
-  const off = new WeakMap();
+  const off = new WeakMap(), PAPER = 420; // [px] width of a chart that is printed only
   function draw(figure, spec) {
-    const large = figure.classList.contains("large"), room = (figure.clientWidth || 700) - (large ? 40 : 0);
+    const large = figure.classList.contains("large"), room = (figure.clientWidth || PAPER) - (large ? 40 : 0);
     const width = Math.max(300, large ? (spec.polar ? Math.min(room, innerHeight - 130) : room) : Math.min(room, spec.spokes ? 560 : spec.polar ? 460 : 1000));
     const height = spec.polar ? width : large ? innerHeight - 150 : Math.min(400, Math.max(250, 0.5 * width));
     const hidden = off.get(figure) || off.set(figure, new Set()).get(figure);
     const series = spec.series.map((s, i) => ({ ...s, colour: colour(s, i) })).filter((s) => !hidden.has(s.name));
-    const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": spec.title });
+    const svg = make("svg", { class: "drawn", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": spec.title });
     const plot = spec.polar ? polar(svg, spec, series, width) : axes(svg, spec, series, width, height);
     const found = [];
     for (const s of series) {
@@ -226,9 +226,10 @@
     svg.append(make("text", { x: 4, y: 14 }, `${spec.y.label} [${spec.y.unit}]`));
     return (x, y) => (y === null ? null : [centre + at(y) * Math.cos((x * Math.PI) / 180), centre - at(y) * Math.sin((x * Math.PI) / 180)]);
   }
+  const printed = [];
   const watch = new ResizeObserver((entries) => entries.forEach(({ target }) => target.clientWidth && target.clientWidth !== target.drawn && target.draw()));
   const chart = (figure, spec) => {
-    figure.draw = () => { figure.drawn = figure.clientWidth; if (figure.drawn) draw(figure, spec()); };
+    figure.draw = (printed) => { figure.drawn = figure.clientWidth; if (figure.drawn || printed === true) draw(figure, spec()); };
     watch.observe(figure);
   };
   for (const figure of all("figure[data-chart]")) {
@@ -240,22 +241,40 @@
   for (const figure of all("figure[data-statistics]")) {
     const bases = data(figure.dataset.statistics), [channel, across, colour] = all("select", figure);
     const field = (base, name) => base.across.find((each) => each.label === name) || base.channels.find((each) => each.label === name);
-    chart(figure, () => {
+    const spec = (name, over, ends) => {
       const series = [];
       bases.forEach((base, b) => {
-        const y = field(base, channel.value), x = field(base, across.value);
+        const y = field(base, name), x = field(base, over);
         if (!y || !x) return;
         const groups = bases.length > 1 ? [[base.name, base.dlc.map((_, i) => i)]] : base.dlcs.map((name, k) => [`DLC ${name}`, base.dlc.flatMap((d, i) => (d === k ? [i] : []))]);
         groups.forEach(([name, cases], k) => {
-          for (const key of colour.value.split(" ")) {
+          for (const key of ends.split(" ")) {
             const from = x.max || x.values;
             series.push({ name, colour: bases.length > 1 ? b : k, dots: true, base: b, cases, x: cases.map((i) => from[i]), y: cases.map((i) => y[key][i]) });
           }
         });
       });
       const unit = (name) => bases.map((base) => field(base, name)).find(Boolean) || {};
-      return { title: `${channel.value} over ${across.value}`, x: unit(across.value), y: unit(channel.value), series };
-    });
+      return { title: `${name} over ${over}`, x: unit(over), y: unit(name), series };
+    };
+    chart(figure, () => spec(channel.value, across.value, colour.value));
     for (const choice of [channel, across, colour]) choice.onchange = () => figure.draw();
+    printed.push(() => { // a chart of each channel over the first abscissa
+      const place = document.querySelector(`[data-all="${figure.dataset.statistics}"]`), x = across.options[0].value;
+      place.replaceChildren(...[...channel.options].map(({ value }) => {
+        const each = make("figure", { class: "chart" }, make("figcaption", {}));
+        draw(each, { ...spec(value, x, colour.value), title: value });
+        return each;
+      }));
+      const legend = place.querySelector(".legend"); // one for all
+      if (legend) place.prepend(make("div", { class: "legend" }, ...legend.childNodes));
+    });
   }
+
+  // ---------------------------------------------------------------- paper: what a click would show
+  addEventListener("beforeprint", () => {
+    for (const figure of all("figure[data-chart]")) { draw(figure, data(figure.dataset.chart)); figure.drawn = 0; }
+    for (const each of printed) each();
+  });
+  addEventListener("afterprint", () => all("figure.chart").forEach((figure) => figure.draw && figure.draw()));
 })();

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from meltemi.simulation.campbell import Campbell
     from meltemi.simulation.model import Model
+    from meltemi.simulation.operating_point import OperatingPoint
     from meltemi.simulation.result import Result
-    from meltemi.simulation.trim import OperatingPoint
     from meltemi.turbine.performance import RotorPerformance
 
 EVERYBODY = (
@@ -147,6 +147,7 @@ def plot_channel(
     unit: tuple[str, float] | None = None,
 ) -> Axes:
     """Plot a channel over time, in engineering units, or in a given unit with its factor."""
+    result.require_samples()
     if ax is None:
         ax = new_figure(1, size=(9.0, 2.6))[1][0, 0]
     channel = result.channel(name)
@@ -157,7 +158,7 @@ def plot_channel(
     return ax
 
 
-MARK_COLOURS = {"event": COLOURS[1]}
+MARK_COLOURS = {"event": COLOURS[1], "wind": COLOURS[0]}
 """Colours of log entries by their source; other sources are controllers."""
 MOST_MARKS = 12
 """Log entries that are listed below a plot; of more, the first ones."""
@@ -183,11 +184,12 @@ def mark_log(result: Result, axes: Sequence[Axes]) -> None:
         if not groups or entry.time - groups[-1][0] > near:
             groups.append((entry.time, []))
         groups[-1][1].append(number)
-        said = f"{number}: {entry.time:g} s, {entry.what}"
+        said = f"{number}: {entry.time:g} s, {'wind ' * (entry.source == 'wind')}{entry.what}"
         handles.append(Line2D([], [], label=said if len(said) <= 75 else said[:72] + "...", **look))
     for time, numbers in groups:
-        text = str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]}-{numbers[-1]}"
-        note(axes[0], text, (time, 1.0), (2, -1), va="top", color=INK, **ON_TOP)
+        text = str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]} to {numbers[-1]}"
+        note(axes[0], text, (time, 1.0), (0, 2), ha="center", va="bottom", color=INK, **ON_TOP)  # off the curves
+    axes[0].set_title(axes[0].get_title(loc="left"), loc="left", pad=14.0)  # the numbers are below it
     if (more := len(handles) - MOST_MARKS + 1) > 1:
         handles = [*handles[: MOST_MARKS - 1], Line2D([], [], label=f"and {more} more", alpha=0.0)]
     columns = min(2, len(handles))
@@ -235,7 +237,7 @@ def plot(
             handles = axes[i, 0].get_lines()[::-1]
             axes[i, 0].legend(handles=handles, ncols=len(blades), **ABOVE)
     axes[-1, 0].set_xlabel("time [s]")
-    if len(several) == 1 and len(several[0].time):
+    if len(several) == 1:
         mark_log(several[0], axes[:, 0])
     if len(several) > 1:
         handles = axes[0, 0].get_lines()[::-1]
@@ -253,6 +255,10 @@ STEADY_OPERATION: list[tuple[str, ...]] = [
     ("tower_top_fore_aft",),
 ]
 """Channels of the panels of steady operation that only a turbine with blades has."""
+
+
+COARSE = 0.3
+"""[m/s] between points from which a curve does not show where rated operation begins."""
 
 
 def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None = None) -> Figure:
@@ -294,11 +300,13 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
             panel(ax, name, "-")
             ax.set_ylim(bottom=0.0)
     made = np.array([p["generator_power"] for p in points])
-    rated = speeds[np.argmax(made > 0.995 * made.max())]
+    first = int(np.argmax(made > 0.995 * made.max()))
+    rated, below = speeds[first], speeds[max(first - 1, 0)]
     for ax in axes.flat:
         ax.axvline(rated, color=FAINT, linewidth=0.9, linestyle=":", zorder=0.5)
     if rated < speeds[-1]:
-        note(axes[0, 0], f" rated from {rated:g} m/s", (rated, 0.02), **ON_TOP)
+        where = f"from {rated:.4g}" if rated - below < COARSE else f"between {below:.4g} and {rated:.4g}"
+        note(axes[0, 0], f" rated {where} m/s", (rated, 0.02), **ON_TOP)
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
     of = f"{model.turbine.name}: steady" if model is not None else "Steady"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from meltemi.simulation.campbell import Campbell
+    from meltemi.simulation.operating_point import OperatingPoint
     from meltemi.simulation.result import Result
-    from meltemi.simulation.trim import OperatingPoint
     from meltemi.wind.statistics import FieldStatistics, SeriesStatistics
 
 
@@ -35,8 +36,12 @@ def number(value: float) -> str:
 
 
 def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
-    """Header and rows of the statistics of a result, in engineering units."""
-    loads = equivalent_loads(result)
+    """Header and rows of the statistics of a result, in engineering units.
+
+    Raises:
+      InputError: the result has no samples.
+    """
+    loads = equivalent_loads(result) if len(result.evaluated.time) > 1 else {}
     rows = []
     for name, row in result.statistics().iterrows():
         channel = result.channel(str(name))
@@ -137,8 +142,14 @@ def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], t
     return table
 
 
+HEAD_UNIT = re.compile(
+    r"(.*?[^\d\s])\s+\[?(m/s|rpm|deg/s|deg|rad/s|rad|Hz|%|kN m/deg|kN m|kN|MW|kW|kvar|kV|kg|m|s|h)\]?"
+)
+"""A column's name with its unit at the end."""
+
+
 def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Path:
-    """Write a table as comma-separated values, numbers with all digits.
+    """Write a table as comma-separated values: units of the head in brackets, numbers with all digits.
 
     Raises:
       InputError: the file cannot be written.
@@ -148,7 +159,8 @@ def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str
     path = Path(path)
     with replacing(path) as (partial,), partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(head)
+        texts = [" ".join(cell.split()) for cell in head]
+        writer.writerow([f"{m[1]} [{m[2]}]" if (m := HEAD_UNIT.fullmatch(text)) else text for text in texts])
         for row in rows:
             known = (c.value if isinstance(c, Number) else math.nan for c in row)
             writer.writerow([f"{v:.15g}" if v == v else c for c, v in zip(row, known, strict=True)])

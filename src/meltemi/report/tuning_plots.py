@@ -26,7 +26,7 @@ LIMIT: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": ":", "zo
 
 
 class LoopPoint(Protocol):
-    """A loop at an operating point, see :class:`meltemi.studies.tuning.TunedPoint`."""
+    """A loop at an operating point, see :class:`meltemi.controllers.tuning.TunedPoint`."""
 
     @property
     def wind_speed(self) -> float: ...
@@ -43,7 +43,7 @@ class LoopPoint(Protocol):
 
 
 class TunedLoop(Protocol):
-    """A loop at its operating points, see :class:`meltemi.studies.tuning.Tuning`."""
+    """A loop at its operating points, see :class:`meltemi.controllers.tuning.Tuning`."""
 
     @property
     def points(self) -> Sequence[LoopPoint]: ...

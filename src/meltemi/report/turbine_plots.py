@@ -73,8 +73,9 @@ def plot_turbine(turbine: Turbine | Portrait) -> Figure:
             x += w * width + across
         top -= share * height + down
     t = seen.turbine
-    figure.text(0.012, 0.988, t.description or t.name, fontsize=18, fontweight="bold", color=INK, va="top")
-    figure.text(0.992, 0.984, textwrap.shorten(t.source, 110), fontsize=8, color=SOFT, va="top", ha="right")
+    figure.text(0.012, 0.988, t.name, fontsize=18, fontweight="bold", color=INK, va="top")
+    told = "\n".join(textwrap.shorten(words, 110) for words in (t.description, t.source) if words)
+    figure.text(0.992, 0.988, told, fontsize=8, color=SOFT, va="top", ha="right")
     return figure
 
 
@@ -407,22 +408,16 @@ def torsion(ax: Axes, seen: Portrait) -> None:
     for k in twisting:
         _curves(ax, (_frequency(names[k], modes, k), modes.z, _unit(modes.shape[k, :, 5]), TORSION, "-", 1.4))
     _zero(ax)
-    coupled = [  # twist over the displacement of the tip
-        (f"{name}, right [deg/m]", modes.z, np.degrees(modes.shape[k, :, 5] / modes.shape[k, -1, component]), colour)
-        for k, name in enumerate(names)
-        for component, colour in BENDING.get(name, ())
-    ]
-    _label(ax, title, SPAN, "torsion mode, tip 1 [-]")
-    if max(float(np.abs(values).max()) for _, _, values, _ in coupled) > LEAST_COUPLING:
-        twin = ax.twinx()
-        _curves(twin, *((*curve, "--", 1.4) for curve in coupled))
-        twin.tick_params(labelsize=7, direction="in", pad=-26)  # inside, for want of room
-        twin.spines["top"].set_visible(False)
-        lines = [*ax.get_legend_handles_labels()[0], *twin.get_legend_handles_labels()[0]]
-        ax.legend(handles=lines, loc="center left")
-    else:
+    for k, component, colour in ((k, *part) for k, name in enumerate(names) for part in BENDING.get(name, ())):
+        # twist over the displacement of the tip
+        twist = np.degrees(modes.shape[k, :, 5] / modes.shape[k, -1, component])
+        largest = float(np.abs(twist).max())
+        if largest > LEAST_COUPLING:
+            label = f"{names[k]}, largest {largest:.2g}° per m of tip"
+            _curves(ax, (label, modes.z, twist / largest, colour, "--", 1.4))
+    if len(ax.get_lines()) == len(twisting) + 1:
         corner(ax, 0.03, 0.8, "no twist in the bending modes", fontsize=7, color=SOFT)
-    return None
+    return _label(ax, title, SPAN, "twist, tip or largest 1 [-]", loc="upper left")
 
 
 def _unit(values: Float) -> Float:
@@ -474,10 +469,12 @@ def tower_modes(ax: Axes, seen: Portrait) -> None:
     member = seen.model.rotor.tower
     for k, name in enumerate(member.names):
         if "torsion" not in name:
-            component, colour, line = (0, FLAP, "-") if "fore" in name else (1, EDGE, (0, (4, 3)))
+            # both directions nearly coincide: the second is drawn thin on the first
+            component, colour, width = (0, FLAP, 2.8) if "fore" in name else (1, EDGE, 1.1)
+            line = "-" if name.startswith("1st") else "--"
             values = member.modes.shape[k, :, component]
             values = values / values[np.argmax(np.abs(values))]
-            _curves(ax, (_frequency(name, member.modes, k), values, member.modes.z, colour, line, 1.4))
+            _curves(ax, (_frequency(name, member.modes, k), values, member.modes.z, colour, line, width))
     ax.axvline(0.0, color=INK, linewidth=0.6)
     ax.set_ylim(0.0, seen.turbine.tower.length)
     ax.set_xlim(right=2.2)  # room for the legend
@@ -487,13 +484,13 @@ def tower_modes(ax: Axes, seen: Portrait) -> None:
 # polars -----------------------------------------------------------------------------------------
 
 
-ROOM = {"lift": 0.5, "drag": 0.6, "moment": 0.1}
+ROOM = {"lift": 1.0, "drag": 1.0, "moment": 0.6}
 """Space for insets and legends above the curves, over their range."""
 
 
 def _polars(ax: Axes, seen: Portrait, field: str, symbol: str, title: str) -> None:
     names, short, colours, every = _polar_colours(seen)
-    inset = ax.inset_axes((0.34, 0.6, 0.32, 0.39) if field == "drag" else (0.64, 0.56, 0.33, 0.43))
+    inset = ax.inset_axes((0.34, 0.63, 0.32, 0.36) if field == "drag" else (0.64, 0.63, 0.33, 0.36))
     low, high = math.inf, -math.inf
     for k, name in enumerate(names):
         foil = seen.turbine.airfoils[name]
@@ -537,7 +534,9 @@ def _contour(ax: Axes, seen: Portrait, name: str, symbol: str, levels: Float, ti
     colours = colormaps["YlGnBu"].with_extremes(under="white")
     ax.contourf(x, y, values.T, levels=levels, cmap=colours, extend="both")
     lines = ax.contour(x, y, values.T, levels=levels[::2], colors=INK, linewidths=0.4)
-    ax.clabel(lines, fontsize=6.5, fmt="%g")
+    for label in ax.clabel(lines, fontsize=6.5, fmt="%g"):
+        at = ((label.get_position()[0] - x[0]) / (x[-1] - x[0]), (label.get_position()[1] - y[0]) / (y[-1] - y[0]))
+        label.set_visible(min(at) > 0.04 and max(at) < 0.96)  # the edges would cut it
     if seen.curve:
         R = seen.turbine.rotor_radius
         ratios = [p.rotor_speed * R / p.wind.speed for p in seen.curve]
@@ -547,9 +546,9 @@ def _contour(ax: Axes, seen: Portrait, name: str, symbol: str, levels: Float, ti
     there = values[np.flatnonzero(x == ratio)[0], np.flatnonzero(table.pitch == angle)[0]]
     degrees = math.degrees(angle)
     ax.plot(ratio, degrees, marker="*", color="white", markeredgecolor=INK, markersize=11, linestyle="none")
-    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.7}
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
     text = f"{symbol} {there:.3f}\n$\\lambda$ {ratio:g}, {degrees:.3g}°"
-    note(ax, text, (ratio, degrees), (7, -9), color=INK, va="top", bbox=box)
+    note(ax, text, (ratio, degrees), (9, 8), color=INK, va="bottom", bbox=box, zorder=6)  # above, where there is room
     ax.set_xlim(x[0], x[-1])
     ax.set_ylim(y[0], y[-1])
     look = {"loc": "upper right", "frameon": True, "framealpha": 0.8, "edgecolor": "none"}

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 
 from meltemi.core.errors import InputError
+from meltemi.core.extras import need
 from meltemi.core.files import write_text
 from meltemi.report.html import stored
 from meltemi.report.palette import BLADES
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.model import Model
     from meltemi.turbine.power_turbine import AnyTurbine
     from meltemi.wind.fields import Wind
-    from meltemi.wind.turbulence.field import AnyWind
+    from meltemi.wind.turbulent import AnyWind
 
 PLOT_RATE = 20.0
 """[Hz] largest rate of the plotted channels."""
@@ -110,12 +111,9 @@ class View:
         Raises:
           InputError: anywidget is not installed.
         """
-        try:
-            from meltemi.report.widget import ViewWidget
-        except ImportError:
-            raise InputError(
-                "the widget of a view needs anywidget; install it with: pip install 'anywidget>=0.9,<1'"
-            ) from None
+        need("the widget of a view", "anywidget")
+        from meltemi.report.widget import ViewWidget
+
         return ViewWidget(spec=dict(self.spec), scenes=list(self.scenes), time=self.spec["begin"])
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:

@@ -18,10 +18,10 @@ from meltemi.report.plots import ABOVE, ON_TOP, figure_title, heading, new_figur
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SharedTurbulence, SteadyWind, WindBox, WindSeries
 from meltemi.wind.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
-from meltemi.wind.turbulence.field import AnyWind, generate_field, mean_profile
+from meltemi.wind.turbulence.field import generate_field, mean_profile
 from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.targets import sigmas, target_coherence, target_densities
-from meltemi.wind.turbulent import TurbulentWind
+from meltemi.wind.turbulent import AnyWind, TurbulentWind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

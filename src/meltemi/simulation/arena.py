@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.numbers.duals import N_DERIVATIVES
-from meltemi.numbers.lanes import WIDTH
+from meltemi.numbers.lanes import N_DERIVATIVES, WIDTH
 
 Float = NDArray[np.float64]
 

@@ -18,12 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, MeltemiError, UnsupportedError
-from meltemi.core.representation import Brief, Card, Fold, sparkline
+from meltemi.core.representation import Card, Fold, sparkline
+from meltemi.core.shown import Brief
 from meltemi.maths.multiblade import blade_matrix
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
 from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise
 from meltemi.simulation.model import Model
-from meltemi.simulation.modes import Mode, natural_modes
+from meltemi.simulation.modes import Mode, mode_name, natural_modes
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.tables import StructureParameters
 
@@ -250,14 +251,8 @@ def participation(mode: Mode, stiffness: dict[str, float], turning: bool = True)
             whirl = c - 1j * s if part == "cosine" else c + 1j * s
             shares[f"{kind} {WHIRL[PARTS.index(part)]}"] = float(abs(whirl) ** 2 / 2.0)
         else:
-            shares[_mode_name(name)] = float(abs(x) ** 2)
+            shares[mode_name(name)] = float(abs(x) ** 2)
     return shares
-
-
-def _mode_name(coordinate: str) -> str:
-    if match := re.fullmatch(r"tower (\S+) (.*)", coordinate):
-        return f"{match[1]} tower {match[2]}"
-    return {"yaw": "nacelle yaw", "drivetrain": "1st drivetrain torsion"}.get(coordinate, coordinate)
 
 
 def follow(

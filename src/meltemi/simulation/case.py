@@ -6,6 +6,7 @@ and the *signals* (every computed quantity that may be recorded). The arrays tha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numba
@@ -17,22 +18,29 @@ from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.faults import healthy
 from meltemi.control.signals import MOST_FLAP, MOST_PITCH, MOST_REACTIVE, MOST_TORQUE, REPORTS, Demands, Measurements
 from meltemi.core.kernel import announce
-from meltemi.electrical.tables import TRIPS, ElectricState
-from meltemi.environment.conditions import conditions_array
-from meltemi.environment.grid import PowerGrid
-from meltemi.maths.records import Kind, members
+from meltemi.environment.course import conditions_array
+from meltemi.environment.grid import NOMINAL_FREQUENCY, PowerGrid
+from meltemi.maths.records import Kind, joined, members
 from meltemi.maths.tables import View
-from meltemi.numbers.duals import N_DERIVATIVES
+from meltemi.numbers.lanes import N_DERIVATIVES
 from meltemi.simulation.arena import Arena
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.electric import begin_electric, rates_of_electric
 from meltemi.simulation.model import Model, Stations
-from meltemi.simulation.step import evaluate, inflow_rates, observe, settle_inflow, surroundings
+from meltemi.simulation.parts import Part
+from meltemi.simulation.step import (
+    begin_parts,
+    evaluate,
+    inflow_rates,
+    observe,
+    part_drive_rates,
+    part_rates,
+    settle_inflow,
+    surroundings,
+)
 from meltemi.simulation.system import Control, March
 from meltemi.simulation.tables import Clock, Settings
 from meltemi.simulation.validity import new_watch
 from meltemi.structure.tables import StepWeights
-from meltemi.turbine.electrical import nominal_frequency
 from meltemi.wind.fields import Wind, wind_arrays
 
 Float = NDArray[np.float64]
@@ -49,11 +57,15 @@ class Case:
     records of the same memory for kernels, ``one`` the system node by node, ``plain`` the system in plain floats.
 
     Args:
+      parts: of the run, besides those of the model: what the sea, or other turbines, do.
+      origin: (x, y) [m] of the turbine in the axes of the wind.
       numbers: number type of the computation: "lanes" evaluates eight nodes of a blade at a time, "floats" one node at
         a time, "duals" with derivatives, which are in ``slopes`` by the names of the arrays.
 
     Attributes:
       model: the simulated model.
+      parts: those of model and run.
+      tables: of the signals, by their names.
       signals: every quantity that a channel may record; views of one vector.
       aero_state: states of inflow and stall; views of one vector.
       arrays: all arrays by name.
@@ -69,6 +81,8 @@ class Case:
         *,
         numbers: Kind = "lanes",
         grid: PowerGrid | None = None,
+        parts: Sequence[Part] = (),
+        origin: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         announce()
         rotor, turbine, stations = model.rotor, model.turbine, stations or Stations()
@@ -76,13 +90,19 @@ class Case:
         lanes, duals = numbers == "lanes" and rotor.in_lanes and not numba.config.DISABLE_JIT, numbers == "duals"
         self.model, nq = model, len(model.coordinates)
         coordinates = {"q": (nq,), "v": (nq,), "a": (nq,)}
-        self.signals = Arena({**coordinates, **rotor.shapes(turbine, stations, lanes)}, duals=duals)
+        self.parts = (*model.parts, *parts)
+        self.tables = dict(rotor.signals)
+        shapes = {**coordinates, **rotor.shapes(turbine, stations, lanes)}
+        for part in self.parts:
+            self.tables |= part.signals
+            shapes |= part.shapes()
+        self.signals = Arena(shapes, duals=duals)
         self.aero_state = Arena(rotor.states(turbine, lanes), duals=duals)
         self.measured, self.limits = Measurements.zeros(), _largest_demands(model)
         self.settings, self.clock = Settings(Settings.zeros()), Clock(np.zeros(len(Clock), dtype=np.int64))
         self.v_old, self.a_old, self.events = np.zeros(nq), np.zeros(nq), np.zeros((0, 3))
         self.spare = np.zeros_like(self.aero_state.vector)
-        frequency = nominal_frequency(turbine.electrical)
+        frequency = NOMINAL_FREQUENCY if turbine.electrical is None else turbine.electrical.frequency
         arrays: dict[str, Any] = {
             **self.signals.views,
             **self.aero_state.views,
@@ -90,12 +110,10 @@ class Case:
             "structure": model.structure.copy(),
             "aero": model.aero.copy(),
             "actuators": model.actuators,
-            "electrical": model.electrical,
-            "d_electric": ElectricState.zeros(),
             "faults": healthy(),
             "watch": new_watch(model),
             "conditions": conditions_array(model.environment, grid, turbine.rated_power, frequency),
-            **wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter),
+            **wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter, origin),
             "measured": self.measured,
             "settings": self.settings.array,
             "v_old": self.v_old,
@@ -104,11 +122,14 @@ class Case:
             "spare": self.spare,
             **rotor.arrays(turbine, wind, stations, lanes),
         }
+        for part in self.parts:
+            arrays |= part.arrays()
         rotor.share_memory(arrays)
         self.arrays = rotor.shown(arrays)
         self.slopes = {**self.signals.slope_views, **self.aero_state.slope_views}
+        system, control = self._classes()
         if duals:
-            records = (rotor.system, rotor.sections, Control, March)
+            records = (system, rotor.sections, control, March)
             constant = {name for record in records for name, member in members(record).items() if member.constant}
             for name, array in arrays.items():
                 if name not in self.slopes and name not in constant:
@@ -116,12 +137,18 @@ class Case:
             rotor.share_slopes(self.slopes)
             self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
         one: Kind = "duals" if duals else "floats"
-        self.system: Any = rotor.system("lanes" if lanes else one, arrays, self.slopes)
-        self.one: Any = rotor.system(one, arrays, self.slopes)
-        self.plain: Any = rotor.system("floats", arrays)
+        self.system: Any = system("lanes" if lanes else one, arrays, self.slopes)
+        self.one: Any = system(one, arrays, self.slopes)
+        self.plain: Any = system("floats", arrays)
         self.sections: Any = rotor.sections(one, arrays, self.slopes)
-        self.control = Control(one, arrays, self.slopes)
+        self.control: Any = control(one, arrays, self.slopes)
         self._begin()
+
+    def _classes(self) -> tuple[Any, Any]:
+        """Classes of the records of system and control, with the members of all parts."""
+        systems: list[Any] = [part.system for part in self.parts if part.system]
+        controls: list[Any] = [part.control for part in self.parts if part.control]
+        return joined(*systems, self.model.rotor.system), joined(*controls, Control)
 
     def _begin(self) -> None:
         """Set the initial values of a case."""
@@ -141,7 +168,7 @@ class Case:
 
     def view(self, name: str) -> View:
         """A signal array with access to its rows by name."""
-        return View(self.model.rotor.signals[name], self.arrays[name])
+        return View(self.tables[name], self.arrays[name])
 
     def place(self, channel: Channel) -> int:
         """Index of a channel in the vector of signals."""
@@ -154,7 +181,8 @@ class Case:
         """Attach a controller, initialised at an operating point."""
         self.controller = controller = controller if controller.fresh is None else controller.fresh()
         self.controller_state = controller.initial_state(start)
-        self.clock.want_loads = int(controller.uses_loads)
+        rub = self.model.turbine.pitch_actuator.friction
+        self.clock.want_loads = int(controller.uses_loads or (rub is not None and rub.coefficient > 0.0))
         duals = bool(self.slopes)
         if duals:
             self.slopes["controller_state"] = np.zeros((*self.controller_state.shape, N_DERIVATIVES))
@@ -190,33 +218,29 @@ class Case:
         self.evaluate(t)
 
     def rates(self) -> None:
-        """Compute the time derivatives of the states of inflow and stall after an evaluation."""
+        """Compute the time derivatives of the states of inflow, stall and parts after an evaluation."""
         inflow_rates(self.system)
+        if self.parts:
+            part_rates(self.system)
 
     def loads(self, t: float) -> None:
         """Compute section loads and the summary after an evaluation."""
         observe(t, self.control, self.one, self.sections, True)
 
-    def begin_electric(self, dt: float = 0.0) -> None:
-        """Set air and grid, and bring the electrical system into steady operation at the present speed and torque.
+    def begin_parts(self, dt: float = 0.0) -> None:
+        """Set air and grid, and bring the parts into steady operation at the present speed and torque.
 
         Args:
           dt: [s] time step of the following steps.
         """
         surroundings(0.0, self.control, self.system)
-        if self.model.has_electrical:
-            begin_electric(dt, self.control, self.system)
+        if self.parts:
+            begin_parts(dt, self.control, self.system)
 
-    def electric_rates(self) -> None:
-        """Compute the time derivatives of the electrical system and its torque on the shaft, before an evaluation."""
-        if self.model.has_electrical:
-            rates_of_electric(self.control, self.system)
-
-    @property
-    def trip(self) -> str:
-        """Reason why the electrical system has tripped; empty if it has not."""
-        number = int(self.view("electric")["trip"])
-        return TRIPS[number] if number else ""
+    def drive_rates(self) -> None:
+        """Compute the time derivatives of parts of the drive, and their torque on the shaft, before an evaluation."""
+        if self.parts:
+            part_drive_rates(self.control, self.system)
 
     def run(self, places: Any, output: Float) -> March:
         """Record of a run that stores the signals at ``places`` in ``output``."""

@@ -7,7 +7,6 @@ SI units; tables and plots show them in ``display_unit``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -74,56 +73,63 @@ def _channel(row: tuple[str, ...], index: tuple[int, ...], **numbers: int) -> Ch
     return Channel(name, alias, unit, frame, sign, description, (array, field), index, wrap, others)
 
 
-def catalogue(
-    n_blades: int = 3,
-    n_nodes: int = 0,
-    blade_stations: int = 0,
-    tower_stations: int = 0,
-    coordinates: Iterable[str] = (),
-    flaps: int = 0,
-    gears: tuple[int, int] = (0, 0),
-    electrical: bool = False,
-    disk: bool = False,
-) -> dict[str, Channel]:
-    """All channels of a turbine by name.
+@dataclass(frozen=True)
+class Contents:
+    """What of a turbine has channels.
 
-    Args:
-      n_nodes: number of nodes of each blade (their channels are numbered from 1 at the root).
+    Attributes:
+      blades: number of blades.
+      nodes: of each blade; their channels are numbered from 1 at the root.
       blade_stations, tower_stations: number of additional stations with section loads.
-      blade_stations, tower_stations: further stations at which section loads are wanted.
       coordinates: names of the generalised coordinates; each has a channel, and so does its velocity.
       flaps: number of flaps of each blade.
       gears: numbers of planetary stages and of all stages of a gearbox whose parts are modelled.
-      electrical: whether an electrical system is modelled.
-      disk: include the channels that only power-coefficient turbines have.
+      further: channels that only this kind of turbine has, and those of its parts.
     """
-    found = [_channel(row, ()) for row in _rows("machine")]
-    found += _gearbox(*gears)
-    if electrical:
-        found += [_channel(row, ()) for row in _rows("electrical")]
-    if disk:
-        found += [_channel(row, ()) for row in _rows("disk")]
-    for b in range(1, n_blades + 1):
+
+    blades: int = 3
+    nodes: int = 0
+    blade_stations: int = 0
+    tower_stations: int = 0
+    coordinates: tuple[str, ...] = ()
+    flaps: int = 0
+    gears: tuple[int, int] = (0, 0)
+    further: tuple[Channel, ...] = ()
+
+
+def channels_of_group(group: str) -> tuple[Channel, ...]:
+    """Channels of a group of ``channels.csv`` without numbers in their names."""
+    return tuple(_channel(row, ()) for row in _rows(group))
+
+
+def catalogue(contents: Contents = Contents()) -> dict[str, Channel]:
+    """All channels of a turbine by name."""
+    found = [*channels_of_group("machine"), *_gearbox(*contents.gears), *contents.further]
+    for b in range(1, contents.blades + 1):
         for row in _rows("blade"):
             index = () if row[-1].startswith("demands.") else (b - 1,)
             found.append(_channel(row, index, b=b))
-        for f in range(1, flaps + 1):
+        for f in range(1, contents.flaps + 1):
             for row in _rows("flap"):
                 place = () if row[-1].startswith("demands.") else (f - 1, b - 1)
                 found.append(_channel(row, place, b=b, f=f))
-        for n in range(1, n_nodes + 1):
-            found += [_channel(row, (b - 1, n - 1), b=b, n=n) for row in _rows("node")]
-        for n in range(1, blade_stations + 1):
-            found += [_channel(row, (b - 1, n - 1), b=b, n=n) for row in _rows("station")]
-    for n in range(1, tower_stations + 1):
+        for group, number in (("node", contents.nodes), ("station", contents.blade_stations)):
+            for n in range(1, number + 1):
+                found += [_channel(row, (b - 1, n - 1), b=b, n=n) for row in _rows(group)]
+    for n in range(1, contents.tower_stations + 1):
         found += [_channel(row, (n,), n=n) for row in _rows("tower_station")]
-    for name in coordinates:
-        turns = name in ("generator", "drivetrain") or name.endswith(("torsion", "roll", "pitch", "yaw"))
-        unit = "rad" if turns else "m"
+    for name in contents.coordinates:
+        unit = unit_of_coordinate(name)
         if name != "yaw":  # yaw has its own channel
             found.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
         found.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
     return {channel.name: channel for channel in found}
+
+
+def unit_of_coordinate(name: str) -> str:
+    """SI unit of a generalised coordinate."""
+    turns = name in ("generator", "drivetrain") or name.endswith(("torsion", "roll", "pitch", "yaw"))
+    return "rad" if turns else "m"
 
 
 def _gearbox(planetary: int, stages: int) -> list[Channel]:
@@ -140,7 +146,8 @@ GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|stage_\d_.*")
 
 def every_kind() -> dict[str, Channel]:
     """Channels of all kinds that a turbine may have, with the smallest numbers of nodes, stations and flaps."""
-    return catalogue(n_nodes=1, flaps=1, gears=(2, 3), electrical=True, disk=True)
+    further = channels_of_group("electrical") + channels_of_group("disk")
+    return catalogue(Contents(nodes=1, flaps=1, gears=(2, 3), further=further))
 
 
 @cache

@@ -451,7 +451,7 @@ def schedule(events: Sequence[BaseEvent], turbine: AnyTurbine, dt: float, n_step
       n_steps: number of time steps of the run.
 
     Raises:
-      InputError: an event is later than the end of the run, ends within its time step, concerns equipment that the
+      InputError: an event is not before the end of the run, ends within its time step, concerns equipment that the
         turbine does not have, or contradicts another event.
     """
     if words := conflict(events):
@@ -460,9 +460,9 @@ def schedule(events: Sequence[BaseEvent], turbine: AnyTurbine, dt: float, n_step
     for i, event in enumerate(events):
         check_parts(event, f"events.{i}", turbine)
         begin = _step(event.at, dt)
-        if begin >= n_steps:
+        if begin >= n_steps - 1:
             raise InputError(
-                f"events.{i}.at: {event.at:g} s is after the end of the run at {(n_steps - 1) * dt:g} s; "
+                f"events.{i}.at: {event.at:g} s is not before the end of the run at {(n_steps - 1) * dt:g} s; "
                 "take an earlier time or a longer duration"
             )
         edges.append((begin, True, event.at, event.what, event))

@@ -18,19 +18,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
 from meltemi.simulation.campbell import WHIRL, follow, participation, strain
+from meltemi.simulation.continuation import CarefulOrbit
 from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import SLOW, Mode
+from meltemi.simulation.operating_point import NotConverged, check_prescribed, steady_wind
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.orbit import FULL
 from meltemi.simulation.rotors import build
-from meltemi.simulation.trim import FULL, CarefulOrbit, NotConverged, check_prescribed, steady_wind
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import aeroelastic
-from meltemi.wind.turbulence.field import AnyWind
+from meltemi.wind.turbulent import AnyWind
 
 Float = NDArray[np.float64]
 

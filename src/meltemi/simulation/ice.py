@@ -34,7 +34,9 @@ def ice_pieces(turbine: Turbine, icing: Icing, beam: Beam, layout: NodeLayout) -
     return ice.rigid_pieces(layout.edges, beam.at(layout.position, "axis"))
 
 
-def iced_polars(turbine: Turbine, position: Float, polars: Float, section: Float, index: NDArray[np.int64]) -> Polars:
+def iced_polars(
+    turbine: Turbine, icing: Icing, position: Float, polars: Float, section: Float, index: NDArray[np.int64]
+) -> Polars:
     """Polars of clean blades, followed by those of the nodes with ice.
 
     All components of the lift are scaled by the same factor, so that they still add up to the static polar, and the
@@ -47,9 +49,7 @@ def iced_polars(turbine: Turbine, position: Float, polars: Float, section: Float
     Returns:
       polars, constants and (blades, n) indices.
     """
-    icing, found = turbine.icing, np.repeat(index[None, :], turbine.n_blades, axis=0)
-    if icing is None:
-        return polars, section, found
+    found = np.repeat(index[None, :], turbine.n_blades, axis=0)
     grid = np.linspace(-np.pi, np.pi, polars.shape[1])
     more, constants, iced = list(polars), list(section), index.copy()
     for i, share in enumerate(penalty_share(turbine, icing, position)):

@@ -26,28 +26,27 @@ from meltemi.aero.stall.section import model_weight
 from meltemi.aero.tables import AeroNode, AeroOptions, BladeFlow, InflowState, StallState
 from meltemi.control import actuator_models
 from meltemi.control.actuators import Actuators, FlapActuators
-from meltemi.control.signals import Demands
 from meltemi.core.display import quantity
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
-from meltemi.core.representation import Brief, Card, Fold
+from meltemi.core.extras import need
+from meltemi.core.representation import Card, Fold
+from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
-from meltemi.electrical.tables import N_STATES, ElectricState
-from meltemi.environment.conditions import Conditions
 from meltemi.maths.multiblade import rotating_frame
 from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.case import Case
-from meltemi.simulation.channels import Channel
+from meltemi.simulation.channels import Channel, unit_of_coordinate
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.modes import Mode
+from meltemi.simulation.operating_point import OperatingPoint
+from meltemi.simulation.orbit import SAMPLES
+from meltemi.simulation.parts import Place, Variable
 from meltemi.simulation.rotors import kind_of
-from meltemi.simulation.trim import SAMPLES, OperatingPoint
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.wind.velocity import WindNow
 
 Float = NDArray[np.float64]
-Place = tuple[str, int]
-"""Name of an array of a case, and index of one of its entries."""
 
 AZIMUTHS = 12
 """Rotor positions in a third of a revolution over which the fixed frame's matrices are averaged."""
@@ -56,24 +55,6 @@ ITERATIONS = 20
 STRUCTURAL = 0.5
 """Smallest share of coordinates and velocities in the participation factors of a structural mode."""
 PARTS = ("collective", "cosine", "sine")
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A state, input or output.
-
-    Attributes:
-      name, unit: name; SI unit.
-      value: of an input at the operating point.
-      moves: entries of a case, each with its change for a unit change of the state or input.
-      shows: entry of a case with the value of an output, or with the derivative of a state.
-    """
-
-    name: str
-    unit: str
-    moves: tuple[tuple[Place, float], ...] = ()
-    shows: Place = ("", 0)
-    value: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -164,7 +145,7 @@ class LinearModel(Brief):
 
         Args:
           s: (k,) complex frequencies [rad/s], i w for a harmonic signal. In the fixed frame s = i w + i n W belongs to
-            a signal of the blades whose amplitude varies with w, see ``studies.tuning``.
+            a signal of the blades whose amplitude varies with w, see ``controllers.tuning``.
 
         Returns:
           (k, outputs, inputs), output unit over input unit.
@@ -205,10 +186,9 @@ class LinearModel(Brief):
         Raises:
           InputError: the package ``control`` is not installed.
         """
-        try:
-            import control
-        except ImportError:
-            raise InputError("to_control needs the package 'control': pip install 'control>=0.10,<0.12'") from None
+        need("to_control", "control")
+        import control
+
         names = {key: list(getattr(self, key)) for key in ("states", "inputs", "outputs")}
         return control.ss(self.A, self.B, self.C, self.D, name="meltemi", **names)
 
@@ -265,7 +245,7 @@ def linearise(
         if progress is not None:
             progress(i / len(places))
         point.put(case, psi)
-        case.begin_electric()
+        case.begin_parts()
         state = np.array([case[s.moves[0][0][0]].flat[s.moves[0][0][1]] for s in x])
         J = jacobian(case, (*x, *u), (*x, *y))
         shown = np.array([case.signals.vector[v.shows[1]] for v in y])
@@ -330,7 +310,7 @@ def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) 
 
 def evaluate_rates(case: Case, loads: bool) -> None:
     """Time derivatives of all states, and section loads if outputs need them."""
-    case.electric_rates()
+    case.drive_rates()
     case.evaluate(0.0)
     case.rates()
     if loads:
@@ -342,7 +322,7 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
     model, names = case.model, case.model.coordinates
     generator, torsion = (model.n_core - N_SHAFT + i for i in (GENERATOR, TORSION))
     free = [i for i in range(len(names)) if case["locked"][i] == 0.0]
-    unit = ["rad" if n in ("yaw", "generator", "drivetrain") or n.endswith("torsion") else "m" for n in names]
+    unit = [unit_of_coordinate(name) for name in names]
     x = []
     for i in (i for i in free if i != generator):
         # the rotor azimuth is prescribed: torsion of the shaft moves the generator backwards
@@ -363,9 +343,7 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
     x += _actuator_states(case, "pitch", "pitch", (), _pitch_actuator(case))
     for j in range(model.n_flaps):
         x += _actuator_states(case, f"flap {j + 1}", "flap", (j,), _flap_actuator(case, j))
-    if model.has_electrical:
-        for i, entry in enumerate(ElectricState.rows[:N_STATES]):
-            x.append(Variable(entry.name, entry.unit, ((("electric", i), 1.0),), ("d_electric", i)))
+    x += [variable for part in case.parts for rows in part.states() for variable in rows.variables()]
     if yaw:
         order, pace = (_place(case, "drive", name) for name in ("yaw_command", "yaw_command_rate"))
         x.append(Variable("yaw command", "rad", ((order, 1.0),), pace))
@@ -402,7 +380,7 @@ def _flap_actuator(case: Case, j: int) -> tuple[float, ...]:
 
 
 def _place(case: Case, array: str, field: str, *index: int) -> Place:
-    row = case.model.rotor.signals[array].index(field)
+    row = case.tables[array].index(field)
     return (array, int(np.ravel_multi_index((row, *index), case[array].shape)))
 
 
@@ -463,8 +441,8 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
         "yaw": Variable("", "rad", ((_place(case, "drive", "yaw_command"), 1.0),)),
         "yaw_rate": Variable("", "rad/s", ((_place(case, "drive", "yaw_command_rate"), 1.0),)),
     }
-    if model.has_electrical:
-        known |= _of_the_grid(case, point)
+    for part in case.parts:
+        known |= part.inputs(case, point)
     for j in range(model.n_flaps):
         actuator = _flap_actuator(case, j)
         for b in range(B):
@@ -485,20 +463,6 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
         if name not in known:
             raise InputError(f"linearise: no input {name!r}: {did_you_mean(name, known)}")
         found.append(Variable(name, known[name].unit, known[name].moves, value=known[name].value))
-    return found
-
-
-def _of_the_grid(case: Case, point: OperatingPoint) -> dict[str, Variable]:
-    """Inputs of an electrical system: its demands and the grid."""
-    case.begin_electric()
-    found, outside = {}, case.control.outside
-    for name, unit, array, place, value in (
-        ("generator_torque", "N m", "demands", Demands.index("generator_torque"), point.generator_torque),
-        ("reactive_power", "var", "demands", Demands.index("reactive_power"), 0.0),
-        ("grid_voltage", "-", "outside", Conditions.index("grid_voltage"), outside.grid_voltage),
-        ("grid_frequency", "Hz", "outside", Conditions.index("grid_frequency"), outside.grid_frequency),
-    ):
-        found[name] = Variable("", unit, (((array, place), 1.0),), value=value)
     return found
 
 

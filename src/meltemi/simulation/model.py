@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,20 +12,22 @@ from numpy.typing import NDArray
 from meltemi.control.actuators import Actuators
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
-from meltemi.core.representation import Brief, Card, Fold, Viewed
+from meltemi.core.shown import Brief, Viewed
 from meltemi.core.variants import number
-from meltemi.electrical.tables import ElectricalParameters, electrical_array
 from meltemi.environment.site import Environment
 from meltemi.maths.records import Record
 from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.parts import ParameterTables, Part
 from meltemi.turbine.exchange import ActuatorModel
-from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.turbine.representation import summary
 from meltemi.wind.fields import Wind
 
+if TYPE_CHECKING:
+    from meltemi.core.representation import Card
+    from meltemi.turbine.power_turbine import AnyTurbine
+
 Float = NDArray[np.float64]
-ParameterTables = tuple[tuple[type[Table], str, tuple[str, ...]], ...]
 
 
 @dataclass(frozen=True)
@@ -89,8 +91,9 @@ class Model(Brief, Viewed, Generic[R]):
     Attributes:
       turbine, environment, options: the description that it was built from.
       coordinates: names of the generalised coordinates, in their order.
-      locked ... electrical: arrays of the kernels, see the tables of their layers.
+      locked ... actuators: arrays of the kernels, see the tables of their layers.
       rotor: blades and tower, or a disk with a power coefficient.
+      parts: what only some models have, such as an electrical system.
     """
 
     turbine: Any
@@ -101,8 +104,8 @@ class Model(Brief, Viewed, Generic[R]):
     structure: Float
     aero: Float
     actuators: Float
-    electrical: Float
     rotor: R
+    parts: tuple[Part, ...] = ()
 
     @property
     def n_blades(self) -> int:
@@ -128,6 +131,7 @@ class Model(Brief, Viewed, Generic[R]):
 
     def card(self) -> Card:
         """Turbine, coordinates, options and environment."""
+        from meltemi.core.representation import Card, Fold
 
         locked = int(self.locked.sum())
         facts = [
@@ -152,9 +156,7 @@ class Model(Brief, Viewed, Generic[R]):
     def parameter_tables(self) -> ParameterTables:
         """Table, array and names of the scalar parameters."""
         common: ParameterTables = ((Actuators, "actuators", Actuators.names),)
-        if self.has_electrical:
-            common += ((ElectricalParameters, "electrical", ElectricalParameters.names),)
-        return self.rotor.parameter_tables + common
+        return sum((part.parameter_tables for part in self.parts), self.rotor.parameter_tables + common)
 
     def parameter_names(self) -> list[str]:
         """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
@@ -170,15 +172,23 @@ class Model(Brief, Viewed, Generic[R]):
         return float(self.array(array)[row])
 
     def array(self, name: str) -> Float:
-        """An array of the model or of its rotor."""
-        found: Float = getattr(self if hasattr(self, name) else self.rotor, name)
+        """An array of the model, of its rotor or of a part."""
+        found: Float = next(getattr(each, name) for each in (self, self.rotor, *self.parts) if hasattr(each, name))
         return found
 
     def with_arrays(self, **changed: Float) -> Model[R]:
         """A model with some arrays replaced."""
-        own = {name: array for name, array in changed.items() if hasattr(self, name)}
-        rotor: Any = self.rotor
-        return replace(self, **own, rotor=replace(rotor, **{n: a for n, a in changed.items() if n not in own}))  # type: ignore[arg-type]
+        left = dict(changed)
+
+        def changed_copy(of: Any, **more: Any) -> Any:
+            own = {field.name: left.pop(field.name) for field in fields(of) if field.name in left}
+            return replace(of, **own, **more) if own or more else of
+
+        parts = tuple(changed_copy(part) for part in self.parts)
+        rotor = changed_copy(self.rotor)
+        found: Model[R] = changed_copy(self, rotor=rotor, parts=parts)
+        assert not left, f"no arrays {', '.join(left)}"
+        return found
 
     def with_parameters(self, **values: float) -> Model[R]:
         """A model with some scalar parameters changed; dots in names are written as two underscores or
@@ -215,28 +225,10 @@ def actuator_array(turbine: AnyTurbine, options: ModelOptions) -> Float:
     p.pitch_model = number(ActuatorModel, a.kind)
     p.pitch_frequency, p.pitch_damping, p.pitch_rate = a.natural_frequency, a.damping_ratio, a.rate_limit
     p.pitch_minimum, p.pitch_maximum = a.minimum, a.maximum
+    if a.friction is not None:
+        p.pitch_friction = a.friction.torque / a.friction.inertia
     p.brake_torque = turbine.drivetrain.brake_torque
     p.yaw_rate = yaw.rate if options.yaw == "driven" else 0.0
     p.yaw_acceleration = yaw.acceleration or 0.0
     p.yaw_hold = -1.0
     return p.array
-
-
-def electrical_of(turbine: AnyTurbine, options: ModelOptions) -> Float:
-    """Parameters of the electrical system; all zero without one.
-
-    Raises:
-      InputError: the electrical system is not described, or does not suit the turbine.
-    """
-    if options.electrical == "ideal":
-        return electrical_array(None)
-    law, speed = turbine.control.torque, turbine.control.pitch.reference_speed
-    if turbine.electrical is None:
-        raise InputError(
-            f"{turbine.name}: options.electrical 'averaged' needs turbine.electrical; "
-            f"size_electrical(rated_power={law.rated_power:.4g}, rated_speed={speed:.4g}) makes one, and so does "
-            "electrical: sized in a case file"
-        )
-    if unfit := turbine.electrical.unfit(law.rated_power / law.rated_speed, speed):
-        raise InputError(f"{turbine.name}: electrical.{unfit}")
-    return electrical_array(turbine.electrical)

@@ -6,6 +6,7 @@ rotor are transformed to multiblade coordinates and averaged over the azimuth.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
@@ -69,7 +70,7 @@ def of_model(function: Callable[[BladedModel], T]) -> Callable[[BladedModel], T]
     return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Mode:
     """A natural mode.
 
@@ -86,10 +87,34 @@ class Mode:
     coordinates: tuple[str, ...]
     shape: NDArray[np.complex128]
 
+    @property
+    def name(self) -> str:
+        """Name by the coordinate that moves most: ``1st tower fore-aft``, ``1st flap backward whirl``.
+
+        Modes of a rotor at standstill, whose blades move alike, may share one; :func:`campbell` has names by energy.
+        """
+        amplitude = dict(zip(self.coordinates, self.shape, strict=True))
+        largest = self.coordinates[int(np.argmax(np.abs(self.shape)))]
+        kind, _, part = largest.rpartition(" ")
+        if part in ("cosine", "sine"):
+            c, s = (amplitude.get(f"{kind} {each}", 0.0) for each in ("cosine", "sine"))
+            return f"{kind} {'backward' if abs(c - 1j * s) >= abs(c + 1j * s) else 'forward'} whirl"
+        return mode_name(re.sub(r"^blade \d ", "", largest))
+
+    def __repr__(self) -> str:
+        return f"<Mode {self.name}: {self.frequency / (2.0 * np.pi):.4g} Hz, damping {100.0 * self.damping:.3g} %>"
+
     def participation(self, n: int = 3) -> str:
         """The coordinates with the largest amplitudes, as text."""
         order = np.argsort(-np.abs(self.shape))[:n]
         return "; ".join(f"{self.coordinates[i]} {abs(self.shape[i]):.2f}" for i in order if abs(self.shape[i]) > 0.05)
+
+
+def mode_name(coordinate: str) -> str:
+    """Name of a mode by its coordinate."""
+    if match := re.fullmatch(r"tower (\S+) (.*)", coordinate):
+        return f"{match[1]} tower {match[2]}"
+    return {"yaw": "nacelle yaw", "drivetrain": "1st drivetrain torsion"}.get(coordinate, coordinate)
 
 
 def vacuum_case(model: BladedModel) -> Case:

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from meltemi.control.kalman import HEAD, SCHEDULE, filter_vector, kalman_step
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
-from meltemi.simulation.channels import Channel, catalogue
+from meltemi.simulation.channels import Channel, Contents, catalogue
 from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
@@ -319,7 +319,7 @@ class Observer(Brief):
         return np.clip(place, 0, len(self.wind_speed) - 1).astype(np.intp)
 
     def _channels(self) -> tuple[tuple[Channel, ...], list[str]]:
-        known = catalogue(3)
+        known = catalogue(Contents(3))
         places = [*TOWER, *(f"{b}_{i}" for b in BLADE for i in (1, 2, 3))]
         return (WIND, *(known[name] for name in places)), places
 

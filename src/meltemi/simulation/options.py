@@ -133,7 +133,8 @@ class ModelOptions(Record):
     """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or from the order
     of rotations in OpenFAST 5."""
     tower_influence: TowerInfluence = "potential"
-    """Potential flow around the tower; at all heights below its top, or only for blades that point down."""
+    """Potential flow around the tower, at all heights below its top or only for blades that point down; with the wake
+    of the tower after Powles or after Eames, for rotors downwind of it; or none."""
     tower_drag: bool = True
     """Drag of the wind on the tower."""
 

@@ -20,27 +20,19 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.threads import one_blas_thread
-from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
+from meltemi.simulation.bladed.rotor import BladedModel, bladed_channels, with_blades, with_static_gears
 from meltemi.simulation.case import Case
-from meltemi.simulation.model import Model
+from meltemi.simulation.continuation import CarefulOrbit, in_steps
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.modes import growing
+from meltemi.simulation.operating_point import NotConverged, OperatingPoint, steady_wind
+from meltemi.simulation.orbit import FARTHEST, FULL, SETTLED
 from meltemi.simulation.start import set_actuators
 from meltemi.simulation.step import equations
-from meltemi.simulation.trim import (
-    FARTHEST,
-    FULL,
-    SETTLED,
-    CarefulOrbit,
-    NotConverged,
-    OperatingPoint,
-    channels_of,
-    in_steps,
-    root,
-    steady_wind,
-)
+from meltemi.simulation.trim import root
 from meltemi.structure.kinematics import GENERATOR
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.turbulence.field import AnyWind
+from meltemi.wind.turbulent import AnyWind
 
 Float = NDArray[np.float64]
 Idling = Literal["idling"]
@@ -201,11 +193,11 @@ def _stand(
         )
     unstable = growing(case) if judged else ""
     case.settle(0.0)
-    case.begin_electric()
+    case.begin_parts()
     case.loads(0.0)
     equations(0.0, 0.0, case.system)  # with all forces applied
     left_over = float(case["core_force"][generator])
-    channels = channels_of(model)
+    channels = bladed_channels(model, Stations())
     state = case["q"].copy()
     state[generator] -= azimuth
     return OperatingPoint(

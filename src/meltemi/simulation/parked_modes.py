@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, MeltemiError
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.flutter import stability_model

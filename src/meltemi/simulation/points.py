@@ -11,10 +11,10 @@ from typing import Any
 
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.model import Model
-from meltemi.simulation.parked import parked_point
+from meltemi.simulation.operating_point import NotConverged, OperatingPoint, steady_wind
 from meltemi.simulation.rotors import operating_point
 from meltemi.simulation.start import Start
-from meltemi.simulation.trim import NotConverged, OperatingPoint, rigid_point, steady_wind
+from meltemi.simulation.trim import rigid_point
 from meltemi.wind.fields import Wind
 
 KEEP = 32
@@ -72,6 +72,8 @@ def shared_point(model: Model[Any], wind: Wind) -> OperatingPoint:
 
 
 def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:
+    from meltemi.simulation.parked import parked_point
+
     def make() -> OperatingPoint:
         return parked_point(
             model,

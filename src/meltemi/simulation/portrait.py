@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -14,24 +13,21 @@ from meltemi.core.errors import InputError, MeltemiError
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode, natural_modes
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.performance import performance_of, rotor_performance
-from meltemi.simulation.rotors import build, operating_point
-from meltemi.simulation.trim import OperatingPoint
+from meltemi.simulation.power_curve import above_rated, curve_size, power_curve
+from meltemi.simulation.rotors import build
 from meltemi.structure.beam import Beam
 from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam
 from meltemi.turbine.definition import BladeStructure, Turbine
 from meltemi.turbine.performance import RotorPerformance
-from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
+from meltemi.turbine.power_turbine import PowerTurbine
 
 Float = NDArray[np.float64]
 T = TypeVar("T")
 
 TIP_SPEED_RATIOS = tuple(np.arange(1.0, 15.01, 0.5).tolist())
 PITCHES = tuple(np.radians(np.arange(-6.0, 20.01, 1.0)).tolist())
-HALVINGS = 5
-"""Bisections of the wind speeds that bracket rated wind speed: from 1 m/s to 3 cm/s."""
-RATED_PITCH = 1e-3
-"""[rad] pitch above the smallest one at which the turbine counts as above rated."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +65,7 @@ class Portrait:
     @property
     def rated(self) -> OperatingPoint | None:
         """The operating point in the lowest wind speed with pitch above the smallest."""
-        return next((p for p in self.curve or () if _above(self.turbine, p)), None)
+        return next((p for p in self.curve or () if above_rated(self.turbine, p)), None)
 
 
 @dataclass(frozen=True)
@@ -171,43 +167,20 @@ def _blade(turbine: Turbine) -> Member:
     return blade_member(structure, counts, cells(np.linspace(0.0, turbine.blade.length, 21)))
 
 
-def _above(turbine: AnyTurbine, point: OperatingPoint) -> bool:
-    return point.pitch > turbine.control.pitch.minimum + RATED_PITCH
-
-
 def _curve(
     model: Model[Any], problems: dict[str, str], progress: Callable[[float], None]
 ) -> tuple[OperatingPoint, ...]:
-    """Operating points every 1 m/s, and those that bracket rated wind speed; speeds without one are omitted."""
-    turbine = model.turbine
-    found: dict[float, OperatingPoint] = {}
-    speeds = [float(u) for u in range(math.ceil(turbine.cut_in), math.floor(turbine.cut_out) + 1)]
-    reasons: dict[float, str] = {}
-
-    def at(speed: float) -> OperatingPoint | None:
-        try:
-            found[speed] = operating_point(model, speed)
-        except (MeltemiError, ValueError, ArithmeticError) as error:
-            reasons[speed] = str(error)
-        return found.get(speed)
-
-    for i, speed in enumerate(speeds):
-        at(speed)
-        progress((i + 1) / (len(speeds) + HALVINGS))
-    above = [u for u in sorted(found) if _above(turbine, found[u])]
-    below = [u for u in sorted(found) if above and u < above[0]]
-    if above and below:
-        low, high = below[-1], above[0]
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            point = at(middle)
-            if point is None:
-                break
-            low, high = (low, middle) if _above(turbine, point) else (middle, high)
+    """Operating points of the power curve, by wind speed; speeds without one are omitted."""
+    points, reasons = [], {}
+    for i, (speed, point) in enumerate(power_curve(model), 1):
+        if isinstance(point, str):
+            reasons[speed] = point
+        else:
+            points.append(point)
+        progress(i / curve_size(model.turbine))
     if reasons:
         some = ", ".join(f"{u:g}" for u in sorted(reasons))
-        first = reasons[min(reasons)]
-        problems["some of the curve"] = f"no operating point in winds of {some} m/s: {first}"
-    if not found:
+        problems["some of the curve"] = f"no operating point in winds of {some} m/s: {reasons[min(reasons)]}"
+    if not points:
         raise InputError(next(iter(reasons.values()), "no whole number of m/s lies between cut_in and cut_out"))
-    return tuple(found[u] for u in sorted(found))
+    return tuple(sorted(points, key=lambda point: point.wind.speed))

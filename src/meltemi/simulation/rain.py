@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from meltemi.aero.tables import PolarPoint, SectionConstants
 from meltemi.core.errors import InputError
 from meltemi.environment.drops import water_content
+from meltemi.environment.rain import Rain
 from meltemi.environment.site import Environment
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.thickness import relative_thickness
@@ -38,9 +39,15 @@ def drag_of_drops(water_over_air: float, thickness: float, angle_of_attack: Floa
 
 
 def wet_polars(
-    turbine: Turbine, environment: Environment, position: Float, polars: Float, section: Float, index: NDArray[np.int64]
+    turbine: Turbine,
+    environment: Environment,
+    rain: Rain,
+    position: Float,
+    polars: Float,
+    section: Float,
+    index: NDArray[np.int64],
 ) -> tuple[Float, Float, NDArray[np.int64]]:
-    """Polars of blades in rain; unchanged without rain.
+    """Polars of blades in rain.
 
     Args:
       position: (n,) [m] of the nodes.
@@ -49,9 +56,6 @@ def wet_polars(
     Raises:
       InputError: the thickness of an airfoil is not known, or the rain has keys that blades do not use.
     """
-    rain = environment.rain
-    if rain is None:
-        return polars, section, index
     if rain.of_the_formula:
         raise InputError(
             f"environment.rain.{', '.join(rain.of_the_formula)}: no effect on {turbine.name}, whose blades use "

@@ -9,17 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.display import rounded
-from meltemi.core.errors import RunError, Status
-from meltemi.core.representation import MOST_ROWS, Card, Fold, Shown, Viewed, badge, sparkline
+from meltemi.core.errors import InputError, RunError, Status
+from meltemi.core.shown import Shown, Viewed
 from meltemi.core.units import display
 from meltemi.simulation.channels import Channel, find
-from meltemi.simulation.scene.record import Scene
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
     from meltemi.control.controller import LogEntry
+    from meltemi.core.representation import Card
+    from meltemi.simulation.scene.record import Scene
 
 Float = NDArray[np.float64]
 
@@ -113,18 +114,38 @@ class Result(Shown, Viewed):
 
     @property
     def evaluated(self) -> Result:
-        """The part after the initial transient, for statistics and equivalent loads."""
+        """The part after the initial transient, for statistics and equivalent loads.
+
+        Raises:
+          InputError: it has no samples.
+        """
+        return self._after_transient.require_samples()
+
+    @property
+    def _after_transient(self) -> Result:
         transient = self.meta.get("transient", 0.0)
         return self.between(transient, np.inf) if transient > 0.0 else self
+
+    @property
+    def sampled(self) -> bool:
+        """Whether there are samples after the initial transient."""
+        return len(self._after_transient.time) > 0
+
+    def require_samples(self) -> Result:
+        """Return the result, or raise InputError, with the reason for the end of its run, if it has no samples."""
+        if not len(self.time):
+            why = "" if self.status.complete else f": {self.message or self.status.message}"
+            raise InputError(f"the result has no samples, or none after its initial transient{why}")
+        return self
 
     def raise_for_status(self) -> Result:
         """Return the result, or raise an error if the run ended early or is doubtful.
 
         Raises:
-          RunError: with the reason for the end or the violations.
+          RunError: with the reason for the end or the violations, and with this result.
         """
         if self.status is not Status.OK:
-            raise RunError(self.message or self.status.message)
+            raise RunError(self.message or self.status.message, self)
         return self
 
     def to_xarray(self) -> xr.Dataset:
@@ -155,29 +176,41 @@ class Result(Shown, Viewed):
         }
         return xr.Dataset(variables, coordinates, about)
 
+    def to_pandas(self) -> pd.DataFrame:
+        """Table of the series over the time [s], in SI units, which ``attrs["units"]`` has by channel."""
+        import pandas as pd
+
+        table = pd.DataFrame(self.data, pd.Index(self.time, name="time"), self.names)
+        table.attrs["units"] = {channel.name: channel.unit for channel in self.channels}
+        return table
+
     def statistics(self) -> pd.DataFrame:
-        """Mean, standard deviation, minimum and maximum of each channel after the transient, in engineering units."""
+        """Mean, standard deviation, minimum and maximum of each channel after the transient, in engineering units.
+
+        Raises:
+          InputError: there are no samples.
+        """
         import pandas as pd
 
         rows, data = [], self.evaluated.data
         for i, c in enumerate(self.channels):
             unit, factor = c.display_unit
             x = data[:, i] * factor
-            some = len(x) > 0
             rows.append(
                 {
                     "channel": c.name,
                     "unit": unit,
-                    "mean": x.mean() if some else np.nan,
-                    "std": x.std() if some else np.nan,
-                    "min": x.min() if some else np.nan,
-                    "max": x.max() if some else np.nan,
+                    "mean": x.mean(),
+                    "std": x.std(),
+                    "min": x.min(),
+                    "max": x.max(),
                 }
             )
         return pd.DataFrame(rows).set_index("channel")
 
     def card(self) -> Card:
         """Status, statistics of the channels in engineering units with a line of each, messages, events, origin."""
+        from meltemi.core.representation import Card, Fold, badge
 
         kind = "good" if self.status is Status.OK else "doubtful" if self.status.complete else "bad"
         said = [*filter(None, [self.message]), *map(str, self.findings), *self.warnings]
@@ -202,8 +235,9 @@ class Result(Shown, Viewed):
 
     def _channel_rows(self) -> list[list[str]]:
         """Names, unit, statistics and line of each channel; of those that a notebook leaves out, names."""
+        from meltemi.core.representation import MOST_ROWS, sparkline
 
-        data, rows = self.evaluated.data, []
+        data, rows = self._after_transient.data, []
         for i, channel in enumerate(self.channels[:MOST_ROWS]):
             unit, factor = channel.display_unit
             x = data[:, i] * factor
@@ -215,5 +249,6 @@ class Result(Shown, Viewed):
         return f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "empty"
 
     def __repr__(self) -> str:
-        said = "".join(f"; {words}" for words in (*self.findings, *self.warnings))
+        why = [self.message] if self.message else [str(finding) for finding in self.findings]
+        said = "".join(f"; {words}" for words in (*why, *self.warnings))
         return f"<Result: {len(self.channels)} channels, {self._span()}, {self.status.name}{said}>"

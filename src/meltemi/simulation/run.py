@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from meltemi.control.controller import Controller
 from meltemi.environment.grid import PowerGrid
 from meltemi.simulation.channels import DEFAULT
-from meltemi.simulation.events import BaseEvent
 from meltemi.simulation.model import Model, Stations
+from meltemi.simulation.operating_point import OperatingPoint
+from meltemi.simulation.parts import Part
 from meltemi.simulation.start import Start
-from meltemi.simulation.trim import OperatingPoint
 from meltemi.wind.fields import Wind
-from meltemi.wind.turbulence.field import AnyWind
+from meltemi.wind.turbulent import AnyWind
+
+if TYPE_CHECKING:
+    from meltemi.simulation.events import BaseEvent
 
 
 @dataclass(frozen=True)
@@ -42,8 +45,12 @@ class Run:
         ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
       grid: voltage, frequency, reactive power, and power reference, which needs a controller that follows it; by
         default a stiff grid that takes all power.
+      sea: the sea that acts on the turbine, as a part.
+      other_wind: a part that adds to the wind, such as the wakes of other turbines.
+      origin: (x, y) [m] of the turbine in the axes of the wind.
       transient: [s] initial transient, recorded, but excluded from statistics and equivalent loads.
       view: record the motion for the three-dimensional view (``meltemi view``), in ``result.scene``.
+      partial: return the result of a run that ends early instead of raising; for ``simulate``: a batch reports it.
       name: name of the run in a batch, for messages and files; by default ``case_0001`` and so on.
       progress: callback with the completed fraction.
     """
@@ -59,7 +66,16 @@ class Run:
     stations: Stations | None = None
     events: Iterable[BaseEvent | Mapping[str, Any]] = ()
     grid: PowerGrid | None = None
+    sea: Part | None = None
+    other_wind: Part | None = None
+    origin: tuple[float, float] = (0.0, 0.0)
     transient: float = 0.0
     view: bool = False
+    partial: bool = False
     name: str = ""
     progress: Callable[[float], None] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """What acts on the turbine in this run, besides its own parts."""
+        return tuple(part for part in (self.sea, self.other_wind) if part is not None)

@@ -13,52 +13,39 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from types import FrameType
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import llvmlite.binding
 import numba
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
 from meltemi.control import constant
-from meltemi.control.baseline import BaselineController
-from meltemi.control.controller import Controller, Entry, LogEntry, StartPoint
+from meltemi.control.controller import Controller, Entry, LogEntry
 from meltemi.control.faults import Faults, apply_events
 from meltemi.control.signals import Demands, Measurements
-from meltemi.control.supervisor.tables import STATES
 from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
-from meltemi.core.kernel import compile_seconds, kernel_for
+from meltemi.core.kernel import compile_seconds
 from meltemi.maths.records import Kind, Record
 from meltemi.maths.tables import View
-from meltemi.numbers.duals import N_DERIVATIVES
+from meltemi.numbers.lanes import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
-from meltemi.simulation.channels import DEFAULT, Channel
-from meltemi.simulation.electric import check_grid
-from meltemi.simulation.events import (
-    BaseEvent,
-    check_dips,
-    check_parts,
-    ignored,
-    misplaced_events,
-    read_events,
-    schedule,
-)
-from meltemi.simulation.model import Model, Stations
+from meltemi.simulation.loop import Loop, loop_of
+from meltemi.simulation.plan import Plan, controller_of, first_point, planned, wind_of
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Finding, Result
-from meltemi.simulation.rotors import default_step, kind_of
+from meltemi.simulation.rotors import kind_of
 from meltemi.simulation.run import Run
-from meltemi.simulation.scene.motion import Recorder
 from meltemi.simulation.start import Start, begin
-from meltemi.simulation.trim import OperatingPoint
+from meltemi.simulation.unsteady import wind_log
 from meltemi.simulation.validity import notices, violations
-from meltemi.turbine.plausibility import plausibility_warnings
-from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
-from meltemi.wind.turbulence.field import realised
+from meltemi.wind.fields import Wind
+
+if TYPE_CHECKING:
+    from meltemi.simulation.events import BaseEvent
 
 CHUNK_SECONDS = 0.1
 """[s] wall time between checks of progress and keyboard."""
@@ -73,15 +60,17 @@ def simulate(run: Run) -> Result:
     transient.
 
     Returns:
-      The result. A run that diverges, is interrupted, or whose controller fails ends early with a status and keeps the
-      series up to then; one beyond the model's range of validity is ``DOUBTFUL``.
+      The result; beyond the model's range of validity its status is ``DOUBTFUL``.
 
     Raises:
       InputError: an argument is not valid, or the wind does not cover the run.
+      RunError: the run diverged, its controller failed, or Ctrl-C ended it; ``error.result`` has the series up to then.
+        With ``partial`` it is returned instead.
     """
     simulation = Simulation(run)
     march(simulation, run.progress)
-    return simulation.result()
+    result = simulation.result()
+    return result if run.partial or result.status.complete else result.raise_for_status()
 
 
 def march(
@@ -130,6 +119,8 @@ class Simulation:
       run: the arguments of ``simulate``.
       numbers: number type of the computation, see ``Case``.
       prepare: callback with the case before its start is set.
+      starting: callback with the case after its start was set, before the evaluations with which a run begins, and
+        whether inflow and stall are settled by them.
       held_steps: time steps of which the output is held, for a run with a ``sink``; by default all.
 
     ``advance`` marches under the run's own controller. For co-simulation and reinforcement learning, create the
@@ -148,80 +139,36 @@ class Simulation:
         *,
         numbers: Kind = "lanes",
         prepare: Callable[[Case], None] | None = None,
+        starting: Callable[[Case, bool], None] | None = None,
         held_steps: int | None = None,
     ) -> None:
-        duration, transient, output_step, grid = run.duration, run.transient, run.output_step, run.grid
-        model = run.model() if callable(run.model) else run.model
-        if not isinstance(model, Model):
-            raise InputError(f"model: expected the model from build(turbine), found {type(model).__name__}")
-        turbine, kind = model.turbine, kind_of(model)
-        if not (math.isfinite(duration) and duration > 0.0):
-            raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
-        if not 0.0 <= transient < duration:
-            raise InputError(f"transient must be from 0 s to less than the duration, found {transient!r}")
-        dt = default_step(model)
-        if duration < (1.0 - 1e-9) * dt:
-            raise InputError(f"duration {duration:g} s is less than the time step of {dt:g} s")
-        every_output = _multiple(output_step, dt, "output_step")
-        stations = run.stations or Stations()
-        chosen = choose(model, run.channels, stations)
-        self.recorder = Recorder(model, stations) if run.view else None
-        stations = self.recorder.stations if self.recorder else stations
-        n_steps = round(duration / dt) + 1
-        self.events, self.grid = read_events(run.events), grid
-        self._acted: list[tuple[int, LogEntry]] = []
-        check_grid(grid, model.has_electrical, turbine.rated_power)
-        planned = schedule(self.events, turbine, dt, n_steps)
-        if not model.has_electrical:
-            check_dips(self.events)
-        if run.controller is None and grid is not None and grid.power_reference is not None:
-            raise InputError(
-                "grid: power_reference is given, but the baseline controller does not follow it: "
-                "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
-                "or one of your own"
-            )
+        plan = planned(run)
         began, compiled = clock_time.perf_counter(), compile_seconds()
-        described = run.wind() if callable(run.wind) else run.wind
-        self._noticed = [*plausibility_warnings(turbine), *unusual(described)]
-        if run.controller is None:
-            self._noticed += ignored(self.events)
-        wind = realised(described, turbine, duration)
-        reach = kind.reach(turbine)
-        check_coverage(
-            wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
-        )
-        controller = run.controller(wind) if callable(run.controller) else run.controller
-        controller = controller or BaselineController(turbine)
-        if not isinstance(controller, Controller):
-            raise InputError(f"controller: expected a meltemi.Controller, found {type(controller).__name__}")
-        if controller.yaws and model.options.yaw != "driven":
-            raise InputError(
-                f"controller {controller.name!r} turns the nacelle, but the model's yaw is {model.options.yaw!r}: "
-                'build it with ModelOptions(yaw="driven"), or in a file options: {yaw: driven}'
-            )
-        every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
-
-        start, words = initial_state(model, wind, run.start() if callable(run.start) else run.start)
+        wind, self._noticed = wind_of(run, plan)
+        controller, every_control = controller_of(run, plan, wind)
+        start, words = initial_state(plan.model, wind, run.start() if callable(run.start) else run.start)
         self._noticed += words
-        case = Case(model, wind, stations, numbers=numbers, grid=grid)
-        case.events, self._planned = planned.rows, planned.log
-        case["weights"][:2] = kind.step_weights(model, dt)
-        entry = case.bind(controller, first_point(model, wind, start))
+        self.events, self._acted = plan.events.given, list[tuple[int, LogEntry]]()
+        self._planned = (*plan.events.log, *wind_log(wind, run.duration, plan.dt))
+        case = _prepared(run, plan, wind, numbers)
+        entry = case.bind(controller, first_point(plan.model, wind, start))
         if case.controller.close is not None:
             weakref.finalize(self, case.controller.close)  # for a run that is never finished
-        # dry friction acts over a speed that a step of full braking cannot cross: as a damper on the generator
-        # it has h c / J = 0.4, below the bound of 0.5 with a margin for the shaft (docs/theory/simulation.md, M-7)
-        brake_step = turbine.drivetrain.brake_torque * dt / kind.brake_inertia(turbine)
-        case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.5 * brake_step)
         if prepare is not None:
             prepare(case)
-        start.put(case)
-        case.begin_electric(dt)
+        unsettled = isinstance(start, Start)
+        start.set(case) if isinstance(start, Start) else start.put(case)
+        if starting is not None:
+            starting(case, unsettled)
+        if unsettled:
+            case.settle(0.0)
+        case.begin_parts(plan.dt)
         begin(case)
-        case.clock.every_output, case.clock.every_control, case.settings.time_step = every_output, every_control, dt
+        clock, settings = case.clock, case.settings
+        clock.every_output, clock.every_control, settings.time_step = plan.every_output, every_control, plan.dt
         # an instant stands for half a step before and after it: what is held between calls and jumps there would lead
-        case.settings.held_share = 0.0 if controller.sample_time is None else 0.5
-        self.model, self.wind, self.case, self.controller = model, wind, case, case.controller
+        settings.held_share = 0.0 if controller.sample_time is None else 0.5
+        self.model, self.wind, self.case, self.controller = plan.model, wind, case, case.controller
         self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
         self.start = {
             "kind": type(start).__name__,
@@ -229,24 +176,12 @@ class Simulation:
             "pitch": float(start.pitch),
             "generator_torque": float(start.generator_torque),
         }
-        self.dt, self.duration, self.transient, self.channels = dt, duration, transient, tuple(chosen)
-        self.n_steps = n_steps
+        self.dt, self.n_steps, self.duration, self.transient = plan.dt, plan.n_steps, run.duration, run.transient
+        self.channels, self.recorder, self.grid = plan.channels, plan.recorder, run.grid
         self.interrupted = False
-        self.output_step = every_output * dt
-        places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
-        if self.recorder:
-            places = np.concatenate([places, self.recorder.places(case)])
-        samples = (self.n_steps - 1) // every_output + 1
-        self.held_steps, self.sink = held_steps or n_steps, None
-        rows = min(samples, (self.held_steps - 1) // every_output + 1)
-        self._output = np.full((rows, len(places)), np.nan)
-        if numbers == "duals":
-            case.slopes["output"] = np.zeros((*self._output.shape, N_DERIVATIVES))
-        self._run = case.run(places, self._output)
-        self._arguments = (entry.function, self._run, case.control, case.system, case.one, case.plain, case.sections)
-        self._march = compiled_advance(*self._arguments)
-        self._march(0, *self._arguments)
-        self._call = without_dispatch(self._march)
+        self.output_step = plan.every_output * plan.dt
+        self.held_steps, self.sink = held_steps or plan.n_steps, None
+        self.loop = self._compiled(entry, plan, numbers)
         self.moving = (
             case.signals.vector,
             case.aero_state.vector,
@@ -264,10 +199,18 @@ class Simulation:
         self.prepare_seconds = clock_time.perf_counter() - began - self.compile_seconds
         self.run_seconds = 0.0
 
-    @property
-    def records(self) -> tuple[Any, ...]:
-        """Records that the time loop takes, in its order."""
-        return self._arguments[1:]
+    def _compiled(self, entry: Entry, plan: Plan, numbers: Kind) -> Loop:
+        """The time loop of the run, with room for what it holds of its output."""
+        case = self.case
+        places = np.array([case.place(channel) for channel in plan.channels], dtype=np.int64)
+        if plan.recorder:
+            places = np.concatenate([places, plan.recorder.places(case)])
+        samples = (plan.n_steps - 1) // plan.every_output + 1
+        output = np.full((min(samples, (self.held_steps - 1) // plan.every_output + 1), len(places)), np.nan)
+        if numbers == "duals":
+            case.slopes["output"] = np.zeros((*output.shape, N_DERIVATIVES))
+        records = (case.run(places, output), case.control, case.system, case.one, case.plain, case.sections)
+        return loop_of(entry.function, records, output)
 
     @property
     def time(self) -> float:
@@ -297,7 +240,7 @@ class Simulation:
         """March ``n_steps`` time steps, at most to the end of the run."""
         began, left = clock_time.perf_counter(), min(n_steps, self.n_steps - int(self.case.clock.step))
         for done in range(0, left, self.held_steps):
-            self._call(min(left - done, self.held_steps), *self._arguments)
+            self.loop.march(min(left - done, self.held_steps))
             if self.sink is not None:
                 self.sink()
         self.run_seconds += clock_time.perf_counter() - began
@@ -317,13 +260,13 @@ class Simulation:
         """
         clock = self.case.clock
         every, first = int(clock.every_output), int(clock.step)
-        if not 0 < samples < len(self._output):
-            raise InputError(f"stream: expected 1 to {len(self._output) - 1} samples, found {samples}")
+        if not 0 < samples < len(self.loop.output):
+            raise InputError(f"stream: expected 1 to {len(self.loop.output) - 1} samples, found {samples}")
         clock.row, self.n_steps = 0, first + samples * every + 1  # the end moves on: it is never reached
         self.advance(samples * every)
         rows = int(clock.row)
         time = self.output_step * (-(-first // every) + np.arange(rows, dtype=np.float64))
-        return time, self._output[:rows]
+        return time, self.loop.output[:rows]
 
     def act(self, event: BaseEvent, *, ended: bool = False) -> None:
         """Let an event happen now, or end now, whatever its times.
@@ -331,6 +274,8 @@ class Simulation:
         Raises:
           InputError: the turbine lacks what the event concerns, or events of the run are still to come.
         """
+        from meltemi.simulation.events import check_parts
+
         check_parts(event, "event", self.model.turbine)
         clock, faults = self.case.clock, self.case["faults"]
         if clock.next_event < len(self.case.events):
@@ -412,19 +357,23 @@ class Simulation:
     def log(self) -> list[LogEntry]:
         """Entries up to now in order of time; an event precedes the reactions of a controller to it."""
         entries = [entry for at, entry in (*self._planned, *self._acted) if at < self.case.clock.step]
-        if self.case.trip:
-            since = float(self.case.view("electric")["off_time"])
-            entries.append(LogEntry(self.time - since, "protection", "electrical system tripped", self.case.trip))
+        entries += self._of_parts()
         if self.controller.log is not None:
             entries += self.controller.log(self.case.controller_state)
         return sorted(entries, key=lambda entry: entry.time)
+
+    def _of_parts(self) -> list[LogEntry]:
+        return [entry for part in self.case.parts for entry in part.log(self.case, self.time)]
 
     def warnings(self) -> list[str]:
         """Warnings up to now, which do not affect the status."""
         found = [*self._noticed]
         if self.controller.warnings is not None:
             found += controller_warnings(self.controller, self.case.controller_state)
-        if state := int(self.case.view("demands")["operating_state"]):
+        if (state := int(self.case.view("demands")["operating_state"])) and self.events:
+            from meltemi.control.supervisor.tables import STATES
+            from meltemi.simulation.events import misplaced_events
+
             happened = [event for event in self.events if event.at < self.time]
             found += misplaced_events(happened, self.log(), STATES[state - 1].name.replace("_", " "))
         return found + [str(Finding(**each)) for each in notices(self.case["watch"])]
@@ -438,7 +387,8 @@ class Simulation:
     def result(self) -> Result:
         """Result up to now."""
         rows = int(self.case.clock.row)
-        data = self._output[:rows, : len(self.channels)].copy()
+        output = self.loop.output[:rows]
+        data = output[:, : len(self.channels)].copy()
         time = np.arange(rows, dtype=float) * self.output_step
         for j, channel in enumerate(self.channels):
             if channel.wrap:
@@ -449,7 +399,7 @@ class Simulation:
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
         if warnings := self.warnings():
             meta["warnings"] = warnings
-        if self.controller.log is not None or self.events or self._acted or self.case.trip:
+        if self.controller.log is not None or self._planned or self._acted or self._of_parts():
             meta["log"] = [asdict(entry) for entry in self.log()]
         if findings := violations(self.case["watch"]):
             meta["findings"] = findings
@@ -460,85 +410,27 @@ class Simulation:
             status=self.status,
             message=self.message,
             meta=meta,
-            scene=self.recorder.scene(self._output[:rows, data.shape[1] :], time, self.wind) if self.recorder else None,
+            scene=self.recorder.scene(output[:, data.shape[1] :], time, self.wind) if self.recorder else None,
         )
 
 
-def first_point(model: Model[Any], wind: Wind, start: OperatingPoint | Start) -> StartPoint:
-    """The initial state of the controller of a run."""
-    turbine = model.turbine
-    speed = float(start.rotor_speed) * turbine.drivetrain.gear_ratio
-    now, before = (mean(wind, turbine.hub_height) for mean in (mean_speed, mean_before))
-    return StartPoint(now, speed, start.pitch, start.generator_torque, before)
+def _prepared(run: Run, plan: Plan, wind: Wind, numbers: Kind) -> Case:
+    """The case of a run, with what depends on its time step."""
+    model, turbine, kind = plan.model, plan.model.turbine, kind_of(plan.model)
+    case = Case(model, wind, plan.stations, numbers=numbers, grid=run.grid, parts=run.parts, origin=run.origin)
+    if plan.events.rows is not None:
+        case.events = plan.events.rows
+    case["weights"][:2] = kind.step_weights(model, plan.dt)
+    # dry friction acts over a speed that a step of full braking cannot cross: as a damper on the generator
+    # it has h c / J = 0.4, below the bound of 0.5 with a margin for the shaft (docs/theory/simulation.md, M-7)
+    brake_step = turbine.drivetrain.brake_torque * plan.dt / kind.brake_inertia(turbine)
+    case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.5 * brake_step)
+    return case
 
 
 @cache
 def _demand_rows(name: str) -> int | slice:
     return View(Demands, Demands.zeros()).rows(name)
-
-
-def _multiple(value: float, dt: float, name: str) -> int:
-    """Number of time steps in ``value`` [s], which must be an integer."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise InputError(f"{name} must be a positive number of seconds, found {value!r}")
-    n = round(value / dt)
-    if n < 1 or abs(n * dt - value) > 1e-6 * value:
-        near = max(n, 1)
-        raise InputError(
-            f"{name} {value:g} s is not a multiple of the time step {dt:g} s; "
-            f"use {near * dt:g} or {(near + 1) * dt:g} s, or set options.time_step"
-        )
-    return n
-
-
-def model_channels(model: Model[Any], stations: Stations | None = None) -> dict[str, Channel]:
-    """All channels of a model, by name."""
-    return kind_of(model).channels(model, stations or Stations())
-
-
-def choose(model: Model[Any], names: Sequence[str], stations: Stations) -> list[Channel]:
-    """Channels by name, each once, and all channels of stations that are given without any of theirs.
-
-    Raises:
-      InputError: a name is unknown, or no channel is given.
-    """
-    available = model_channels(model, stations)
-    if isinstance(names, str):
-        raise InputError(f"channels must be a list of names, found the text {names!r}")
-    found: dict[str, Channel] = {}
-    whole = set(DEFAULT) <= set(names)
-    for name in names:
-        if name == "all":
-            found.update(available)
-            continue
-        if name in DEFAULT and name not in available and (whole or name.endswith("_3")):
-            continue  # blade 3 of a two-bladed turbine, or blades of a power-coefficient turbine
-        channel = kind_of(model).channel(name, model, available)
-        found[channel.name] = channel
-    for wanted, beginning in ((stations.blade, "station_"), (stations.tower, "tower_station_")):
-        if wanted and not any(name.startswith(beginning) for name in found):
-            found.update({name: c for name, c in available.items() if name.startswith(beginning)})
-    found.pop("time", None)
-    if not found:
-        raise InputError("no channels to record")
-    return list(found.values())
-
-
-@cache
-def _loop_for(function: Any, signature: Any) -> Any:
-    return kernel_for(signature)(function)
-
-
-def compiled_advance(*arguments: Any) -> Any:
-    """The time loop, compiled for all its arguments but the first; the controller has the type of all controllers."""
-    if numba.config.DISABLE_JIT:
-        return step.advance
-    return _loop_for(step.advance, types.void(types.int64, *map(numba.typeof, arguments)))
-
-
-def without_dispatch(function: Any) -> Any:
-    """The one compiled form of a function, which does not look for its argument types in every call: 20 us less."""
-    return function if numba.config.DISABLE_JIT else next(iter(function.overloads.values())).entry_point
 
 
 def explain(case: Case, status: Status, t: float, dt: float) -> str:

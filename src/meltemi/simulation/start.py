@@ -49,6 +49,11 @@ class Start:
     azimuth: float = 0.0
 
     def put(self, case: Case) -> None:
+        """Write the initial conditions into a case, with settled inflow and stall; errors as of :meth:`set`."""
+        self.set(case)
+        case.settle(0.0)
+
+    def set(self, case: Case) -> None:
         """Write the initial conditions into a case.
 
         Raises:
@@ -66,7 +71,6 @@ class Start:
         case["q"][generator] += self.azimuth
         assert self.rotor_speed != "idling", "points.initial_state determines that speed"
         case["v"][generator] += self.rotor_speed
-        case.settle(0.0)
 
 
 def set_actuators(case: Case, pitch: float, torque: float) -> None:

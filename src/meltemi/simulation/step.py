@@ -6,8 +6,8 @@ coefficient as in ``simulation/disk``. ``advance`` marches either: at each insta
 1. events that are due;
 2. sample: measurements from the state (with the extrapolated velocity) and the last loads, through the sensors;
 3. control, at its sample instants: demands;
-4. actuators: their motion under the previous demands; ideal ones follow the new demands without lag; generator and
-   converters, over the following step, whose mean torque acts at this instant;
+4. actuators: their motion under the previous demands; ideal ones follow the new demands without lag; parts of the
+   drive, such as converters, over the following step, whose mean torque acts at this instant;
 5. physics: ``evaluate``, which completes the velocities of the step that ends here;
 6. record, at output instants;
 
@@ -22,6 +22,8 @@ velocity in forces extrapolated from the two last accelerations, so that one eva
 It is of second order and neither damps nor excites free vibrations. Stiff coordinates, or all of them as an option,
 take implicit steps (M-41 to M-45): their stiffness and damping act with the motion at the end of the step. The linear
 parts of the states of inflow and stall take exact steps, modes of a gearbox implicit ones, solved with a_{n+1}.
+
+Parts of the machine that not every model has (``simulation/parts.py``) act at the hooks below.
 
 Reference: docs/theory/simulation.md (M-1 to M-9, M-41 to M-45); Newmark (1959); Beeman (1976).
 """
@@ -42,10 +44,9 @@ from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control.actuators import drive_advance, flap_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import apply_events, report
 from meltemi.core.kernel import kernel
-from meltemi.electrical.advance import electric_advance
 from meltemi.environment.conditions import conditions_now
 from meltemi.maths.algebra import Vec
-from meltemi.numbers.dispatch import by_record
+from meltemi.numbers.dispatch import by_control, by_record, control_hook, hook
 from meltemi.simulation.system import (
     AnySystem,
     Control,
@@ -123,6 +124,56 @@ def check_rotor(t: float, m: AnySystem, run: March) -> bool:
     raise NotImplementedError
 
 
+# parts of the machine -----------------------------------------------------------------------------------
+
+
+@hook
+def outer_forces(t: float, m: System) -> None:
+    """Add forces of parts at time ``t`` to ``core_force``, and added mass to the lower triangle of ``core_mass``."""
+
+
+@hook
+def begin_parts_step(dt: float, m: AnySystem) -> None:
+    """Predict the states of parts at the next instant, after those of the rotor."""
+
+
+@hook
+def end_parts_step(dt: float, m: AnySystem) -> None:
+    """Correct that prediction with the motion at the end of the step."""
+
+
+@hook
+def part_rates(m: AnySystem) -> None:
+    """Compute the time derivatives of the states of parts after an evaluation."""
+
+
+@control_hook
+def begin_parts(dt: float, c: Control, m: AnySystem) -> None:
+    """Bring parts into steady operation at the present motion and demands; ``dt`` [s] is that of the following steps,
+    0 for the limit of short ones."""
+
+
+@control_hook
+def part_drive_rates(c: Control, m: AnySystem) -> None:
+    """Compute the time derivatives of parts of the drive, and their torque, before an evaluation."""
+
+
+@control_hook
+def advance_drive(c: Control, m: AnySystem) -> None:
+    """Advance parts of the drive over the following step; they may replace the generator's torque by its mean."""
+
+
+@control_hook
+def report_parts(c: Control) -> None:
+    """Change what the controller is told about parts."""
+
+
+@by_control
+def generated_power(c: Control, m: AnySystem) -> float:
+    """[W] electrical power of the turbine."""
+    raise NotImplementedError
+
+
 # blades and tower ---------------------------------------------------------------------------------------
 
 
@@ -149,6 +200,7 @@ def equations(t: float, dt: float, m: System) -> None:
     # equations of motion
     collect_blades(m)
     assemble(dt, m)
+    outer_forces(t, m)
 
 
 @evaluate.variant
@@ -211,6 +263,12 @@ def electrical_power(mechanical: float, efficiency: float) -> float:
     return mechanical * (efficiency if mechanical >= 0.0 else 1.0 / efficiency)
 
 
+@generated_power.variant
+@kernel
+def _(c: Control, m: AnySystem) -> float:
+    return electrical_power(c.drive.generator_torque * generator_speed(m), c.settings.efficiency)
+
+
 @kernel
 def surroundings(t: float, c: Control, m: AnySystem) -> None:
     """Set air and grid at time ``t``, with the grid voltage of events."""
@@ -228,9 +286,7 @@ def sample(t: float, c: Control, m: AnySystem) -> None:
     x.rotor_speed = rotor_speed(m)
     x.azimuth = rotor_azimuth(m)
     x.torque = drive.generator_torque
-    x.power = electrical_power(drive.generator_torque * generator_speed(m), c.settings.efficiency)
-    if c.electrical.on > 0.0:
-        x.power = c.electric.grid_power
+    x.power = generated_power(c, m)
     x.yaw = m.q[n + YAW]
     x.yaw_rate = m.v[n + YAW]
     for b in range(c.pitch.blades):
@@ -267,8 +323,7 @@ def sense(t: float, following: int, c: Control, m: AnySystem) -> None:
     sample(t, c, m)
     if following > 0:
         report(t, c.faults, c.measured)
-    if c.electric.trip > 0.0:
-        c.measured.grid = 0.0
+    report_parts(c)
 
 
 @kernel
@@ -282,9 +337,7 @@ def whole_machine(t: float, c: Control, m: AnySystem) -> None:
     s.hub_wind = wind_velocity(m.machine.hub_position, t, m)
     s.generator_speed = generator_speed(m)
     s.generator_torque = m.drive.generator_torque
-    s.power = electrical_power(m.drive.generator_torque * generator_speed(m), c.settings.efficiency)
-    if c.electrical.on > 0.0:
-        s.power = c.electric.grid_power
+    s.power = generated_power(c, m)
     s.rotor_power = rotor_speed(m) * c.chain.apex_moment.x
 
 
@@ -356,22 +409,10 @@ def actuate(dt: float, c: Control, m: AnySystem) -> None:
 
 @kernel
 def generate(c: Control, m: AnySystem) -> None:
-    """Set the torque of generator and brake; with an electrical system the mean one over the following step."""
+    """Set the torque of generator and brake."""
     c.drive.torque_held = c.drive.generator_torque
     drive_advance(c)
-    if c.electrical.on > 0.0:
-        outside, demands = c.outside, c.demands
-        reactive = demands.reactive_power + outside.reactive_power
-        electric_advance(
-            c.settings.time_step,
-            c.drive.generator_torque,
-            reactive,
-            generator_speed(m),
-            outside.grid_voltage,
-            outside.grid_frequency,
-            c,
-        )
-        c.drive.generator_torque = c.drive.torque_held = c.electric.torque
+    advance_drive(c, m)
 
 
 @kernel
@@ -429,6 +470,7 @@ def physics(t: float, dt: float, run: March, m: AnySystem) -> None:
                     w.expected[j] = m.a[j]
     if not first:
         end_step(dt, m)
+        end_parts_step(dt, m)
 
 
 @kernel
@@ -494,4 +536,5 @@ def advance(
         predict(dt, run, m)
         actuate(dt, c, m)
         begin_step(dt, m)
+        begin_parts_step(dt, m)
         clock.step += 1

@@ -7,7 +7,6 @@ from meltemi.aero.tables import AeroParameters, FlapParameters, RotorFlow
 from meltemi.control.actuators import Actuation
 from meltemi.control.signals import Demands
 from meltemi.core.kernel import kernel
-from meltemi.electrical.tables import Electrical, ElectricState
 from meltemi.environment.conditions import Conditions
 from meltemi.maths.records import Array1, Array2, Constant, Ints, Record
 from meltemi.maths.tables import Table
@@ -56,7 +55,6 @@ COMMON_SIGNALS: dict[str, type[Table]] = {
     "gears": Gears,
     "demands": Demands,
     "outside": Conditions,
-    "electric": ElectricState,
 }
 """Arrays that a channel may record of any turbine, by the tables that describe them."""
 
@@ -91,8 +89,8 @@ def rotor_azimuth(m: AnySystem) -> float:
     return m.q[n + GENERATOR] + m.q[n + TORSION]
 
 
-class Control(Actuation, Electrical):
-    """Interface of controller and turbine: signals, actuators, electrical system, conditions, measured loads."""
+class Control(Actuation):
+    """Interface of controller and turbine: signals, actuators, conditions, measured loads."""
 
     settings: Constant[Settings]
     conditions: Constant[Array2]

@@ -159,19 +159,17 @@ def reduced(train: GearTrain) -> ReducedTrain:
     )
 
 
-def gear_arrays(drivetrain: Drivetrain, kind: str) -> tuple[Float, Float, Float, Float]:
+def gear_arrays(drivetrain: Drivetrain, *, multibody: bool) -> tuple[Float, Float, Float, Float]:
     """Arrays of the kernels: inertia (6,), tables ``GearModes`` and ``GearRows``, and loads of the modes (parts,
     modes).
 
     Args:
-      kind: "two_mass" (nothing), "quasi_static" (no modes) or "multibody".
+      multibody: with the modes; without them the parts follow rotor and generator quasi-statically.
     """
-    if kind == "two_mass":
-        return np.zeros(6), GearModes.zeros(mode=0), GearRows.zeros(part=0), np.zeros((0, 0))
     assert drivetrain.gearbox is not None
     train = gear_train(drivetrain)
     r = reduced(train)
-    n = len(r.frequency) if kind == "multibody" else 0
+    n = len(r.frequency) if multibody else 0
     shown = [not name.endswith(HOUSING) for name in train.springs]
     modes, rows = GearModes.zeros(mode=n), GearRows.zeros(part=sum(shown))
     m, e = View(GearModes, modes), View(GearRows, rows)

@@ -22,10 +22,9 @@ from numpy.typing import NDArray
 from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import OPTIONS, loose
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.simulation import step
 from meltemi.simulation.case import SWEEPS, Case
-from meltemi.simulation.electric import begin_electric
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
@@ -84,7 +83,7 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
     run, model, controller, start = settled(run)
     ways = directions(model, parameters, controller, start, {})
     before = _Before()
-    simulation = Simulation(run, prepare=before.watch)
+    simulation = Simulation(run, starting=before.take)
     back = Backwards(simulation, tables=any(way.arrays for way in ways))
     began = time.perf_counter()
     size = sum(array.nbytes for array in simulation.moving)
@@ -114,27 +113,11 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
 class _Before:
     """The arrays of a case before the evaluations with which its run begins."""
 
-    def watch(self, case: Case) -> None:
-        """Take a copy at the first of these evaluations."""
-        self.arrays: list[tuple[Any, Any]] = []
-        self.sweeps = 0
-        settle, electric = case.settle, case.begin_electric
-
-        def settling(t: float) -> None:
-            self._copy(case)
-            self.sweeps = SWEEPS
-            settle(t)
-
-        def starting(dt: float) -> None:
-            self._copy(case)
-            electric(dt)
-
-        case.settle, case.begin_electric = settling, starting  # type: ignore[method-assign, assignment]
-
-    def _copy(self, case: Case) -> None:
-        if not self.arrays:
-            kept = (a for record in (case.control, case.system, case.sections) for a in record.arrays)
-            self.arrays = [(a, a.copy()) for a in kept if a.dtype == np.float64]
+    def take(self, case: Case, settles: bool) -> None:
+        """Copy them; ``settles``: inflow and stall are settled by these evaluations."""
+        self.sweeps = SWEEPS if settles else 0
+        kept = (a for record in (case.control, case.system, case.sections) for a in record.arrays)
+        self.arrays = [(a, a.copy()) for a in kept if a.dtype == np.float64]
 
 
 class Backwards:
@@ -151,12 +134,12 @@ class Backwards:
     def __init__(self, simulation: Simulation, *, tables: bool) -> None:
         self.simulation = simulation
         self.code = _code(simulation, tables)
-        self.memory = Memory(simulation.records, self.code.used)
+        self.memory = Memory(simulation.loop.records, self.code.used)
         self.moving = [self.memory.of(array) for array in simulation.moving]
 
     def weigh(self, result: Result, weights: Mapping[str, Any]) -> None:
         """Set the derivatives of the objective by the recorded samples."""
-        adjoints = self.memory.of(self.simulation.records[0].output, adjoint=True)
+        adjoints = self.memory.of(self.simulation.loop.records[0].output, adjoint=True)
         for channel, by in weights.items():
             by = np.asarray(by, dtype=float)
             if by.shape != result.time.shape:
@@ -200,10 +183,10 @@ def _without_gears(m: Any) -> None:
     """Nothing: a power-coefficient turbine has no gearbox."""
 
 
-def _whole(gears: Any, electrical: bool) -> Any:
+def _whole(gears: Any) -> Any:
     """The march of ``n_steps``, or for 0 steps the evaluations with which a run begins, as one function.
 
-    The latter are those of ``Case.settle``, ``Case.begin_electric`` and ``start.begin``.
+    The latter are those of ``Case.settle``, ``Case.begin_parts`` and ``start.begin``.
     """
 
     def whole(
@@ -227,8 +210,7 @@ def _whole(gears: Any, electrical: bool) -> Any:
         if sweeps > 0:
             step.evaluate(0.0, 0.0, m)
         step.surroundings(0.0, c, m)
-        if electrical:
-            begin_electric(c.settings.time_step, c, m)
+        step.begin_parts(c.settings.time_step, c, m)
         for _ in range(gear_sweeps):
             step.evaluate(0.0, 0.0, m)
             gears(m)
@@ -245,16 +227,16 @@ _CODES: dict[Any, Compiled] = {}
 def _code(simulation: Simulation, tables: bool) -> Compiled:
     """The march of a run and its start with their adjoints, compiled once for a controller and kind of turbine."""
     update = _entry(simulation.controller)
-    records = simulation.records
-    has_gears, electrical = "gear_modes" in simulation.case.arrays, simulation.model.has_electrical
+    records = simulation.loop.records
+    has_gears = "gear_modes" in simulation.case.arrays
     kinds = [types.int64, numba.typeof(update), types.int64, types.int64, *(numba.typeof(r) for r in records)]
     arrays = Memory.numbers(records)
-    key = (update, has_gears, electrical, tables, *kinds[4:], *arrays.items())
+    key = (update, has_gears, tables, *kinds[4:], *arrays.items())
     if key not in _CODES:
-        function = _whole(settle_gears if has_gears else _without_gears, electrical)
+        function = _whole(settle_gears if has_gears else _without_gears)
         law: Any = simulation.controller.update
         ours = all(each.__module__.startswith("meltemi.") for each in (law, *map(type, records)))
-        name = f"{law.__module__}.{law.__qualname__} {has_gears} {electrical} {kinds[2:]}" if ours else ""
+        name = f"{law.__module__}.{law.__qualname__} {has_gears} {kinds[2:]}" if ours else ""
         _CODES[key] = Compiled(function, kinds, arrays, wanted=None if tables else CONTROLLER, name=name)
     return _CODES[key]
 

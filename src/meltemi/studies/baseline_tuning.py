@@ -30,15 +30,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.core.units import rpm
 from meltemi.maths.tables import View
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build, operating_point
-from meltemi.simulation.trim import OperatingPoint
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import BaselineControl
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine

@@ -2,7 +2,7 @@
 
 Every scheme runs in every wind, in parallel; a wind field is generated once for all schemes. Each run gives the
 quantities of ``QUANTITIES`` after the initial transient (and in further windows), spectra, and for the first scheme the
-ceiling: the loads that ideal removal of 1P, and of 1P and 2P, would leave.
+ceiling: the loads that ideal removal of 1P, and of 1P and 2P, would leave. It is a reference, not a bound.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief, Card, Fold, badge
+from meltemi.core.representation import Card, Fold, badge
+from meltemi.core.shown import Brief
 from meltemi.core.units import display
 from meltemi.loadcases.batch import Outcome
 from meltemi.postprocess.bands import IdealRemoval, harmonic_bands, ideal_removal
@@ -32,7 +33,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.studies.run_store import SizedCases, current, resumed
 from meltemi.wind.fields import Wind
-from meltemi.wind.turbulence.field import AnyWind, realised
+from meltemi.wind.turbulent import AnyWind, realised
 
 Float = NDArray[np.float64]
 

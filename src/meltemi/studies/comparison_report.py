@@ -8,18 +8,19 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from meltemi.controllers.schemes import SchemeDesign
+from meltemi.controllers.tuning import LoopTuning, TunedPoint
 from meltemi.core.errors import InputError
 from meltemi.postprocess.ensemble import CONFIDENCE
+from meltemi.report.blocks import Code, Document, Picture, Section, Table
 from meltemi.report.comparison_plots import plot_changes
 from meltemi.report.ensemble_tables import change_text, ensemble_rows, scheme_rows
-from meltemi.report.html import Code, Picture, Section, Table, write_page
+from meltemi.report.html import write_page
 from meltemi.report.plots import new_figure, plot, save
 from meltemi.report.spectra_plots import plot_spectra
 from meltemi.report.tables import number, write_csv
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.compare import SPECTRA, WHOLE, Comparison, failure_line
-from meltemi.studies.schemes import SchemeDesign
-from meltemi.studies.tuning import LoopTuning, TunedPoint
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,7 +61,7 @@ def notes(comparison: Comparison) -> str:
 
 
 def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
-    """Header and rows of the ceiling: ideal removal of 1P, and of 1P and 2P, and the share each scheme reaches."""
+    """Header and rows of ideal removal of 1P, and of 1P and 2P, and the share of it that each scheme reaches."""
     base, *others = comparison.schemes
     table, units = comparison.table(), comparison.units()
     head = ["removed", "quantity", "unit", base, "left", "change %", *(f"share %\n{s}" for s in others)]
@@ -193,13 +194,15 @@ def write_comparison(
         if out / name not in files:
             (out / name).unlink(missing_ok=True)  # of an earlier comparison
     sections, lead = _sections(comparison, pictures, tunings, repeat), sentence(comparison)
-    return [*files, write_page(out / "comparison.html", title, sections, facts=facts, lead=lead, footer=footer)]
+    document = Document(title, sections, facts=list(facts), lead=lead, footer=footer)
+    return [*files, write_page(out / "comparison.html", document)]
 
 
-CEILING = (
-    "The reduction that a controller could reach at most: it would remove these harmonics of the blade root moment "
-    "completely and add nothing elsewhere. The bands extend a quarter of the rotor frequency, {rotor:.3f} Hz, to "
-    "either side of the harmonics. Shares are changes over the change of the ceiling."
+IDEAL = (
+    "The reduction if these harmonics were removed from the blade root moment completely, with everything else "
+    "unchanged. The bands extend a quarter of the rotor frequency, {rotor:.3f} Hz, to either side of the harmonics. "
+    "Shares are changes over this change. It is a reference, not a bound: a controller that also reduces loads at "
+    "other frequencies passes 100 %."
 )
 LOOPS = (
     "A loop at nP works on amplitudes, whose frequency has either sign: negative ones are dashed, with mirrored phase. "
@@ -220,10 +223,10 @@ def _sections(
     begin, end = comparison.windows[WHOLE]
     spectra = Picture(pictures["spectra"], f"Power spectral densities, {begin:g} to {end:g} s, mean over seeds.")
     series = Picture(pictures["series"], f"{comparison.winds[0]}: the first evaluated minute.")
-    ceiling = CEILING.format(rotor=comparison.rotor_frequency())
+    ideal = IDEAL.format(rotor=comparison.rotor_frequency())
     found = [
         Section("Results", numbers),
-        Section("Ceiling", [ceiling, Table(*ceiling_rows(comparison), text_columns=3)]),
+        Section("Ideal removal of 1P and 2P", [ideal, Table(*ceiling_rows(comparison), text_columns=3)]),
         Section("Spectra", [spectra]),
         Section("Series", [series]),
     ]

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.loadcases.batch import completed, simulate_batch
 from meltemi.maths.tables import View
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.bladed.rotor import BladedModel

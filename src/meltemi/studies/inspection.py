@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from meltemi.core.errors import InputError
-from meltemi.report.html import Picture, Section, Table, write_page
+from meltemi.report.blocks import Document, Picture, Section, Table
+from meltemi.report.html import write_page
 from meltemi.report.plots import plot_performance, plot_power_curve, save
 from meltemi.report.tables import power_curve_rows
 from meltemi.report.turbine_facts import fact_rows, mode_rows
@@ -67,9 +68,11 @@ def inspect_turbine(
         size = [("Rotor", f"{turbine.rotor_diameter:.4g} m"), ("Hub height", f"{turbine.hub_height:.4g} m")]
     if seen.problems:
         sections.append(Section("Missing data", [f"{what}: {why}" for what, why in seen.problems.items()]))
-    name, rated = turbine.description or turbine.name, f"{turbine.rated_power / 1e6:g} MW"
-    facts = [("Name", turbine.name), ("Rated power", rated), *size, ("Source", turbine.source or "not stated")]
-    page = write_page(out / "turbine.html", name, sections, facts=facts, footer=f"meltemi {meltemi.__version__}")
+    rated, described = f"{turbine.rated_power / 1e6:g} MW", turbine.description
+    told = [("Description", described)] if described else []
+    facts = [*told, ("Rated power", rated), *size, ("Source", turbine.source or "not stated")]
+    document = Document(turbine.name, sections, facts=facts, footer=f"meltemi {meltemi.__version__}")
+    page = write_page(out / "turbine.html", document)
     done(1.0)
     return seen, [page, picture]
 

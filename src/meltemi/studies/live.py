@@ -12,7 +12,16 @@ from time import monotonic
 from typing import Any
 
 from meltemi.control.controller import Controller
-from meltemi.control.supervisor.supervised import SupervisedController
+from meltemi.controllers.names import label
+from meltemi.controllers.schemes import equipped, make_controller
+from meltemi.controllers.specification import (
+    BaselineCase,
+    FixedCase,
+    check_files,
+    specification,
+    supervised_form,
+    uses_flaps,
+)
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.threads import one_blas_thread
 from meltemi.report.view import PLOTS, Look, View, view_of
@@ -31,11 +40,9 @@ from meltemi.simulation.events import (
 )
 from meltemi.simulation.live import SAMPLE, Air, LiveRun, LiveWind
 from meltemi.simulation.model import Model
+from meltemi.simulation.plan import model_channels
 from meltemi.simulation.rotors import build
 from meltemi.simulation.scene.record import Scene, packed
-from meltemi.simulation.simulate import model_channels
-from meltemi.studies.scheme_names import is_file, label
-from meltemi.studies.schemes import design_controllers, equipped, own_controller
 from meltemi.turbine.definition import Turbine
 
 LOG = 40
@@ -78,28 +85,42 @@ class Choice:
     operator: bool = True
 
 
-def choices(turbine: Turbine, own: str | None = None) -> dict[str, Choice]:
-    """Controllers for a turbine by name: baseline, supervised, load control under supervision, a Python file.
+MENU = {
+    "baseline": "Collective pitch, no supervision",
+    "supervised": "Start, stop, protection, power limit",
+    "ipc": "Supervised, individual pitch (1P)",
+    "cpfc": "Supervised, individual pitch and flaps",
+}
+"""Controllers of the page beside the one that it begins with."""
+
+
+def choices(turbine: Turbine, first: str = "supervised") -> dict[str, Choice]:
+    """Controllers of a page by label: those of its menu, and the one that it begins with.
+
+    Schemes are under supervision, so that they start and stop.
 
     Args:
-      own: path of a Python file with ``controller(turbine)``.
+      first: a name or file of docs/guide/controller-names.md.
+
+    Raises:
+      InputError: there is no such name or file.
     """
     plain = build(turbine)
 
-    def designed(scheme: str) -> tuple[Model[Any], Controller]:
-        model = build(equipped(turbine, [scheme]))
-        settings = design_controllers(with_blades(model, "load control"), [scheme]).settings[scheme]
-        return model, SupervisedController(model.turbine, load=settings)
+    def choice(name: str, about: str) -> Choice:
+        case = specification(name)
+        check_files(case)
+        if isinstance(case, BaselineCase) and case.scheme is not None:
+            case = supervised_form(case) or case
 
-    found = {
-        "baseline": Choice("Collective pitch, no supervision", lambda: (plain, None), operator=False),
-        "supervised": Choice("Start, stop, protection, power limit", lambda: (plain, SupervisedController(turbine))),
-        "ipc": Choice("Supervised, individual pitch (1P)", lambda: designed("ipc")),
-        "cpfc": Choice("Supervised, individual pitch and flaps", lambda: designed("cpfc")),
-    }
-    if own:
-        found[label(own)] = Choice(f"From {own}", lambda: (plain, own_controller(own, turbine)))
-    return found
+        def made() -> tuple[Model[Any], Controller | None]:
+            model = build(equipped(turbine, [name])) if uses_flaps(case) else plain
+            return model, None if case == BaselineCase() else make_controller(case, model)
+
+        return Choice(about, made, operator=not isinstance(case, BaselineCase | FixedCase))
+
+    named = MENU if label(first) in MENU else MENU | {first: f"From {first}"}
+    return {label(name): choice(name, about) for name, about in named.items()}
 
 
 def faults(model: BladedModel) -> dict[str, tuple[str, BaseEvent]]:
@@ -125,7 +146,7 @@ class Session:
 
     Args:
       turbine: with blades.
-      controller: one of :func:`choices`, or the path of a Python file.
+      controller: a name or file of docs/guide/controller-names.md.
       wind_speed, turbulence: at the start, [m/s] and intensity [-].
       seed: of the turbulence.
       tell: called with a line before work that takes seconds.
@@ -144,13 +165,9 @@ class Session:
         seed: int = 1,
         tell: Callable[[str], None] = lambda line: None,
     ) -> None:
-        own = controller if is_file(controller) else None
         self.turbine, self.tell, self.number = turbine, tell, 0
-        self.choices = choices(turbine, own)
+        self.choices = choices(turbine, controller)
         self.controller = label(controller)
-        if self.controller not in self.choices:
-            hint = did_you_mean(controller, self.choices)
-            raise InputError(f"controller {controller!r}: {hint} (or give a Python file)")
         rated = turbine.rated_power / 1e6
         unit, factor = ("MW", 1e-6) if rated >= 1.0 else ("kW", 1e-3)
         most = round(turbine.rated_power * factor, 3)

@@ -47,6 +47,14 @@ def steady_pitch(model: BladedModel) -> tuple[float, Float]:
     return float(speeds[0]), np.array([operating_point(model, float(u)).pitch for u in speeds])
 
 
+def pitch_lead(model: BladedModel, frequency: float) -> float:
+    """[s] delay of a low-pass of the given corner [rad/s] and of the pitch actuator (C-41)."""
+    actuator = model.turbine.pitch_actuator
+    if actuator.kind == "ideal":
+        return 1.0 / frequency
+    return 1.0 / frequency + 2.0 * actuator.damping_ratio / actuator.natural_frequency
+
+
 def preview_of(
     model: BladedModel, wind: Wind, table: tuple[float, Float] | None = None, *, frequency: float = FREQUENCY
 ) -> Preview:
@@ -63,15 +71,18 @@ def preview_of(
     """
     if not isinstance(wind, WindBox):
         raise InputError(f"preview: expected a wind box, found {type(wind).__name__}")
-    turbine, actuator = model.turbine, model.turbine.pitch_actuator
+    turbine = model.turbine
     first, pitch = table or steady_pitch(model)
-    lead = 1.0 / frequency
-    if actuator.kind != "ideal":
-        lead += 2.0 * actuator.damping_ratio / actuator.natural_frequency
     average = rotor_average(wind, turbine.hub_height, turbine.rotor_radius)
     # plane k passes the tower at box.passing[k]; the rotor stands an overhang upwind of it
     passing = wind.passing - turbine.nacelle.overhang / wind.speed
     even = np.interp(wind.dt * np.arange(len(average)), passing, average)
     return Preview(
-        wind=even, time_step=wind.dt, lead=lead, frequency=frequency, first_speed=first, spacing=SPACING, pitch=pitch
+        wind=even,
+        time_step=wind.dt,
+        lead=pitch_lead(model, frequency),
+        frequency=frequency,
+        first_speed=first,
+        spacing=SPACING,
+        pitch=pitch,
     )

@@ -25,7 +25,7 @@ from meltemi.control.actuators import Actuators
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint, dual_entry
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.maths.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
@@ -33,13 +33,14 @@ from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.blades import blade_model
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
+from meltemi.simulation.plan import first_point
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build, default_step, kind_of
 from meltemi.simulation.run import Run
-from meltemi.simulation.simulate import Simulation, first_point, march
+from meltemi.simulation.simulate import Simulation, march
 from meltemi.turbine.exchange import Drive, PitchMotion
-from meltemi.wind.turbulence.field import realised
+from meltemi.wind.turbulent import realised
 
 Float = NDArray[np.float64]
 
@@ -333,6 +334,7 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
 def tables(model: Model[Any]) -> dict[str, Float]:
     """Arrays of a model that depend on the turbine's description."""
     own = {name: model.array(name) for name in kind_of(model).tables}
+    own |= {name: array for part in model.parts for name, array in vars(part).items()}
     return own | (model.rotor.blade_arrays if isinstance(model.rotor, BladedRotor) else {})
 
 

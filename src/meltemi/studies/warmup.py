@@ -86,7 +86,8 @@ def _process(name: str) -> Stage:
 
 
 def _machine(**options: Any) -> tuple[Any, Any]:
-    """A model and a wind; all turbines, winds and options, but for ``blade_model``, use the same machine code."""
+    """A model and a wind; all turbines, winds and options, but for ``blade_model`` and
+    ``electrical``, use the same machine code."""
     from meltemi.simulation.options import ModelOptions
     from meltemi.simulation.rotors import build
     from meltemi.turbine.library import load_turbine
@@ -118,6 +119,22 @@ def _modal_blades() -> None:
     from meltemi.simulation.simulate import simulate
 
     simulate(*_machine(blade_model="modal"), duration=0.1)
+
+
+def _electrical() -> None:
+    """Time loop of a turbine with an electrical system."""
+    from meltemi.simulation.options import ModelOptions
+    from meltemi.simulation.rotors import build
+    from meltemi.simulation.simulate import simulate
+    from meltemi.turbine.electrical import size_electrical
+    from meltemi.turbine.library import load_turbine
+    from meltemi.wind.fields import SteadyWind
+
+    turbine = load_turbine("nrel5mw")
+    law = turbine.control
+    sized = size_electrical(rated_power=law.torque.rated_power, rated_speed=law.pitch.reference_speed)
+    model = build(turbine.replace(electrical=sized), ModelOptions(electrical="averaged"))
+    simulate(model, SteadyWind(speed=12.0), duration=0.1)
 
 
 def _turbulence() -> None:
@@ -172,6 +189,7 @@ STAGES: dict[str, Callable[[], None]] = {
     "derivatives": _derivatives,
     "runs": _runs,
     "modal blades": _modal_blades,
+    "electrical": _electrical,
     "section loads": _section_loads,
     "stepping": _stepping,
     "turbulence": _turbulence,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from meltemi.controllers.specification import BaselineCase, FixedCase, NamedCase, PowerCase
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import text_of, write_text
 from meltemi.core.record import Record
@@ -21,7 +22,7 @@ from meltemi.core.yamlfile import read_record, validated, write_record
 from meltemi.loadbase.engine import Progress, run_jobs
 from meltemi.loadbase.jobs import Job, case_key
 from meltemi.loadbase.store import Store
-from meltemi.loadcases.case import BaselineCase, ControllerCase, FixedCase, LoadCase, PowerCase
+from meltemi.loadcases.case import LoadCase
 from meltemi.surrogate.space import UNITS, USUAL, Space, site_space, space_filling
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
@@ -70,7 +71,7 @@ class SurrogateCampaign(Record):
     """[s] evaluated."""
     transient: float = Field(default=60.0, ge=0.0)
     """[s] not evaluated."""
-    controller: ControllerCase = BaselineCase()
+    controller: NamedCase = BaselineCase()
     """Controller, as in a case file; power control where ``power_reference`` is a variable."""
     options: dict[str, Any] = Field(default_factory=dict)
     """Model options, as in a case file."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import need
 from meltemi.surrogate.campaign import SurrogateCampaign, SurrogateDesign
 from meltemi.surrogate.model import Float, Kernels, LoadModel, Polynomials, Surrogate, legendre_products
 from meltemi.surrogate.space import Space
@@ -117,12 +118,11 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
     """
     from scipy.linalg import cho_factor, cho_solve
 
-    try:
-        from sklearn.gaussian_process import GaussianProcessRegressor
-        from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
-    except ImportError:
-        raise InputError("kind gaussian needs scikit-learn: pip install scikit-learn") from None
+    need("kind gaussian", "scikit-learn")
     from warnings import catch_warnings
+
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
     kernel = ConstantKernel(4.0, (1e-2, 1e2)) * RBF(np.ones(germ.shape[1]), (0.1, 100.0)) + WhiteKernel(
         0.05, (1e-8, 2.0)

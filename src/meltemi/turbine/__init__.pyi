@@ -1,3 +1,4 @@
+from meltemi.studies.scaling import scale_turbine as scale_turbine
 from meltemi.turbine.definition import Flap as Flap
 from meltemi.turbine.definition import FlapIncrements as FlapIncrements
 from meltemi.turbine.definition import Turbine as Turbine
@@ -23,6 +24,5 @@ from meltemi.turbine.power_turbine import HeierCoefficient as HeierCoefficient
 from meltemi.turbine.power_turbine import PowerTurbine as PowerTurbine
 from meltemi.turbine.power_turbine import Shaft as Shaft
 from meltemi.turbine.power_turbine import TableCoefficient as TableCoefficient
-from meltemi.turbine.scaling import ComponentMasses as ComponentMasses
-from meltemi.turbine.scaling import scale_turbine as scale_turbine
-from meltemi.turbine.scaling import typical_masses as typical_masses
+from meltemi.turbine.typical import ComponentMasses as ComponentMasses
+from meltemi.turbine.typical import typical_masses as typical_masses

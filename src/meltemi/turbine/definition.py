@@ -9,20 +9,27 @@ blades upwind. Units are SI throughout: metre, kilogram, second, radian, newton,
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from meltemi.core.deferred import deferred
 from meltemi.core.record import Array, Record, Vector
 from meltemi.maths.tables import MAX_FLAPS
 from meltemi.turbine.checks import above_ground, angles, ordered, per_station, positive, stations
-from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.exchange import ActuatorModel
-from meltemi.turbine.gearbox import Gearbox
-from meltemi.turbine.ice import Icing
 from meltemi.turbine.imbalance import Imbalance, deviations
 from meltemi.turbine.representation import Machine
+
+if TYPE_CHECKING:
+    from meltemi.turbine.electrical import ElectricalSystem
+    from meltemi.turbine.gearbox import Gearbox
+    from meltemi.turbine.ice import Icing
+else:
+    Icing = deferred("meltemi.turbine.ice", "Icing")
+    Gearbox = deferred("meltemi.turbine.gearbox", "Gearbox")
+    ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
 
 HALF_TURN = math.pi
 
@@ -499,6 +506,19 @@ class Foundation(Record):
         return self
 
 
+class PitchFriction(Record):
+    """Dry friction of the pitch bearings: a constant, and a part in proportion to the load on the bearing."""
+
+    torque: float = Field(default=0.0, ge=0.0)
+    """[N m] of the unloaded bearing, seals and drive."""
+    coefficient: float = Field(default=0.0, ge=0.0, lt=0.1)
+    """Friction coefficient of the raceways [-], 0.003 to 0.006 for ball bearings."""
+    diameter: float = Field(default=0.0, ge=0.0)
+    """[m] of the raceway."""
+    inertia: float = Field(gt=0.0)
+    """[kg m^2] of blade and drive about the pitch axis."""
+
+
 class PitchActuator(Record):
     """Pitch actuator with limits; ``kind: ideal`` follows its demand without delay."""
 
@@ -513,11 +533,15 @@ class PitchActuator(Record):
     """[rad] smallest pitch."""
     maximum: float = Field(gt=-1.6, lt=3.2)
     """[rad] largest pitch."""
+    friction: PitchFriction | None = None
+    """Dry friction of the bearings; without it there is none."""
     source: str = ""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         ordered(self, "minimum", "maximum")
+        if self.friction is not None and self.kind != "second_order":
+            raise ValueError(f"friction needs kind: second_order, the actuator is {self.kind}")
         return self
 
 

@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
+from meltemi.environment.grid import NOMINAL_FREQUENCY
 from meltemi.turbine.checks import ordered
 
 LINE = math.sqrt(1.5)
@@ -361,8 +362,8 @@ class ElectricalSystem(Record):
 
 
 def nominal_frequency(system: ElectricalSystem | None) -> float:
-    """[Hz] of the grid; 50 Hz without a system."""
-    return 50.0 if system is None else system.frequency
+    """[Hz] of the grid."""
+    return NOMINAL_FREQUENCY if system is None else system.frequency
 
 
 LEAST, MOST = 1e-6, 1e12

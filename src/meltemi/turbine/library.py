@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib.metadata import PackageNotFoundError, distribution
+from importlib.metadata import distribution
 from pathlib import Path
-from typing import Literal, overload
+from typing import TYPE_CHECKING, Literal, overload
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import BY_NAME, need
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import merged, parse, read_mapping, read_text, validated, write_record
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
-from meltemi.turbine.windio import read_windio
 
-Aeroelastic = Literal["nrel5mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
+if TYPE_CHECKING:
+    from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
+
+Aeroelastic = Literal["nrel5mw", "iea10mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
 
 DATA = Path(__file__).parent / "data"
 WINDIO = "windIO/examples/turbine"
@@ -25,13 +27,15 @@ class LibraryEntry(Record):
     """Summary of a library turbine, available without loading it."""
 
     file: str
-    """The turbine, or what its windIO file lacks."""
+    """The turbine, or what its windIO file or HAWC2 model lacks."""
     kind: Literal["aeroelastic", "power coefficient"] = "aeroelastic"
     """Aeroelastic, or with a power coefficient."""
     base: str | None = None
     """Turbine of the library that the file changes; without it the file is whole."""
     windio: str | None = None
     """File of the windIO package that it is read from."""
+    hawc2: str | None = None
+    """Main file of the HAWC2 model that it is read from."""
     rated_power: float
     """[W] electrical."""
     rotor_diameter: float
@@ -58,6 +62,12 @@ def list_turbines() -> list[str]:
     return sorted(library_entries())
 
 
+def packages_of(name: str) -> tuple[str, ...]:
+    """Optional packages that have the data of a library turbine; none for others."""
+    entry = library_entries().get(name)
+    return () if entry is None or entry.windio is None else ("windIO",)
+
+
 @overload
 def load_turbine(name: Aeroelastic) -> Turbine: ...
 @overload
@@ -65,7 +75,7 @@ def load_turbine(name: Literal["pmsg20mw", "pmsg20mw-bem"]) -> PowerTurbine: ...
 @overload
 def load_turbine(name: str | Path) -> AnyTurbine: ...
 def load_turbine(name: str | Path) -> AnyTurbine:
-    """Load a turbine from the library by name, or from a YAML file or OpenFAST deck (.fst) by path.
+    """Load a turbine from the library by name, or from a YAML file, OpenFAST deck (.fst) or HAWC2 model (.htc) by path.
 
     Raises:
       InputError: no such turbine or file, or the file does not describe a valid turbine, or the turbine's data are in
@@ -78,6 +88,10 @@ def load_turbine(name: str | Path) -> AnyTurbine:
         from meltemi.turbine.openfast import read_openfast
 
         return read_openfast(path)
+    if path.suffix == ".htc":
+        from meltemi.turbine.hawc2 import read_hawc2_model
+
+        return read_hawc2_model(path)
     if path.suffix in (".yaml", ".yml") or path.exists():
         return read_turbine(path)
     raise InputError(
@@ -92,8 +106,15 @@ def _from_library(name: str) -> AnyTurbine:
     if entry.base is not None:
         where = f"{entry.file} with {library_entries()[entry.base].file}"
         return validated(merged(_from_library(entry.base).content(), read_mapping(DATA / entry.file)), Turbine, where)
+    if entry.hawc2 is not None:
+        from meltemi.turbine.hawc2 import read_hawc2_model
+
+        model = read_hawc2_model(DATA / entry.hawc2).content()
+        return validated(merged(model, read_mapping(DATA / entry.file)), Turbine, f"{entry.file} with {entry.hawc2}")
     if entry.windio is None:
         return read_turbine(DATA / entry.file)
+    from meltemi.turbine.windio import read_windio
+
     return read_windio(windio_file(entry.windio, name), DATA / entry.file)
 
 
@@ -105,8 +126,11 @@ def read_turbine(path: Path) -> AnyTurbine:
     """
     text = read_text(path)
     data = parse(text, path, "a turbine")
-    kind: type[AnyTurbine] = PowerTurbine if "coefficient" in data and "blade" not in data else Turbine
-    return validated(data, kind, where=str(path), text=text)
+    if "coefficient" in data and "blade" not in data:
+        from meltemi.turbine.power_turbine import PowerTurbine
+
+        return validated(data, PowerTurbine, where=str(path), text=text)
+    return validated(data, Turbine, where=str(path), text=text)
 
 
 def windio_file(name: str, wanted_for: str) -> Path:
@@ -115,13 +139,11 @@ def windio_file(name: str, wanted_for: str) -> Path:
     Raises:
       InputError: the package is not installed, or has no such file.
     """
-    install = "pip install 'windIO>=2.1,<3'"
-    try:
-        package = distribution("windIO")
-    except PackageNotFoundError:
-        raise InputError(f"the data of {wanted_for} are in the package windIO, which is missing: {install}") from None
+    need(f"turbine {wanted_for}", "windIO")
+    package = distribution("windIO")
     path = Path(str(package.locate_file(f"{WINDIO}/{name}")))
     if not path.is_file():
+        install = f"pip install {BY_NAME['windIO']!r}"
         raise InputError(f"windIO {package.version} has no {WINDIO}/{name}, the data of {wanted_for}: {install}")
     return path
 

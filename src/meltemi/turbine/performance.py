@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 
 Float = NDArray[np.float64]
 

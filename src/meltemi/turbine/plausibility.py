@@ -4,21 +4,23 @@ Masses go by NREL's Cost and Scaling Model, frequencies by the speed of the roto
 have frequencies in proportion to it (Burton et al. 2011, section 5.1). Bands are so wide that a turbine beyond them is
 either wrong or very special.
 
-References: Fingersh, Hand and Laxson (2006), NREL/TP-500-40566, with the update of 2015 (``scaling.typical``).
+References: Fingersh, Hand and Laxson (2006), NREL/TP-500-40566, with the update of 2015 (``turbine.typical``).
 """
 
 from __future__ import annotations
 
 from math import sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.power_turbine import AnyTurbine
-from meltemi.turbine.scaling.blade import blade_moments
-from meltemi.turbine.scaling.tower import cumulative
-from meltemi.turbine.scaling.typical import typical_masses
+from meltemi.turbine.moments import blade_moments, cumulative
+from meltemi.turbine.typical import typical_masses
+
+if TYPE_CHECKING:
+    from meltemi.turbine.power_turbine import AnyTurbine
 
 LEAST_DIAMETER = 40.0
 """[m] below which the regressions of masses say nothing."""

@@ -11,17 +11,22 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from meltemi.core.deferred import deferred
 from meltemi.core.errors import InputError
 from meltemi.core.record import Array, Record, Vector
 from meltemi.turbine.checks import above_ground, ordered
 from meltemi.turbine.definition import BaselineControl, Flap, PitchActuator, Turbine, YawDrive
-from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.representation import Machine
+
+if TYPE_CHECKING:
+    from meltemi.turbine.electrical import ElectricalSystem
+else:
+    ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
 
 
 class HeierCoefficient(Record):

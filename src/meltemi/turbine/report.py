@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.turbine.definition import Turbine
 
 Kind = Literal["approximated", "ignored", "used", "equivalent", "not needed"]
@@ -42,6 +42,27 @@ class ImportedTurbine(Brief):
     def noted(self, kind: Kind) -> list[ImportNote]:
         """The notes of one kind."""
         return [note for note in self.notes if note.kind == kind]
+
+
+@dataclass(frozen=True, repr=False)
+class ImportedModel(ImportedTurbine):
+    """An imported model: a turbine with the options and the case of the program that it is of.
+
+    Attributes:
+      options: what to give to ``ModelOptions`` to have the degrees of freedom and aerodynamic models of the model.
+      environment: gravity and air density, for ``Environment``.
+      wind: as in a case file, paths absolute; None if the model's wind is not one that a case file can name.
+      duration: [s].
+      output_step: [s].
+      start: rotor speed [rad/s], pitch [rad] and azimuth [rad] of blade 1 with which that program would begin.
+    """
+
+    options: dict[str, Any] = field(default_factory=dict)
+    environment: dict[str, float] = field(default_factory=dict)
+    wind: dict[str, Any] | None = None
+    duration: float = 60.0
+    output_step: float = 0.05
+    start: dict[str, float] = field(default_factory=dict)
 
 
 def report_text(notes: Sequence[ImportNote], title: str) -> str:

@@ -7,8 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from meltemi.core.record import Record
-from meltemi.core.representation import Card, Fold, Viewed, record_card
+from meltemi.core.shown import Viewed
 from meltemi.core.units import display
+
+if TYPE_CHECKING:
+    from meltemi.core.representation import Card
 
 
 class Machine(Record, Viewed):
@@ -32,6 +35,8 @@ class Machine(Record, Viewed):
 
     def card(self) -> Card:
         """The key figures, then all parts, folded."""
+        from meltemi.core.representation import Fold, record_card
+
         whole = record_card(self)
         others = [row for row in whole.facts if row[0] not in ("name", "description", "source", "rated power")]
         source = [("source", self.source)] if self.source else []

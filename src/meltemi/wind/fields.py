@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
@@ -14,9 +15,13 @@ from pydantic import Field, model_validator
 from meltemi.core.display import rounded
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
-from meltemi.core.representation import Brief, Card, Fold, Viewed, sparkline
+from meltemi.core.series import changing
+from meltemi.core.shown import Brief, Viewed
 from meltemi.maths.tables import View
 from meltemi.wind.velocity import WindField, WindNow, WindParameters
+
+if TYPE_CHECKING:
+    from meltemi.core.representation import Card
 
 
 class SteadyWind(Record, Viewed):
@@ -127,6 +132,11 @@ class WindSeries(Record, Viewed):
         """Short description, for titles and metadata."""
         return self.source or "wind series"
 
+    @property
+    def changes(self) -> tuple[float, float] | None:
+        """[s] begin and end of what changes, of a gust for example; None for a constant wind."""
+        return changing(self.time, *(getattr(self, name) for name in WindNow.names if name != "time"))
+
     def __repr__(self) -> str:
         return f"<WindSeries {self.label}: {len(self.time)} times, {self.time[0]:g} to {self.time[-1]:g} s>"
 
@@ -202,6 +212,7 @@ class WindBox(Brief, Viewed):
 
     def card(self) -> Card:
         """Grid, and the wind at the middle of the grid."""
+        from meltemi.core.representation import Card, Fold, sparkline
 
         facts = [
             ("grid", self._grid()),
@@ -343,21 +354,27 @@ NO_BOX = np.zeros((2, 2, 2, 3), dtype=np.float32)
 NO_SERIES = np.zeros((1, len(WindNow.fields)))
 
 
-def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> dict[str, NDArray[Any]]:
-    """Arrays of the record ``WindField`` of a wind for a turbine, by name."""
+def wind_arrays(
+    wind: Wind, hub_height: float, rotor_diameter: float, origin: tuple[float, float] = (0.0, 0.0)
+) -> dict[str, NDArray[Any]]:
+    """Arrays of the record ``WindField`` of a wind for a turbine, by name.
+
+    Args:
+      origin: (x, y) [m] of the turbine in the axes of the wind: a box passes there later; a series has no place.
+    """
     array = WindParameters.zeros()
     view = View(WindParameters, array)
     view["reference_height"], view["reference_length"] = hub_height, rotor_diameter
     view["box_speed"] = view["box_dt"] = view["box_dy"] = view["box_dz"] = view["box_z"] = 1.0
     if isinstance(wind, WindBox):
         view["kind"] = 1.0
-        _put_box(view, wind, wind.speed, wind.direction)
+        _put_box(view, wind, wind.speed, wind.direction, origin)
         return _arrays(array, NO_SERIES, wind.velocity)
     if isinstance(wind, SharedTurbulence):
         arrays = wind_arrays(wind.mean, hub_height, rotor_diameter)
         view = View(WindParameters, arrays["wind"])
         view["kind"], view["gain"] = 2.0, wind.sigma
-        _put_box(view, wind.field, mean_speed(wind, hub_height), wind.mean.direction)
+        _put_box(view, wind.field, mean_speed(wind, hub_height), wind.mean.direction, origin)
         view["box_x"] += wind.begin
         return arrays | {"box": wind.field.velocity}
     if wind.reference_height is not None:
@@ -373,7 +390,7 @@ def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> dict[st
     return _arrays(array, np.ascontiguousarray(series), NO_BOX)
 
 
-def _put_box(view: View, box: WindBox, speed: float, direction: float) -> None:
+def _put_box(view: View, box: WindBox, speed: float, direction: float, origin: tuple[float, float]) -> None:
     """Parameters of a box that travels with ``speed`` [m/s]; its planes keep their distance."""
     view["box_speed"], view["box_dt"], view["box_dy"], view["box_dz"] = (
         speed,
@@ -381,8 +398,15 @@ def _put_box(view: View, box: WindBox, speed: float, direction: float) -> None:
         box.dy,
         box.dz,
     )
-    view["box_y"], view["box_z"], view["box_x"] = -0.5 * box.width, box.bottom, box.lead
+    along, across = in_axes(direction, *origin)
+    view["box_y"], view["box_z"], view["box_x"] = -0.5 * box.width - across, box.bottom, box.lead - along
     view["box_direction"], view["periodic"] = direction, float(box.periodic)
+
+
+def in_axes(direction: float, x: float, y: float) -> tuple[float, float]:
+    """Components of a horizontal vector along and across a wind direction [rad]."""
+    c, s = math.cos(direction), math.sin(direction)
+    return x * c - y * s, x * s + y * c
 
 
 def _arrays(
@@ -462,26 +486,45 @@ def unusual(wind: Any) -> list[str]:
     return said
 
 
-def check_coverage(wind: Wind, *, hub_height: float, radius: float, reach: float, duration: float) -> None:
-    """Raise an error for a box that is too small or too short for the turbine.
+def check_coverage(
+    wind: Wind,
+    *,
+    hub_height: float,
+    radius: float,
+    reach: float,
+    duration: float,
+    origin: tuple[float, float] = (0.0, 0.0),
+) -> None:
+    """Raise an error for a box that is too small or too short for the turbine, or a gust outside the run.
 
     Args:
       hub_height, radius: [m] of the rotor.
       reach: [m] how far the rotor extends up- and downwind of the tower axis.
       duration: [s] of the run.
+      origin: (x, y) [m] of the turbine in the axes of the wind.
 
     Raises:
       InputError: naming what is too small, how much is there and how much is needed.
     """
+    if isinstance(wind, WindSeries) and (span := wind.changes) and not (span[0] < duration and span[1] > 0.0):
+        raise InputError(
+            f"{wind.label}: the wind changes from {span[0]:g} s to {span[1]:g} s only, outside the run of "
+            f"{duration:g} s: let it begin earlier, or simulate longer"
+        )
     if isinstance(wind, SharedTurbulence):
         name, box, speed, ahead = wind.label, wind.field, mean_speed(wind, hub_height), wind.begin + reach
     elif isinstance(wind, WindBox):
         name, box, speed, ahead = wind.label, wind, wind.speed, reach
     else:
         return
+    direction = wind.mean.direction if isinstance(wind, SharedTurbulence) else box.direction
+    along, across = in_axes(direction, *origin)
+    ahead -= along
     problems: list[str] = []
-    if box.width < 2.0 * radius:
-        problems.append(f"it is {box.width:g} m wide, the rotor needs {2.0 * radius:.1f} m")
+    if not box.periodic and along > box.lead:
+        problems.append(f"it begins {box.lead:g} m downwind of its origin, and the turbine stands at {along:g} m")
+    if box.width < 2.0 * (radius + abs(across)):
+        problems.append(f"it is {box.width:g} m wide, the rotor needs {2.0 * (radius + abs(across)):.1f} m")
     if box.top < hub_height + radius:
         problems.append(f"it reaches up to {box.top:g} m, the rotor to {hub_height + radius:.1f} m")
     if box.bottom > hub_height - radius:

@@ -29,13 +29,15 @@ def with_gust(box: WindBox, gust: WindSeries) -> WindBox:
 
     Raises:
       InputError: the profile of the series changes in time, its shear has no reference length or height, or the box
-        is periodic: the gust would come again.
+        is periodic: the gust would come again, or the gust lies outside the box.
     """
     if np.ptp(gust.exponent) > 0.0:
         raise InputError(f"{gust.label}: a power law that changes in time cannot be added to a box")
     if box.periodic:
         raise InputError(f"{box.label}: it is periodic, and the gust would repeat: generate it with periodic=False")
     velocity, time = box.velocity, box.passing
+    if (span := gust.changes) and not (span[0] < time[-1] and span[1] > time[0]):
+        raise InputError(f"{gust.label}: it begins at {span[0]:g} s, but the box ends at {time[-1]:g} s")
 
     def now(name: str, *, change: bool = False) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         column = getattr(gust, name)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from importlib import import_module
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from meltemi.core.record import Record, Vector
-from meltemi.core.representation import Viewed
+from meltemi.core.shown import Viewed
+from meltemi.wind.fields import SteadyWind, Wind, WindBox
+
+if TYPE_CHECKING:
+    from meltemi.turbine.power_turbine import AnyTurbine
 
 
 class HubSeries(Record):
@@ -97,3 +102,19 @@ class TurbulentWind(Record, Viewed):
         if self.hub_series is not None:
             parts.append("through a measured series")
         return ", ".join([*parts, f"seed {self.seed}"])
+
+
+SYNTHESIS = "meltemi.wind.turbulence.field"
+"""Module that makes fields of turbulent winds; it is imported for the first of them."""
+AnyWind = Wind | TurbulentWind
+"""What a run takes as wind."""
+
+
+def realised(wind: float | AnyWind, turbine: AnyTurbine, duration: float) -> Wind:
+    """The wind for a simulation: a speed [m/s] becomes a steady wind, a turbulent wind becomes a field."""
+    if isinstance(wind, int | float):
+        return SteadyWind(speed=wind)
+    if not isinstance(wind, TurbulentWind):
+        return wind
+    field: WindBox = import_module(SYNTHESIS).generate_field(wind, turbine, duration)
+    return field

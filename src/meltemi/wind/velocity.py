@@ -20,6 +20,7 @@ from meltemi.maths.generic import neighbours, where, whole
 from meltemi.maths.records import Array1, Array2, Box, Constant
 from meltemi.maths.tables import Table, number
 from meltemi.maths.vectors import Vec
+from meltemi.numbers.dispatch import by_record
 from meltemi.numbers.records import Record
 
 
@@ -155,8 +156,8 @@ def row(m: WindField, i: int, k: int, j: int, b: float) -> Vec:
 
 
 @kernel
-def wind_velocity(p: Vec, t: float, m: WindField) -> Vec:
-    """Wind velocity [m/s] at point p [m] and time t [s], inertial axes; of a series at the time of ``m.now``."""
+def ambient_velocity(p: Vec, t: float, m: WindField) -> Vec:
+    """Velocity [m/s] of the described wind."""
     if m.wind.kind == 0.0:
         return series_velocity(p, m)
     u = box_velocity(p, t, m)
@@ -164,3 +165,16 @@ def wind_velocity(p: Vec, t: float, m: WindField) -> Vec:
         return u
     mean, gain = series_velocity(p, m), m.wind.gain
     return Vec(mean.x + gain * u.x, mean.y + gain * u.y, mean.z + gain * u.z)
+
+
+@by_record
+def wind_velocity(p: Vec, t: float, m: WindField) -> Vec:
+    """Wind velocity [m/s] at point p [m] and time t [s], inertial axes; of a series at the time of ``m.now``.
+
+    A part that adds to the described wind, such as the wakes of other turbines, is a variant for its class of records,
+    which calls :func:`ambient_velocity`.
+    """
+    raise NotImplementedError
+
+
+wind_velocity.variant(ambient_velocity)

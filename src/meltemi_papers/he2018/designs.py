@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.load_control import HarmonicLoop
+from meltemi.controllers.names import SCHEMES, Target
+from meltemi.controllers.tuning import LoopTuning, tune_loops
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel
 from meltemi.studies.preview import FREQUENCY, rotor_average
-from meltemi.studies.scheme_names import SCHEMES, Target
-from meltemi.studies.tuning import LoopTuning, tune_loops
 from meltemi.wind.fields import WindBox
 
 Float = NDArray[np.float64]

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from meltemi.controllers.names import SCHEMES
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.run_store import guarded
-from meltemi.studies.scheme_names import SCHEMES
 from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.he2018 import beyond, search
 from meltemi_papers.he2018.claims import ceilings, change, claims, edgewise, likelihood, minutes, percent, reasons

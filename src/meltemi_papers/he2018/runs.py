@@ -11,6 +11,8 @@ import numpy as np
 
 from meltemi.control.controller import Controller
 from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController, SpeedNotch
+from meltemi.controllers.names import SCHEMES
+from meltemi.controllers.tuning import linear_models, scaled, speed_notch, tune_loops
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel
 from meltemi.simulation.options import ModelOptions
@@ -18,14 +20,12 @@ from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.preview import preview_of, steady_pitch
 from meltemi.studies.run_store import FailedResult, attempt
-from meltemi.studies.scheme_names import SCHEMES
-from meltemi.studies.tuning import linear_models, scaled, speed_notch, tune_loops
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.iec.winds import ntm
-from meltemi.wind.turbulence.field import AnyWind
+from meltemi.wind.turbulent import AnyWind
 from meltemi_papers.he2018.designs import LIDARS, Lidar, Tunings, designs, measured
 from meltemi_papers.study import Progress
 

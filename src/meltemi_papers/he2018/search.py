@@ -24,7 +24,7 @@ from scipy.special import digamma
 from scipy.stats import chi2
 
 from meltemi.core.errors import InputError
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.studies.compare import Comparison

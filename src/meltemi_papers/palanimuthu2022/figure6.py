@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.site import STANDARD
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi_papers.claim import UNCHECKED, Claim, listed
 from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.machine import CALIBRATED, density, rotor

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.studies.run_store import attempt
+from meltemi.turbine.library import packages_of
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.palanimuthu2022 import beyond
 from meltemi_papers.palanimuthu2022.beyond.coordination import (
@@ -25,7 +26,7 @@ from meltemi_papers.palanimuthu2022.beyond.coordination import (
     bench,
     bench_chapter,
 )
-from meltemi_papers.palanimuthu2022.claims import REASONS, formula_claims
+from meltemi_papers.palanimuthu2022.claims import BLADES_IN_RAIN, RAIN, REASONS, formula_claims
 from meltemi_papers.palanimuthu2022.diagrams import diagram
 from meltemi_papers.palanimuthu2022.figure6 import gains_table, mean_gains
 from meltemi_papers.palanimuthu2022.figures import climate, plane, rain, rain_power
@@ -183,4 +184,5 @@ STUDY = Study(
     figures=FIGURES,
     contents=contents,
     parts=beyond.PARTS,
+    parts_need=dict.fromkeys((RAIN, "loads on an aeroelastic turbine"), packages_of(BLADES_IN_RAIN)),
 )

@@ -25,7 +25,7 @@ from meltemi.simulation.start import Start
 from meltemi.studies.run_store import cells
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.turbulence.field import AnyWind
+from meltemi.wind.turbulent import AnyWind
 from meltemi_papers.palanimuthu2022 import paper, winds
 from meltemi_papers.palanimuthu2022.machine import (
     BLADES,

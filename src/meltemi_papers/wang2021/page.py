@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.report.state_diagram import plot_states
 from meltemi.studies.run_store import FailedResult, guarded
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, listed, reason_lines
@@ -262,4 +262,5 @@ STUDY = Study(
     runs=lambda found: found.runs,
     figures=FIGURES,
     contents=contents,
+    needs=("pandas",),
 )

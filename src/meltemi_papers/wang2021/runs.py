@@ -12,12 +12,13 @@ from meltemi.control.supervisor.settings import Supervision
 from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.simulation.events import Request
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
-from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.simulation.trim import operating_point
 from meltemi.studies.run_store import FailedResult, attempt, cells
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.study import Progress, span, told

@@ -21,10 +21,7 @@ from meltemi.maths.vectors import Vec
 @kernel
 def influence(p: Vec, m: Air, b: int) -> Vec:
     """Velocity [m/s] that the tower adds to the wind at point p, inertial axes (A-43 to A-45)."""
-    tower, u = m.tower_flow, Vec(0.0, 0.0, 0.0)
-    last = tower.nodes - 1
-    # above the top: the cylinder shrinks to nothing within one radius
-    above = max((p.z - tower.height[last]) / (0.5 * tower.diameter[last]), 0.0)
+    u, above = Vec(0.0, 0.0, 0.0), above_top(p, m)
     if anywhere(above < 1.0):
         shrink = 1.0
         if anywhere(above > 0.0):
@@ -34,8 +31,16 @@ def influence(p: Vec, m: Air, b: int) -> Vec:
 
 
 @kernel
-def around_cylinder(p: Vec, shrink: float, m: Air) -> Vec:
-    """Velocity [m/s] that a cylinder with ``shrink`` of the tower's radius adds at point p (A-43 to A-45)."""
+def above_top(p: Vec, m: Air) -> float:
+    """Height of p above the tower top [tower radii]: the cylinder shrinks to nothing within one."""
+    tower = m.tower_flow
+    last = tower.nodes - 1
+    return max((p.z - tower.height[last]) / (0.5 * tower.diameter[last]), 0.0)
+
+
+@kernel
+def beside_tower(p: Vec, m: Air) -> tuple[float, float, Vec, float]:
+    """Place of p from the tower's axis [tower radii], x along the local wind; this wind; drag coefficient there."""
     tower = m.tower_flow
     last, base = tower.nodes - 1, tower.height[0]
     step = tower.height[1] - base
@@ -50,7 +55,14 @@ def around_cylinder(p: Vec, shrink: float, m: Air) -> Vec:
     dy = p.y - (tower.y[n] + w * (tower.y[n + 1] - tower.y[n]))
     x = (dx * ex + dy * ey) / radius
     y = (-dx * ey + dy * ex) / radius
+    return x, y, Vec(ex, ey, W), tower.drag[n] + w * (tower.drag[n + 1] - tower.drag[n])
+
+
+@kernel
+def around_cylinder(p: Vec, shrink: float, m: Air) -> Vec:
+    """Velocity [m/s] that a cylinder with ``shrink`` of the tower's radius adds at point p (A-43 to A-45)."""
+    x, y, along, _ = beside_tower(p, m)
     r2 = max(x * x + y * y, 1.0)
-    strength = W * shrink * shrink / (r2 * r2)
+    strength = along.z * shrink * shrink / (r2 * r2)
     du, dv = strength * (y * y - x * x), -2.0 * strength * x * y
-    return Vec(du * ex - dv * ey, du * ey + dv * ex, 0.0)
+    return Vec(du * along.x - dv * along.y, du * along.y + dv * along.x, 0.0)

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 
 class ActuatorParameters(NamedTuple):
-    """Natural frequency [rad/s], damping ratio, limits of rate [rad/s] and angle [rad]; whether the blade runs away."""
+    """Natural frequency [rad/s], damping ratio, limits of rate [rad/s] and angle [rad]; whether the blade runs away;
+    friction torque over inertia [rad/s^2], 0 without."""
 
     frequency: float
     damping: float
@@ -14,3 +15,4 @@ class ActuatorParameters(NamedTuple):
     minimum: float
     maximum: float
     runaway: bool
+    friction: float

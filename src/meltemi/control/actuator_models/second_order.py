@@ -1,6 +1,9 @@
 """Second-order actuator, stepped exactly under a held demand, then limited in rate and angle.
 
-Reference: docs/theory/control.md (C-10 to C-13).
+Dry friction moves the angle at which the actuator rests against the direction of motion, by friction over stiffness;
+where the blade comes to rest within this distance from its demand, it sticks.
+
+Reference: docs/theory/control.md (C-10 to C-13, C-94 to C-96).
 """
 
 from __future__ import annotations
@@ -10,6 +13,9 @@ from math import cos, cosh, exp, sin, sinh, sqrt
 from meltemi.control.actuator_models.parameters import ActuatorParameters
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import crossed
+
+RESTS, SECANTS = 4, 4
+"""Times at rest within a step, and iterations to find each."""
 
 
 def coefficients(frequency: float, damping: float) -> tuple[float, ...]:
@@ -34,6 +40,31 @@ def second_order_step(x: float, v: float, w: float, z: float, dt: float) -> tupl
 
 
 @kernel
+def rubbed_step(x: float, v: float, p: ActuatorParameters, dt: float) -> tuple[float, float]:
+    """Step of x'' + 2 z w x' + w^2 x = -a sgn(x') (C-95, C-96): exact up to the time at which it comes to rest."""
+    w, z = p.frequency, p.damping
+    reach = p.friction / (w * w)
+    for _ in range(RESTS):
+        if v == 0.0 and abs(x) <= reach:
+            return x, 0.0
+        side = reach if v > 0.0 or (v == 0.0 and x < 0.0) else -reach
+        new_x, new_v = second_order_step(x + side, v, w, z, dt)
+        if new_v * side >= 0.0:
+            return new_x - side, new_v
+        # at rest within the step, at a time by secants between the velocities of its ends
+        low, high, v_low, v_high = 0.0, dt, v if v != 0.0 else side, new_v
+        for _ in range(SECANTS):
+            t = high - v_high * (high - low) / (v_high - v_low)
+            new_x, new_v = second_order_step(x + side, v, w, z, t)
+            if new_v * side > 0.0:
+                low, v_low = t, new_v
+            else:
+                high, v_high = t, new_v
+        x, v, dt = new_x - side, 0.0, dt - t
+    return x, v
+
+
+@kernel
 def advance(angle: float, rate: float, demand: float, p: ActuatorParameters, dt: float) -> tuple[float, float, float]:
     """Angle and rate of a second-order actuator after ``dt``, within its limits (C-11 to C-13).
 
@@ -46,7 +77,10 @@ def advance(angle: float, rate: float, demand: float, p: ActuatorParameters, dt:
     if dt <= 0.0:
         return angle, rate, 0.0
     most = p.rate
-    error, free = second_order_step(angle - demand, rate, p.frequency, p.damping, dt)
+    if p.friction > 0.0:
+        error, free = rubbed_step(angle - demand, rate, p, dt)
+    else:
+        error, free = second_order_step(angle - demand, rate, p.frequency, p.damping, dt)
     new, limited = demand + error, min(max(free, -most), most)
     if limited != free:
         new = angle + 0.5 * (rate + limited) * dt

@@ -14,12 +14,18 @@ from meltemi.control.bladed.rosco import is_rosco
 from meltemi.control.controller import Controller, StartPoint, Vector
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError, RunError, did_you_mean
+from meltemi.core.files import reading
 from meltemi.turbine.power_turbine import AnyTurbine
 
 FIRST_CALL = 3.0
 """The first call, which reads files, may take this many times as long as the others."""
 MOST_MESSAGES = 10
 """Different ones of a library that are kept as warnings."""
+LIBRARY_BEGINS = (
+    *(b"\x7fELF", b"MZ"),
+    *(b"\xfe\xed\xfa\xce", b"\xfe\xed\xfa\xcf", b"\xce\xfa\xed\xfe", b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe"),
+)
+"""First bytes of shared libraries: ELF, PE, and Mach-O of both byte orders and of several processors."""
 DEGREE = math.pi / 180.0
 (STATUS, SAMPLE_TIME, PITCH_DEMAND, YAW_ERROR, INDIVIDUAL, CONTACTOR, BRAKE, PITCH_1, PITCH, TORQUE, YAW_RATE) = (
     number - 1 for number in (1, 3, 11, 24, 28, 35, 36, 42, 45, 47, 48)
@@ -63,10 +69,11 @@ def BladedController(
       The controller; it can be used in any number of runs at a time.
 
     Raises:
-      InputError: a file is missing (ROSCO needs its settings), or a number is out of range. A run that starts raises
-        it if the library cannot be loaded.
+      InputError: a file is missing (ROSCO needs its settings) or is no library, or a number is out of range. A run
+        that starts raises it if the library cannot be loaded.
     """
     path = _file(library, "library")
+    check_library(path)
     if input_file is None and is_rosco(path):
         raise InputError(
             "controller rosco: needs its settings: --controller-input DISCON.IN (in a case file controller.input, in "
@@ -102,6 +109,19 @@ def _file(path: str | Path, what: str) -> Path:
         hint = did_you_mean(found.name, names)
         raise InputError(f"controller: {what} {path}: no such file{f'; {hint}' if hint.startswith('did') else ''}")
     return found
+
+
+def check_library(path: Path) -> None:
+    """Test that a file begins as a shared library does (ELF, Mach-O or PE), so that any other is refused at once.
+
+    Raises:
+      InputError: it does not, or cannot be read.
+    """
+    with reading(path) as (file, _):
+        begin = file.read(4)
+    if not begin.startswith(LIBRARY_BEGINS):
+        python = "a Python file is a controller of kind: python" if path.suffix == ".py" else "it is no shared library"
+        raise InputError(f"controller: {path}: cannot be used as a controller library: {python}")
 
 
 def _unbound(state: Vector, measured: Measurements, demands: Demands, dt: float) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from importlib.metadata import Distribution, PackageNotFoundError, distribution
+from importlib.metadata import Distribution, distribution
 from pathlib import Path
 
 import numpy as np
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import need
 
 SUFFIXES = (".so", ".dylib", ".dll")
 
@@ -39,13 +40,8 @@ def is_rosco(library: Path) -> bool:
 
 
 def _package() -> Distribution:
-    try:
-        return distribution("rosco")
-    except PackageNotFoundError:
-        raise InputError(
-            "the rosco package is not installed: pip install --no-deps 'rosco>=2.10,<3' "
-            "(or give the path of a controller library)"
-        ) from None
+    need("controller rosco", "rosco")
+    return distribution("rosco")
 
 
 def rosco_example(name: str) -> Path:

@@ -21,9 +21,9 @@ from meltemi.core.kernel import kernel
 from meltemi.core.units import rpm
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.electrical import nominal_frequency
+from meltemi.turbine.moments import blade_moments
 from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
-from meltemi.turbine.scaling.blade import blade_moments
 
 Float = NDArray[float64]
 

@@ -11,6 +11,9 @@ from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.turbine.power_turbine import AnyTurbine
 
+OVER_SPEED, TRIP_SPEED = 1.25, 1.3
+"""Shares of rated speed at which the supervisor stops and trips: 1.2 times the largest excursion of speed of the
+library's turbines in the extreme turbulence model at cut-out, and 0.05 above (docs/theory/control.md, C-69)."""
 LEAST_CUT_IN = 0.3
 """Share of rated speed: a law that begins below it says nothing of the speed at which to connect."""
 
@@ -87,9 +90,9 @@ class Supervision(Record):
     idle_speed: float = Field(default=0.15, gt=0.0, lt=1.0)
     """Share of rated speed below which a stopped turbine idles."""
 
-    over_speed: float = Field(default=1.15, gt=1.0, lt=3.0)
+    over_speed: float = Field(default=OVER_SPEED, gt=1.0, lt=3.0)
     """Share of rated speed above which it stops."""
-    trip_speed: float = Field(default=1.2, gt=1.0, lt=3.0)
+    trip_speed: float = Field(default=TRIP_SPEED, gt=1.0, lt=3.0)
     """Share of rated speed above which it makes an emergency stop."""
     over_power: float = Field(default=1.2, gt=1.0, lt=10.0)
     """Share of rated power above which it stops."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.maths.tables import MAX_FLAPS
-from meltemi.simulation.channels import Channel, catalogue
+from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group
 from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
@@ -141,10 +141,21 @@ def _written(channel: Channel) -> tuple[str, str, float]:
 def _known(names: tuple[str, ...]) -> dict[str, Channel]:
     """Channels by all their lower-case names, with as many nodes, stations and flaps as ``names`` require."""
     last = min(max((int(n) for name in names for n in re.findall(r"\d+", name)), default=0), MOST)
-    every = catalogue(3, disk=True)
+    disk = channels_of_group("disk")
+    every = catalogue(Contents(further=disk))
     if names:
-        every = catalogue(3, last, last, last, flaps=MAX_FLAPS, gears=(0, GEARS), electrical=True, disk=True)
-        every |= catalogue(0, gears=(GEARS, GEARS + 1))  # a stage may be of either kind
+        every = catalogue(
+            Contents(
+                3,
+                last,
+                last,
+                last,
+                flaps=MAX_FLAPS,
+                gears=(0, GEARS),
+                further=disk + channels_of_group("electrical"),
+            )
+        )
+        every |= catalogue(Contents(0, gears=(GEARS, GEARS + 1)))  # a stage may be of either kind
     known = {name.lower(): channel for channel in every.values() for name in channel.names}
     for name in names:  # coordinates have names of their model
         if re.match(r"[qv]_", name):

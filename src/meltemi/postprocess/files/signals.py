@@ -1,27 +1,20 @@
-"""Measured signals as comma-separated values: a row of names with units, rows of numbers.
+"""Measured signals, and results for other programs, as comma-separated values.
 
-``time [s],generator_speed [rpm],pitch_1 [deg],GenPwr (kW)``: names are those of channels, meltemi's or OpenFAST's.
+``time [s],generator_speed [rpm],pitch_1 [deg],GenPwr [kW]``: names are those of channels, meltemi's or OpenFAST's.
 """
 
 from __future__ import annotations
 
-import csv
-import re
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
+from meltemi.core.csvfile import read_columns, write_columns
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.files import text_of
 from meltemi.postprocess.files.openfast import UNITS, Columns, result_of, si_unit
 from meltemi.simulation.channels import every_kind, find
 from meltemi.simulation.result import Result
-
-LARGEST = 1_000_000_000
-"""[bytes]."""
-HEAD = re.compile(r"\s*([^\[(]+?)\s*[\[(]([^\])]*)[\])]\s*")
-"""A column's name and unit."""
 
 
 def read_signals(path: str | Path, names: Mapping[str, str] | None = None) -> Result:
@@ -35,16 +28,7 @@ def read_signals(path: str | Path, names: Mapping[str, str] | None = None) -> Re
       InputError: the file is missing or damaged, a unit or a name is unknown.
     """
     path = Path(path)
-    rows = [row for row in csv.reader(text_of(path, LARGEST).splitlines()) if any(cell.strip() for cell in row)]
-    if len(rows) < 2:
-        raise InputError(f"{path}: expected a row of names with units and rows of numbers")
-    heads = [HEAD.fullmatch(cell) for cell in rows[0]]
-    for cell, head in zip(rows[0], heads, strict=True):
-        if head is None:
-            raise InputError(f"{path}: column {cell.strip()!r} has no unit; expected, e.g., 'generator_speed [rpm]'")
-    found = [(head[1], head[2]) for head in heads if head]
-    if found[0][0].lower() != "time" or si_unit(found[0][1]) != ("s", 1.0):
-        raise InputError(f"{path}: the first column must be 'time [s]', found {rows[0][0].strip()!r}")
+    found, data = read_columns(path)
     known = {si for si, _ in UNITS.values()}
     for name, unit in found:
         if si_unit(unit)[0] not in known:
@@ -60,11 +44,15 @@ def read_signals(path: str | Path, names: Mapping[str, str] | None = None) -> Re
             raise InputError(
                 f"{path}: column {own!r} has the unit {unit}, but {meant.name} is in {meant.display_unit[0]}"
             )
-    data = np.empty((len(rows) - 1, len(found)))
-    for i, row in enumerate(rows[1:]):
-        try:
-            data[i] = [float(cell) if cell.strip() else np.nan for cell in row]
-        except ValueError:
-            raise InputError(f"{path}: row {i + 2}: expected {len(found)} numbers, found {','.join(row)!r}") from None
     named = tuple((names or {}).get(name, name) for name, _ in found[1:])
     return result_of(Columns(named, tuple(unit for _, unit in found[1:]), data[:, 0], data[:, 1:]), path)
+
+
+def write_signals(result: Result, path: str | Path) -> Path:
+    """Write the series of a result as a CSV file, in SI units.
+
+    Raises:
+      InputError: the file cannot be written.
+    """
+    heads = [("time", "s"), *((channel.name, channel.unit) for channel in result.channels)]
+    return write_columns(Path(path), heads, np.column_stack([result.time, result.data]))

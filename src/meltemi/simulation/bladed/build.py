@@ -32,12 +32,10 @@ from meltemi.environment.site import Environment
 from meltemi.maths.tables import MAX_BLADES, View
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.blades import blade_model
-from meltemi.simulation.ice import ice_pieces, iced_polars
-from meltemi.simulation.model import Model, actuator_array, electrical_of
+from meltemi.simulation.model import Model, actuator_array
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.rain import wet_polars
+from meltemi.simulation.parts import parts_of
 from meltemi.structure.beam import Beam, section_axes
-from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.members import (
     Member,
@@ -49,10 +47,9 @@ from meltemi.structure.members import (
     rigid_body,
     tower_member,
 )
-from meltemi.structure.tables import BladeNode, StructureParameters, TowerNode
+from meltemi.structure.tables import BladeNode, GearModes, GearRows, StructureParameters, TowerNode
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.exchange import ActuatorModel
-from meltemi.turbine.gearbox import LEAST_RATIO
 from meltemi.turbine.imbalance import deviations
 
 Float = NDArray[np.float64]
@@ -111,9 +108,10 @@ def build_bladed(
         )
     coordinates = _coordinates(turbine, blade, tower)
     position = blade_layout.position
-    iced = iced_polars(turbine, position, *_polars(turbine, blade_layout, options))
-    polars, section, polar_index = wet_polars(turbine, environment, position, *iced)
-    gears, gear_modes, gear_rows, gear_shape = gear_arrays(turbine.drivetrain, options.drivetrain)
+    polars, section, polar_index = _polars_outside(
+        turbine, environment, position, *_polars(turbine, blade_layout, options)
+    )
+    gears, gear_modes, gear_rows, gear_shape = _gears(turbine, options)
     k = len(tower.names)
     top = tower.modes.shape[:, -1, :].T.copy() if k else np.zeros((6, 0))
     stages = turbine.drivetrain.gearbox
@@ -168,7 +166,7 @@ def build_bladed(
         structure=_structure(turbine, environment, options, gears),
         aero=_aero(turbine, blade_layout, environment, options),
         actuators=_actuators(turbine, options),
-        electrical=electrical_of(turbine, options),
+        parts=parts_of(turbine, options),
         rotor=rotor,
     )
 
@@ -212,11 +210,11 @@ def _refuse(turbine: Turbine, options: ModelOptions) -> None:
     problems = []
     if not 2 <= turbine.n_blades <= MAX_BLADES:
         problems.append(f"n_blades: {turbine.n_blades} blades; 2 and 3 are supported")
-    if turbine.nacelle.overhang <= 0.0:
-        problems.append("nacelle.overhang: downwind rotors are not supported")
     d = turbine.drivetrain
     if options.drivetrain != "two_mass" and d.gearbox is None:
         missing = f"{turbine.name}: options.drivetrain {options.drivetrain!r} needs drivetrain.gearbox"
+        from meltemi.turbine.gearbox import LEAST_RATIO
+
         if d.gear_ratio > LEAST_RATIO:
             rated = turbine.control.torque.rated_power * d.gear_ratio / turbine.control.torque.rated_speed
             missing += f"; size_gearbox(ratio={d.gear_ratio:g}, rated_torque={rated:.3g}) makes one"
@@ -336,10 +334,37 @@ def _structure(turbine: Turbine, environment: Environment, options: ModelOptions
     return array
 
 
+def _polars_outside(
+    turbine: Turbine, environment: Environment, position: Float, polars: Float, section: Float, index: NDArray[np.int64]
+) -> tuple[Float, Float, NDArray[np.int64]]:
+    """Polars of clean, dry blades with the effects of ice and rain; the index is then that of each blade."""
+    found = np.repeat(index[None, :], turbine.n_blades, axis=0)
+    if turbine.icing is not None:
+        from meltemi.simulation.ice import iced_polars
+
+        polars, section, found = iced_polars(turbine, turbine.icing, position, polars, section, index)
+    if environment.rain is not None:
+        from meltemi.simulation.rain import wet_polars
+
+        polars, section, found = wet_polars(turbine, environment, environment.rain, position, polars, section, found)
+    return polars, section, found
+
+
+def _gears(turbine: Turbine, options: ModelOptions) -> tuple[Float, Float, Float, Float]:
+    """Arrays of the gearbox, see ``structure.gear_train.gear_arrays``; empty ones where its parts are not modelled."""
+    if options.drivetrain == "two_mass":
+        return np.zeros(6), GearModes.zeros(mode=0), GearRows.zeros(part=0), np.zeros((0, 0))
+    from meltemi.structure.gear_train import gear_arrays
+
+    return gear_arrays(turbine.drivetrain, multibody=options.drivetrain == "multibody")
+
+
 def _blade_nodes(turbine: Turbine, beam: Beam, layout: NodeLayout, pieces: Float) -> Float:
     axis = beam.at(layout.position, "axis")
     blades = [pieces * (1.0 + excess) for excess in deviations(turbine, "mass")]
     if turbine.icing is not None:
+        from meltemi.simulation.ice import ice_pieces
+
         for blade in turbine.icing.on(turbine.n_blades):
             blades[blade - 1] = blades[blade - 1] + ice_pieces(turbine, turbine.icing, beam, layout)
     return np.ascontiguousarray(np.stack([_node_rows(turbine, each, axis) for each in blades], axis=1))
@@ -635,6 +660,13 @@ def _actuators(turbine: Turbine, options: ModelOptions) -> Float:
     p = Actuators(actuator_array(turbine, options))
     yaw = turbine.yaw
     p.yaw_friction = yaw.friction
+    if (rub := turbine.pitch_actuator.friction) is not None:
+        # loaded by bending moment and centrifugal force (C-94)
+        z, load = turbine.blade.structure.position, 0.5 * rub.coefficient / rub.inertia
+        beam = turbine.blade.structure
+        mass = np.asarray(beam.mass if beam.mass_matrix is None else beam.mass_matrix[:, 0, 0])
+        p.pitch_friction_moment = 4.4 * load
+        p.pitch_friction_spin = load * rub.diameter * float(np.trapezoid(mass * (turbine.hub.radius + z), z))
     p.yaw_hold = -1.0 if yaw.brake_torque is None else yaw.brake_torque + yaw.friction
     for blade, offset in enumerate(deviations(turbine, "pitch")):
         p.pitch_offset[blade] = offset

@@ -24,9 +24,10 @@ from meltemi.maths.tables import Table
 from meltemi.numbers.lanes import WIDTH
 from meltemi.simulation.arena import aligned
 from meltemi.simulation.blades import BladeModel, blade_model
-from meltemi.simulation.model import Model, ParameterTables, Stations
+from meltemi.simulation.channels import Channel, Contents, catalogue
+from meltemi.simulation.model import Model, Stations
+from meltemi.simulation.parts import ParameterTables
 from meltemi.simulation.system import COMMON_SIGNALS, Outputs
-from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import N_SHAFT
 from meltemi.structure.members import Member, NodeLayout
 from meltemi.structure.tables import (
@@ -39,7 +40,6 @@ from meltemi.structure.tables import (
 )
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.exchange import BladeFrame, BladeLoad, BladeMotion
-from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.fields import Wind
 
 Float = NDArray[np.float64]
@@ -245,6 +245,22 @@ MEMBERS = ("blade", "tower", "blade_layout", "tower_layout", "gear_stages", "bla
 BladedModel = Model[BladedRotor]
 
 
+def bladed_channels(model: BladedModel, stations: Stations) -> dict[str, Channel]:
+    """All channels of a model and of its parts, by name."""
+    return catalogue(
+        Contents(
+            blades=model.n_blades,
+            nodes=model.rotor.n_nodes,
+            blade_stations=len(stations.blade),
+            tower_stations=len(stations.tower),
+            coordinates=model.coordinates,
+            flaps=model.n_flaps,
+            gears=model.rotor.gear_stages,
+            further=tuple(channel for part in model.parts for channel in part.channels()),
+        )
+    )
+
+
 def with_static_gears(model: BladedModel) -> BladedModel:
     """The model with a gearbox whose parts follow rotor and generator quasi-statically, without modes of its own.
 
@@ -252,7 +268,9 @@ def with_static_gears(model: BladedModel) -> BladedModel:
     """
     if not model.rotor.gear_modes.shape[1]:
         return model
-    _, modes, rows, shape = gear_arrays(model.turbine.drivetrain, "quasi_static")
+    from meltemi.structure.gear_train import gear_arrays
+
+    _, modes, rows, shape = gear_arrays(model.turbine.drivetrain, multibody=False)
     return model.with_arrays(gear_modes=modes, gear_rows=rows, gear_shape=shape)
 
 
@@ -263,5 +281,7 @@ def with_blades(model: Model[Any], what: str) -> BladedModel:
       InputError: it has a rotor with a power coefficient.
     """
     if not isinstance(model.rotor, BladedRotor):
+        from meltemi.turbine.power_turbine import aeroelastic
+
         aeroelastic(model.turbine, what)
     return model

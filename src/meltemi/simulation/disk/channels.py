@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from meltemi.core.errors import InputError
-from meltemi.simulation.channels import Channel, catalogue, find, standard
+from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group, find, standard
 from meltemi.simulation.disk.rotor import DiskModel
 from meltemi.turbine.power_turbine import TableCoefficient
 
@@ -26,7 +26,9 @@ def disk_channels(model: DiskModel) -> dict[str, Channel]:
     missing = [] if turbine.drivetrain.stiffness is not None else [("q", "drivetrain"), ("v", "drivetrain")]
     if not (isinstance(turbine.coefficient, TableCoefficient) and turbine.coefficient.thrust is not None):
         missing.append(("rotor", "thrust"))
-    found = catalogue(model.n_blades, coordinates=model.coordinates, electrical=model.has_electrical, disk=True)
+    parts = tuple(channel for part in model.parts for channel in part.channels())
+    further = parts + channels_of_group("disk")
+    found = catalogue(Contents(blades=model.n_blades, coordinates=model.coordinates, further=further))
     return {
         name: channel
         for name, channel in found.items()

@@ -12,11 +12,11 @@ from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
 from meltemi.simulation.disk.channels import disk_channels
 from meltemi.simulation.disk.rotor import DiskModel
+from meltemi.simulation.operating_point import NotConverged, OperatingPoint, check_prescribed, no_balance, steady_wind
 from meltemi.simulation.start import set_actuators
-from meltemi.simulation.trim import NotConverged, OperatingPoint, check_prescribed, no_balance, steady_wind
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine.power_turbine import PowerTurbine
-from meltemi.wind.turbulence.field import AnyWind
+from meltemi.wind.turbulent import AnyWind
 
 SCAN = 61
 """Number of rotor speeds, from a tenth of the reference speed up to it, at which the torque balance is evaluated."""
@@ -84,7 +84,7 @@ def disk_point(
         case["q"][TORSION] = (float(rotor["torque"]) - friction * rotor_speed) / turbine.drivetrain.stiffness
         case.evaluate(0.0)
     case.control.drive.generator_torque = asked = float(steady_torque(law, ratio * rotor_speed, angle))
-    case.begin_electric()
+    case.begin_parts()
     imbalance += ratio * (asked - float(case.control.drive.generator_torque))  # what the machine cannot make is left
     case.loads(0.0)
     q, v = case["q"].copy(), case["v"].copy()

@@ -17,8 +17,9 @@ from meltemi.environment.site import Environment
 from meltemi.maths.records import Record
 from meltemi.maths.tables import Table, View
 from meltemi.simulation.disk.system import Disk, DiskFlow, DiskSystem
-from meltemi.simulation.model import Model, ParameterTables, Stations, actuator_array, electrical_of
+from meltemi.simulation.model import Model, Stations, actuator_array
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.parts import ParameterTables, parts_of
 from meltemi.simulation.system import COMMON_SIGNALS
 from meltemi.structure.kinematics import N_SHAFT
 from meltemi.structure.tables import StructureParameters
@@ -146,7 +147,7 @@ def build_disk(
         structure=structure.array,
         aero=aero.array,
         actuators=actuator_array(turbine, options),
-        electrical=electrical_of(turbine, options),
+        parts=parts_of(turbine, options),
         rotor=rotor,
     )
 

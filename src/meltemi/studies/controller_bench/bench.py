@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.representation import Brief, Card, Fold, badge
+from meltemi.core.representation import Card, Fold, badge
+from meltemi.core.shown import Brief
 from meltemi.postprocess.ensemble import (
     EnsembleTable,
     MeanEstimate,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from html import escape
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -13,9 +12,10 @@ from typing import Any
 from meltemi.core.errors import InputError
 from meltemi.core.files import write_text
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report.charts import Axis, Curve, beside, chart, part
+from meltemi.report import blocks
+from meltemi.report.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Section, Table
 from meltemi.report.ensemble_tables import change_text
-from meltemi.report.html import Block, Code, Markup, Section, Table, plain, write_page
+from meltemi.report.html import write_page
 from meltemi.report.tables import number, write_csv
 from meltemi.studies.controller_bench.bench import ControllerBench
 from meltemi.studies.controller_bench.tables import (
@@ -174,9 +174,9 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
         ("Suite", f"{len(bench.cases)} cases, {hours:.1f} hours of operation for each controller"),
         *((f"Controller {name}", about) for name, about in bench.about.items()),
     ]
-    lead = beside(*(_verdict_block(name, found[name], name == bench.reference) for name in bench.controllers))
-    page = write_page(out / "bench.html", title, _sections(bench, repeat), facts=facts, lead=lead, footer=footer)
-    return [*files, page]
+    lead = Beside([_verdict_block(name, found[name], name == bench.reference) for name in bench.controllers])
+    document = Document(title, _sections(bench, repeat), facts=facts, lead=lead, footer=footer)
+    return [*files, write_page(out / "bench.html", document)]
 
 
 def _parquet(bench: ControllerBench, path: Path) -> Path:
@@ -193,7 +193,7 @@ def _parquet(bench: ControllerBench, path: Path) -> Path:
     return path
 
 
-def _verdict_block(name: str, own: Sequence[Verdict], base: bool) -> Markup:
+def _verdict_block(name: str, own: Sequence[Verdict], base: bool) -> blocks.Verdict:
     failed = [v for v in own if v.passed is False]
     judged = sum(v.passed is not None for v in own)
     heading = f"{name}: {'passes' if not failed else f'fails {len(failed)} of'} {judged} criteria"
@@ -204,9 +204,7 @@ def _verdict_block(name: str, own: Sequence[Verdict], base: bool) -> Markup:
         value, limit = (f"{value_text(x)} {v.unit}".rstrip() for x in (v.value, v.limit))
         lines.append(f"{v.criterion} {value}, limit {limit}{where}")
     lines += [f"{v.criterion}: {v.where}" for v in own if v.passed is None]
-    body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
-    kind = "bad" if failed else "good"
-    return part("", Markup(f'<div class="verdict {kind}"><h2>{escape(heading)}</h2>{body}</div>'))
+    return blocks.Verdict("bad" if failed else "good", heading, lines)
 
 
 def _sections(bench: ControllerBench, repeat: str) -> list[Section]:
@@ -269,7 +267,7 @@ def _radar(bench: ControllerBench) -> list[Block]:
     y = Axis("of the reference", "%", start=100.0 * radar_start(found))
     caption = "over those of the reference; smaller is better."
     return [
-        chart(
+        Chart(
             "Lifetime loads and variations", Axis("quantity"), y, curves, spokes=list(RADAR.values()), caption=caption
         )
     ]
@@ -295,8 +293,8 @@ def _margin_charts(bench: ControllerBench) -> list[Block]:
             curves.append(Curve(name, [loop.wind_speed for loop in loops], values, colour=i))
         ends = [bench.speeds[0], bench.speeds[-1]]
         curves.append(Curve("limit", ends, [in_unit(limit)] * 2, dash="5 4", colour=len(curves)))
-        shown.append(chart(title, wind, Axis(title.lower(), unit, start=0.0), curves))
-    return [beside(*shown)]
+        shown.append(Chart(title, wind, Axis(title.lower(), unit, start=0.0), curves))
+    return [Beside(shown)]
 
 
 def _suite_table(bench: ControllerBench) -> Table:

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from meltemi.control.controller import Controller
+from meltemi.controllers.names import controller_keys, labelled
+from meltemi.controllers.schemes import equipped
 from meltemi.core.errors import InputError
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.studies.controller_bench.bench import ControllerBench
-from meltemi.studies.controller_bench.contenders import NAMES, Entry, check_names, contenders, labelled
+from meltemi.studies.controller_bench.contenders import Entry, contenders
 from meltemi.studies.controller_bench.margins import Multisine
 from meltemi.studies.controller_bench.runs import run_bench
 from meltemi.studies.controller_bench.suite import BenchLimits, suite_of
-from meltemi.studies.schemes import equipped
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.iec.classes import as_class
@@ -40,9 +41,8 @@ def bench_controllers(
 
     Args:
       turbine: for which the controllers are made; it receives flaps if a scheme needs them.
-      controllers: names, or by label controllers, functions of the turbine that return one, and names. Names are
-        ``baseline``, ``rosco``, a scheme of ``meltemi compare``, A0 to A3, a library (``ours.so@input.txt``), a Python
-        file with ``controller(turbine)``, or ``module:function``.
+      controllers: names and files (docs/guide/controller-names.md), or by label controllers, functions of the turbine
+        that return one, and names.
       reference: label of one of them, or another name; changes are against it.
       quick: the reduced suite.
       wind_class: of IEC 61400-1.
@@ -83,20 +83,19 @@ def entries_of(controllers: Mapping[str, Entry] | Sequence[str], reference: str)
     if isinstance(controllers, Mapping):
         found = dict(controllers)
     else:
-        names = [controllers] if isinstance(controllers, str) else list(controllers)
-        found = dict(labelled(names))
-    if not found:
-        raise InputError(f"controllers: at least one is needed: {', '.join(NAMES)}, a library, or module:function")
+        found = dict(labelled([controllers] if isinstance(controllers, str) else list(controllers)))
     for label, entry in found.items():
         if not (isinstance(entry, Controller | str) or callable(entry)):
             raise InputError(
                 f"controllers: {label!r}: expected a controller, a function of the turbine or a name, "
                 f"found {type(entry).__name__}"
             )
-    check_names(entry for entry in found.values() if isinstance(entry, str))
+        if isinstance(entry, str):
+            controller_keys(entry)
+    if not found:
+        labelled([])
     if reference in found:
         return {reference: found.pop(reference), **found}
-    check_names([reference])
     ((label, name),) = labelled([reference]).items()
     if found.get(label, name) != name:
         raise InputError(f"controllers: two of them are called {label!r}")

@@ -13,12 +13,13 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from meltemi.control.supervisor.settings import OVER_SPEED
 from meltemi.core.record import Record
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.iec.models import iec_wind
-from meltemi.wind.turbulence.field import AnyWind
+from meltemi.wind.turbulent import AnyWind
 
 FIRST_SEED = 7_400_000
 """All seeds of the suite follow it; tuning and studies of meltemi use numbers below a million."""
@@ -222,8 +223,9 @@ def _quick(s: Situation) -> Situation:
 class BenchLimits(Record):
     """Limits of the verdicts of a test bench."""
 
-    over_speed: float = Field(default=1.15, gt=1.0)
-    """Largest generator speed over its reference in all cases with a grid; the trip speed of most turbines."""
+    over_speed: float = Field(default=OVER_SPEED, gt=1.0)
+    """Largest generator speed over its reference in all cases with a grid; by default that at which the supervisor
+    stops the turbine."""
     grid_loss_speed: float = Field(default=1.25, gt=1.0)
     """The same after a grid loss."""
     clearance: float = Field(default=0.3, ge=0.0, lt=1.0)

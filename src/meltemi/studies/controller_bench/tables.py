@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from meltemi.core.units import display
 from meltemi.postprocess.ensemble import EnsembleTable
+from meltemi.report.blocks import Table
 from meltemi.report.ensemble_tables import change_text
-from meltemi.report.html import Table
 from meltemi.report.tables import number
 from meltemi.studies.controller_bench.margins import SpeedLoop
 from meltemi.studies.controller_bench.verdicts import NAMES, SLOPES, Standing, Verdict, decibel

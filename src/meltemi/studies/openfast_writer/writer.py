@@ -38,17 +38,22 @@ LINEAR = (-0.06, 0.09)
 """[rad] range about zero lift in which the normal force is taken as linear."""
 STEPS = (0.01, 0.00625, 0.005, 0.0025, 0.002, 0.00125, 0.001, 0.0005, 0.00025, 0.0002, 0.0001)
 """[s] time steps with few digits that divide ``OUTPUT_STEP``, as OpenFAST requires."""
-OUTPUT_STEP, BEAM_STEP = 0.05, 0.001
-"""[s] between outputs, and the longest time step with BeamDyn."""
+OUTPUT_STEP = 0.05
+"""[s] between outputs."""
+LOOSE, TIGHT = 1, 3
+"""Coupling of OpenFAST's modules: explicit; implicit, which BeamDyn's high frequencies need at any usable time step."""
 FINENESS = 0.45
 """Time step times the highest frequency of ElastoDyn's degrees of freedom, at most."""
 STALL_RADII = (0.25, 0.95)
 """Range of r/R in which OpenFAST computes dynamic stall: its model fails at cylindrical roots and at tips."""
+ROUNDING = 1e-6
+"""Relative, of OpenFAST in single precision."""
 NEAR = 1e-7
 """[rad] difference below which OpenFAST treats two angles of a polar as equal, and stops."""
 OUTPUTS = {
     "ElastoDyn": (
-        "RotSpeed GenSpeed BldPitch1 Azimuth OoPDefl1 IPDefl1 TTDspFA TTDspSS RootMxc1 RootMyc1 RootMxb1 RootMyb1 "
+        "RotSpeed GenSpeed BldPitch1 Azimuth OoPDefl1 IPDefl1 TipDxb1 TipDyb1 TTDspFA TTDspSS "
+        "RootMxc1 RootMyc1 RootMzc1 RootMxb1 RootMyb1 "
         "RotThrust RotTorq LSSTipMys LSSTipMzs TwrBsMxt TwrBsMyt TwrBsMzt YawBrMzp"
     ),
     "AeroDyn": "RtAeroFxh RtAeroMxh RtAeroCp RtAeroCt RtTSR",
@@ -104,7 +109,7 @@ def write_openfast(
       wind: a steady wind (12 m/s by default), or a TurbSim file (.bts).
       duration: [s].
       time_step: [s]; by default that of the options, or the one required by the highest frequency of ElastoDyn's
-        degrees of freedom, at most 0.01 s, with BeamDyn 0.001 s.
+        degrees of freedom, at most 0.01 s; with BeamDyn, which is coupled implicitly, 0.01 s.
       rotor_speed: [rad/s] initial; by default rated.
       pitch: [rad] initial; by default the minimum.
       azimuth: [rad] initial, of blade 1, 0 when it points up.
@@ -129,14 +134,14 @@ def write_openfast(
     rated = turbine.rated_rotor_speed
     start = (rated if rotor_speed is None else rotor_speed, turbine.control.pitch.minimum if pitch is None else pitch)
     texts: dict[str, str] = {}
-    step = time_step or deck.options.time_step or min(deck.time_step(), BEAM_STEP if beamdyn else STEPS[0])
+    step = time_step or deck.options.time_step or (STEPS[0] if beamdyn else deck.time_step())
     deck.main(texts, duration, step, beamdyn)
     deck.elastodyn(texts, *start, azimuth, beamdyn=beamdyn)
     if turbine.blade.structure.twists:
         deck.beamdyn(texts)
     deck.aerodyn(texts)
     deck.inflow(texts, SteadyWind(speed=12.0) if wind is None else wind)
-    deck.servo(texts, library, settings)
+    deck.servo(texts, start[1], library, settings)
     return Written(folder / f"{deck.name}.fst", tuple(_save(folder, texts)), tuple(deck.notes))
 
 
@@ -214,6 +219,7 @@ class _Deck:
         values: dict[str, object] = {
             "TMax": duration,
             "DT": step,
+            "ModCoupling": TIGHT if beamdyn else LOOSE,
             "DT_Out": step * max(1, round(OUTPUT_STEP / step)),
             "CompElast": 2 if beamdyn else 1,
             "Gravity": self.environment.gravity,
@@ -368,6 +374,7 @@ class _Deck:
         values: dict[str, object] = {
             "Wake_Mod": 0 if o.wake == "none" else 1,
             "TwrPotent": 0 if o.tower_influence == "none" else 1,
+            "TwrShadow": {"powles": 1, "eames": 2}.get(o.tower_influence, 0),
             "TwrAero": o.tower_drag,
             "AirDens": self.environment.density,
             "Skew_Mod": 1 if o.skew == "glauert" else 0,
@@ -427,19 +434,25 @@ class _Deck:
             raise InputError(f"write_openfast: wind {str(wind)[:60]!r}: expected a SteadyWind or a TurbSim file (.bts)")
         texts["InflowWind.dat"] = fill("InflowWind", self.title, values, {"outputs": OUTPUTS["InflowWind"].split()})
 
-    def servo(self, texts: dict[str, str], library: str | Path | None, settings: str | Path) -> None:
+    def servo(self, texts: dict[str, str], held: float, library: str | Path | None, settings: str | Path) -> None:
         t = self.turbine
         law, pitch = t.control.torque, t.control.pitch
         rated_torque = law.rated_power / law.rated_speed
+        # OpenFAST refuses a law whose region 2 ends above the rated torque: it ends where it reaches that
+        rated_speed = min(law.rated_speed, math.sqrt(rated_torque / law.optimal_gain) * (1.0 - ROUNDING))
         mode = 0 if library is None else 5
         if library is None:
             self.changed("control", "the pitch is held; torque by OpenFAST's simple law, constant above rated speed")
+            if rated_speed < law.rated_speed * (1.0 - 10.0 * ROUNDING):
+                why = f"optimal torque reaches rated torque at {rated_speed * RPM:.5g} rpm; constant from there"
+                self.changed("rated speed of the torque law", why)
         values: dict[str, object] = {
             "PCMode": mode,
             "VSContrl": mode or 1,
             "PitManRat": t.pitch_actuator.rate_limit * DEGREES,
             "GenEff": 100.0 * t.drivetrain.generator_efficiency,
-            "VS_RtGnSp": law.rated_speed * RPM,
+            "PitNeut": held * DEGREES,
+            "VS_RtGnSp": rated_speed * RPM,
             "VS_RtTq": rated_torque,
             "VS_Rgn2K": law.optimal_gain / RPM**2,
             "VS_SlPc": 100.0 * law.slip,

@@ -18,12 +18,11 @@ from numba.core import event
 from meltemi.core.errors import MeltemiError
 from meltemi.core.files import replacing
 from meltemi.core.kernel import cache_folder, linked_code
+from meltemi.core.private import signed, user_key, verified
 from meltemi.numbers.lanes import REVERSE
 from meltemi.numbers.records import RecordType
 from meltemi.studies.reverse.memory import Memory
 from meltemi.studies.reverse.transform import Transformed
-
-_SEAL = 32
 
 
 class Compiled:
@@ -145,19 +144,15 @@ def _machine_code(text: str, machine: Any) -> bytes:
 def _kept(file: Path | None) -> tuple[int, bytes] | None:
     if file is None or not file.is_file():
         return None
-    content = file.read_bytes()
-    seal, content = content[:_SEAL], content[_SEAL:]
-    if hashlib.sha256(content).digest() != seal:
-        return None
-    return int.from_bytes(content[:8], "little"), content[8:]
+    content = verified(file.read_bytes(), user_key())
+    return None if content is None else (int.from_bytes(content[:8], "little"), content[8:])
 
 
 def _keep(file: Path | None, used: int, code: bytes) -> None:
     if file is None:
         return
-    content = used.to_bytes(8, "little") + code
     try:
         with replacing(file) as (part,):
-            part.write_bytes(hashlib.sha256(content).digest() + content)
+            part.write_bytes(signed(used.to_bytes(8, "little") + code, user_key()))
     except MeltemiError:  # read-only, or the disk is full: the next process compiles again
         return

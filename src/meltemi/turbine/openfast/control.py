@@ -46,7 +46,7 @@ def from_discon(v: Values, notes: list[ImportNote]) -> tuple[dict[str, Any], dic
             where,
             f"PC_GS_angles, PC_GS_KP, PC_GS_KI ({n} points)",
             f"K / (1 + pitch / {math.degrees(halving):.2f} deg), off by up to {100.0 * off[0]:.0f} % "
-            f"(proportional) and {100.0 * off[1]:.0f} % (integral)",
+            f"(proportional) and {100.0 * off[1]:.0f} % (integral); ROSCO itself (--controller rosco) has them exactly",
         )
     )
     v.differs(

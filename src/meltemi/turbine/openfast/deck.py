@@ -21,7 +21,7 @@ from meltemi.turbine.openfast.text import InputFile, read_input
 from meltemi.turbine.openfast.tower import add_diameter, read_substructure, read_tower
 from meltemi.turbine.openfast.values import Values
 from meltemi.turbine.openfast.wind import read_inflow
-from meltemi.turbine.report import ImportedTurbine, ImportNote
+from meltemi.turbine.report import ImportedModel, ImportNote
 
 BladeChoice = Literal["deck", "elastodyn", "beamdyn"]
 LEAST_YAW_FREQUENCY = 2.0 * math.pi * 2.0
@@ -29,27 +29,17 @@ LEAST_YAW_FREQUENCY = 2.0 * math.pi * 2.0
 
 
 @dataclass(frozen=True, repr=False)
-class Deck(ImportedTurbine):
+class Deck(ImportedModel):
     """Content of an OpenFAST deck.
 
+    Its options ask for the degrees of freedom and aerodynamic models that the deck asks OpenFAST for; everything else
+    as OpenFAST 5 does it.
+
     Attributes:
-      options: what to give to ``ModelOptions`` to have the degrees of freedom and aerodynamic models that the deck
-        asks OpenFAST for; everything else as OpenFAST 5 does it.
-      environment: gravity and air density, for ``Environment``.
-      wind: as in a case file, paths absolute; None if the deck's wind is not one that a case file can name.
-      duration: [s].
-      output_step: [s].
-      start: rotor speed [rad/s], pitch [rad] and azimuth [rad] of blade 1 with which OpenFAST would begin.
       library: the controller library as the deck names it, its input file, procedure, whether it pitches blades one by
         one, and the time [s] between its calls if that is not the time step; empty without.
     """
 
-    options: dict[str, Any] = field(default_factory=dict)
-    environment: dict[str, float] = field(default_factory=dict)
-    wind: dict[str, Any] | None = None
-    duration: float = 60.0
-    output_step: float = 0.05
-    start: dict[str, float] = field(default_factory=dict)
     library: dict[str, Any] = field(default_factory=dict)
 
 
@@ -466,7 +456,7 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
         "inflow_time": aero.given("wake_time", 4.0),
         "stall": "static" if aero.given("unsteady", 0) == 0 else "hansen",
         "chord_angle": "openfast",
-        "tower_influence": "potential" if aero.given("tower_potential", 0) else "none",
+        "tower_influence": _influence(aero),
         "tower_drag": aero.given("tower_drag", False),
         "blade_nodes": tuple(np.asarray(turbine.blade.aerodynamics.position).tolist()),
     }
@@ -489,6 +479,11 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
         if shapes and turbine.foundation is None:
             options["mode_shapes"] = "given"
     return options
+
+
+def _influence(aero: Values) -> str:
+    shadow = {"1": "powles", "2": "eames", "t": "powles", "true": "powles"}.get(str(aero["tower_shadow"]).lower())
+    return shadow or ("potential" if aero.given("tower_potential", 0) else "none")
 
 
 def _dynamic(aero: Values, momentum_wake: bool) -> int:

@@ -197,7 +197,7 @@ class InputFile:
             return None
         parts = PureWindowsPath(bare).parts if "\\" in bare else Path(bare).parts
         path = self.path.parent.joinpath(*parts)
-        found = path if path.is_file() else _any_case(self.path.parent, parts)
+        found = path if path.is_file() else any_case(self.path.parent, parts)
         if found is None:
             folder = path.parent
             names = [p.name for p in folder.iterdir()] if folder.is_dir() else []
@@ -208,7 +208,7 @@ class InputFile:
         return found
 
 
-def _any_case(folder: Path, parts: Sequence[str]) -> Path | None:
+def any_case(folder: Path, parts: Sequence[str]) -> Path | None:
     """The file with this name regardless of case, which depends on the operating system."""
     for part in parts:
         if part in (".", "..") or (folder / part).exists():

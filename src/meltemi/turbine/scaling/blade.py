@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.turbine.definition import BladeStructure, Turbine
+from meltemi.turbine.definition import Turbine
 from meltemi.turbine.scaling.factors import Factors, multiply
 
 Float = NDArray[np.float64]
@@ -59,18 +59,6 @@ def scaled_blade(reference: Turbine, factors: Factors, blade_mass: float | None,
     for flap in content["flaps"]:
         multiply(flap, "rate frequency", 1.0 / factors.time)
     return content
-
-
-def blade_moments(structure: BladeStructure, hub_radius: float) -> tuple[float, float]:
-    """Mass [kg] of a blade, and its inertia [kg m^2] about the shaft."""
-    z = np.asarray(structure.position)
-    mass = structure.mass if structure.mass is not None else np.asarray(structure.mass_matrix)[:, 0, 0]
-    r = z + hub_radius
-    # mass varies linearly between stations: Simpson's rule is exact to the second moment
-    half = 0.5 * (r[1:] + r[:-1])
-    middle = 0.5 * (mass[1:] + mass[:-1])
-    inertia = np.diff(z) / 6.0 * (mass[:-1] * r[:-1] ** 2 + 4.0 * middle * half**2 + mass[1:] * r[1:] ** 2)
-    return float(np.trapezoid(mass, z)), float(inertia.sum())
 
 
 def _sections(structure: dict[str, Any], size: Float, wall: Float) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.turbine.definition import BladeStructure, Foundation, Hub, Nacelle, Turbine
 from meltemi.turbine.gearbox import size_gearbox
-from meltemi.turbine.scaling.blade import blade_moments
+from meltemi.turbine.moments import blade_moments
 from meltemi.turbine.scaling.factors import Factors, multiply
 
 ABOVE_MINIMUM = 1.1

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.turbine.definition import Tower
+from meltemi.turbine.moments import cumulative
 from meltemi.turbine.scaling.factors import Factors, multiply
 
 Float = NDArray[np.float64]
@@ -88,8 +89,3 @@ def _tube(reference: Tower, stretch: float, diameter: float, length: float) -> d
     multiply(content, "fore_aft_stiffness side_side_stiffness torsion_stiffness", diameter**4)
     multiply(content, "base_height", length)
     return content
-
-
-def cumulative(values: Float, at: Float) -> Float:
-    """Integral from the first point on by the trapezoidal rule."""
-    return np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(at))))

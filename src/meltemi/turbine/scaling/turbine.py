@@ -8,7 +8,8 @@ from typing import Any
 from meltemi.core.errors import InputError
 from meltemi.core.yamlfile import validated
 from meltemi.turbine.definition import Blade, Hub, Nacelle, Turbine
-from meltemi.turbine.scaling.blade import blade_moments, scaled_blade
+from meltemi.turbine.moments import blade_moments
+from meltemi.turbine.scaling.blade import scaled_blade
 from meltemi.turbine.scaling.factors import Factors, design_ratio
 from meltemi.turbine.scaling.machine import (
     ABOVE_MINIMUM,
@@ -82,7 +83,8 @@ def scale_turbine(
       blade_stiffness: over that of equal strain, as of stiffer material; frequencies go with its root.
       hub_mass: [kg] with pitch bearings and spinner.
       nacelle_mass: [kg] without rotor.
-      tower_frequency: [Hz] of the first fore-aft mode; sets the diameter. By default the stress in rated wind stays.
+      tower_frequency: [Hz] of the first fore-aft mode of the turbine; sets the diameter. By default the stress in rated
+        wind stays.
       yaw_rate: [rad/s] of the drive.
       cut_in: [m/s] wind speed.
       cut_out: [m/s] wind speed.

@@ -14,6 +14,7 @@ Float = NDArray[np.float64]
 
 THICKEST = 0.5
 """Relative thickness beyond which a section has no attached flow that stall could be dynamic from."""
+NO_STALL = f"none on sections thicker than {100 * THICKEST:g} %"
 ROUNDING = 1e-4
 """Relative thickness within which stations share a polar."""
 COEFFICIENTS = {"cl": "lift", "cd": "drag", "cm": "moment"}
@@ -22,7 +23,7 @@ COEFFICIENTS = {"cl": "lift", "cd": "drag", "cm": "moment"}
 def blended(tree: Tree, shape: str, grid: Float, reynolds: float | None) -> tuple[list[str], dict[str, Any], Float]:
     """Airfoils at grid points of the blade.
 
-    Between the airfoils that the blade names, polars are linear in the relative thickness; where the file gives no
+    Where the file gives no
     thickness along the blade, it is interpolated through the airfoils' positions (PCHIP, as the format says).
 
     Returns:
@@ -30,14 +31,39 @@ def blended(tree: Tree, shape: str, grid: Float, reynolds: float | None) -> tupl
     """
     masters = _masters(tree, shape, reynolds)
     thickness = _thickness(tree, shape, grid, masters)
-    order = sorted({m["thickness"]: m for m in masters}.items())
+    names, airfoils = by_thickness(thickness, masters, tree.source)
+    tree.note(
+        "used",
+        f"{shape}.airfoils",
+        "polars",
+        f"{len(masters)} airfoils, blended by relative thickness at {len(airfoils)}",
+    )
+    tree.note("approximated", f"{shape}.airfoils", "dynamic stall", NO_STALL)
+    order = sorted({m["thickness"]: m["centre"] for m in masters}.items())
+    return names, airfoils, np.interp(thickness, *np.array(order).T)
+
+
+def by_thickness(
+    thickness: Float, masters: list[dict[str, Any]], source: str
+) -> tuple[list[str], dict[str, dict[str, Any]]]:
+    """Airfoils of stations, linear in the relative thickness between those of the masters.
+
+    Args:
+      thickness: (S,) relative thickness of the stations.
+      masters: of each its name, thickness, angles [rad], lift, drag and moment.
+      source: of the masters.
+
+    Returns:
+      Names of the stations' airfoils, content of ``Turbine.airfoils``.
+    """
+    order = sorted({_rounded(m["thickness"]): m for m in masters}.items())
     known = np.array([t for t, _ in order])
     angles = np.unique(np.concatenate([m["angles"] for _, m in order]))
     table = np.stack(
         [np.stack([np.interp(angles, m["angles"], m[name]) for name in COEFFICIENTS.values()]) for _, m in order]
     )
     names, airfoils = [], {}
-    for t in thickness:
+    for t in map(_rounded, thickness):
         j = int(np.clip(np.searchsorted(known, t, side="right") - 1, 0, max(len(known) - 2, 0)))
         k = min(j + 1, len(known) - 1)
         w = float(np.clip((t - known[j]) / (known[k] - known[j]), 0.0, 1.0)) if k > j else 0.0
@@ -49,18 +75,13 @@ def blended(tree: Tree, shape: str, grid: Float, reynolds: float | None) -> tupl
             "angle_of_attack": angles,
             **dict(zip(COEFFICIENTS.values(), polar, strict=True)),
             "dynamic_stall": bool(t <= THICKEST),
-            "source": f"{tree.source}: {1.0 - w:.3f} {inner} + {w:.3f} {outer}",
+            "source": f"{source}: {1.0 - w:.3f} {inner} + {w:.3f} {outer}",
         }
-    tree.note(
-        "used",
-        f"{shape}.airfoils",
-        "polars",
-        f"{len(order)} airfoils, blended by relative thickness at {len(airfoils)}",
-    )
-    tree.note(
-        "approximated", f"{shape}.airfoils", "dynamic stall", f"none on sections thicker than {100 * THICKEST:g} %"
-    )
-    return names, airfoils, np.interp(thickness, known, np.array([m["centre"] for _, m in order]))
+    return names, airfoils
+
+
+def _rounded(thickness: float) -> float:
+    return float(round(thickness / ROUNDING) * ROUNDING)
 
 
 def _thickness(tree: Tree, shape: str, grid: Float, masters: list[dict[str, Any]]) -> Float:
@@ -93,7 +114,7 @@ def _masters(tree: Tree, shape: str, reynolds: float | None) -> list[dict[str, A
         found.append(
             {
                 "name": name,
-                "thickness": round(float(airfoil["rthick"]) / ROUNDING) * ROUNDING,
+                "thickness": _rounded(float(airfoil["rthick"])),
                 "centre": float(airfoil.get("aerodynamic_center", 0.25)),
                 "position": entry.get("spanwise_position"),
                 **_polar(tree, where, airfoil, entry, reynolds),

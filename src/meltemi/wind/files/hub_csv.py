@@ -2,56 +2,44 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.csvfile import read_columns, write_columns
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.yamlfile import validated
 from meltemi.wind.fields import WindBox
-from meltemi.wind.files.common import is_number, middle, replacing, text_of
+from meltemi.wind.files.common import middle
 from meltemi.wind.turbulent import HubSeries
 
-UNITS = {"time": ("s", "sec", "seconds"), "u": ("m/s",), "v": ("m/s",), "w": ("m/s",)}
-NAMES = {"t": "time"}
-HEADING = re.compile(r"(?P<name>[^\[(]*)(?:[\[(](?P<unit>[^\])]*)[\])])?")
+NAMES = {"u": "u", "v": "v", "w": "w", "wind_x": "u", "wind_y": "v", "wind_z": "w"}
+"""Components by the names of columns: their symbols, or the channels of a result."""
 
 
 def read_hub_csv(path: str | Path) -> HubSeries:
     """Read measured hub-height wind: columns ``time [s]``, ``u [m/s]`` and optionally ``v [m/s]``, ``w [m/s]``.
 
-    Columns are in any order below a line of names; units in brackets are checked if present. Without names the
-    columns are time, u, v, w. They are separated by commas, semicolons (numbers may then have decimal commas) or
-    blanks. Empty lines and those that begin with ``#``, ``!`` or ``%`` are skipped.
+    ``wind_x``, ``wind_y`` and ``wind_z``, the channels of a run, are read as well.
 
     Raises:
       InputError: the file is missing or a line cannot be read; the message names the line.
     """
     path = Path(path)
-    names: list[str] = []
-    rows: list[list[float]] = []
-    for number, line in enumerate(text_of(path).splitlines(), 1):
-        if not line.strip() or line.lstrip()[0] in "#!%":
-            continue
-        cells = _cells(line)
-        if not names:
-            named = any(re.match(r"\s*[^\W\d]", cell) and not is_number(cell) for cell in cells)
-            names = _names(line, f"{path}:{number}") if named else ["time", "u", "v", "w"][: len(cells)]
-            if len(names) < 2 or (not named and len(cells) > 4):
-                raise InputError(f"{path}:{number}: expected time, u and optionally v, w, found {line.strip()[:60]!r}")
-            if named:
-                continue
-        try:
-            rows.append([float(cell) for cell in cells])
-        except ValueError:
-            raise InputError(f"{path}:{number}: expected numbers, found {line.strip()[:60]!r}") from None
-        if len(cells) != len(names):
-            raise InputError(f"{path}:{number}: expected {len(names)} numbers, found {len(cells)}")
-    if not rows:
-        raise InputError(f"{path}: no rows of wind; expected a line 'time [s],u [m/s],v [m/s],w [m/s]' and numbers")
-    return validated(dict(zip(names, np.array(rows).T, strict=True)), HubSeries, str(path))
+    heads, data = read_columns(path)
+    columns = {"time": data[:, 0]}
+    for (name, unit), x in zip(heads[1:], data.T[1:], strict=True):
+        if name not in NAMES:
+            raise InputError(f"{path}: unknown column {name!r}; {did_you_mean(name, NAMES)}")
+        if unit != "m/s":
+            raise InputError(f"{path}: {name} is in {unit!r}, expected 'm/s'")
+        if NAMES[name] in columns:
+            raise InputError(f"{path}: the component {NAMES[name]!r} appears twice")
+        columns[NAMES[name]] = x
+    if "u" not in columns:
+        raise InputError(f"{path}: no column 'u [m/s]'; expected time, u and optionally v, w")
+    return validated(columns, HubSeries, str(path))
 
 
 def write_hub_csv(wind: WindBox | HubSeries, path: str | Path) -> list[Path]:
@@ -69,14 +57,9 @@ def write_hub_csv(wind: WindBox | HubSeries, path: str | Path) -> list[Path]:
     """
     path = Path(path)
     series = hub_series(wind) if isinstance(wind, WindBox) else wind
-    columns = {"time [s]": series.time}
-    for name in ("u", "v", "w"):
-        if (values := getattr(series, name)) is not None:
-            columns[f"{name} [m/s]"] = values
-    rows = (",".join(repr(float(x)) for x in row) for row in zip(*columns.values(), strict=True))
-    with replacing(path) as (partial,):
-        partial.write_text("\n".join([",".join(columns), *rows, ""]), encoding="utf-8")
-    return [path]
+    columns = {name: x for name in "uvw" if (x := getattr(series, name)) is not None}
+    heads = [("time", "s"), *((name, "m/s") for name in columns)]
+    return [write_columns(path, heads, np.column_stack([series.time, *columns.values()]))]
 
 
 def hub_series(box: WindBox, height: float | None = None) -> HubSeries:
@@ -99,34 +82,3 @@ def hub_series(box: WindBox, height: float | None = None) -> HubSeries:
     corners: NDArray[np.float64] = box.velocity[:, k : k + 2, j : j + 2].astype(float)
     at_hub = np.einsum("tkjc,k,j->tc", corners, [1.0 - d, d], [1.0 - b, b])
     return HubSeries(time=np.round(box.passing, 9), u=at_hub[:, 0], v=at_hub[:, 1], w=at_hub[:, 2])
-
-
-def _cells(line: str) -> list[str]:
-    """Split a line into cells; the separator is detected."""
-    if ";" in line:
-        return [cell.strip(' "').replace(",", ".") for cell in line.strip().rstrip(";").split(";")]
-    if "," in line:
-        return [cell.strip(' "') for cell in line.strip().rstrip(",").split(",")]
-    return [cell.strip('"') for cell in line.split()]
-
-
-def _names(line: str, where: str) -> list[str]:
-    """Names of the columns."""
-    joined = re.sub(r"\s+(?=[\[(])", "", line)  # a blank before the unit separates nothing
-    names: list[str] = []
-    for cell in _cells(joined):
-        match = HEADING.fullmatch(cell)
-        name = match["name"].strip().lower() if match else cell
-        name = NAMES.get(name, name)
-        if match is None or name not in UNITS:
-            raise InputError(f"{where}: unknown column {cell!r}; {did_you_mean(name, UNITS)}")
-        unit = match["unit"]
-        if unit is not None and unit.strip() not in UNITS[name]:
-            raise InputError(f"{where}: {name} is in {unit.strip()!r}, expected {UNITS[name][0]!r}")
-        if name in names:
-            raise InputError(f"{where}: the column {name!r} appears twice")
-        names.append(name)
-    for name in ("time", "u"):
-        if name not in names:
-            raise InputError(f"{where}: no column {name!r}; expected 'time [s]', 'u [m/s]' and optionally v, w")
-    return names

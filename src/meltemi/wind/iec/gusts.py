@@ -32,6 +32,8 @@ from meltemi.wind.iec.winds import NORMAL_EXPONENT
 from meltemi.wind.turbulence.spectra import scale_parameter
 
 Sign = Literal[1, -1]
+BEGIN = 60.0
+"""[s] begin of a transient, unless another one is given."""
 LATEST = 1e6
 """[s] begin: no run is longer."""
 MOST_TURNED = 3.2
@@ -54,7 +56,7 @@ def eog(
     edition: Edition | None = None,
     years: Literal[1, 50] | None = None,
     intensity: float | None = None,
-    begin: float = 60.0,
+    begin: float = BEGIN,
     direction: float = 0.0,
 ) -> WindSeries:
     """Extreme operating gust: V(z) - 0.37 V_gust sin(3 pi t / T) (1 - cos(2 pi t / T)).
@@ -105,7 +107,7 @@ def edc(
     edition: Edition | None = None,
     years: Literal[1, 50] | None = None,
     intensity: float | None = None,
-    begin: float = 60.0,
+    begin: float = BEGIN,
     direction: float = 0.0,
 ) -> WindSeries:
     """Extreme direction change: the wind direction changes by theta_e within 6 s, permanently.
@@ -147,7 +149,7 @@ def ecd(
     sign: Sign = 1,
     gust: float = COHERENT_GUST,
     change: float | None = None,
-    begin: float = 60.0,
+    begin: float = BEGIN,
     direction: float = 0.0,
 ) -> WindSeries:
     """Extreme coherent gust with direction change: increase by V_cg and theta_cg within 10 s, permanently.
@@ -182,7 +184,7 @@ def ecd(
     return _series(turbine, v_hub, "ECD", RISE_TIME, begin, direction, "", sign, gust=gust * rise, direction=turn)
 
 
-def ecg(turbine: AnyTurbine, speed: float, *, begin: float = 60.0, direction: float = 0.0) -> WindSeries:
+def ecg(turbine: AnyTurbine, speed: float, *, begin: float = BEGIN, direction: float = 0.0) -> WindSeries:
     """Extreme coherent gust of edition 2: increase by 15 m/s within 10 s, permanently.
 
     Args:
@@ -213,7 +215,7 @@ def ews_horizontal(
     sign: Sign = 1,
     edition: Edition | None = None,
     intensity: float | None = None,
-    begin: float = 60.0,
+    begin: float = BEGIN,
     direction: float = 0.0,
 ) -> WindSeries:
     """Extreme wind shear, horizontal: a transient linear shear across the rotor of 12 s.
@@ -250,7 +252,7 @@ def ews_vertical(
     sign: Sign = 1,
     edition: Edition | None = None,
     intensity: float | None = None,
-    begin: float = 60.0,
+    begin: float = BEGIN,
     direction: float = 0.0,
 ) -> WindSeries:
     """Extreme wind shear, vertical: a transient linear shear of 12 s, added to the normal profile.

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.turbine.power_turbine import AnyTurbine
-from meltemi.wind.fields import SteadyWind, Wind, WindBox
+from meltemi.wind.fields import WindBox
 from meltemi.wind.turbulence import exponential, mann
 from meltemi.wind.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.turbulence.measured import hub_amplitudes
@@ -21,6 +21,9 @@ from meltemi.wind.turbulence.spectra import coherence_decay
 from meltemi.wind.turbulence.synthesis import FIELD_STREAM, Spectrum, synthesise
 from meltemi.wind.turbulence.targets import amplitude_variances, length_scale, mann_length, sigmas
 from meltemi.wind.turbulent import TurbulentWind
+
+if TYPE_CHECKING:
+    from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -150,14 +153,3 @@ def _mann(wind: TurbulentWind, grid: WindGrid, f: Float, variances: Float) -> Sp
         return unit * mann.covariance_with(grid.hub, float(k1[m]), grid, length, mann.GAMMA)
 
     return Spectrum(variances, (0, 1, 2), len(some), coherent(), with_hub)
-
-
-AnyWind = Wind | TurbulentWind
-"""What a run takes as wind."""
-
-
-def realised(wind: float | AnyWind, turbine: AnyTurbine, duration: float) -> Wind:
-    """The wind for a simulation: a speed [m/s] becomes a steady wind, a turbulent wind becomes a field."""
-    if isinstance(wind, int | float):
-        return SteadyWind(speed=wind)
-    return generate_field(wind, turbine, duration) if isinstance(wind, TurbulentWind) else wind

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,9 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
-from meltemi.turbine.power_turbine import AnyTurbine
+
+if TYPE_CHECKING:
+    from meltemi.turbine.power_turbine import AnyTurbine
 
 WIDTH = 1.2
 """Of a grid, over the rotor diameter."""

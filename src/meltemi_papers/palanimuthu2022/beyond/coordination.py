@@ -21,11 +21,12 @@ from meltemi.control.coordinated import CoordinatedController, Coordination
 from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
+from meltemi.controllers.tuning import tune_ipc
 from meltemi.environment.grid import PowerGrid
 from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel, ensemble_table
 from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.report.blocks import Table
 from meltemi.report.ensemble_tables import scheme_rows
-from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -34,7 +35,6 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.tuning import tune_ipc
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.performance import RotorPerformance

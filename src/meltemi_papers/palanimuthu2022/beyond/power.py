@@ -23,8 +23,8 @@ from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
 from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel, ensemble_table
 from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.report.blocks import Table
 from meltemi.report.ensemble_tables import scheme_rows
-from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.options import ModelOptions

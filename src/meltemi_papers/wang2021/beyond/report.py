@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.postprocess.ensemble import mean_interval
+from meltemi.report.blocks import Table
 from meltemi.report.figure import MINUS
-from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS, DIVERGING, GROWING, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.rotors import build

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
-from meltemi.report.html import Table
+from meltemi.report.blocks import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi_papers.palanimuthu2022.beyond.climate.response import ICED, IN_PLANE, ROOT, SHED, SIDE, SLOPES, TOWER, WET

@@ -12,10 +12,11 @@ from meltemi.environment.rain import Rain
 from meltemi.environment.site import STANDARD, Environment
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
-from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.simulation.trim import operating_point
 from meltemi.studies.run_store import FailedResult, FailedResultError, cells
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice

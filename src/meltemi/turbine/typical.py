@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.scaling.blade import blade_moments
+from meltemi.turbine.moments import blade_moments
 
 
 @dataclass(frozen=True)

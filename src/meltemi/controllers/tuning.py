@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from meltemi.control.filters import check_harmonic, response
 from meltemi.control.load_control import HarmonicLoop, LoadSensor, SpeedNotch
 from meltemi.core.errors import InputError
-from meltemi.core.representation import Brief
+from meltemi.core.shown import Brief
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.rotors import default_step

@@ -1,0 +1,277 @@
+"""Controllers as data: the records of case files, from a name or file, with what their stores need."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from meltemi.control.bladed.controller import check_library
+from meltemi.control.bladed.rosco import find_rosco
+from meltemi.control.coordinated import Coordination
+from meltemi.control.load_control import LoadControl
+from meltemi.control.power_control.settings import PowerControl
+from meltemi.control.supervisor.settings import Supervision
+from meltemi.control.supervisor.threshold import YawProtection
+from meltemi.control.yaw import YawControl
+from meltemi.controllers.names import SCHEMES, controller_keys, need_flaps
+from meltemi.controllers.python import function_of, is_path
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.files import bytes_of
+from meltemi.core.record import Record
+
+ROSCO = "rosco"
+"""In the place of a library's path."""
+LARGEST_LIBRARY = 10**9
+"""[bytes]."""
+QUOTED = re.compile(r"""["']([^"'\n]+)["']""")
+
+
+def _scheme(name: str) -> str:
+    if name not in SCHEMES:
+        raise ValueError(f"no scheme {name!r}: {did_you_mean(name, SCHEMES)}")
+    return name
+
+
+SchemeName = Annotated[str, BeforeValidator(_scheme)]
+
+
+class BaselineCase(Record):
+    """The baseline controller with the turbine's settings."""
+
+    kind: Literal["baseline"] = "baseline"
+    yaw: YawControl | None = None
+    """Additional active yaw control, which needs ``options: {yaw: driven}``; none by default."""
+    scheme: SchemeName | None = None
+    """Control scheme whose load control is added, e.g. ipc, tuned for the turbine; flaps are added where it needs
+    them and the turbine has none."""
+    load: LoadControl | None = None
+    """Load control by individual pitch and flaps; with ``scheme`` in place of its tuning."""
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        if self.yaw is not None and (self.load is not None or self.scheme is not None):
+            raise ValueError("yaw: together with load control it is in kind: supervised, or power")
+        return self
+
+
+class LibraryCase(Record):
+    """A Bladed-style controller library."""
+
+    kind: Literal["bladed"]
+    library: str
+    """Path, relative to the case file; ``rosco`` is that of the installed rosco package."""
+    input: str | None = None
+    """Path of the library's input file, e.g. DISCON.IN, relative to the case file."""
+    procedure: str = "DISCON"
+    """Name of the function in the library."""
+    sample_time: float | None = Field(default=None, gt=0.0)
+    """[s] between calls; by default every time step."""
+    individual_pitch: bool = True
+    """Use the pitch demand of each blade instead of the collective one."""
+    timeout: float = Field(default=10.0, gt=0.0)
+    """[s] of wall time that a call may take, the first one three times as long."""
+
+
+class SupervisedCase(Record):
+    """Supervisory control: starts, stops and protects the turbine."""
+
+    kind: Literal["supervised"]
+    supervision: Supervision = Supervision()
+    """Conditions for start, stop and trip."""
+    scheme: SchemeName | None = None
+    """Control scheme whose load control acts in production, as for ``baseline``."""
+    load: LoadControl | None = None
+    """Load control in production; by default the collective controller only; with ``scheme`` in place of its tuning."""
+    yaw: YawControl | None = None
+    """Yaw control; requires options: {yaw: driven}."""
+    protection: YawProtection | None = None
+    """Yaw error protection."""
+    sample_time: float | None = Field(default=None, gt=0.0)
+    """[s] between calls; by default every time step."""
+
+
+class PowerCase(PowerControl):
+    """Power control: optimal torque or tip-speed ratio, power reference, frequency; coordinated with yaw and pitch."""
+
+    kind: Literal["power"]
+    yaw: YawControl | None = None
+    """Yaw control; requires options: {yaw: driven}."""
+    relief: Coordination | None = None
+    """Widens the dead band of the yaw control with surplus power; requires yaw."""
+    load: LoadControl | None = None
+    """Load control by individual pitch and flaps."""
+    sample_time: float | None = Field(default=None, gt=0.0)
+    """[s] between calls; by default every time step."""
+
+
+class PythonCase(Record):
+    """A controller in Python, made by a function of the turbine."""
+
+    kind: Literal["python"]
+    file: str
+    """Path of a Python file (.py), relative to the case file, or the name of an installed module."""
+    function: str = "controller"
+    """Its function of the turbine that returns a ``meltemi.Controller``."""
+
+
+class FixedCase(Record):
+    """No control: torque and pitch keep their initial values, as for parked turbines."""
+
+    kind: Literal["fixed"]
+
+
+def _named(value: Any) -> Any:
+    """Keys of a controller that is given by its name."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return controller_keys(value)
+    except InputError as error:
+        raise ValueError(str(error)) from None
+
+
+ControllerCase = Annotated[
+    BaselineCase | LibraryCase | SupervisedCase | PowerCase | PythonCase | FixedCase, Field(discriminator="kind")
+]
+NamedCase = Annotated[ControllerCase, BeforeValidator(_named)]
+"""A controller by its keys or by its name."""
+
+
+class _Holder(Record):
+    controller: NamedCase
+
+
+def specification(name: str | Mapping[str, Any] | ControllerCase) -> ControllerCase:
+    """A controller as data, from a name or file of the common vocabulary (docs/guide/controller-names.md).
+
+    Args:
+      name: such as ``ipc``, ``A2``, ``rosco@DISCON.IN``, ``mine.py``, ``module:function``, ``libdiscon.so``; or the
+        keys of its record.
+
+    Raises:
+      InputError: no such name, with the closest ones and the list.
+    """
+    keys: Any = controller_keys(name) if isinstance(name, str) else name
+    found: ControllerCase = _Holder(controller=keys).controller
+    return found
+
+
+def keyed(case: ControllerCase) -> dict[str, Any]:
+    """Keys of a controller that are not the defaults, as in a case file."""
+    return case.model_dump(mode="json", exclude_defaults=True) | {"kind": case.kind}
+
+
+def description(case: ControllerCase) -> str:
+    """What a controller is, in a few words."""
+    if isinstance(case, LibraryCase):
+        return f"library {Path(case.library).name}" + (f" with {Path(case.input).name}" if case.input else "")
+    if isinstance(case, PythonCase):
+        return f"{case.function} of {case.file}"
+    if isinstance(case, PowerCase):
+        return f"power control, scheme {case.scheme}"
+    added = getattr(case, "scheme", None)
+    return f"{case.kind}, scheme {added}: {SCHEMES[added].about}" if added else case.kind
+
+
+def supervised_form(case: ControllerCase) -> SupervisedCase | None:
+    """The controller under supervision: the same demands in production, and starts and stops.
+
+    None for those that are whole of themselves: libraries, power control, Python and fixed demands.
+    """
+    if isinstance(case, BaselineCase):
+        return SupervisedCase(kind="supervised", scheme=case.scheme, load=case.load, yaw=case.yaw)
+    return case if isinstance(case, SupervisedCase) else None
+
+
+def uses_flaps(case: ControllerCase) -> bool:
+    """Whether a controller is a scheme that moves flaps."""
+    return need_flaps([getattr(case, "scheme", None)])
+
+
+def rooted(case: ControllerCase, folder: Path) -> ControllerCase:
+    """The controller with absolute paths; those given are relative to ``folder``."""
+    return case.replace(**{key: str(path.absolute()) for key, path in _files(case, folder)})
+
+
+def _files(case: ControllerCase, folder: Path) -> Iterator[tuple[str, Path]]:
+    """Keys and paths of the files of a controller."""
+    if isinstance(case, LibraryCase):
+        if case.library != ROSCO:
+            yield "library", folder / case.library
+        if case.input is not None:
+            yield "input", folder / case.input
+    elif isinstance(case, PythonCase) and is_path(case.file):
+        yield "file", folder / case.file
+
+
+def check_files(case: ControllerCase, folder: Path = Path()) -> None:
+    """Test that the files of a controller are there, and are what they are taken for.
+
+    Raises:
+      InputError: one is missing, with the closest name beside it; or a library is none.
+    """
+    for key, path in _files(case, folder):
+        if not path.is_file():
+            beside = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+            hint = did_you_mean(path.name, beside)
+            raise InputError(
+                f"controller: {'input file' if key == 'input' else key} {path}: no such file"
+                + (f"; {hint}" if hint.startswith("did") else "")
+            )
+        if key == "library":
+            check_library(path)
+
+
+def hashed(case: ControllerCase, once: Callable[[str, Callable[[], str]], str] | None = None) -> dict[str, Any]:
+    """Content of a controller with hashes of its files in the place of their paths, for keys of results.
+
+    Args:
+      case: with absolute paths.
+      once: gives a hash by the name of its file, and computes it where it is not known.
+
+    Raises:
+      InputError: a file cannot be read.
+    """
+    once = once or (lambda name, make: make())
+    found = keyed(case)
+    for key, path in _files(case, Path()):
+        found[key] = once(str(path), lambda path=path, key=key: _files_hash(path, key == "input"))  # type: ignore[misc]
+    if isinstance(case, LibraryCase) and case.library == ROSCO:
+        path = find_rosco()
+        found["library"] = once(str(path), lambda: _files_hash(path, False))
+    if isinstance(case, PythonCase) and not is_path(case.file):
+        found["file"] = _source_hash(case)
+    return found
+
+
+def digest(case: ControllerCase) -> str:
+    """Hash of a controller and its files, see :func:`hashed`."""
+    return hashlib.sha256(json.dumps(hashed(case), sort_keys=True).encode()).hexdigest()
+
+
+def _files_hash(path: Path, named: bool) -> str:
+    """Hash of a file, and of the files that a text names in quotes."""
+    data = bytes_of(path, LARGEST_LIBRARY)
+    found = hashlib.sha256(data)
+    for name in QUOTED.findall(data.decode(errors="replace")) if named else ():
+        if (path.parent / name).is_file():
+            found.update(bytes_of(path.parent / name))
+    return found.hexdigest()
+
+
+def _source_hash(case: PythonCase) -> str:
+    """Hash of the module of a function; another one each time if it has no source."""
+    try:
+        module = sys.modules[function_of(case.file, case.function).__module__]
+        return hashlib.sha256(inspect.getsource(module).encode()).hexdigest()
+    except (OSError, TypeError, KeyError):
+        return os.urandom(16).hex()

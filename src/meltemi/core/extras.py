@@ -1,0 +1,72 @@
+"""Optional packages: which are missing, and how to install them."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, distribution
+
+from meltemi.core.errors import InputError
+
+REQUIREMENTS = (
+    "anywidget>=0.9,<1",
+    "control>=0.10,<0.12",
+    "distributed>=2024.8",
+    "gymnasium>=1.0,<2",
+    "numba-cuda[cu12]>=0.28,<0.31",
+    "openpyxl>=3.1,<4",
+    "pandas>=2.2,<4",
+    "pyarrow>=18",
+    "python-docx>=1.1,<2",
+    "rosco>=2.10,<3",
+    "scikit-learn>=1.5,<2",
+    "websockets>=14",
+    "windIO>=2.1,<3",
+)
+"""As the extras of ``pyproject.toml`` have them: the package index does not know meltemi, so messages name packages."""
+BY_NAME = {re.split(r"[\[><=]", requirement)[0]: requirement for requirement in REQUIREMENTS}
+ALONE = {"rosco": "--no-deps "}
+"""Packages whose library works without what they require."""
+
+
+class MissingPackageError(InputError):
+    """An optional package is not installed."""
+
+
+def installed(package: str) -> bool:
+    """Whether a package is there, without importing it."""
+    try:
+        distribution(package)
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+def missing(packages: Sequence[str]) -> str:
+    """What of packages is missing, and the command that installs it; empty if they are all there."""
+    lacking = [name for name in packages if not installed(name)]
+    if not lacking:
+        return ""
+    wanted = " ".join(shlex.quote(BY_NAME[name]) for name in lacking)
+    names, are = " and ".join(lacking), "is" if len(lacking) == 1 else "are"
+    return f"{names}, which {are} not installed: pip install {''.join(ALONE.get(name, '') for name in lacking)}{wanted}"
+
+
+def need(what: str, *packages: str) -> None:
+    """Refuse what needs packages that are not there.
+
+    Raises:
+      MissingPackageError: one is missing.
+    """
+    if words := missing(packages):
+        raise MissingPackageError(f"{what} needs {words}")
+
+
+def skipped(needs: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """What cannot be done for want of a package, with the sentence that says so at the start of a command.
+
+    Args:
+      needs: packages by the name of what needs them.
+    """
+    return {what: f"skipped: {what}: needs {words}" for what, names in needs.items() if (words := missing(names))}

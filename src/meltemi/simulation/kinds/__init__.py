@@ -1,0 +1,3 @@
+"""Kinds of rotors, see ``simulation.rotors``: a module each, with ``KIND``."""
+
+KERNELS = ()

@@ -1,0 +1,64 @@
+"""The time loop of a run: compiled for its records, and called with them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any
+
+import numba
+from numba import types
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.core.kernel import kernel_for
+from meltemi.simulation import step
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A time loop with all that it takes.
+
+    Attributes:
+      controller: entry point of the controller.
+      records: run, control, system, system node by node, in plain floats, and section loads.
+      function: ``function(n_steps, controller, *records)`` marches.
+      output: (rows, columns) samples, which it writes.
+    """
+
+    controller: Any
+    records: tuple[Any, ...]
+    function: Any
+    output: NDArray[float64]
+
+    @cached_property
+    def _call(self) -> Any:
+        return without_dispatch(self.function)
+
+    def march(self, n_steps: int) -> None:
+        """March a number of time steps, or until something ends the run."""
+        self._call(n_steps, self.controller, *self.records)
+
+
+def loop_of(controller: Any, records: tuple[Any, ...], output: NDArray[float64]) -> Loop:
+    """The loop for a controller and records, compiled if this process has not done so."""
+    function = compiled_advance(controller, *records)
+    function(0, controller, *records)
+    return Loop(controller, records, function, output)
+
+
+@cache
+def _loop_for(function: Any, signature: Any) -> Any:
+    return kernel_for(signature)(function)
+
+
+def compiled_advance(*arguments: Any) -> Any:
+    """The time loop, compiled for all its arguments but the first; the controller has the type of all controllers."""
+    if numba.config.DISABLE_JIT:
+        return step.advance
+    return _loop_for(step.advance, types.void(types.int64, *map(numba.typeof, arguments)))
+
+
+def without_dispatch(function: Any) -> Any:
+    """The one compiled form of a function, which does not look for its argument types in every call: 20 us less."""
+    return function if numba.config.DISABLE_JIT else next(iter(function.overloads.values())).entry_point

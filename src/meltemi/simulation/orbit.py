@@ -1,0 +1,401 @@
+"""The periodic motion of a turbine in steady operation.
+
+Under gravity, tilt, shear and tower influence every blade repeats the same motion once per revolution, and the tower at
+B times that frequency:
+
+    blade b:            q(psi) = sum_n c_n cos(n psi_b) + s_n sin(n psi_b),  n = 0..H
+    tower, yaw, shaft:  the same in the rotor's azimuth with n = 0, B
+
+It is found by harmonic balance: march the flow around the azimuth with this motion prescribed, project the residuals of
+the equations of motion on the harmonics, correct the motion with the linearised equations, repeat.
+
+Reference: docs/theory/simulation.md (M-10 to M-16).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.aero.tables import AeroOptions, InflowState
+from meltemi.core.kernel import kernel
+from meltemi.simulation.bladed.rotor import BladedModel, bladed_channels, with_static_gears
+from meltemi.simulation.case import Case
+from meltemi.simulation.model import Stations
+from meltemi.simulation.modes import growing
+from meltemi.simulation.operating_point import NotConverged, OperatingPoint
+from meltemi.simulation.step import ABSURD, equations
+from meltemi.simulation.system import System
+from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.turbine.imbalance import deviations
+from meltemi.wind.fields import SteadyWind
+
+Float = NDArray[np.float64]
+
+BLADE_HARMONICS = 4
+SAMPLES = 12
+"""Azimuths per sector of 1/B revolution."""
+SWEEPS = 3
+"""Sectors marched, each with a correction of the motion, at each trial rotor speed and pitch."""
+UNLIKE_SWEEPS = 3 * SWEEPS
+"""The same for blades that differ: a balance over one revolution, after revolutions in which the blades settle."""
+JACOBIAN_SAMPLES = 10
+PERTURBATION = 1e-3
+"""[m or rad] perturbation of the coefficients for finite differences."""
+MEAN_ONLY, FULL = 0, 1
+"""Levels: only mean deflections during the search for speed and pitch; then all harmonics."""
+FARTHEST = 0.05
+"""Largest correction over the rotor radius in a careful search."""
+SETTLED, NEARLY = 1e-5, 2e-3
+"""Corrections over the rotor radius: of a converged motion, and the largest acceptable one."""
+DIVERGES = "operating_point: the motion diverges"
+KEPT = ("core_mass", "arm_mass", "coupling", "core_force", "arm_force")
+
+
+@kernel
+def evaluate_motion(
+    dt: float,
+    motion: Float,
+    m: System,
+    one: System,
+    left: tuple[Float, ...],
+    kept: tuple[Float, ...],
+    lack: Float,
+) -> None:
+    """Evaluate a motion at consecutive instants, and store the equations of each.
+
+    Args:
+      dt: [s] between the instants.
+      motion: (3, instants, coordinates) coordinates, velocities and accelerations.
+      m, one: the system, and the same node by node.
+      left: flat views of the results of an evaluation, the arrays KEPT.
+      kept: (instants, entries) each, where they are stored.
+      lack: (2, blades, nodes) receives the sums of quasi-steady minus lagged induced velocity, normal and tangential.
+    """
+    q, v, a, flow, inflow = one.q, one.v, one.a, one.flow, one.inflow
+    for i in range(motion.shape[1]):
+        for j in range(q.shape[0]):
+            q[j], v[j], a[j] = motion[0, i, j], motion[1, i, j], motion[2, i, j]
+        equations(0.0, dt, m)
+        for k in range(5):
+            for j in range(left[k].shape[0]):
+                kept[k][i, j] = left[k][j]
+        for b in range(flow.blades):
+            for n in range(flow.nodes):
+                lack[0, b, n] += flow.steady_axial[b, n] * flow.vx[b, n] - inflow.x[b, n]
+                lack[1, b, n] += flow.steady_tangential[b, n] * flow.vy[b, n] - inflow.y[b, n]
+
+
+class Orbit:
+    """The periodic motion of a model in a steady wind, improved sector by sector."""
+
+    def __init__(self, model: BladedModel, wind: SteadyWind) -> None:
+        self.model, self.wind = model, wind
+        self.case = Case(with_static_gears(model), wind)
+        self.case.control.drive.yaw_held = 1.0  # a free nacelle has no steady direction
+        self.B, self.K = model.n_blades, len(model.rotor.blade.names)
+        self.core = model.n_core
+        self.generator = len(model.rotor.tower.names) + GENERATOR
+        self.torsion = len(model.rotor.tower.names) + TORSION
+        free = model.locked == 0.0
+        self.free_core = np.flatnonzero(free[: self.core] & (np.arange(self.core) != self.generator))
+        self.free_blade = np.flatnonzero(free[self.core : self.core + self.K])
+        # cosine and sine coefficients; a blade's in its own azimuth, the core's for harmonics 0 and B
+        self.blade_c = np.zeros((BLADE_HARMONICS + 1, self.K))
+        self.blade_s = np.zeros((BLADE_HARMONICS + 1, self.K))
+        # individual deviations of the blades from it in the mean, for they differ if not all have ice
+        self.own = np.zeros((self.B, self.K))
+        self.core_c = np.zeros((2, self.core))
+        self.core_s = np.zeros((2, self.core))
+        self.azimuth = 0.0
+        self.speed = self.pitch = self.torque = 0.0
+        self.farthest, self.moved = np.inf, 0.0
+        self.level = MEAN_ONLY
+        self.correct: dict[int, Float] = {}
+        self.lefts: deque[float] = deque(maxlen=self.B)
+        # near their roots blades may settle in different flow states, so that sectors keep differing
+        self.unlike = self.uneven = not model.turbine.blades_alike
+        # quasi-steady minus lagged induced velocity, summed over a sector
+        self.lack = np.zeros((2, *self.case.one.flow.array.shape[1:]))
+        # residuals of each blade minus their mean over the blades; residuals, velocities and these of each sector
+        self.blade_missing = np.zeros((self.B, self.K))
+        self.parts: list[tuple[Float, Float, Float]] = []
+
+    # motion -------------------------------------------------------------------------------------
+
+    def prescribe(self, psi: float) -> None:
+        """Set coordinates, velocities and accelerations of the motion at rotor azimuth ``psi``."""
+        case, motion = self.case, self.motion(np.array([psi]))
+        case["q"][:], case["v"][:], case["a"][:] = motion[:, 0]
+
+    def motion(self, azimuths: Float) -> Float:
+        """(3, azimuths, coordinates) coordinates, velocities and accelerations of the motion.
+
+        All azimuths at once, since time in Python is time that threads wait.
+        """
+        w, fast = self.speed, self.B * self.speed
+        result = np.empty((3, len(azimuths), len(self.case["q"])))
+        q, v, a = result
+        c, s = np.cos(self.B * azimuths)[:, None], np.sin(self.B * azimuths)[:, None]
+        wave = self.core_c[1] * c + self.core_s[1] * s
+        q[:, : self.core] = self.core_c[0] + wave
+        v[:, : self.core] = fast * (self.core_s[1] * c - self.core_c[1] * s)
+        a[:, : self.core] = -(fast**2) * wave
+        q[:, self.generator] = azimuths - q[:, self.torsion]
+        v[:, self.generator] = w - v[:, self.torsion]
+        a[:, self.generator] = -a[:, self.torsion]
+        n = np.arange(BLADE_HARMONICS + 1.0)
+        blades = 2.0 * np.pi / self.B * np.arange(self.B, dtype=float)
+        angle = (azimuths[:, None] + blades)[..., None] * n
+        c, s = np.cos(angle), np.sin(angle)
+        arms = (len(azimuths), self.B * self.K)
+        q[:, self.core :] = (c @ self.blade_c + s @ self.blade_s + self.own).reshape(arms)
+        v[:, self.core :] = w * ((n * c) @ self.blade_s - (n * s) @ self.blade_c).reshape(arms)
+        a[:, self.core :] = -(w**2) * ((n**2 * c) @ self.blade_c + (n**2 * s) @ self.blade_s).reshape(arms)
+        return result
+
+    def residuals(self, azimuths: Float, dt: float) -> tuple[Float, Float]:
+        """Residuals of the equations at consecutive azimuths: (azimuths, core), (azimuths, blades, modes).
+
+        Args:
+          dt: [s] between the azimuths; 0 holds inflow and stall.
+        """
+        case, motion, n = self.case, self.motion(azimuths), len(azimuths)
+        shapes = [case[part].shape for part in KEPT]
+        kept = tuple(np.empty((n, int(np.prod(shape)))) for shape in shapes)
+        self.lack[:] = 0.0
+        left = tuple(case[part].reshape(-1) for part in KEPT)
+        evaluate_motion(dt, motion, case.system, case.one, left, kept, self.lack)
+        A, D, C, core, blade = (array.reshape(n, *shape) for array, shape in zip(kept, shapes, strict=True))
+        A, D = (np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2) for M in (A, D))
+        a_core = motion[2, :, : self.core]
+        a_blade = motion[2, :, self.core :].reshape(n, self.B, self.K)
+        core -= np.einsum("ijk,ik->ij", A, a_core) + np.einsum("ibkj,ibk->ij", C, a_blade)
+        blade -= np.einsum("ibkl,ibl->ibk", D, a_blade) + np.einsum("ibkj,ij->ibk", C, a_core)
+        return core, blade
+
+    # corrections --------------------------------------------------------------------------------
+
+    def coefficients(self) -> Float:
+        """All free coefficients of the motion as one vector."""
+        core, blade = self.free_core, self.free_blade
+        return np.concatenate(
+            [
+                self.core_c[:, core].ravel(),
+                self.core_s[1, core],
+                self.blade_c[:, blade].ravel(),
+                self.blade_s[1:, blade].ravel(),
+            ]
+        )
+
+    def move(self, change: Float) -> None:
+        """Add a change to the free coefficients.
+
+        Raises:
+          NotConverged: the motion diverges.
+        """
+        if not np.all(np.abs(change) < ABSURD):
+            raise NotConverged(DIVERGES)
+        core, blade = self.free_core, self.free_blade
+        sizes = [2 * len(core), len(core), (BLADE_HARMONICS + 1) * len(blade)]
+        parts = np.split(change, np.cumsum(sizes))
+        self.core_c[:, core] += parts[0].reshape(2, -1)
+        self.core_s[1, core] += parts[1]
+        self.blade_c[:, blade] += parts[2].reshape(BLADE_HARMONICS + 1, -1)
+        self.blade_s[1:, blade] += parts[3].reshape(BLADE_HARMONICS, -1)
+
+    def missing(self, azimuths: Float, dt: float) -> tuple[Float, float]:
+        """Residuals over a sector, projected on the harmonics in the order of
+        :meth:`coefficients`, and the mean residual torque.
+
+        Raises:
+          NotConverged: the motion diverges.
+        """
+        B = self.B
+        core, blade = self.residuals(azimuths, dt)
+        if not (np.isfinite(core).all() and np.isfinite(blade).all()):
+            raise NotConverged(DIVERGES)
+        core_0 = core.sum(axis=0)
+        core_c, core_s = 2.0 * np.cos(B * azimuths) @ core, 2.0 * np.sin(B * azimuths) @ core
+        n = np.arange(BLADE_HARMONICS + 1.0)
+        angle = np.multiply.outer(n, azimuths[:, None] + 2.0 * np.pi / B * np.arange(B, dtype=float))
+        blade_c = 2.0 / B * np.tensordot(np.cos(angle), blade, 2)
+        blade_s = 2.0 / B * np.tensordot(np.sin(angle), blade, 2)
+        blade_c[0] *= 0.5
+        self.blade_missing = blade.mean(axis=0) - blade.mean(axis=(0, 1))
+        trunk, arm = self.free_core, self.free_blade
+        vector = np.concatenate(
+            [core_0[trunk], core_c[trunk], core_s[trunk], blade_c[:, arm].ravel(), blade_s[1:, arm].ravel()]
+        )
+        return vector / len(azimuths), float(core_0[self.generator] / len(azimuths))
+
+    def unknowns(self) -> NDArray[np.intp]:
+        """Indices of the coefficients that are corrected at the present level."""
+        core, blade = len(self.free_core), len(self.free_blade)
+        if self.level == MEAN_ONLY:
+            return np.concatenate([np.arange(core), 3 * core + np.arange(blade)])
+        return np.arange(3 * core + (2 * BLADE_HARMONICS + 1) * blade)
+
+    def linearise(self) -> None:
+        """Compute the derivatives of the residuals by the coefficients, with inflow held and static polars."""
+        options, stall = self.case["aero_options"], AeroOptions.index("stall")
+        kept, options[stall] = options[stall], 0
+        self.differentiate(2.0 * np.pi / self.B / JACOBIAN_SAMPLES * np.arange(JACOBIAN_SAMPLES, dtype=float), 0.0)
+        options[stall] = kept
+
+    def differentiate(self, azimuths: Float, dt: float) -> None:
+        """Compute derivatives at azimuths; ``dt`` [s] as for :meth:`residuals`."""
+        air = self.case.aero_state.vector
+        state = air.copy()
+        base, _ = self.missing(azimuths, dt)
+        unknowns = self.unknowns()
+        J: Float = np.empty((len(unknowns), len(unknowns)))
+        for column, j in enumerate(unknowns):
+            change = np.zeros(len(base))
+            change[j] = PERTURBATION
+            self.move(change)
+            if dt:
+                air[:] = state
+            J[:, column] = (self.missing(azimuths, dt)[0] - base)[unknowns] / PERTURBATION
+            self.move(-change)
+        air[:] = state
+        self.correct[self.level] = np.asarray(np.linalg.inv(J), dtype=float)
+
+    def mean_correction(self) -> Float:
+        """(free modes, free modes) correction of a blade's mean deflection for unit residuals of its equations."""
+        core, blade = len(self.free_core), len(self.free_blade)
+        begin = core if self.level == MEAN_ONLY else 3 * core
+        result: Float = self.correct[self.level][begin : begin + blade, begin : begin + blade]
+        return result
+
+    def impose(self, speed: float, pitch: float, torque: float) -> None:
+        """Set rotor speed [rad/s], pitch [rad] and generator torque [N m]."""
+        case = self.case
+        self.parts.clear()
+        self.speed = speed
+        case["pitch"][:] = 0.0
+        self.pitch = pitch
+        case.view("pitch")["angle"] = pitch + deviations(self.model.turbine, "pitch")
+        case.control.drive.generator_torque = self.torque = torque
+
+    def sweep(self, speed: float, pitch: float, torque: float) -> float:
+        """March sectors and correct the motion after each; returns the mean residual torque [N m]."""
+        self.impose(speed, pitch, torque)
+        if not self.correct:
+            self.prescribe(0.0)
+            self.case.settle(0.0)
+        if self.level not in self.correct:
+            for _ in range(2):
+                self.linearise()
+                self.sector()
+        for _ in range(UNLIKE_SWEEPS if self.unlike else SWEEPS):
+            self.sector()
+        return self.left
+
+    @property
+    def left(self) -> float:
+        """Mean residual torque [N m], of the last sector or of the last revolution."""
+        return self.over_revolution if self.unlike else self.lefts[-1]
+
+    @property
+    def over_revolution(self) -> float:
+        """Mean residual torque [N m] of the last B sectors."""
+        return sum(self.lefts) / len(self.lefts)
+
+    @property
+    def step(self) -> float:
+        """[rad] from one azimuth of a sector to the next, in the sense of rotation."""
+        return float(np.copysign(2.0 * np.pi / self.B / SAMPLES, self.speed))
+
+    def sector(self) -> None:
+        """March 1/B revolution, and correct motion and mean inflow; for blades that differ after each revolution.
+
+        Over a revolution the forces that turn with such a rotor cancel out on the tower.
+        """
+        case, B = self.case, self.B
+        step = self.step
+        missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed)
+        self.azimuth += step * SAMPLES
+        self.lefts.append(left)
+        inflow = case["inflow"]
+        lack = self.lack[..., : inflow.shape[-1]]
+        if self.uneven:
+            self.parts.append((missing, lack.copy(), self.blade_missing))
+            if len(self.parts) < B:
+                return
+            missing, lack, residuals = (np.mean(parts, axis=0) for parts in zip(*self.parts, strict=True))
+            self.parts.clear()
+            self.own[:, self.free_blade] -= residuals[:, self.free_blade] @ self.mean_correction().T
+        else:
+            lack = lack.mean(axis=1, keepdims=True)
+        lack = lack / SAMPLES
+        change = np.zeros(len(missing))
+        unknowns = self.unknowns()
+        change[unknowns] = -self.correct[self.level] @ missing[unknowns]
+        self.moved = float(np.max(np.abs(change), initial=0.0))
+        if self.moved > self.farthest:
+            change *= self.farthest / self.moved
+        self.move(change)
+        # dynamic inflow has time constants of many seconds: set its azimuthal mean to the steady value at once
+        k = self.model.parameter("aerodynamics.inflow_lead")
+        for i, (reduced, velocity) in enumerate((("reduced_x", "x"), ("reduced_y", "y"))):
+            inflow[InflowState.index(velocity)] += lack[i]
+            inflow[InflowState.index(reduced)] += (1.0 - k) * lack[i]
+
+    # result -------------------------------------------------------------------------------------
+
+    def unstable(self) -> str:
+        """Result of ``modes.growing`` with blade 1 up."""
+        self.prescribe(0.0)
+        return growing(self.case)
+
+    def finish(self, azimuth: float = 0.0, warnings: tuple[str, ...] = ()) -> OperatingPoint:
+        """March one more revolution, average all signals, and store the state with blade 1 up.
+
+        Args:
+          azimuth, warnings: of the operating point.
+        """
+        case, B = self.case, self.B
+        # approach azimuth 0 with the flow that belongs to it
+        while round(self.azimuth * B / (2.0 * np.pi)) % B:
+            self.sector()
+        self.azimuth = 0.0
+        step = self.step
+        means, made = np.zeros_like(case.signals.vector), 0.0
+        rows = []
+        for i in range(B * SAMPLES):
+            self.prescribe((i + 1) * step)
+            equations(0.0, step / self.speed, case.system)
+            case.control.drive.generator_torque = self.torque
+            case.begin_parts()
+            made += float(case.control.drive.generator_torque) / (B * SAMPLES)
+            case.loads(0.0)
+            means += case.signals.vector / (B * SAMPLES)
+            rows.append(np.concatenate([case["q"], case["v"], case.aero_states()]))
+            rows[-1][self.generator] -= (i + 1) * step
+        aero = case.aero_states()
+        self.prescribe(0.0)
+        model = self.model
+        channels = bladed_channels(model, Stations())
+        revolution = np.roll(rows, 1, axis=0)
+        if self.speed < 0.0:  # order by rising azimuth
+            revolution[1:] = revolution[:0:-1].copy()
+        return OperatingPoint(
+            wind=self.wind,
+            rotor_speed=self.speed,
+            pitch=self.pitch,
+            generator_speed=self.speed * model.turbine.drivetrain.gear_ratio,
+            generator_torque=self.torque,
+            imbalance=self.over_revolution + model.turbine.drivetrain.gear_ratio * (self.torque - made),
+            q=case["q"].copy(),
+            v=case["v"].copy(),
+            aero=aero,
+            revolution=revolution,
+            means=means,
+            channels=channels,
+            places={name: case.place(channel) for name, channel in channels.items()},
+            warnings=warnings,
+            azimuth=azimuth,
+        )

@@ -1,0 +1,121 @@
+"""Parts of a machine that not every model has: electrical system, reactions of a moving base, sea, wakes ...
+
+A part is a record of arrays with the kernels that act at the hooks of ``simulation/step.py``. It joins the records of
+those models, or runs, that have it; to all others it costs nothing. What it contributes stands in its own module:
+members of the records, signals, states, parameters, channels, inputs of linear models, entries of the log.
+
+Reference: docs/development/parts.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from meltemi.maths.records import Record
+from meltemi.maths.tables import Table
+
+if TYPE_CHECKING:
+    from meltemi.control.controller import LogEntry
+    from meltemi.simulation.channels import Channel
+
+ParameterTables = tuple[tuple[type[Table], str, tuple[str, ...]], ...]
+Place = tuple[str, int]
+"""Name of an array of a case, and index of one of its entries."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A state, input or output of a linear model.
+
+    Attributes:
+      name, unit: name; SI unit.
+      value: of an input at the operating point.
+      moves: entries of a case, each with its change for a unit change of the state or input.
+      shows: entry of a case with the value of an output, or with the derivative of a state.
+    """
+
+    name: str
+    unit: str
+    moves: tuple[tuple[Place, float], ...] = ()
+    shows: Place = ("", 0)
+    value: float = 0.0
+
+
+@dataclass(frozen=True)
+class StateRows:
+    """States of a part: rows of one of its signals, with their time derivatives in the same rows of another array.
+
+    Attributes:
+      array, derivative: names of the arrays.
+      names, units: of the states.
+    """
+
+    array: str
+    derivative: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+
+    def variables(self) -> list[Variable]:
+        """The states of a linear model."""
+        each = enumerate(zip(self.names, self.units, strict=True))
+        return [Variable(name, unit, (((self.array, i), 1.0),), (self.derivative, i)) for i, (name, unit) in each]
+
+
+class Part:
+    """Base of parts: nothing. A part is a frozen data class of the arrays that its records need.
+
+    Attributes:
+      control: class of records that extends ``simulation.system.Control``, or None.
+      system: the same of the turbine's system.
+      signals: arrays that channels may record, by their tables; states are among them, so that they are saved.
+      parameter_tables: table, array and names of scalar parameters, as of a rotor.
+    """
+
+    control: ClassVar[type[Record] | None] = None
+    system: ClassVar[type[Record] | None] = None
+    signals: ClassVar[dict[str, type[Table]]] = {}
+    parameter_tables: ClassVar[ParameterTables] = ()
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of the signals."""
+        return {name: table.shape() for name, table in self.signals.items()}
+
+    def arrays(self) -> dict[str, Any]:
+        """All other arrays of its records; a run writes into none that the part holds."""
+        return {}
+
+    def channels(self) -> Sequence[Channel]:
+        """What a run can record of it."""
+        return ()
+
+    def states(self) -> Sequence[StateRows]:
+        """States of linear models."""
+        return ()
+
+    def inputs(self, case: Any, point: Any) -> dict[str, Variable]:
+        """Inputs of linear models by name, for a case at an operating point."""
+        return {}
+
+    def log(self, case: Any, time: float) -> list[LogEntry]:
+        """What happened to it in a case up to a time [s]."""
+        return []
+
+
+PARTS: dict[str, Callable[[Any, Any], bool]] = {
+    "meltemi.simulation.electric": lambda turbine, options: options.electrical != "ideal",
+}
+"""Modules of parts, and whether a turbine with some options has it; ``part_of(turbine, options)`` there makes it."""
+
+
+def parts_of(turbine: Any, options: Any) -> tuple[Part, ...]:
+    """Parts of a turbine.
+
+    Raises:
+      InputError: one is not described, or does not suit the turbine.
+    """
+    return tuple(
+        import_module(module).part_of(turbine, options) for module, has in PARTS.items() if has(turbine, options)
+    )

@@ -1,0 +1,215 @@
+"""A run that has been checked: what it marches, in which steps, what it records, before any of its arrays exists."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.baseline import BaselineController
+from meltemi.control.controller import Controller, LogEntry, StartPoint
+from meltemi.core.errors import InputError
+from meltemi.simulation.channels import DEFAULT, Channel
+from meltemi.simulation.grid import check_grid
+from meltemi.simulation.model import Model, Stations
+from meltemi.simulation.operating_point import OperatingPoint
+from meltemi.simulation.parts import Part
+from meltemi.simulation.rotors import default_step, kind_of
+from meltemi.simulation.run import Run
+from meltemi.simulation.start import Start
+from meltemi.simulation.unsteady import unseen
+from meltemi.turbine.plausibility import plausibility_warnings
+from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
+from meltemi.wind.turbulent import realised
+
+if TYPE_CHECKING:
+    from meltemi.simulation.events import BaseEvent
+    from meltemi.simulation.scene.motion import Recorder
+
+
+@dataclass(frozen=True)
+class Events:
+    """Events of a run: as given, as the table that the time loop reads, and as entries of the log with their steps."""
+
+    given: tuple[BaseEvent, ...] = ()
+    rows: NDArray[np.float64] | None = None
+    log: tuple[tuple[int, LogEntry], ...] = ()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A checked run.
+
+    Attributes:
+      model, stations, channels: what is simulated, and recorded.
+      recorder: of the view, if there is one.
+      events: what happens.
+      dt: [s] time step.
+      n_steps, every_output: number of time steps, and of those between samples.
+    """
+
+    model: Model[Any]
+    stations: Stations
+    channels: tuple[Channel, ...]
+    recorder: Recorder | None
+    events: Events
+    dt: float
+    n_steps: int
+    every_output: int
+
+
+def planned(run: Run) -> Plan:
+    """Check all that needs neither the wind nor the controller of a run.
+
+    Raises:
+      InputError: an argument is not valid.
+    """
+    duration, transient, grid = run.duration, run.transient, run.grid
+    model = run.model() if callable(run.model) else run.model
+    if not isinstance(model, Model):
+        raise InputError(f"model: expected the model from build(turbine), found {type(model).__name__}")
+    if not (math.isfinite(duration) and duration > 0.0):
+        raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
+    if not 0.0 <= transient < duration:
+        raise InputError(f"transient must be from 0 s to less than the duration, found {transient!r}")
+    dt = default_step(model)
+    if duration < (1.0 - 1e-9) * dt:
+        raise InputError(f"duration {duration:g} s is less than the time step of {dt:g} s")
+    every_output = multiple(run.output_step, dt, "output_step")
+    stations = run.stations or Stations()
+    chosen = choose(model, run.channels, stations, run.parts)
+    recorder = None
+    if run.view:
+        from meltemi.simulation.scene.motion import Recorder
+
+        recorder = Recorder(model, stations)
+        stations = recorder.stations
+    n_steps = round(duration / dt) + 1
+    check_grid(grid, model.has_electrical, model.turbine.rated_power)
+    events = _events(run, model, dt, n_steps)
+    if run.controller is None and grid is not None and grid.power_reference is not None:
+        raise InputError(
+            "grid: power_reference is given, but the baseline controller does not follow it: "
+            "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
+            "or one of your own"
+        )
+    return Plan(model, stations, tuple(chosen), recorder, events, dt, n_steps, every_output)
+
+
+def _events(run: Run, model: Model[Any], dt: float, n_steps: int) -> Events:
+    given = tuple(run.events)
+    if not given:
+        return Events()
+    from meltemi.simulation.events import check_dips, read_events, schedule
+
+    events = read_events(given)
+    made = schedule(events, model.turbine, dt, n_steps)
+    if not model.has_electrical:
+        check_dips(events)
+    return Events(events, made.rows, made.log)
+
+
+def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
+    """The wind of a run as a field, and warnings about turbine, wind and events.
+
+    Raises:
+      InputError: it does not cover the run.
+    """
+    turbine, described = plan.model.turbine, run.wind() if callable(run.wind) else run.wind
+    noticed = [*plausibility_warnings(turbine), *unusual(described)]
+    if run.controller is None and plan.events.given:
+        from meltemi.simulation.events import ignored
+
+        noticed += ignored(plan.events.given)
+    wind = realised(described, turbine, run.duration)
+    check_coverage(
+        wind,
+        hub_height=turbine.hub_height,
+        radius=turbine.rotor_radius,
+        reach=abs(kind_of(plan.model).reach(turbine)),
+        duration=run.duration,
+        origin=run.origin,
+    )
+    changing = {"grid": run.grid, "environment.air": plan.model.environment.air}
+    return wind, [*noticed, *unseen(wind, changing, run.duration, run.transient)]
+
+
+def controller_of(run: Run, plan: Plan, wind: Wind) -> tuple[Controller, int]:
+    """The controller of a run, and the number of time steps between its calls.
+
+    Raises:
+      InputError: it is none, turns a nacelle that the model holds, or its sample time does not fit the time step.
+    """
+    controller = run.controller(wind) if callable(run.controller) else run.controller
+    controller = controller or BaselineController(plan.model.turbine)
+    if not isinstance(controller, Controller):
+        raise InputError(f"controller: expected a meltemi.Controller, found {type(controller).__name__}")
+    if controller.yaws and plan.model.options.yaw != "driven":
+        raise InputError(
+            f"controller {controller.name!r} turns the nacelle, but the model's yaw is {plan.model.options.yaw!r}: "
+            'build it with ModelOptions(yaw="driven"), or in a file options: {yaw: driven}'
+        )
+    time = controller.sample_time
+    return controller, 1 if time is None else multiple(time, plan.dt, "sample_time")
+
+
+def first_point(model: Model[Any], wind: Wind, start: OperatingPoint | Start) -> StartPoint:
+    """The initial state of the controller of a run."""
+    turbine = model.turbine
+    speed = float(start.rotor_speed) * turbine.drivetrain.gear_ratio
+    now, before = (mean(wind, turbine.hub_height) for mean in (mean_speed, mean_before))
+    return StartPoint(now, speed, start.pitch, start.generator_torque, before)
+
+
+def multiple(value: float, dt: float, name: str) -> int:
+    """Number of time steps in ``value`` [s], which must be an integer."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise InputError(f"{name} must be a positive number of seconds, found {value!r}")
+    n = round(value / dt)
+    if n < 1 or abs(n * dt - value) > 1e-6 * value:
+        near = max(n, 1)
+        raise InputError(
+            f"{name} {value:g} s is not a multiple of the time step {dt:g} s; "
+            f"use {near * dt:g} or {(near + 1) * dt:g} s, or set options.time_step"
+        )
+    return n
+
+
+def model_channels(
+    model: Model[Any], stations: Stations | None = None, parts: Sequence[Part] = ()
+) -> dict[str, Channel]:
+    """All channels of a model, and of further parts of a run, by name."""
+    found = kind_of(model).channels(model, stations or Stations())
+    return found | {channel.name: channel for part in parts for channel in part.channels()}
+
+
+def choose(model: Model[Any], names: Sequence[str], stations: Stations, parts: Sequence[Part] = ()) -> list[Channel]:
+    """Channels by name, each once, and all channels of stations that are given without any of theirs.
+
+    Raises:
+      InputError: a name is unknown, or no channel is given.
+    """
+    available = model_channels(model, stations, parts)
+    if isinstance(names, str):
+        raise InputError(f"channels must be a list of names, found the text {names!r}")
+    found: dict[str, Channel] = {}
+    whole = set(DEFAULT) <= set(names)
+    for name in names:
+        if name == "all":
+            found.update(available)
+            continue
+        if name in DEFAULT and name not in available and (whole or name.endswith("_3")):
+            continue  # blade 3 of a two-bladed turbine, or blades of a power-coefficient turbine
+        channel = kind_of(model).channel(name, model, available)
+        found[channel.name] = channel
+    for wanted, beginning in ((stations.blade, "station_"), (stations.tower, "tower_station_")):
+        if wanted and not any(name.startswith(beginning) for name in found):
+            found.update({name: c for name, c in available.items() if name.startswith(beginning)})
+    found.pop("time", None)
+    if not found:
+        raise InputError("no channels to record")
+    return list(found.values())

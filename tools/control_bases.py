@@ -1,0 +1,201 @@
+"""The page of load bases under collective, individual and combined control, made from one command:
+
+    python tools/control_bases.py [--quick] [--short] [--work FOLDER] [TURBINE ...]   # [nrel5mw iea15mw]
+
+For each turbine and scheme a load base is planned, run (what is finished is not repeated) and evaluated. Cases that do
+not depend on the scheme, such as parked ones, are computed once: each base begins with the results of the ones before.
+Writes docs/verification/control-bases.md and its picture.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import shutil
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import meltemi
+from meltemi.loadbase.campaign import FILE, make_campaign, read_campaign, write_campaign
+from meltemi.loadbase.design import DesignLoads, design_loads
+from meltemi.loadbase.engine import base_status, run_base
+from meltemi.loadbase.plan import plan, write_plan
+from meltemi.loadbase.store import FOLDER
+
+PAGES = Path(__file__).resolve().parents[1] / "docs" / "verification"
+SCHEMES = {"supervised": "collective", "ipc": "individual", "cpfc": "combined"}
+"""Controllers, and their words; all have the same supervisor and collective law."""
+FATIGUE = {
+    "blade root, out of plane": ("root_moment_out_of_plane_1", 10.0),
+    "blade root, in plane": ("root_moment_in_plane_1", 10.0),
+    "shaft, rotating bending": ("shaft_moment_y", 4.0),
+    "yaw bearing, tilt": ("yaw_moment_y", 4.0),
+    "yaw bearing, yaw": ("yaw_moment_z", 4.0),
+    "tower base, fore-aft": ("tower_base_moment_fore_aft", 4.0),
+    "tower base, side to side": ("tower_base_moment_side_side", 4.0),
+}
+ULTIMATE = {
+    "blade root": "blade_root",
+    "rotating hub": "hub_rotating",
+    "yaw bearing": "yaw_bearing",
+    "tower base": "tower_base",
+}
+
+
+HEAD = """# Load bases under three control schemes
+
+Design loads of a load base of IEC 61400-1 (edition 4, class IB) under collective pitch control, with individual pitch
+at 1P and feed-forward (`ipc`), and with flaps at 2P in addition (`cpfc`: the combined pitch and flap control of He et
+al. 2018). Supervisor, collective law, winds and seeds are the same; the loops are [tuned for
+margins](../theory/control.md) of each turbine, its flaps are those of He et al. (2018).
+"""
+QUICK = """!!! warning
+    These are numbers of **quick bases**: one seed and three wind speeds of each load case{seconds}. They show that
+    the chain works, and are no design loads.
+"""
+USE = """```sh
+{command}
+```
+
+The same by hand, for one base, and the comparison of two in full:
+
+```sh
+meltemi loads plan nrel5mw --class IB --controller ipc{flag} --out nrel5mw-ipc
+cp nrel5mw-supervised/results/*.parquet nrel5mw-ipc/results/   # parked cases are the same: not run twice
+meltemi loads run nrel5mw-ipc
+meltemi loads report nrel5mw-ipc --against nrel5mw-supervised
+meltemi loads compare nrel5mw-supervised nrel5mw-ipc
+```
+
+![Changes of loads against collective control](control-bases.png)
+"""
+FOOT = """Ultimate loads are resultant moments with partial safety factors. Lifetime loads are ranges for 10⁷ cycles,
+slope 10 (blades) and 4 (other components); travel is the mean of the blades. Ultimate loads of parked cases do not
+depend on the scheme, which limits what a control scheme can save where they govern."""
+
+
+SHORT = {"duration": 40.0, "transient": 20.0, "begin": 10.0}
+"""[s] of cases that only try whether everything works."""
+
+
+def base(turbine: str, scheme: str, work: Path, settings: dict[str, Any], before: list[Path]) -> DesignLoads:
+    """The evaluated load base of a turbine under a scheme."""
+    folder = work / f"{turbine}-{scheme}"
+    folder.mkdir(parents=True, exist_ok=True)
+    if not (folder / FILE).is_file():
+        write_campaign(make_campaign(turbine, "IB", controller=scheme, **settings), folder)
+        (folder / FOLDER).mkdir(exist_ok=True)
+        for other in before:
+            for file in (other / FOLDER).glob("*.parquet"):
+                shutil.copy2(file, folder / FOLDER / file.name)
+    planned = plan(read_campaign(folder))
+    write_plan(planned, folder)
+    status = base_status(planned, folder)
+    print(f"{folder}: {status.done} of {status.total} cases done, {status.hours:.1f} h to be simulated", flush=True)
+    run_base(planned, folder)
+    return design_loads(planned, folder)
+
+
+def values(found: DesignLoads) -> dict[tuple[str, str], float]:
+    """Numbers of the page by kind and name, in its units."""
+    rows = {("fatigue", name): 1e-6 * found.fatigue.at[c, m] for name, (c, m) in FATIGUE.items()}
+    for name, interface in ULTIMATE.items():
+        rows["ultimate", name] = 1e-6 * found.ultimate.at[(interface, "M_res max"), "M_res"]
+    rows["ultimate", "least tower clearance"] = found.clearance["clearance"].min()
+    for kind, words in (("pitch_", "pitch"), ("flap_", "flap")):
+        drives = [name for name in found.duties.index if name.startswith(kind)]
+        travel = found.duties.loc[drives, "travel"].mean() if drives else 0.0
+        rows["use", f"{words} travel"] = 1e-6 * math.degrees(travel)
+    rows["use", "energy"] = found.energy.energy / 3.6e12 if found.energy else math.nan
+    rows["use", "stops"] = found.stops["stops"].sum() if len(found.stops) else 0.0
+    return rows
+
+
+UNITS = {"fatigue": "MN m", "ultimate": "MN m"}
+OTHERS = {"least tower clearance": "m", "pitch travel": "10⁶ deg/year", "flap travel": "10⁶ deg/year"}
+OTHERS |= {"energy": "GWh/year", "stops": "1/year"}
+HEADS = {"fatigue": "Lifetime damage-equivalent loads", "ultimate": "Ultimate loads", "use": "Energy and actuators"}
+
+
+def table(found: dict[str, dict[tuple[str, str], float]], kind: str) -> list[str]:
+    """A table in Markdown: the schemes side by side, changes against the first one."""
+    first, *rest = found
+    lines = [
+        "| | unit | " + " | ".join([SCHEMES[first], *(f"{SCHEMES[s]} | change" for s in rest)]) + " |",
+        "|---|---|" + "---:|" * (2 * len(found) - 1),
+    ]
+    for name in (n for k, n in found[first] if k == kind):
+        a = found[first][kind, name]
+        cells = [f"{a:.4g}"]
+        for scheme in rest:
+            b = found[scheme][kind, name]
+            cells += [f"{b:.4g}", f"{100.0 * (b / a - 1.0):+.1f} %" if a else "-"]
+        lines.append(f"| {name} | {OTHERS.get(name) or UNITS[kind]} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def picture(found: dict[str, dict[str, dict[tuple[str, str], float]]], path: Path) -> None:
+    """Changes of lifetime and ultimate loads against collective control."""
+    fig, axes = plt.subplots(1, len(found), figsize=(5.2 * len(found), 4.4), sharey=True, squeeze=False)
+    for ax, (turbine, of) in zip(axes[0], found.items(), strict=True):
+        first, *rest = of
+        names = [key for key in of[first] if key[0] in UNITS and key[1] not in OTHERS]
+        y = np.arange(len(names))
+        for i, scheme in enumerate(rest):
+            change = [100.0 * (of[scheme][key] / of[first][key] - 1.0) for key in names]
+            ax.barh(y + 0.38 * (i - 0.5), change, 0.36, label=SCHEMES[scheme])
+        ax.set_yticks(y, [f"{name} ({'DEL' if kind == 'fatigue' else 'ultimate'})" for kind, name in names])
+        ax.axvline(0.0, color="0.5", lw=0.8)
+        ax.set(title=turbine, xlabel="change against collective control, %")
+    axes[0, 0].invert_yaxis()
+    axes[0, -1].legend()
+    fig.tight_layout()
+    fig.savefig(path, dpi=110)
+
+
+def page(found: dict[str, dict[str, DesignLoads]]) -> str:
+    """The page in Markdown."""
+    numbers = {t: {s: values(d) for s, d in of.items()} for t, of in found.items()}
+    picture(numbers, PAGES / "control-bases.png")
+    campaign = next(iter(found[next(iter(found))].values())).plan.campaign
+    quick, flag = campaign.quick, " --quick" if campaign.quick else ""
+    seconds = f", of {campaign.duration:g} s each" if campaign.duration else ""
+    option = " --short" if campaign.duration else flag
+    command = f"python tools/control_bases.py{option} {' '.join(found)}   # plans, runs, evaluates, makes this page"
+    lines = [HEAD, *([QUICK.format(seconds=seconds)] if quick else []), USE.format(command=command, flag=flag)]
+    for turbine, of in numbers.items():
+        lines += [f"## {turbine}", ""]
+        for kind, head in HEADS.items():
+            lines += [f"{head}:", "", *table(of, kind), ""]
+        bad = {s: len(d.problems) for s, d in found[turbine].items() if len(d.problems)}
+        if bad:
+            said = ", ".join(f"{SCHEMES[s]} {n}" for s, n in bad.items())
+            lines += [f"Cases with a warning or a finding: {said}; the reports of the bases list them.", ""]
+    lines += [FOOT, "", f"meltemi {meltemi.__version__}."]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Plan, run and evaluate what is missing; write the page."""
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("turbines", nargs="*", default=["nrel5mw", "iea15mw"])
+    arguments.add_argument("--quick", action="store_true")
+    arguments.add_argument("--short", action="store_true")
+    arguments.add_argument("--work", type=Path, default=Path("bases"))
+    given = arguments.parse_args()
+    settings: dict[str, Any] = {"quick": given.quick or given.short, **(SHORT if given.short else {})}
+    found: dict[str, dict[str, DesignLoads]] = {}
+    for turbine in given.turbines:
+        done: list[Path] = []
+        found[turbine] = {}
+        for scheme in SCHEMES:
+            found[turbine][scheme] = base(turbine, scheme, given.work, settings, done)
+            done.append(given.work / f"{turbine}-{scheme}")
+    (PAGES / "control-bases.md").write_text(page(found), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
