@@ -13,18 +13,25 @@ import numpy as np
 import pytest
 
 from meltemi.core.errors import InputError
-from meltemi.surrogate.campaign import SurrogateCampaign, SurrogateDesign, surrogate_design
+from meltemi.surrogate.campaign import (
+    SurrogateCampaign,
+    SurrogateDesign,
+    surrogate_design,
+    write_surrogate_campaign,
+)
 from meltemi.surrogate.fit import Fit, fit_surrogate, further_points, gaussian_fit, polynomial_fit, seed_scatter
 from meltemi.surrogate.model import (
     LoadModel,
     Polynomials,
     Surrogate,
+    _checksum,
     legendre_products,
     load_surrogate,
     write_surrogate,
 )
 from meltemi.surrogate.site import Sector, SiteTable, class_table, conditions_of, lifetime_loads, site_suitability
 from meltemi.surrogate.space import Space, Variable, site_space, space_filling
+from meltemi.turbine.library import load_turbine
 
 RNG = np.random.default_rng(1)
 SPACE = site_space(hub_height=90.0, rotor_radius=63.0, cut_in=3.0, cut_out=25.0, rated_power=5e6)
@@ -278,6 +285,26 @@ def test_a_file_gives_the_same_function_without_scikit_learn(
     assert write_surrogate(read, tmp_path / "b.json").read_bytes() == path.read_bytes()
 
 
+def test_a_surrogate_of_another_turbine_is_refused(tmp_path: Path) -> None:
+    path = write_surrogate(fit_surrogate(*runs()), tmp_path / "a.json")
+    turbine = load_turbine("nrel5mw")
+    assert load_surrogate(path, turbine).turbine == "nrel5mw"
+    with pytest.raises(InputError, match=r"fitted to nrel5mw, whose data differ from those of heavy"):
+        load_surrogate(path, turbine.replace(**{"name": "heavy", "hub.mass": 1e5}))
+
+
+def test_a_campaign_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign, design, _ = runs()
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("meltemi.surrogate.campaign.write_record", full)
+    with pytest.raises(InputError, match="surrogate.yaml: cannot be written .No space left"):
+        write_surrogate_campaign(campaign, design, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_models_have_what_pywake_asks_for() -> None:
     (each,) = linear(1.0, 0.05, 2.0).loads.values()
     assert (each.output_names[0], each.metadata["wohler_exponent"]) == ("tower", 4.0)  # PyWake 2.6
@@ -294,11 +321,15 @@ def test_damaged_files_are_refused(tmp_path: Path) -> None:
     data = json.loads(path.read_text())
     cases = {"no load surrogate": {}, "version 7": data | {"version": 7}, "damaged": data | {"variables": 3}}
     cases["coefficients of tower"] = data | {"loads": [data["loads"][0] | {"coefficients": [[1.0]]}]}
+    cases["OverflowError"] = data | {"loads": [data["loads"][0] | {"coefficients": [[10**400] * 3]}]}
     for words, content in cases.items():
-        path.write_text(json.dumps(content))
+        path.write_text(json.dumps(content | {"checksum": _checksum(content)}))
         with pytest.raises(InputError, match=words) as error:
             load_surrogate(path)
         assert "\n" not in str(error.value)
+    path.write_text(json.dumps(data | {"turbine": "other"}))
+    with pytest.raises(InputError, match="damaged or changed: its checksum does not match"):
+        load_surrogate(path)
     path.write_text(json.dumps(data)[:-40])
     with pytest.raises(InputError, match="damaged"):
         load_surrogate(path)

@@ -119,7 +119,9 @@ def plan_(
         if table is not None:
             given["changes"] = read_changes(table, edition)
         with progress_bar("operating points of the plan"):
-            campaign = make_campaign(turbine, wind_class or given["site"].wind_class(edition), edition, **given)
+            campaign = make_campaign(
+                turbine, given["site"].wind_class(edition) if wind_class is None else wind_class, edition, **given
+            )
     planned = plan(campaign)
     _show(planned)
     folder_for(out)

@@ -17,10 +17,15 @@ from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
     from meltemi.surrogate.site import SiteTable
+    from meltemi.turbine.power_turbine import AnyTurbine
 
 FolderArgument = Annotated[Path, typer.Argument(help="Folder of a surrogate campaign, as design writes it.")]
 FileArgument = Annotated[Path, typer.Argument(help="File of a surrogate, as fit writes it.")]
 ClassOption = Annotated[str, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1.")]
+TurbineOption = Annotated[
+    str | None,
+    typer.Option("--turbine", help="Refuse a surrogate of another turbine.", autocompletion=TURBINES),
+]
 EditionOption = Annotated[int, typer.Option("--edition", help="Edition of IEC 61400-1: 3, 4.")]
 MODEL = "surrogate.json"
 
@@ -210,12 +215,13 @@ def evaluate(
     file: FileArgument,
     at: Annotated[str, typer.Option("--at", help="Values in SI units, e.g. speed=10,turbulence_intensity=0.12.")],
     clip: Annotated[bool, typer.Option("--clip", help="Take the nearest bound for values outside.")] = False,
+    turbine: TurbineOption = None,
 ) -> None:
     """Evaluate a surrogate at one point."""
     from meltemi.report.tables import number
     from meltemi.surrogate.model import load_surrogate
 
-    made = load_surrogate(file)
+    made = load_surrogate(file, _turbine(turbine))
     values = {name: _numbers(text, "--at", 1)[0] for name, text in _pairs(at, "--at")}
     found = made(outside="clip" if clip else "error", **values)
     rows = [
@@ -232,7 +238,10 @@ def site(
     conditions: Annotated[Path, typer.Argument(help="Site: YAML with sectors, or the JSON form of IEC 61400-15-1.")],
     wind_class: ClassOption = "IB",
     edition: EditionOption = 4,
-    turbine: Annotated[str | None, typer.Option("--site-turbine", help="ID of the turbine in the JSON form.")] = None,
+    site_turbine: Annotated[
+        str | None, typer.Option("--site-turbine", help="ID of the turbine in the JSON form.")
+    ] = None,
+    turbine: TurbineOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare lifetime loads at a site with those of a design class; writes a table and a plot."""
@@ -242,7 +251,7 @@ def site(
     from meltemi.surrogate.report import plot_suitability, suitability_rows
     from meltemi.surrogate.site import class_table, read_site_table, site_suitability
 
-    made, table = load_surrogate(file), read_site_table(conditions, turbine)
+    made, table = load_surrogate(file, _turbine(turbine)), read_site_table(conditions, site_turbine)
     found = site_suitability(made, table, class_table(wind_class, edition))
     head, rows = suitability_rows(found)
     folder_for(out)
@@ -256,6 +265,12 @@ def site(
     print_values("verdict", found.verdict, lambda text: [f"verdict: {text}, for fatigue in production"])
     wrote(*files)
     suggest("loads", "plan", made.turbine, "--class", wind_class)
+
+
+def _turbine(name: str | None) -> AnyTurbine | None:
+    from meltemi.turbine.library import load_turbine
+
+    return None if name is None else load_turbine(name)
 
 
 def _named(table: SiteTable) -> str:

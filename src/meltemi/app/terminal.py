@@ -18,7 +18,7 @@ from typing import Annotated, Any
 
 import typer
 
-from meltemi.core.errors import InputError
+from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.files import check_name
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
@@ -110,6 +110,11 @@ def output(command: str, as_json: bool) -> Iterator[None]:
             yield
     except typer.Exit:  # of incomplete results
         _end(command, now, text.getvalue())
+        raise
+    except (MeltemiError, OSError) as error:  # told on stderr by the entry point
+        if as_json:
+            now.values["error"], now.next = str(error), ""
+            _end(command, now, text.getvalue())
         raise
     else:
         _end(command, now, text.getvalue())

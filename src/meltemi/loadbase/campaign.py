@@ -228,7 +228,9 @@ def make_campaign(
     own = {"rotor_speed": speed, "idle_pitch": described.control.pitch.maximum}
     own |= {name: round(stops[name], 9) for name in ("normal_rate", "emergency_rate")}
     # everything but the rated wind speed is tested before it is computed
-    middle = 0.5 * (data["cut_in"] + data["cut_out"]) if rated_wind is None else rated_wind
+    middle = 0.5 * (described.cut_in + described.cut_out) if rated_wind is None else rated_wind
+    if rated_wind is None and all(isinstance(data[name], int | float) for name in ("cut_in", "cut_out")):
+        middle = 0.5 * (data["cut_in"] + data["cut_out"])
     campaign = Campaign(**(own | data | {"rated_wind": middle}))
     if {"cut_in", "cut_out"} & settings.keys() and isinstance(campaign.controller, SupervisedCase):
         campaign = _with_winds(campaign, described)

@@ -8,6 +8,7 @@ from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of, replacing
@@ -18,6 +19,8 @@ from meltemi.report.workbook import openpyxl
 
 LARGEST = 20_000_000
 """[bytes] of a file."""
+LARGEST_CONTENT = 50_000_000
+"""[bytes] of its parts, unpacked: some 10 s; a table has 0.2 MB."""
 MOST_ROWS = 20_000
 PARTS = ("defaults", "factors", "extrapolation", "states")
 """Parts of a table whose values are in the sheet ``values``."""
@@ -126,6 +129,10 @@ def _read(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     """Cells of all sheets, without empty rows."""
     content, library = BytesIO(bytes_of(path, LARGEST)), openpyxl()
     try:
+        with ZipFile(content) as parts:
+            size = sum(part.file_size for part in parts.infolist())
+        if size > LARGEST_CONTENT:
+            raise ValueError(f"unpacked it has {size / 1e6:.0f} MB, at most {LARGEST_CONTENT / 1e6:.0f} MB are read")
         book = library.load_workbook(content, read_only=True, data_only=True)
         return {
             sheet.title: [
@@ -173,7 +180,7 @@ def _parsed(value: Any, key: str) -> Any:
     if isinstance(value, str) and value.strip()[:1] in ("[", "{"):
         try:
             return json.loads(value)
-        except ValueError:
+        except (ValueError, RecursionError):
             return value
     return value
 

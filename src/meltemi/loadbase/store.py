@@ -11,7 +11,7 @@ import hashlib
 import os
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import time
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -82,15 +82,17 @@ class Store:
             self._seen.add(path)
             try:
                 table = read_file(path, ["key", "status"])
+                columns = (table[name].to_pylist() for name in ("key", "status"))
+                cases = [(key, Status[status]) for key, status in zip(*columns, strict=True)]
             except FileNotFoundError:
                 continue
-            except (OSError, ValueError) as error:
+            except (OSError, ValueError, KeyError) as error:
                 self.unreadable[path] = str(error)
                 continue
-            for i, (key, status) in enumerate(zip(*(c.to_pylist() for c in table.columns), strict=True)):
+            for i, (key, status) in enumerate(cases):
                 before = self.places.get(key)
                 if before is None or not before.status.complete:
-                    self.places[key] = Place(path, i, Status[status])
+                    self.places[key] = Place(path, i, status)
 
     def write(self, rows: Sequence[Row]) -> Path:
         """Write finished cases.
@@ -150,13 +152,14 @@ class Store:
         import pyarrow.compute as pc
 
         for file, rows in self._files(keys).items():
-            table = _read(file, ["cycles"])
-            if "cycles" not in table.column_names:
-                continue
-            for channel, column in zip(*_fields(table.column("cycles")), strict=True):
-                own = column.take([i for i, _ in rows])
-                parts = (np.asarray(part, dtype=float) for part in pc.list_flatten(own).flatten())
-                yield channel, [name for _, name in rows], pc.list_parent_indices(own).to_numpy(), Cycles(*parts)
+            with _as_written(file):
+                table = read_file(file, ["key", "cycles"])
+                if "cycles" not in table.column_names:
+                    continue
+                for channel, column in zip(*_fields(table.column("cycles")), strict=True):
+                    own = column.take([i for i, _ in rows])
+                    parts = (np.asarray(part, dtype=float) for part in pc.list_flatten(own).flatten())
+                    yield channel, [name for _, name in rows], pc.list_parent_indices(own).to_numpy(), Cycles(*parts)
 
     def _files(self, keys: Mapping[str, Sequence[str]]) -> dict[Path, list[tuple[int, str]]]:
         """Rows and names of cases by file."""
@@ -310,11 +313,14 @@ def read_file(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     return file.read(columns=columns, use_threads=False)
 
 
-def _read(file: Path, columns: Sequence[str]) -> pa.Table:
+@contextmanager
+def _as_written(file: Path) -> Iterator[None]:
+    """Convert what a file raises that is damaged, or of another form, to InputError."""
     try:
-        return read_file(file, ["key", *columns])
-    except (OSError, ValueError) as error:
-        raise InputError(f"{file}: cannot be read ({error}); remove it and run its cases again") from None
+        yield
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, NotImplementedError) as error:
+        why = f"no {error}" if isinstance(error, KeyError) else error
+        raise InputError(f"{file}: cannot be read ({why}); remove it and run its cases again") from None
 
 
 def _parts(
@@ -324,16 +330,18 @@ def _parts(
     import pandas as pd
 
     columns = [f"cycles.{name}" for name in channels] if what == "cycles" and channels else [what]
-    table = _read(file, ["name", *PLAIN] if what == "cases" else columns)
     places, names = [i for i, _ in rows], [name for _, name in rows]
-    if what == "cases":
-        yield table.drop_columns(["key", "name"]).take(places).to_pandas().assign(case=names)
-    elif what in NESTED:
-        yield pd.DataFrame(_flat(table.column(what).take(places), names))
-    elif "cycles" in table.column_names:
-        for name, column in zip(*_fields(table.column("cycles")), strict=True):
-            found = _flat(column.take(places), names)
-            yield pd.DataFrame({"case": found.pop("case"), "channel": name, **found})
+    with _as_written(file):
+        table = read_file(file, ["key", *(PLAIN if what == "cases" else columns)])
+        if what == "cases":
+            yield table.select(list(PLAIN)).take(places).to_pandas().assign(case=names)
+        elif what in NESTED:
+            found = _flat(table.column(what).take(places), names)
+            yield pd.DataFrame({name: found[name] for name in ("case", *NESTED[what])})
+        elif "cycles" in table.column_names:
+            for name, column in zip(*_fields(table.column("cycles")), strict=True):
+                found = _flat(column.take(places), names)
+                yield pd.DataFrame({"case": found["case"], "channel": name, **{part: found[part] for part in CYCLES}})
 
 
 def _fields(column: Any) -> tuple[list[str], list[Any]]:

@@ -201,16 +201,23 @@ class Fault(Assumed):
         rates = {"normal_rate": normal_rate, "emergency_rate": emergency_rate}
         rates |= {f"-{name}": -value for name, value in rates.items()}
         for event in self.events:
-            begin = round(instant + float(event.get("after", 0.0)), 6)
+            begin = round(instant + _seconds(event, "after"), 6)
             given = {key: value for key, value in event.items() if key not in ("after", "lasts")} | {"at": begin}
             if "lasts" in event:
-                given["until"] = round(begin + float(event["lasts"]), 6)
-            if given.get("rate") in rates:
+                given["until"] = round(begin + _seconds(event, "lasts"), 6)
+            if isinstance(given.get("rate"), str) and given["rate"] in rates:
                 given["rate"] = rates[given["rate"]]
             every = range(1, blades + 1) if given.get("blade") == "all" else [given.get("blade")]
             found += [given | {"blade": blade} if blade else given for blade in every]
         read_events(found)
         return found
+
+
+def _seconds(event: Mapping[str, Any], key: str) -> float:
+    value = event.get(key, 0.0)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e9:
+        raise InputError(f"events: {key}: expected a number of seconds, found {value!r}")
+    return float(value)
 
 
 class State(Assumed):
@@ -347,6 +354,8 @@ def changed(table: Mapping[str, Any], changes: Mapping[str, Any], where: str) ->
     Raises:
       InputError: ``without`` or ``like`` names a row that is not there, or a row is new and incomplete.
     """
+    if not isinstance(changes, Mapping):
+        raise InputError(f"{where}: expected keys and values, found {changes!r}")
     changes = dict(changes)
     for part in ("rows", "faults", "states"):
         if part in changes:
@@ -354,7 +363,10 @@ def changed(table: Mapping[str, Any], changes: Mapping[str, Any], where: str) ->
                 raise InputError(f"{where}: {part}: expected names with keys and values, found {changes[part]!r}")
             changes[part] = {str(name): value for name, value in changes[part].items()}
     known = table["rows"]
-    without = [str(name) for name in changes.pop("without", None) or []]
+    given = changes.pop("without", None) or []
+    if not isinstance(given, list | tuple):
+        raise InputError(f"{where}: without: expected a list of rows, found {given!r}; write [{given}]")
+    without = [str(name) for name in given]
     for name in without:
         if name not in known:
             raise InputError(f"{where}: without: no row {name!r}; {did_you_mean(name, known)}")

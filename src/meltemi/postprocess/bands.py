@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
+from meltemi.postprocess.inputs import positive
 from meltemi.postprocess.spectra import even_series
 from meltemi.simulation.result import Result
 
@@ -73,8 +74,8 @@ def harmonic_bands(rotor_frequency: float, multiples: Sequence[float], half_widt
     Raises:
       InputError: something is not positive, or a band would reach below zero.
     """
-    if not rotor_frequency > 0.0 or not half_width > 0.0:
-        raise InputError("harmonic_bands: rotor_frequency and half_width must be positive")
+    positive(rotor_frequency, "harmonic_bands: rotor_frequency")
+    positive(half_width, "harmonic_bands: half_width")
     bands = tuple(((n - half_width) * rotor_frequency, (n + half_width) * rotor_frequency) for n in multiples)
     _check(bands, "harmonic_bands")
     return bands

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.postprocess.inputs import floats, positive
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,14 +50,13 @@ def period_statistics(
     """
     import pandas as pd
 
-    t = np.asarray(time, dtype=float)
+    t = floats(time, "period_statistics: time")
     if t.ndim != 1 or len(t) < 2 or not np.all(np.diff(t) > 0.0):
         raise InputError("period_statistics: time must be at least two increasing numbers of seconds")
-    if not (np.isfinite(period) and period > 0.0):
-        raise InputError(f"period_statistics: period must be a positive number of seconds, found {period!r}")
+    positive(period, "period_statistics: period")
     if not 0.0 < complete <= 1.0:
         raise InputError(f"period_statistics: complete must lie in (0, 1], found {complete!r}")
-    values = {name: np.asarray(x, dtype=float) for name, x in series.items()}
+    values = {name: floats(x, "period_statistics") for name, x in series.items()}
     for name, x in values.items():
         if x.shape != t.shape:
             raise InputError(f"period_statistics: {name!r} has shape {x.shape}, time has {t.shape}")
@@ -110,7 +110,7 @@ def bin_statistics(periods: pd.DataFrame, by: str = "wind_speed", *, edges: Sequ
     names = list(dict.fromkeys(name for name, _ in periods.columns))
     if by not in names:
         raise InputError(f"bin_statistics: no series {by!r}: {did_you_mean(by, names)}")
-    limits = np.asarray(edges, dtype=float)
+    limits = floats(edges, "bin_statistics: edges")
     if limits.ndim != 1 or len(limits) < 2 or not np.all(np.diff(limits) > 0.0):
         raise InputError("bin_statistics: edges must be at least two increasing numbers")
     mean = periods[by, "mean"].to_numpy()

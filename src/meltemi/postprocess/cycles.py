@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
+from meltemi.postprocess.inputs import floats, one_row, positive
 
 Float = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -56,7 +57,7 @@ def cycle_ends(series: ArrayLike, residue: Residue = "half") -> tuple[Index, Ind
     """
     from meltemi.postprocess.counting import pair, turning_points
 
-    x = np.ascontiguousarray(series, dtype=float)
+    x = one_row(series, "rainflow counting", least=0)
     if not np.all(np.isfinite(x)):
         raise InputError("rainflow counting: the series contains values that are not finite")
     if residue not in ("half", "repeated"):
@@ -87,7 +88,7 @@ def rainflow_cycles(series: ArrayLike, residue: Residue = "half") -> Cycles:
     Raises:
       InputError: the series contains values that are not finite, or there is no such treatment of the residue.
     """
-    x = np.asarray(series, dtype=float)
+    x = one_row(series, "rainflow counting", least=0)
     first, second, counts = cycle_ends(x, residue)
     return Cycles(np.abs(x[first] - x[second]), 0.5 * (x[first] + x[second]), counts)
 
@@ -108,7 +109,7 @@ def bin_cycles(cycles: Cycles, *, means: bool = True) -> Cycles:
     """
     from meltemi.postprocess.counting import RANGE_CELLS, gather
 
-    ranges, middle, counts = (np.ascontiguousarray(part, dtype=float) for part in cycles)
+    ranges, middle, counts = (one_row(part, "bin_cycles", least=0) for part in cycles)
     largest, extreme = float(ranges.max(initial=0.0)), float(np.abs(middle).max(initial=0.0)) if means else 0.0
     if largest == 0.0:
         return Cycles(np.zeros(0), np.zeros(0), np.zeros(0))
@@ -143,7 +144,7 @@ def sum_cycles(parts: Iterable[Cycles], weights: Sequence[float] | None = None, 
       InputError: there is not one weight for each series, or one is negative or not finite.
     """
     given = list(parts)
-    w = np.ones(len(given)) if weights is None else np.asarray(weights, dtype=float)
+    w = np.ones(len(given)) if weights is None else floats(weights, "sum_cycles: weights")
     if w.shape != (len(given),) or not np.all((w >= 0.0) & np.isfinite(w)):
         raise InputError("sum_cycles: there must be a finite weight for each series, none negative")
     joined = Cycles(
@@ -168,7 +169,7 @@ def markov_matrix(cycles: Cycles, range_edges: ArrayLike, mean_edges: ArrayLike)
     Raises:
       InputError: edges do not ascend, or cycles lie outside them.
     """
-    edges = [np.asarray(e, dtype=float) for e in (range_edges, mean_edges)]
+    edges = [floats(e, "markov_matrix") for e in (range_edges, mean_edges)]
     if any(e.ndim != 1 or len(e) < 2 or not np.all(np.diff(e) > 0.0) for e in edges):
         raise InputError("markov_matrix: edges must be at least two ascending numbers")
     for name, x, e in (("ranges", cycles.ranges, edges[0]), ("means", cycles.means, edges[1])):
@@ -191,8 +192,7 @@ def goodman_cycles(cycles: Cycles, strength: float, *, mean: float = 0.0) -> Cyc
     Raises:
       InputError: a mean is as large as the strength, or the strength is not positive.
     """
-    if not (np.isfinite(strength) and strength > 0.0):
-        raise InputError(f"goodman_cycles: strength must be positive, found {strength!r}")
+    positive(strength, "goodman_cycles: strength")
     largest = max(float(np.abs(cycles.means).max(initial=0.0)), abs(mean))
     if largest >= strength:
         raise InputError(f"goodman_cycles: a mean of magnitude {largest:g} reaches the strength {strength:g}")
@@ -231,8 +231,7 @@ def cycle_load(cycles: Cycles, *, slope: float, reference: float) -> float:
       InputError: ``slope`` or ``reference`` is not positive.
     """
     for name, value in (("slope", slope), ("reference", reference)):
-        if not value > 0.0:
-            raise InputError(f"cycle_load: {name} must be positive, found {value!r}")
+        positive(value, f"cycle_load: {name}")
     largest = float(cycles.ranges.max(initial=0.0))
     if largest == 0.0:
         return 0.0

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
+from meltemi.postprocess.inputs import floats, one_row, positive
 
 Float = NDArray[np.float64]
 
@@ -77,10 +78,11 @@ def load_duration(
     Raises:
       InputError: shapes differ, edges do not ascend, ``dt`` is not positive, or values lie outside the edges.
     """
-    x, w = np.asarray(load, dtype=float), np.asarray(shaft_speed, dtype=float)
-    edges = [np.asarray(e, dtype=float) for e in (load_edges, speed_edges)]
-    if x.ndim != 1 or w.shape != x.shape or not dt > 0.0:
-        raise InputError(f"load_duration: load and speed must be (T,), dt positive; found {x.shape}, {w.shape}, {dt!r}")
+    x, w = floats(load, "load_duration: load"), floats(shaft_speed, "load_duration: shaft_speed")
+    edges = [floats(e, "load_duration") for e in (load_edges, speed_edges)]
+    positive(dt, "load_duration: dt")
+    if x.ndim != 1 or w.shape != x.shape:
+        raise InputError(f"load_duration: load and speed must be (T,); found {x.shape} and {w.shape}")
     place = []
     for name, values, e in (("load", x, edges[0]), ("shaft_speed", w, edges[1])):
         if e.ndim != 1 or len(e) < 2 or not np.all(np.diff(e) > 0.0):
@@ -109,7 +111,7 @@ def sum_durations(parts: Iterable[LoadDuration], weights: Sequence[float] | None
       InputError: there are none, edges differ, or there is not one weight for each.
     """
     given = list(parts)
-    w = np.ones(len(given)) if weights is None else np.asarray(weights, dtype=float)
+    w = np.ones(len(given)) if weights is None else floats(weights, "sum_durations: weights")
     if not given or w.shape != (len(given),) or not np.all((w >= 0.0) & np.isfinite(w)):
         raise InputError("sum_durations: there must be a finite weight for each distribution, none negative")
     first = given[0]
@@ -134,8 +136,9 @@ def duration_load(duration: LoadDuration, *, exponent: float = 10.0 / 3.0) -> fl
     Raises:
       InputError: the outer bins are open, nothing turns, or ``exponent`` is not positive.
     """
-    if not exponent > 0.0 or not np.all(np.isfinite(duration.load_edges)):
-        raise InputError("duration_load: exponent must be positive, and the edges of the load finite")
+    positive(exponent, "duration_load: exponent")
+    if not np.all(np.isfinite(duration.load_edges)):
+        raise InputError("duration_load: the edges of the load must be finite")
     turns = duration.revolutions.sum(axis=1)
     if not turns.sum() > 0.0:
         raise InputError("duration_load: the shaft does not turn")
@@ -157,8 +160,14 @@ def actuator_duty(position: ArrayLike, *, dt: float, threshold: float = 0.0) -> 
     Raises:
       InputError: there are fewer than two values, or ``dt`` is not positive or ``threshold`` negative.
     """
-    x = np.asarray(position, dtype=float)
-    if x.ndim != 1 or len(x) < 2 or not np.all(np.isfinite(x)) or not dt > 0.0 or not threshold >= 0.0:
+    x = floats(position, "actuator_duty: position")
+    if (
+        x.ndim != 1
+        or len(x) < 2
+        or not np.all(np.isfinite(x))
+        or not positive(dt, "actuator_duty: dt")
+        or not threshold >= 0.0
+    ):
         raise InputError("actuator_duty: at least two finite values are required, dt positive, threshold not negative")
     rate = np.diff(x) / dt
     sense = np.where(np.abs(rate) > threshold, np.sign(rate), 0.0)
@@ -188,7 +197,7 @@ def count_stops(speed: ArrayLike, *, on: float, off: float) -> int:
     """
     if not off < on:
         raise InputError(f"count_stops: off must lie below on, found {off!r} and {on!r}")
-    x = np.asarray(speed, dtype=float)
+    x = one_row(speed, "count_stops: speed", least=0)
     state = np.where(x >= on, 1, np.where(x <= off, -1, 0))
     known = state[state != 0]
     return int(np.sum((known[1:] < 0) & (known[:-1] > 0)))

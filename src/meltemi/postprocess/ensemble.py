@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.shown import Brief
+from meltemi.postprocess.inputs import floats, positive
 from meltemi.postprocess.spectra import even_series
 from meltemi.simulation.result import Result
 
@@ -120,10 +121,10 @@ def mean_interval(values: ArrayLike, confidence: float = CONFIDENCE) -> MeanEsti
     """
     from scipy.stats import t
 
-    x = np.asarray(values, dtype=float)
+    x = floats(values, "mean_interval: values")
     if x.ndim != 1 or not len(x):
         raise InputError(f"mean_interval: values must be a row of numbers, found shape {x.shape}")
-    if not 0.0 < confidence < 1.0:
+    if not 0.0 < positive(confidence, "mean_interval: confidence") < 1.0:
         raise InputError(f"mean_interval: confidence must lie between 0 and 1, found {confidence!r}")
     n = len(x)
     std = float(x.std(ddof=1)) if n > 1 else nan
@@ -143,7 +144,7 @@ def ensemble_load(loads: ArrayLike, slope: float, weights: ArrayLike | None = No
       InputError: there are no loads, one is negative, or ``slope`` is not positive.
     """
     x = _loads(loads, slope, "ensemble_load")
-    w = np.ones(len(x)) if weights is None else np.asarray(weights, dtype=float)
+    w = np.ones(len(x)) if weights is None else floats(weights, "ensemble_load: weights")
     if w.shape != x.shape or not np.all(w >= 0.0) or not w.sum() > 0.0:
         raise InputError("ensemble_load: there must be a weight for each load, none negative, not all zero")
     return _power_mean(x, w / w.sum(), slope)
@@ -262,7 +263,7 @@ def weibull_weights(
         no such treatment of the tails.
     """
     where = "wind speed weights"
-    v = np.asarray(speeds, dtype=float)
+    v = floats(speeds, "weibull_weights: speeds")
     if v.ndim != 1 or not len(v) or not np.all(np.isfinite(v)) or not np.all(np.diff(v) > 0.0) or v[0] < 0.0:
         raise InputError(f"{where}: speeds must be a row of ascending numbers, none negative")
     if tails not in ("outside", "end_bins"):
@@ -273,7 +274,7 @@ def weibull_weights(
         middle = 0.5 * (v[1:] + v[:-1])
         e = np.concatenate([[max(2.0 * v[0] - middle[0], 0.0)], middle, [2.0 * v[-1] - middle[-1]]])
     else:
-        e = np.asarray(edges, dtype=float)
+        e = floats(edges, "weibull_weights: edges")
         if e.shape != (len(v) + 1,) or np.any(np.isnan(e)) or e[0] < 0.0 or np.any(np.diff(e) <= 0.0):
             raise InputError(f"{where}: {len(v)} speeds need {len(v) + 1} ascending edges, none negative")
         if np.any(v < e[:-1]) or np.any(v > e[1:]):
@@ -301,11 +302,10 @@ def speed_exceedance(speeds: ArrayLike, mean_speed: float, k: float = 2.0) -> Fl
     Raises:
       InputError: ``mean_speed`` is not positive, or ``k`` out of range.
     """
-    if not 0.0 < mean_speed < inf:
-        raise InputError(f"wind speed weights: mean_speed must be positive, found {mean_speed!r}")
-    if not LEAST_SHAPE <= k <= MOST_SHAPE:
+    positive(mean_speed, "wind speed weights: mean_speed")
+    if not LEAST_SHAPE <= positive(k, "wind speed weights: k") <= MOST_SHAPE:
         raise InputError(f"wind speed weights: k must lie between {LEAST_SHAPE:g} and {MOST_SHAPE:g}, found {k!r}")
-    v = np.maximum(np.asarray(speeds, dtype=float), 0.0)
+    v = np.maximum(floats(speeds, "speed_exceedance: speeds"), 0.0)
     beyond: Float = np.exp(-((v / mean_speed * gamma(1.0 + 1.0 / k)) ** k))
     return beyond
 
@@ -348,11 +348,10 @@ def lifetime_del(
 
 
 def _loads(loads: ArrayLike, slope: float, where: str) -> Float:
-    x = np.asarray(loads, dtype=float)
+    x = floats(loads, where)
     if x.ndim != 1 or not len(x) or not np.all(np.isfinite(x)) or np.any(x < 0.0):
         raise InputError(f"{where}: loads must be a row of finite numbers, none negative")
-    if not 0.0 < slope < inf:
-        raise InputError(f"{where}: slope must be positive, found {slope!r}")
+    positive(slope, f"{where}: slope")
     return x
 
 

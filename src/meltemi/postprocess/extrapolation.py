@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.shown import Brief
 from meltemi.postprocess.ensemble import CONFIDENCE
+from meltemi.postprocess.inputs import floats, whole
 
 Float = NDArray[np.float64]
 Distribution = Literal["gumbel", "weibull"]
@@ -106,8 +107,8 @@ def block_extremes(series: ArrayLike, blocks: int, *, smallest: bool = False) ->
     Raises:
       InputError: there are fewer values than blocks, or no block.
     """
-    x = np.asarray(series, dtype=float)
-    if x.ndim != 1 or not 1 <= blocks <= len(x):
+    x, blocks = floats(series, "block_extremes: series"), whole(blocks, "block_extremes: blocks")
+    if x.ndim != 1 or blocks > len(x):
         raise InputError(f"block_extremes: {x.shape} values cannot be divided into {blocks} blocks")
     begins = np.arange(blocks) * (len(x) // blocks)
     found: Float = np.minimum.reduceat(x, begins) if smallest else np.maximum.reduceat(x, begins)
@@ -159,7 +160,7 @@ def extrapolate(
         ``probability`` is not smaller than that of all wind speeds.
     """
     where = "extrapolate"
-    p = np.asarray(probability_of_speed, dtype=float)
+    p = floats(probability_of_speed, "extrapolate: probability_of_speed")
     if p.shape != (len(extremes),) or not len(p) or not np.all(p >= 0.0) or not p.sum() <= 1.0 + 1e-9:
         raise InputError(f"{where}: {len(extremes)} wind speeds need as many probabilities, with a sum up to 1")
     if not 0.0 < probability < p.sum():
@@ -231,12 +232,12 @@ def simplified_extreme(
         raise InputError("simplified_extreme: no wind speeds")
     factor, quantile = SIMPLIFIED[way]
     sign = -1.0 if smallest else 1.0
-    fits = [fit_extremes(sign * np.asarray(x, dtype=float), distribution) for x in extremes]
+    fits = [fit_extremes(sign * floats(x, "simplified_extreme"), distribution) for x in extremes]
     return sign * factor * max(float(fit.quantile(1.0 - quantile)) for fit in fits)
 
 
 def _checked(extremes: ArrayLike, distribution: str, where: str) -> Float:
-    x = np.asarray(extremes, dtype=float)
+    x = floats(extremes, where)
     if distribution not in LEAST:
         raise InputError(f"{where}: no distribution {distribution!r}: {did_you_mean(distribution, LEAST)}")
     if x.ndim not in (1, 2) or not np.all(np.isfinite(x)):

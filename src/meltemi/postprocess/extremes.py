@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.postprocess.inputs import floats, one_row, positive
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -100,7 +101,7 @@ def extreme_loads(loads: ArrayLike, plane: str) -> tuple[Float, NDArray[np.intp]
     Raises:
       InputError: the shape is another one, values are not finite, or there is no such plane.
     """
-    x = np.asarray(loads, dtype=float)
+    x = floats(loads, "extreme_loads: loads")
     if x.ndim != 2 or x.shape[1] != 6 or not len(x) or not np.all(np.isfinite(x)):
         raise InputError(f"extreme_loads: loads must be (T, 6) finite numbers, found shape {x.shape}")
     resultants = np.stack(_resultants(x, _plane(plane)), axis=1)
@@ -125,8 +126,8 @@ def characteristic_value(extremes: ArrayLike, *, rule: Rule, speeds: ArrayLike |
     Raises:
       InputError: there are no runs, shapes do not fit, values are not finite, or there is no such rule.
     """
-    x = np.asarray(extremes, dtype=float)
-    v = np.zeros(len(x)) if speeds is None else np.asarray(speeds, dtype=float)
+    x = one_row(extremes, "characteristic_value: extremes")
+    v = np.zeros(len(x)) if speeds is None else floats(speeds, "characteristic_value: speeds")
     if x.ndim != 1 or v.shape != x.shape or not len(x) or not np.all(np.isfinite(x)):
         raise InputError(f"characteristic_value: finite extremes (R,) need speeds (R,), found {x.shape} and {v.shape}")
     if rule not in RULES:
@@ -167,11 +168,10 @@ def characteristic_rows(
     Raises:
       InputError: shapes do not fit, there is no such rule or plane, or ``factor`` is not positive.
     """
-    x, names = np.asarray(extremes, dtype=float), list(cases)
+    x, names = floats(extremes, "characteristic_rows: extremes"), list(cases)
     if x.shape != (len(names), len(DRIVERS), 6):
         raise InputError(f"characteristic_rows: {len(names)} runs need extremes (R, 14, 6), found shape {x.shape}")
-    if not factor > 0.0:
-        raise InputError(f"characteristic_rows: factor must be positive, found {factor!r}")
+    positive(factor, "characteristic_rows: factor")
     rows = []
     for k, driver in enumerate(DRIVERS):
         sign = -1.0 if driver.endswith("min") else 1.0

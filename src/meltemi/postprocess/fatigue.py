@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from meltemi.core.errors import InputError
 from meltemi.postprocess.cycles import Residue, cycle_load, rainflow_cycles
+from meltemi.postprocess.inputs import one_row, positive, whole
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
 
@@ -22,8 +23,7 @@ from meltemi.simulation.result import Result
 def check_equivalent(duration: float, slope: float, f_eq: float) -> None:
     """Refuse numbers of an equivalent load that are not positive."""
     for name, value in (("duration", duration), ("slope", slope), ("f_eq", f_eq)):
-        if not value > 0.0:
-            raise InputError(f"damage_equivalent_load: {name} must be positive, found {value!r}")
+        positive(value, f"damage_equivalent_load: {name}")
 
 
 def damage_equivalent_load(
@@ -46,14 +46,14 @@ def damage_equivalent_load(
       residue: "half" cycles, or those of the series "repeated": see :func:`rainflow_cycles`.
 
     Raises:
-      InputError: ``duration``, ``slope``, ``f_eq`` or ``bins`` is not positive, or values are not finite.
+      InputError: ``duration``, ``slope``, ``f_eq`` or ``bins`` is not positive, or there are fewer than two values or
+        some that are not finite.
     """
     check_equivalent(duration, slope, f_eq)
-    if bins is not None and bins < 1:
-        raise InputError(f"damage_equivalent_load: bins must be at least 1, found {bins!r}")
-    cycles = rainflow_cycles(series, residue)
-    if bins is not None and len(cycles.ranges):
-        width = cycles.ranges.max() / bins
+    n = None if bins is None else whole(bins, "damage_equivalent_load: bins")
+    cycles = rainflow_cycles(one_row(series, "damage_equivalent_load", least=2), residue)
+    if n is not None and len(cycles.ranges):
+        width = cycles.ranges.max() / n
         cycles = cycles._replace(ranges=np.ceil(cycles.ranges / width - 1e-12) * width)
     return cycle_load(cycles, slope=slope, reference=f_eq * duration)
 

@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.core.errors import InputError
 from meltemi.postprocess.cycles import Cycles, cycle_ends, cycle_load
 from meltemi.postprocess.fatigue import check_equivalent
+from meltemi.postprocess.inputs import floats, one_row
 
 Float = NDArray[np.float64]
 
 
 def _checked(series: ArrayLike, derivatives: ArrayLike) -> tuple[Float, Float]:
-    x, dx = np.asarray(series, dtype=float), np.asarray(derivatives, dtype=float)
+    x, dx = floats(series, "series"), floats(derivatives, "derivatives")
     if x.ndim != 1 or dx.ndim != 2 or len(dx) != len(x) or len(x) == 0:
         raise InputError(f"derivatives of a series (T,) must be (T, P), T > 0; found {x.shape} and {dx.shape}")
     return x, dx
@@ -34,7 +35,7 @@ def mean_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Flo
 
 def std_weights(series: ArrayLike) -> tuple[float, Float]:
     """Standard deviation, sum over T, and its derivatives by the values of the series (F-12); 0 if it is constant."""
-    x = np.asarray(series, dtype=float)
+    x = one_row(series, "std_weights")
     if np.ptp(x) == 0.0:
         return 0.0, np.zeros(len(x))
     std = float(x.std())
@@ -68,7 +69,7 @@ def del_weights(series: ArrayLike, *, duration: float, slope: float, f_eq: float
 
     Arguments and errors are those of :func:`del_gradient`.
     """
-    x = np.asarray(series, dtype=float)
+    x = one_row(series, "del_weights", least=2)
     check_equivalent(duration, slope, f_eq)
     first, second, counts = cycle_ends(x)
     rise = x[first] - x[second]

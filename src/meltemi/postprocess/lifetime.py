@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.postprocess.ensemble import CONFIDENCE, mean_interval
+from meltemi.postprocess.inputs import floats
 
 Float = NDArray[np.float64]
 
@@ -51,11 +52,11 @@ def lifetime_weights(
       InputError: a share does not lie between 0 and 1, or a time or number is not positive.
     """
     shares = {"probability": probability, "state": state, "yaw": yaw}
-    p, s, y = (np.asarray(x, dtype=float) for x in shares.values())
+    p, s, y = (floats(x, "lifetime_weights") for x in shares.values())
     for name, x in zip(shares, (p, s, y), strict=True):
         if not np.all((x >= 0.0) & (x <= 1.0)):
             raise InputError(f"lifetime_weights: {name} must lie between 0 and 1")
-    t, n = np.asarray(simulated, dtype=float), np.asarray(runs, dtype=float)
+    t, n = floats(simulated, "lifetime_weights: simulated"), floats(runs, "lifetime_weights: runs")
     if not (np.all((t > 0.0) & (t < inf)) and np.all((n > 0.0) & (n < inf)) and 0.0 < lifetime < inf):
         raise InputError("lifetime_weights: simulated, runs and lifetime must be positive")
     weights: Float = lifetime * p * s * y / (n * t)
@@ -73,7 +74,7 @@ def occurrence_weights(per_year: ArrayLike, *, lifetime: float = LIFETIME, runs:
     Raises:
       InputError: a number of occurrences is negative, or another number not positive.
     """
-    f, n = np.asarray(per_year, dtype=float), np.asarray(runs, dtype=float)
+    f, n = floats(per_year, "occurrence_weights: per_year"), floats(runs, "occurrence_weights: runs")
     if not (np.all((f >= 0.0) & (f < inf)) and np.all((n > 0.0) & (n < inf)) and 0.0 < lifetime < inf):
         raise InputError("occurrence_weights: per_year must not be negative, runs and lifetime must be positive")
     weights: Float = f * (lifetime / YEAR) / n
@@ -115,7 +116,7 @@ def annual_energy(
     Raises:
       InputError: there are not as many speeds as probabilities, a speed has no power, or a share is out of range.
     """
-    p = np.asarray(probability, dtype=float)
+    p = floats(probability, "annual_energy: probability")
     if p.shape != (len(powers),) or not len(p) or not np.all((p >= 0.0) & (p <= 1.0)):
         raise InputError(f"annual_energy: {len(powers)} wind speeds need as many probabilities between 0 and 1")
     if not 0.0 <= availability <= 1.0:

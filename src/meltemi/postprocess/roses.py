@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
 from meltemi.postprocess.cycles import Cycles, Residue, bin_cycles, cycle_load, rainflow_cycles, sum_cycles
+from meltemi.postprocess.inputs import floats, positive
 
 Float = NDArray[np.float64]
 
@@ -48,8 +49,8 @@ def load_rose(
     Raises:
       InputError: shapes differ, values are not finite, or half a turn is no whole number of steps.
     """
-    x, y = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
-    half = round(pi / step) if step > 0.0 else 0
+    x, y = floats(first, "load_rose: first"), floats(second, "load_rose: second")
+    half = round(pi / positive(step, "load_rose: step"))
     if half < 1 or abs(half * step - pi) > 1e-6:
         raise InputError(f"load_rose: half a turn must be a whole number of steps, found a step of {step!r} rad")
     if x.ndim != 1 or y.shape != x.shape or not len(x):
@@ -74,7 +75,7 @@ def sum_roses(
       InputError: there are none, directions differ, or there is not one weight and factor for each.
     """
     given = list(roses)
-    f = np.ones(len(given)) if factors is None else np.asarray(factors, dtype=float)
+    f = np.ones(len(given)) if factors is None else floats(factors, "sum_roses: factors")
     if not given or f.shape != (len(given),) or any(len(r.angles) != len(given[0].angles) for r in given):
         raise InputError("sum_roses: there must be roses with the same directions, and a factor for each")
     largest = np.max(

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
+from meltemi.postprocess.inputs import floats, positive, whole
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
 
@@ -148,9 +149,10 @@ def even_series(
         found = source.channel(channel)
         x, step = source[channel], time_step(source.time, where)
     else:
-        if dt is None or channel is not None or not dt > 0.0:
+        if dt is None or channel is not None:
             raise InputError(f"{where}: a bare series needs its time step dt > 0, and has no channels")
-        x, step = np.asarray(source, dtype=float), float(dt)
+        positive(dt, f"{where}: dt")
+        x, step = floats(source, where), float(dt)
     if x.ndim != 1 or len(x) < 2:
         raise InputError(f"{where}: the series must be a row of at least two values, found shape {x.shape}")
     if not np.all(np.isfinite(x)):
@@ -207,14 +209,12 @@ def power_spectrum(
     if detrend not in ("constant", "linear"):
         raise InputError(f"{where}: detrend must be 'constant' or 'linear', found {detrend!r}")
     if segments is not None:
-        if segments < 1:
-            raise InputError(f"{where}: segments must be at least 1, found {segments!r}")
+        segments = whole(segments, f"{where}: segments")
         # K segments with stride (1 - overlap) L cover L (1 + (K - 1)(1 - overlap))
         length = int(len(x) / (1.0 + (segments - 1) * (1.0 - overlap)))
     else:
         resolution = RESOLUTION if resolution is None else resolution
-        if not resolution > 0.0:
-            raise InputError(f"{where}: resolution must be positive, found {resolution!r}")
+        positive(resolution, f"{where}: resolution")
         length = round(1.0 / (resolution * step))
         if length > len(x):
             raise InputError(
@@ -286,8 +286,7 @@ def spectral_peak(spectrum: PowerSpectrum, frequency: float, half_width: float) 
     Raises:
       InputError: there is no frequency of the spectrum in the range.
     """
-    if not half_width > 0.0:
-        raise InputError(f"spectral_peak: half_width must be positive, found {half_width!r}")
+    positive(half_width, "spectral_peak: half_width")
     distance = np.abs(spectrum.frequency - frequency)
     rounding = 1e-9 * spectrum.resolution
     near = np.flatnonzero(distance <= half_width + rounding)

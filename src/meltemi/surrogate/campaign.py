@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 
 from meltemi.controllers.specification import BaselineCase, FixedCase, NamedCase, PowerCase
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.files import text_of, write_text
+from meltemi.core.files import replacing, text_of
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, validated, write_record
 from meltemi.loadbase.engine import Progress, run_jobs
@@ -190,8 +190,9 @@ def write_surrogate_campaign(campaign: SurrogateCampaign, design: SurrogateDesig
     lines = [",".join(["point", "set", "seed", *(f"{name} [{UNITS[name]}]" for name in design.space.names)])]
     for point, check, seed, row in zip(design.point, design.check, design.seed, design.values, strict=True):
         lines.append(",".join([str(point), SETS[int(check)], str(seed), *map(repr, row.tolist())]))
-    write_record(campaign, folder / FILE)
-    write_text(folder / DESIGN, "\n".join(lines) + "\n")
+    with replacing(folder / FILE, folder / DESIGN) as (first, second):  # both or none
+        second.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        write_record(campaign, first)
     return [folder / FILE, folder / DESIGN]
 
 

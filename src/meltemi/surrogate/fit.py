@@ -18,6 +18,7 @@ from meltemi.core.extras import need
 from meltemi.surrogate.campaign import SurrogateCampaign, SurrogateDesign
 from meltemi.surrogate.model import Float, Kernels, LoadModel, Polynomials, Surrogate, legendre_products
 from meltemi.surrogate.space import Space
+from meltemi.turbine.library import load_turbine
 
 KINDS = ("polynomial", "gaussian")
 DRAWS = 24
@@ -180,6 +181,7 @@ def fit_surrogate(
     counts = {"points": len(np.unique(design.point[train])), "runs": int(train.sum())}
     counts |= {"checks": len(np.unique(design.point[~train])), "check_runs": int((~train).sum())}
     facts: dict[str, Any] = {"kind": kind, **counts, "duration": campaign.duration, "f_eq": 1.0}
+    facts["turbine_hash"] = load_turbine(campaign.turbine).content_hash()
     return Surrogate(campaign.turbine, design.space, models, facts)
 
 

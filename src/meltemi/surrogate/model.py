@@ -6,11 +6,12 @@ Gaussian process. Equations LS-4 to LS-9 of ``docs/theory/surrogate.md``.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 from warnings import warn
 
 import numpy as np
@@ -21,8 +22,11 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import text_of, write_text
 from meltemi.surrogate.space import UNITS, Space, Variable
 
+if TYPE_CHECKING:
+    from meltemi.turbine.power_turbine import AnyTurbine
+
 Float = NDArray[np.float64]
-FORMAT, VERSION = "meltemi load surrogate", 1
+FORMAT, VERSION = "meltemi load surrogate", 2
 NEUTRAL = {"shear_exponent": 0.2, "air_density": 1.225, "inclination": 0.0, "yaw_error": 0.0}
 """Values of variables that a caller leaves out."""
 SLACK = 1e-9
@@ -183,7 +187,7 @@ class Surrogate:
       turbine: its name.
       space: variables with bounds.
       loads: models by name.
-      facts: of the fit: kind, numbers of points and runs, duration.
+      facts: of the fit: kind, numbers of points and runs, duration, ``turbine_hash``.
     """
 
     turbine: str
@@ -260,22 +264,47 @@ def write_surrogate(surrogate: Surrogate, path: str | Path) -> Path:
         variable |= {k: None for k in ("least", "most") if abs(variable[k]) == float("inf")}
     content = {"format": FORMAT, "version": VERSION, "meltemi": meltemi.__version__, "turbine": surrogate.turbine}
     content |= {"variables": variables, "facts": dict(surrogate.facts), "centres": centres, "loads": loads}
-    write_text(Path(path), json.dumps(content, separators=(",", ":")) + "\n")
+    write_text(Path(path), json.dumps(content | {"checksum": _checksum(content)}, separators=(",", ":")) + "\n")
     return Path(path)
 
 
-def load_surrogate(path: str | Path) -> Surrogate:
+def _checksum(content: Mapping[str, Any]) -> str:
+    """Of what a file says besides it."""
+    said = {name: value for name, value in content.items() if name != "checksum"}
+    return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
+
+
+def load_surrogate(path: str | Path, turbine: AnyTurbine | None = None) -> Surrogate:
     """Read a surrogate as a function of the site variables; needs NumPy only.
 
+    Args:
+      path: of the file.
+      turbine: whose loads are asked for; by default that of the file.
+
     Raises:
-      InputError: the file cannot be read, or is no load surrogate.
+      InputError: the file cannot be read, is damaged or no load surrogate, or is that of another turbine.
     """
+    found = _read(path)
+    if turbine is not None and found.facts.get("turbine_hash") != turbine.content_hash():
+        raise InputError(
+            f"{path}: it was fitted to {found.turbine}, whose data differ from those of {turbine.name}; "
+            "make a surrogate of this turbine: meltemi surrogate design TURBINE"
+        )
+    return found
+
+
+def _read(path: str | Path) -> Surrogate:
     try:
         data = json.loads(text_of(Path(path)))
         if not isinstance(data, dict) or data.get("format") != FORMAT:
             raise InputError(f"{path}: no load surrogate; 'meltemi surrogate fit FOLDER' writes one")
         if data["version"] != VERSION:
-            raise InputError(f"{path}: version {data['version']} of the format; this meltemi reads {VERSION}")
+            raise InputError(
+                f"{path}: version {data['version']!r} of the format; this meltemi reads {VERSION}: "
+                "'meltemi surrogate fit FOLDER' writes it anew"
+            )
+        if data.get("checksum") != _checksum(data):
+            raise InputError(f"{path}: damaged or changed: its checksum does not match its content")
         known = {name: [v[name] for v in data["variables"]] for name in ("name", "lower", "upper", "least", "most")}
         space = Space(
             tuple(
@@ -301,7 +330,7 @@ def load_surrogate(path: str | Path) -> Surrogate:
                 raise ValueError(f"coefficients of {each['name']}")
             loads[each["name"]] = LoadModel(*own, rows, float(each["scatter"]), each["errors"])
         return Surrogate(data["turbine"], space, loads, data["facts"])
-    except (ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         raise InputError(f"{path}: damaged, or no load surrogate ({type(error).__name__}: {error})") from None
 
 
