@@ -62,7 +62,7 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
         SteadyWind(speed=11.0, roughness=0.03, veer=1e-3, upflow=0.1),
         duration=1.0,
     ),
-    "series": lambda t: simulate(meltemi.build(t), step_wind(), duration=1.0),
+    "series": lambda t: simulate(meltemi.build(t), step_wind(time=0.5), duration=1.0),
     "foundation": lambda t: simulate(
         meltemi.build(t.replace(foundation={"stiffness": np.diag([1e9, 1e9, 1e10, 1e11, 1e11, 1e11]).tolist()})),
         WIND,
@@ -223,7 +223,7 @@ def test_node_functions_pass_without_compilation() -> None:
 
 
 LAYERS = (
-    "core maths numbers environment turbine wind aero structure electrical control simulation postprocess loadcases "
+    "core maths numbers environment turbine wind aero structure electrical control simulation postprocess controllers loadcases "
     "report studies envs loadbase surrogate app"
 )
 
