@@ -160,7 +160,9 @@ def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str
     with replacing(path) as (partial,), partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         texts = [" ".join(cell.split()) for cell in head]
-        writer.writerow([f"{m[1]} [{m[2]}]" if (m := HEAD_UNIT.fullmatch(text)) else text for text in texts])
+        writer.writerow(
+            [f"{m[1]} [{m[2]}]" if text[-1:] != "]" and (m := HEAD_UNIT.fullmatch(text)) else text for text in texts]
+        )
         for row in rows:
             known = (c.value if isinstance(c, Number) else math.nan for c in row)
             writer.writerow([f"{v:.15g}" if v == v else c for c, v in zip(row, known, strict=True)])

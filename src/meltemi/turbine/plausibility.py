@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from meltemi.core.errors import InputError
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.moments import blade_moments, cumulative
 from meltemi.turbine.typical import typical_masses
@@ -41,6 +42,8 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
       One sentence each, with the key, its value and the usual range; empty if there is none.
     """
     if not isinstance(turbine, Turbine):
+        if not hasattr(turbine, "rated_power"):
+            raise InputError(f"turbine: expected a turbine, found {type(turbine).__name__}")
         return ()
     blade, tower, drive, control = turbine.blade.structure, turbine.tower, turbine.drivetrain, turbine.control
     speed = turbine.rated_rotor_speed
