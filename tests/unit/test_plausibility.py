@@ -42,6 +42,14 @@ def test_decks_of_rosco_are_usual(rosco_cases: Path) -> None:
 @pytest.mark.parametrize(
     ("key", "factor", "words"),
     [
+        ("rated_power", 1e-3, "rated_power: rated power over rotor area [W/m^2] is 0.401; usual is 50 to 1000"),
+        ("control.torque.rated_power", 1e3, "control.torque.rated_power: rated_power over it is 0.00"),
+        ("control.torque.rated_speed", 30.0 / np.pi, "control.torque.rated_speed: it over control.pitch."),
+        ("control.pitch.reference_speed", 30.0 / np.pi, "control.pitch.reference_speed: tip speed at it [m/s] is 762"),
+        ("control.pitch.gain_halving_pitch", 180.0 / np.pi, "control.pitch.gain_halving_pitch: it [rad] is 6.3"),
+        ("control.filter_frequency", 0.5 / np.pi, "control.filter_frequency: it over the rated rotor speed is 0.197"),
+        ("drivetrain.generator_inertia", 97.0**2, "drivetrain.generator_inertia: it times gear_ratio squared, over"),
+        ("blade.aerodynamics.chord", 1e3, "blade.aerodynamics.chord: the largest over the blade's length is 75.6"),
         ("nacelle.mass", 1e-3, "nacelle.mass: 240 kg in all, where a rotor of 126 m and 5 MW has about 1.7e+05 kg"),
         ("hub.mass", 1e3, "hub.mass: "),
         ("drivetrain.stiffness", 0.01, "drivetrain.stiffness: rated torque twists the shaft by 27.6 deg"),
@@ -56,6 +64,20 @@ def test_slips_are_told(turbine: Turbine, key: str, factor: float, words: str) -
         value = getattr(value, part)
     said = plausibility_warnings(turbine.replace(**{key: factor * np.asarray(value)}))
     assert any(sentence.startswith(words) for sentence in said), said
+
+
+def test_negative_drag_is_told(turbine: Turbine) -> None:
+    name, airfoil = next(iter(turbine.airfoils.items()))
+    airfoils = turbine.airfoils | {name: airfoil.replace(drag=-0.1 * airfoil.drag)}
+    (said,) = plausibility_warnings(turbine.replace(airfoils=airfoils))
+    assert said.startswith(f"airfoils.{name}.drag: -0.0") and "negative" in said
+
+
+def test_a_table_above_betz_is_told() -> None:
+    machine = meltemi.load_turbine("pmsg20mw-bem")
+    power = 1.3 * np.asarray(machine.coefficient.power)
+    (said,) = plausibility_warnings(machine.replace(**{"coefficient.power": power}))
+    assert "above Betz's limit" in said
 
 
 def test_a_uniform_cantilever() -> None:

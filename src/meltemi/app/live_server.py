@@ -70,7 +70,7 @@ class LiveServer:
         self._path = f"/{secrets.token_urlsafe(24)}/"
         self.url = f"http://{self.host}{self._path}"
         self.closed_at: float | None = None
-        self._page, self._inbox = page, Queue[str](MOST_WAITING)
+        self._page, self._inbox = page, Queue[tuple[Any, str]](MOST_WAITING)
         self._open: ServerConnection | None = None
         self._server = serve(
             self._talk,
@@ -118,9 +118,9 @@ class LiveServer:
         before = ""
         with suppress(Empty):
             for _ in range(MOST_WAITING):
-                text = self._inbox.get(timeout=wait) if wait > 0.0 else self._inbox.get_nowait()
+                sender, text = self._inbox.get(timeout=wait) if wait > 0.0 else self._inbox.get_nowait()
                 wait = 0.0
-                if text == before:
+                if sender is not self._open or text == before:
                     continue
                 before = text
                 try:
@@ -156,16 +156,18 @@ class LiveServer:
         from websockets.exceptions import ConnectionClosed
 
         before, self._open, self.closed_at = self._open, connection, None
-        inbox = self._inbox = Queue[str](MOST_WAITING)
-        inbox.put('{"opened": true}')
+        with suppress(Empty):
+            while True:  # what the page before has sent makes room
+                self._inbox.get_nowait()
+        self._inbox.put((connection, '{"opened": true}'))
         if before is not None:
             before.close(4000, "opened in another window")
         with suppress(ConnectionClosed):  # a killed browser sends no closing frame
             for message in connection:
                 with suppress(Full):
-                    inbox.put_nowait(message if isinstance(message, str) else "")
+                    self._inbox.put_nowait((connection, message if isinstance(message, str) else ""))
         if self._open is connection:
-            self._open, self.closed_at, self._inbox = None, monotonic(), Queue(MOST_WAITING)
+            self._open, self.closed_at = None, monotonic()
 
 
 def _at_most(n: int, handler: Callable[[socket.socket, Any], None]) -> Callable[[socket.socket, Any], None]:

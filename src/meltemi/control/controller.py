@@ -26,7 +26,7 @@ from numba.extending import NativeValue, intrinsic, register_model, typeof_impl,
 from numpy.typing import NDArray
 
 from meltemi.control.signals import CALLBACK, Demands, Measurements
-from meltemi.core.errors import InputError
+from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel_for
 from meltemi.numbers.records import DUALS, NUMBERS
 
@@ -170,7 +170,10 @@ class Controller:
 
     def initial_state(self, start: StartPoint) -> Vector:
         """The controller's state vector, checked."""
-        state = np.atleast_1d(np.asarray(self.init(start), dtype=np.float64)).copy()
+        try:
+            state = np.atleast_1d(np.array(self.init(start), dtype=np.float64))
+        except (TypeError, ValueError, OverflowError):
+            state = np.array([np.nan])
         if state.ndim != 1 or not np.all(np.isfinite(state)):
             raise InputError(f"controller {self.name!r}: init must give a vector of finite numbers")
         if self.state_names and len(self.state_names) != len(state):
@@ -208,10 +211,14 @@ class Entry:
 
     def _make_callback(self, update: Update, state: Vector, measurements: Vector, demands: Vector) -> Any:
         measured, wanted = Measurements(measurements), Demands(demands)
+        known = set(vars(wanted))
 
         def call(dt: float) -> int:
             try:
                 update(state, measured, wanted, dt)
+                if len(vars(wanted)) > len(known):
+                    name = min(vars(wanted).keys() - known)
+                    raise InputError(f"demands have no {name!r}: {did_you_mean(name, Demands.fields)}")
             except BaseException as error:  # a Python exception must not cross compiled code
                 self.exception = error
                 return 1

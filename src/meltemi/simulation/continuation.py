@@ -116,7 +116,7 @@ class CarefulOrbit(Orbit):
                     return False
                 if i >= self.B and self.moved < SETTLED * radius:
                     return True
-        except (NotConverged, np.linalg.LinAlgError):
+        except NotConverged:
             return False
         return self.moved < NEARLY * radius
 

@@ -159,6 +159,8 @@ class ModelOptions(Record):
         if isinstance(self.blade_nodes, int):
             if not 5 <= self.blade_nodes <= 200:
                 raise ValueError(f"blade_nodes must be between 5 and 200, found {self.blade_nodes}")
-        elif len(self.blade_nodes) < 5:
-            raise ValueError("blade_nodes: at least 5 positions are needed")
+        elif not 5 <= len(self.blade_nodes) <= 200:
+            raise ValueError(f"blade_nodes: from 5 to 200 positions are needed, found {len(self.blade_nodes)}")
+        if self.blade_cells is not None and len(self.blade_cells) > 201:
+            raise ValueError(f"blade_cells: at most 201 edges are possible, found {len(self.blade_cells)}")
         return self

@@ -261,7 +261,10 @@ class Orbit:
             J[:, column] = (self.missing(azimuths, dt)[0] - base)[unknowns] / PERTURBATION
             self.move(-change)
         air[:] = state
-        self.correct[self.level] = np.asarray(np.linalg.inv(J), dtype=float)
+        try:
+            self.correct[self.level] = np.asarray(np.linalg.inv(J), dtype=float)
+        except np.linalg.LinAlgError:
+            raise NotConverged(DIVERGES) from None
 
     def mean_correction(self) -> Float:
         """(free modes, free modes) correction of a blade's mean deflection for unit residuals of its equations."""

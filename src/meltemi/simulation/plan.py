@@ -31,6 +31,12 @@ if TYPE_CHECKING:
     from meltemi.simulation.scene.motion import Recorder
 
 
+MOST_STEPS, STEPS_A_SECOND = 200_000_000, 20_000
+"""Of a run, and of a usual machine."""
+MOST_OUTPUT = 16_000_000_000
+"""[bytes] of the samples of a run."""
+
+
 @dataclass(frozen=True)
 class Events:
     """Events of a run: as given, as the table that the time loop reads, and as entries of the log with their steps."""
@@ -79,6 +85,13 @@ def planned(run: Run) -> Plan:
     dt = default_step(model)
     if duration < (1.0 - 1e-9) * dt:
         raise InputError(f"duration {duration:g} s is less than the time step of {dt:g} s")
+    n_steps = round(duration / dt) + 1
+    if n_steps > MOST_STEPS:
+        raise InputError(
+            f"a run of {duration:g} s in steps of {dt:g} s has {n_steps:.2g} steps and takes some "
+            f"{n_steps / STEPS_A_SECOND / 3600.0:.2g} h; up to {MOST_STEPS:.0e} are allowed: set a longer "
+            "options.time_step, or split the run"
+        )
     every_output = multiple(run.output_step, dt, "output_step")
     stations = run.stations or Stations()
     chosen = choose(model, run.channels, stations, run.parts)
@@ -88,7 +101,12 @@ def planned(run: Run) -> Plan:
 
         recorder = Recorder(model, stations)
         stations = recorder.stations
-    n_steps = round(duration / dt) + 1
+    size = 8 * len(chosen) * (n_steps // every_output + 1)
+    if size > MOST_OUTPUT:
+        raise InputError(
+            f"{len(chosen)} channels every {run.output_step:g} s for {duration:g} s take {size / 1e9:.3g} GB, at "
+            f"most {MOST_OUTPUT / 1e9:g} GB are allowed: record fewer channels, or set a longer output_step"
+        )
     check_grid(grid, model.has_electrical, model.turbine.rated_power)
     events = _events(run, model, dt, n_steps)
     if run.controller is None and grid is not None and grid.power_reference is not None:
@@ -120,7 +138,7 @@ def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
       InputError: it does not cover the run.
     """
     turbine, described = plan.model.turbine, run.wind() if callable(run.wind) else run.wind
-    noticed = [*plausibility_warnings(turbine), *unusual(described)]
+    noticed = [*plausibility_warnings(turbine), *unusual(described, produces=not isinstance(run.start, Start))]
     if run.controller is None and plan.events.given:
         from meltemi.simulation.events import ignored
 

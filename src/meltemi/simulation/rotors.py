@@ -6,8 +6,9 @@ results. The differences are here, once for each kind: another kind is a folder 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, overload
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
     from meltemi.wind.turbulent import AnyWind
 
+BETZ = 16.0 / 27.0
+"""Largest power coefficient in a steady, uniform wind."""
 SHORTEST_STEP = 1e-5
 """[s] shortest default time step: with a shorter one a run would seem to hang."""
 
@@ -132,4 +135,11 @@ def operating_point(
     Raises:
       InputError: the wind cannot turn the rotor.
     """
-    return kind_of(model).operating_point(model, wind, rotor_speed=rotor_speed, pitch=pitch)
+    point = kind_of(model).operating_point(model, wind, rotor_speed=rotor_speed, pitch=pitch)
+    speed = point.wind.speed
+    available = 0.5 * point["air_density"] * math.pi * model.turbine.rotor_radius**2 * speed**3
+    power = point["rotor_aero_torque"] * point.rotor_speed
+    if power <= BETZ * available:
+        return point
+    words = f"at {speed:g} m/s the rotor takes {power / available:.3f} of the wind's power, above Betz's limit of 16/27"
+    return replace(point, warnings=(*point.warnings, f"{words}: are the polars right?"))

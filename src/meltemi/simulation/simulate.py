@@ -333,11 +333,17 @@ class Simulation:
         now = self.case["demands"]
         if isinstance(demands, Mapping):
             for name, value in demands.items():
-                now[_demand_rows(name)] = value
+                rows = _demand_rows(name)
+                try:
+                    now[rows] = value
+                except (TypeError, ValueError):
+                    n = now[rows].size
+                    raise InputError(f"step: {name}: expected {n} number{'s' * (n > 1)}, found {value!r}") from None
             return
-        if len(demands) != len(now):
-            raise InputError(f"step: expected {len(now)} demands ({', '.join(Demands.names)}), found {len(demands)}")
-        now[:] = demands
+        given = np.asarray(demands)
+        if given.shape != now.shape or given.dtype.kind not in "fiu":
+            raise InputError(f"step: expected {len(now)} demands ({', '.join(Demands.names)}), found {demands!r:.80}")
+        now[:] = given
 
     def _measure(self) -> View:
         case, clock = self.case, self.case.clock

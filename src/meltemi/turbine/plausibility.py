@@ -9,8 +9,9 @@ References: Fingersh, Hand and Laxson (2006), NREL/TP-500-40566, with the update
 
 from __future__ import annotations
 
-from math import sqrt
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from math import pi, sqrt
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,22 +34,77 @@ BLADE = (2.0, 12.0)
 """First flapwise frequency at rest over rated rotor speed; those have 3.3 to 4.4."""
 TOWER = (0.4, 6.0)
 """First frequency over rated rotor speed; those have 1.1 to 1.9."""
+BETZ = 16.0 / 27.0
+
+
+class Ratio(NamedTuple):
+    """A ratio of turbine data that similar turbines have in common: key, what it is, its value and usual range."""
+
+    key: str
+    what: str
+    value: float
+    least: float
+    most: float
 
 
 def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
-    """Warnings about turbine data that are implausible for its size.
+    """Warnings about turbine data that are implausible for its size, and about units in its control.
 
     Returns:
       One sentence each, with the key, its value and the usual range; empty if there is none.
     """
-    if not isinstance(turbine, Turbine):
-        if not hasattr(turbine, "rated_power"):
-            raise InputError(f"turbine: expected a turbine, found {type(turbine).__name__}")
-        return ()
+    if not hasattr(turbine, "rated_power"):
+        raise InputError(f"turbine: expected a turbine, found {type(turbine).__name__}")
+    said = [
+        f"{key}: {what} is {value:.3g}; usual is {least:g} to {most:g}"
+        for key, what, value, least, most in _ratios(turbine)
+        if not least <= value <= most
+    ]
+    if isinstance(turbine, Turbine):
+        said += _structure_warnings(turbine)
+        for name, airfoil in turbine.airfoils.items():
+            if airfoil.drag.min() < 0.0:
+                said.append(f"airfoils.{name}.drag: {airfoil.drag.min():.3g} is negative, a section that drives itself")
+    elif (table := getattr(turbine.coefficient, "power", None)) is not None and table.max() > BETZ:
+        said.append(f"coefficient.power: {table.max():.3g} is above Betz's limit of 16/27")
+    return tuple(f"{words}; is its unit right?" for words in said)
+
+
+def _ratios(turbine: AnyTurbine) -> Iterator[Ratio]:
+    """Ratios of machine and control; those of the library and of ROSCO's decks are in brackets."""
+    control, drive, radius = turbine.control, turbine.drivetrain, turbine.rotor_radius
+    torque, pitch, speed = control.torque, control.pitch, turbine.rated_rotor_speed
+    area = pi * radius**2
+    yield Ratio(
+        "rated_power", "rated power over rotor area [W/m^2]", turbine.rated_power / area, 50.0, 1000.0
+    )  # [159, 401]
+    share = turbine.rated_power / torque.rated_power
+    yield Ratio("control.torque.rated_power", "rated_power over it", share, 0.6, 1.2)  # [0.94, 1]
+    yield Ratio("control.pitch.reference_speed", "tip speed at it [m/s]", speed * radius, 25.0, 150.0)  # [80, 105]
+    share = torque.rated_speed / pitch.reference_speed
+    yield Ratio("control.torque.rated_speed", "it over control.pitch.reference_speed", share, 0.7, 1.2)  # [0.96, 1]
+    yield Ratio("control.pitch.gain_halving_pitch", "it [rad]", pitch.gain_halving_pitch, 0.01, 0.6)  # [0.03, 0.19]
+    share = control.filter_frequency / speed
+    yield Ratio("control.filter_frequency", "it over the rated rotor speed", share, 0.6, 60.0)  # [1.2, 2.8]
+    if isinstance(turbine, Turbine):
+        _, blade = blade_moments(turbine.blade.structure, turbine.hub.radius)
+        rotor, aero = turbine.hub.inertia + turbine.n_blades * blade, turbine.blade.aerodynamics
+        share = float(np.max(aero.chord)) / turbine.blade.length
+        yield Ratio("blade.aerodynamics.chord", "the largest over the blade's length", share, 0.02, 0.3)  # [0.05, 0.08]
+    else:
+        rotor = turbine.drivetrain.rotor_inertia
+    share = drive.generator_inertia * drive.gear_ratio**2 / rotor
+    if share > 0.0:
+        what = "it times gear_ratio squared, over the rotor's,"
+        yield Ratio("drivetrain.generator_inertia", what, share, 1e-4, 1.0)  # [0.002, 0.13]
+
+
+def _structure_warnings(turbine: Turbine) -> list[str]:
+    """Implausible masses, stiffnesses and frequencies."""
     blade, tower, drive, control = turbine.blade.structure, turbine.tower, turbine.drivetrain, turbine.control
     speed = turbine.rated_rotor_speed
     blade_mass = blade_moments(blade, turbine.hub.radius)[0]
-    said = []
+    said: list[str] = []
     if turbine.rotor_diameter >= LEAST_DIAMETER:
         usual = typical_masses(turbine)
         for key, mass, typical in (
@@ -83,7 +139,7 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
                 f"{key}: its stiffness and mass give a first frequency of {found / (2.0 * np.pi):.3g} Hz, "
                 f"{found / speed:.2g} times rated rotor speed; usual is {band[0]:g} to {band[1]:g} times"
             )
-    return tuple(f"{words}; is its unit right?" for words in said)
+    return said
 
 
 def bending_frequency(position: ArrayLike, mass: ArrayLike, stiffness: ArrayLike, tip_mass: float = 0.0) -> float:

@@ -467,10 +467,17 @@ def mean_before(wind: Wind, hub_height: float) -> float:
 
 USUAL_EXPONENT, USUAL_UPFLOW = (-0.3, 0.7), np.radians(20.0)
 """Of the power law, measured in stable nights and over hills; [rad] of the flow over steep ones."""
+USUAL_TURBULENCE = 1.5
+"""Over the extreme turbulence of class IA+."""
 
 
-def unusual(wind: Any) -> list[str]:
-    """Warnings about implausible shear and upflow of a wind."""
+def unusual(wind: Any, *, produces: bool = True) -> list[str]:
+    """Warnings about implausible shear, upflow, direction and turbulence of a wind.
+
+    Args:
+      produces: the turbine faces the wind, to produce.
+    """
+    intensity = _intensity(wind)
     wind = wind.mean if isinstance(wind, SharedTurbulence) else wind
     exponent = np.atleast_1d(getattr(wind, "shear_exponent", getattr(wind, "exponent", 0.0)))
     upflow = np.atleast_1d(getattr(wind, "upflow", 0.0))
@@ -483,7 +490,31 @@ def unusual(wind: Any) -> list[str]:
     worst = upflow[np.argmax(np.abs(upflow))]
     if abs(worst) > USUAL_UPFLOW:
         said.append(f"wind: an upflow of {np.degrees(worst):.3g} deg is unusual; IEC 61400-1 has 8 deg; it is in rad")
+    direction = np.atleast_1d(getattr(wind, "direction", 0.0))
+    worst = direction[np.argmax(np.abs(direction))]
+    if produces and abs(worst) > 0.5 * np.pi:
+        said.append(
+            f"wind: it comes from behind the rotor, {np.degrees(abs(worst)):.3g} deg from its front, where sections "
+            "and wake have no model of a producing turbine; the direction is in rad"
+        )
+    speed = float(getattr(wind, "speed", 0.0)) if intensity else 0.0
+    extreme = 0.36 * (0.576 * (0.5 * speed - 4.0) + 10.0)
+    if intensity * speed > USUAL_TURBULENCE * extreme:
+        said.append(
+            f"wind: a turbulence intensity of {100.0 * intensity:.3g} % at {speed:g} m/s is unusual; the extreme "
+            f"turbulence of IEC 61400-1 has {100.0 * extreme / speed:.2g} % (class IA+); it is a fraction: 0.14 is 14 %"
+        )
     return said
+
+
+def _intensity(wind: Any) -> float:
+    """Turbulence intensity at the hub, as given or as in a box; 0 of other winds."""
+    if isinstance(wind, SharedTurbulence):
+        return float(wind.sigma / wind.mean.speed) if wind.mean.speed else 0.0
+    if isinstance(wind, WindBox):
+        middle = wind.velocity[:, wind.velocity.shape[1] // 2, wind.velocity.shape[2] // 2, 0]
+        return float(np.std(middle, dtype=float) / max(wind.speed, 1e-9))
+    return float(getattr(wind, "intensity", 0.0))
 
 
 def check_coverage(
