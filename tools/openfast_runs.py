@@ -2,9 +2,10 @@
 
     python tools/openfast_runs.py openfast --out runs nrel5mw iea15mw DECK.fst ...
 
-``openfast`` is the executable of OpenFAST 5. Each turbine runs with ElastoDyn and BeamDyn, in steady wind below rated
-(free rotor speed, torque law) and above (locked generator and tower, held pitch), and in turbulence (locked generator);
-the same deck, read back, runs here. Rows are appended to ``runs/runs.csv``.
+``openfast`` is the executable of OpenFAST 5. Each turbine runs with ElastoDyn and BeamDyn in each case, ``kind speed``:
+``steady`` wind (locked generator and tower, held pitch), steady wind with a ``free`` rotor under the deck's torque law,
+below rated, where it is that of the baseline, and ``turbulent`` wind (locked generator). The same deck, read back, runs
+here. Rows are appended to ``runs/runs.csv``.
 """
 
 from __future__ import annotations
@@ -25,9 +26,11 @@ from meltemi.control.constant import ConstantController
 from meltemi.io import read_deck, read_result, write_bts, write_openfast
 from meltemi.turbine.power_turbine import aeroelastic
 
-WINDS = {"steady 8": 8.0, "steady 12": 12.0, "steady 18": 18.0, "turbulent 14": 14.0}
-SETTLED, TURBULENT = 12.0, 30.0
-"""[s] before steady runs are evaluated over a revolution, and time over which turbulent ones are evaluated."""
+CASES = ("steady 8", "steady 12", "steady 18", "free 8", "turbulent 14")
+SETTLED = {"steady": 12.0, "turbulent": 12.0, "free": 40.0}
+"""[s] before runs are evaluated, steady ones over a revolution; speeds of free rotors begin apart by up to 2 %."""
+TURBULENT = 30.0
+"""[s] over which turbulent runs are evaluated."""
 DAMPED: dict[str, Any] = {
     "blade.structure.damping": {"flap": 0.05, "edge": 0.05, "torsion": 0.05},
     "blade.structure.damping_time": None,
@@ -39,6 +42,7 @@ CHANNELS = {
     "edgewise": ("RootMxb1", "B1RootMxr"),
     "tip": ("TipDxb1", "B1TipTDxr"),
     "tower base": ("TwrBsMyt", "TwrBsMyt"),
+    "tower side": ("TwrBsMxt", "TwrBsMxt"),
 }
 """Quantity: our channel, and that of BeamDyn; ElastoDyn has ours."""
 
@@ -63,13 +67,15 @@ def openfast(program: str, main: Path) -> tuple[Result, float]:
 
 def both(program: str, turbine: Turbine, case: str, beamdyn: bool, folder: Path, **options: Any) -> dict[str, Any]:
     """Deviations [%] of our run from OpenFAST's: of means, or in turbulence of standard deviations."""
-    speed, free, turbulent = WINDS[case], case == "steady 8", case.startswith("turbulent")
+    kind, speed = case.split()[0], float(case.split()[1])
+    free, turbulent = kind == "free", kind == "turbulent"
     locked = ("yaw",) if free else ("yaw", "generator") if turbulent else ("yaw", "generator", "tower")
     if not turbulent:  # edgewise vibrations of the start would last for minutes
         turbine = turbine.replace(**DAMPED)
     model_options = ModelOptions(locked=locked, **options)
     point = meltemi.operating_point(meltemi.build(turbine), speed)
-    duration = SETTLED + (TURBULENT if turbulent else math.tau / point.rotor_speed)
+    settled = SETTLED[kind]
+    duration = settled + (TURBULENT if turbulent else math.tau / point.rotor_speed)
     wind: Any = SteadyWind(speed=speed, shear_exponent=0.2)
     written_wind: Any = wind
     if turbulent:
@@ -88,7 +94,7 @@ def both(program: str, turbine: Turbine, case: str, beamdyn: bool, folder: Path,
     more["channels"] = ["RotTorq", "RotSpeed", *(mine for mine, _ in CHANNELS.values())]
     ours = meltemi.simulate(model, wind, duration=duration, start=meltemi.Start(**start, coordinates={}), **more)
     ours.raise_for_status()
-    a, b = (result.between(SETTLED, duration) for result in (ours, theirs))
+    a, b = (result.between(settled, duration) for result in (ours, theirs))
     measure = np.std if turbulent else np.mean
     power = [measure(r["RotTorq"] * r["RotSpeed"]) for r in (a, b)]
     row: dict[str, Any] = {"turbine": turbine.name, "blades": "BeamDyn" if beamdyn else "ElastoDyn", "wind": case}
@@ -104,7 +110,7 @@ def main() -> None:
     asked.add_argument("program")
     asked.add_argument("turbines", nargs="+")
     asked.add_argument("--out", type=Path, default=Path("runs"))
-    asked.add_argument("--cases", nargs="+", default=list(WINDS))
+    asked.add_argument("--cases", nargs="+", default=CASES)
     asked.add_argument("--blades", nargs="+", default=["ElastoDyn", "BeamDyn"])
     given = asked.parse_args()
     for name in given.turbines:

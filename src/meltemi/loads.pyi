@@ -13,6 +13,8 @@ from meltemi.loadbase.engine import run_base as run_base
 from meltemi.loadbase.engine import show_case as show_case
 from meltemi.loadbase.plan import Plan as Plan
 from meltemi.loadbase.plan import plan as plan
+from meltemi.loadbase.project import Project as Project
+from meltemi.loadbase.report import write_design_loads as write_design_loads
 from meltemi.loadbase.report import write_report as write_report
 from meltemi.loadbase.report_comparison import write_base_comparison as write_base_comparison
 from meltemi.loadbase.settings import DesignSettings as DesignSettings

@@ -18,7 +18,6 @@ import meltemi
 from meltemi import Model, ModelOptions, Stations, SteadyWind, Turbine, simulate
 from meltemi.core.kernel import statistics
 from meltemi.simulation.modes import natural_modes
-from meltemi_verification.transient import step_wind
 
 ROOT = Path(__file__).parents[2]
 WIND = SteadyWind(speed=11.0)
@@ -62,7 +61,9 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
         SteadyWind(speed=11.0, roughness=0.03, veer=1e-3, upflow=0.1),
         duration=1.0,
     ),
-    "series": lambda t: simulate(meltemi.build(t), step_wind(), duration=1.0),
+    "series": lambda t: simulate(
+        meltemi.build(t), meltemi.WindSeries(time=[0.0, 0.5], speed=[10.0, 11.0]), duration=1.0
+    ),
     "foundation": lambda t: simulate(
         meltemi.build(t.replace(foundation={"stiffness": np.diag([1e9, 1e9, 1e10, 1e11, 1e11, 1e11]).tolist()})),
         WIND,
@@ -223,8 +224,8 @@ def test_node_functions_pass_without_compilation() -> None:
 
 
 LAYERS = (
-    "core maths numbers environment turbine wind aero structure electrical control simulation postprocess loadcases "
-    "report studies envs loadbase surrogate app"
+    "core maths numbers environment turbine wind aero structure electrical control simulation postprocess controllers "
+    "loadcases report studies envs loadbase surrogate app"
 )
 
 

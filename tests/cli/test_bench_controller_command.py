@@ -56,7 +56,7 @@ def test_a_failed_run_is_reported_and_stops_no_other(
     command: Command, tiny: list[bool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    body = "    def update(state, measured, demands, dt):\n        raise ValueError('no')\n"
+    body = "    def update(state, measured, demands, dt):\n        if measured.time > 2.0: raise ValueError('no')\n"
     (tmp_path / "fails.py").write_text(
         f"import meltemi\n\ndef controller(turbine):\n{body}    return meltemi.Controller(update)\n"
     )
@@ -70,7 +70,7 @@ def test_a_failed_run_is_reported_and_stops_no_other(
     ("arguments", "words"),
     [
         (("roscoe",), "did you mean 'rosco'"),
-        (("ours.so",), "ours.so: there is no such file"),
+        (("ours.so",), "ours.so: no such file"),
         (("nowhere:controller",), "no module 'nowhere' here or installed"),
         (("ipc", "ipc"), "'ipc' is named twice"),
         (("ipc", "--wind-class", "IX"), "IX"),

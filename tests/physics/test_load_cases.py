@@ -149,7 +149,7 @@ def test_a_stop_that_was_not_planned_is_a_warning(tmp_path: Path) -> None:
     (words,), (late,) = base_table(both, tmp_path)["warnings"]
     assert words.startswith("stopped at ") and "generator speed" in words and "in state 'normal stop'" in late
     problem = problems_of(read_results(both, tmp_path)).loc[production.name]
-    assert problem["state"] == "warned" and "no loads of production" in problem["meaning"]
+    assert problem["state"] == "warned" and "not those of power production" in problem["meaning"]
 
 
 @pytest.mark.parametrize("stops", [False, True])

@@ -449,7 +449,6 @@ def test_what_is_not_modelled_is_refused_by_name(turbine: Turbine) -> None:
         with pytest.raises((UnsupportedError, meltemi.InputError), match=match):
             meltemi.build(described, options)
 
-    refused("overhang", turbine.replace(**{"nacelle.overhang": -5.0}))
     refused("torsion", uniform_blade(turbine), ModelOptions(torsion_modes=1))
     refused(
         "tower_torsion_modes needs",

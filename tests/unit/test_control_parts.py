@@ -16,7 +16,7 @@ import pytest
 from kernel_arrays import call
 from numpy.typing import NDArray
 
-from meltemi.control.controller import UPDATE_DUALS
+from meltemi.control.controller import update_of_duals
 from meltemi.control.feedforward import FeedforwardWeights, blade_wind, weight, weight_settings
 from meltemi.control.filters import (
     LowPass,
@@ -518,4 +518,4 @@ def test_parts_compile_into_a_user_controller() -> None:
     for _ in range(3):
         law(x, np.array([ROTOR, 0.3, 1.0, 0.5, -0.2]), demands, 0.05)
     assert np.all(np.isfinite(demands)) and demands.any()
-    numba.njit(UPDATE_DUALS)(individual_pitch)
+    numba.njit(update_of_duals())(individual_pitch)

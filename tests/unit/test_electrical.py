@@ -21,7 +21,6 @@ from meltemi.electrical.tables import (
     N_STATES,
     TRIPS,
     Electrical,
-    ElectricalParameters,
     ElectricState,
     electrical_array,
 )
@@ -540,8 +539,3 @@ def test_axes_turn_with_the_phase_locked_loop() -> None:
     source = 0.95 * SYSTEM.grid_peak * cmath.exp(1j * float(x["grid_angle"]))
     expected = (y - source - (f.resistance + 1j * w * f.inductance) * i) / f.inductance
     assert complex(*r["grid"]) == pytest.approx(expected, rel=1e-9)
-
-
-def test_a_turbine_without_one_has_none() -> None:
-    assert not electrical_array(None).any()
-    assert ElectricalParameters.index("on") == 0

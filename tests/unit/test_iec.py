@@ -592,8 +592,8 @@ def test_a_periodic_box_is_refused(turbine: Turbine) -> None:
 
 
 def test_the_label_of_a_box_with_a_gust(turbine: Turbine) -> None:
-    box = with_gust(replace(field(), source="field.bts"), ecd(turbine, 12.0))
-    assert box.label == "field.bts with IEC ECD+ 12 m/s, at 60 s"
+    box = with_gust(replace(field(), source="field.bts"), ecd(turbine, 12.0, begin=10.0))
+    assert box.label == "field.bts with IEC ECD+ 12 m/s, at 10 s"
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -338,15 +339,16 @@ def test_every_kind_of_block_is_in_a_word_file_and_a_workbook(tmp_path: Path) ->
         "axes", [Stroke([(0, 0), (9, 9)], "axis", "x"), Stroke([(5, 5)], "into", "y")], caption="a sketch"
     )
     choice = Choice("Interface", [Part("hub", [table]), Part("tower", [line])])
+    many = Choice("Plot of", [Part("one", [line]), Part("two", [replace(line, title="Other")])])
     listed = Table(["case"], [["c1"]], paper="See plan.csv.")
     lead = Verdict("bad", "Incomplete", ["a line"], Folded("1 failed", Table(["case"], [["c9"]])))
     document = Document(
-        "T", [Section("One", ["words", Beside([line, rose, drawing]), choice, listed])], [("a", "b")], lead
+        "T", [Section("One", ["words", Beside([line, rose, drawing]), choice, many, listed])], [("a", "b")], lead
     )
     word = library.Document(str(write_word(tmp_path / "a.docx", document)))
     texts = [p.text for p in word.paragraphs]
     assert {"T", "One", "words", "Incomplete", "a line", "Loads", "a note", "See plan.csv."} <= {*texts}
-    assert len(word.inline_shapes) == 4 and "Line; Rose; a sketch" in texts
+    assert len(word.inline_shapes) == 5 and "Line; Rose; a sketch" in texts
     rows = [[cell.text for cell in row.cells] for row in word.tables[2].rows]
     assert rows == [["name", "load\nkN", "share\n%", "x", "case"], ["one", "12346; 1.25; DLC 1.3", "50.0", "", "c2"]]
     book = openpyxl.load_workbook(write_workbook(tmp_path / "a.xlsx", document))

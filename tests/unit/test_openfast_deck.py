@@ -318,7 +318,7 @@ def test_what_is_used_changes_something(module: str, master: Path, tmp_path: Pat
         ("AeroDyn.dat", "0   DBEMT_Mod", "0 DBEMT_Mod", "used"),
         ("AeroDyn.dat", "0   DBEMT_Mod", "-1 DBEMT_Mod", "approximated"),
         ("AeroDyn.dat", "False   SectAvg ", "True SectAvg ", "ignored"),
-        ("AeroDyn.dat", "0   TwrShadow", "1 TwrShadow", "ignored"),
+        ("AeroDyn.dat", "0   TwrShadow", "1 TwrShadow", "used"),
         ("AeroDyn.dat", "0   TwrShadow", "0 TwrShadow", "equivalent"),
         ("AeroDyn.dat", "1   AFTabMod", "2 AFTabMod", "approximated"),
         ("AeroDyn.dat", "0   UAStartRad", "0.25 UAStartRad", "ignored"),

@@ -62,7 +62,7 @@ def test_what_happened_is_marked_and_listed() -> None:
     figure = plot(some, ["RotSpeed", "RootMyc1"])
     for ax in figure.axes:
         assert [line.get_xdata()[0] for line in ax.lines[1:]] == [2.0, 2.1, 15.0]
-    assert [text.get_text() for text in figure.axes[0].texts] == ["1-2", "3"]
+    assert [text.get_text() for text in figure.axes[0].texts] == ["1 to 2", "3"]
     (legend,) = figure.legends
     said = [text.get_text() for text in legend.get_texts()]
     assert said == ["1: 2 s, grid lost", "2: 2.1 s, production -> stop", "3: 15 s, grid lost: over"]

@@ -19,6 +19,9 @@ from meltemi.io import read_deck, read_result, write_openfast
 PROGRAM = os.environ.get("MELTEMI_OPENFAST") or shutil.which("openfast")
 SETTLED = 10.0
 """[s]."""
+BOUNDS = {"RotTorq": 4e-3, "RotThrust": 2e-3}
+"""Largest deviations in ``docs/verification``: power coefficient of the rigid rotor at given speed and pitch, 0.41 %,
+as the pitch is held and no controller restores the torque; thrust in steady operation, 0.16 % and 0.18 %."""
 
 
 @pytest.mark.slow
@@ -46,5 +49,5 @@ def test_openfast_runs_the_deck_as_we_do(turbine: Turbine, tmp_path: Path) -> No
         controller=meltemi.control.ConstantController(),
     ).between(SETTLED, duration)
     np.testing.assert_allclose(theirs["BldPitch1"], pitch, rtol=1e-5)
-    for name in ("RotTorq", "RotThrust"):
-        assert ours[name].mean() == pytest.approx(theirs[name].mean(), rel=4e-3), name
+    for name, bound in BOUNDS.items():
+        assert ours[name].mean() == pytest.approx(theirs[name].mean(), rel=bound), name

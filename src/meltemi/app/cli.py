@@ -8,7 +8,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -304,7 +304,8 @@ def _write(result: Result, out: Path, outb: bool) -> list[Path]:
 
     files = [write_netcdf(result, out / "result.nc")]
     for name in ("statistics.csv", "result.png"):
-        (out / name).unlink(missing_ok=True)  # of an earlier run
+        with suppress(IsADirectoryError, PermissionError):  # what cannot be written is named below
+            (out / name).unlink(missing_ok=True)  # of an earlier run
     if result.sampled:
         files.append(write_csv(out / "statistics.csv", *statistics_rows(result)))
     if outb:

@@ -160,6 +160,8 @@ def specification(name: str | Mapping[str, Any] | ControllerCase) -> ControllerC
     Raises:
       InputError: no such name, with the closest ones and the list.
     """
+    if not isinstance(name, str | Mapping | Record):
+        raise InputError(f"controller: expected a name, a file, or keys as in a case file, found {type(name).__name__}")
     keys: Any = controller_keys(name) if isinstance(name, str) else name
     found: ControllerCase = _Holder(controller=keys).controller
     return found

@@ -46,7 +46,7 @@ from meltemi.report.blocks import (
     words,
 )
 from meltemi.report.drawing import svg_of
-from meltemi.report.palette import COLOURS, ON_DARK
+from meltemi.report.palette import COLOURS, ON_DARK, SOFT
 
 
 def write_page(path: str | Path, document: Document) -> Path:
@@ -102,7 +102,7 @@ def page(document: Document) -> str:
 def _running(text: str) -> str:
     """Rule for the foot of printed pages."""
     safe = re.sub(r"[^\w .,:;()/+-]", " ", text)
-    return f'@page {{ @bottom-left {{ content: "{safe}"; font-size: 8pt; color: #5b6873; }} }}' if text else ""
+    return f'@page {{ @bottom-left {{ content: "{safe}"; font-size: 8pt; color: {SOFT}; }} }}' if text else ""
 
 
 @cache

@@ -148,6 +148,18 @@ HEAD_UNIT = re.compile(
 """A column's name with its unit at the end."""
 
 
+def _with_unit(text: str) -> str:
+    """A column's name with its unit in brackets."""
+    found = None if text.endswith("]") else HEAD_UNIT.fullmatch(text)
+    return f"{found[1]} [{found[2]}]" if found else text
+
+
+def _with_unit(text: str) -> str:
+    """A column's name with its unit in brackets."""
+    found = None if text.endswith("]") else HEAD_UNIT.fullmatch(text)
+    return f"{found[1]} [{found[2]}]" if found else text
+
+
 def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Path:
     """Write a table as comma-separated values: units of the head in brackets, numbers with all digits.
 
@@ -159,8 +171,7 @@ def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str
     path = Path(path)
     with replacing(path) as (partial,), partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        texts = [" ".join(cell.split()) for cell in head]
-        writer.writerow([f"{m[1]} [{m[2]}]" if (m := HEAD_UNIT.fullmatch(text)) else text for text in texts])
+        writer.writerow([_with_unit(" ".join(cell.split())) for cell in head])
         for row in rows:
             known = (c.value if isinstance(c, Number) else math.nan for c in row)
             writer.writerow([f"{v:.15g}" if v == v else c for c, v in zip(row, known, strict=True)])

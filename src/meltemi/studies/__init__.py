@@ -1,3 +1,3 @@
 """Analyses built on the package: comparison and tuning of controllers, sensitivities, icing, export of decks."""
 
-KERNELS = ()
+KERNELS = ("lidar.py",)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from meltemi.core.errors import InputError
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.moments import blade_moments, cumulative
 from meltemi.turbine.typical import typical_masses
@@ -52,6 +53,8 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     Returns:
       One sentence each, with the key, its value and the usual range; empty if there is none.
     """
+    if not hasattr(turbine, "rated_power"):
+        raise InputError(f"turbine: expected a turbine, found {type(turbine).__name__}")
     said = [
         f"{key}: {what} is {value:.3g}; usual is {least:g} to {most:g}"
         for key, what, value, least, most in _ratios(turbine)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import product
+from typing import Final
 
 import numpy as np
 
@@ -20,7 +21,8 @@ from meltemi_papers.palanimuthu2022.rain_drops import rain_loads
 
 WINDS, SPEEDS, PITCHES = (8.0, 10.0, 12.0), (0.45, 0.6, 0.75), (0.0, 4.0, 8.0)
 """[m/s], [rad/s], [deg] at which drops meet the blades."""
-RAIN, BLADES_IN_RAIN = "rain on the blades of a turbine", "iea22mw"
+RAIN = "rain on the blades of a turbine"
+BLADES_IN_RAIN: Final = "iea22mw"
 
 
 def formula_claims() -> list[Claim]:
