@@ -106,7 +106,7 @@ def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Mod
     page = (out / "comparison.html").read_text(encoding="utf-8")
     assert not re.search(r'(?:src|href)="(?!data:|#)', page), "it opens offline"
     assert page.count("data:image/png;base64,") == 4
-    for heading in ("Results", "Ceiling", "Spectra", "Series", "Gains and margins", "Reproduction"):
+    for heading in ("Results", "Ideal removal of 1P and 2P", "Spectra", "Series", "Gains and margins", "Reproduction"):
         assert f"<h2>{heading}</h2>" in page
     given = shlex.join(map(str, ("compare", "nrel5mw", *options)))
     for text in (f"meltemi {given}", f"meltemi {meltemi.__version__}", "NTM class IIB", "3 to 4", "45 s each"):

@@ -63,7 +63,7 @@ def test_report_and_comparison_are_written(command: Command, base: Path) -> None
     assert told.status == 0 and told.files[0] == base / "report.html"
     assert base / "tables" / "design_loads.xlsx" in told.files and all(file.stat().st_size for file in told.files)
     text = told.files[0].read_text(encoding="utf-8")
-    assert "0 utilisations are above 1" in text and "dlc1.2-11.4-y8-s01" in text
+    assert "0 utilisations above 1" in text and "dlc1.2-11.4-y8-s01" in text
     compared = command("loads", "compare", base, base, "--out", base / "both")
     assert compared.status == 0 and compared.files == [base / "both" / "report.html", base / "both" / "comparison.csv"]
 

@@ -35,7 +35,8 @@ def _label_place(stroke: Stroke) -> Point:
         return x + 2.6 * RADIUS, y - 2.6 * RADIUS
     x0, y0 = stroke.points[-2]
     length = math.hypot(x - x0, y - y0) or 1.0
-    return x + LETTER * (x - x0) / length, y + LETTER * (y - y0) / length
+    u, v = LETTER * (x - x0) / length, LETTER * (y - y0) / length
+    return x + u + 0.7 * v, y + v - 0.7 * u  # beside a blade that goes on in the direction of the axis
 
 
 def svg_of(drawing: Drawing) -> str:
