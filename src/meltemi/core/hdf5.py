@@ -82,8 +82,8 @@ def read_hdf5(path: Path, take: Callable[[h5py.File], T], kind: str) -> T:
             wanted = _wanted(content)
             if wanted > EXPANSION * size:
                 raise InputError(
-                    f"{path}: not {kind}, or forged: its {size / 1e6:.3g} MB stand for {wanted / 1e9:.3g} GB, more than "
-                    "compression can give"
+                    f"{path}: not {kind}, or forged: its {size / 1e6:.3g} MB stand for {wanted / 1e9:.3g} GB, more "
+                    "than compression can give"
                 )
             return take(content)
     except InputError:

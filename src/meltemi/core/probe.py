@@ -5,6 +5,7 @@ from pathlib import Path
 
 import h5py
 
+
 def main(path: str, most: int) -> None:
     """Read every attribute and every value; ``most`` bytes that a byte of the file may stand for."""
     room = most * Path(path).stat().st_size
