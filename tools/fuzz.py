@@ -1,10 +1,12 @@
 """Give the package what it never expected and watch how it ends:  python tools/fuzz.py --seconds 180 --seed 7
 
 Command lines, case and turbine files (keys and values, or their text), OpenFAST decks, result and wind files are
-damaged by chance and given to the command line, in a process of their own that is killed when it does not return. It
-must end with status 0 or 2, or 1 for a run that says that it ended early; say why in words; take no more than a minute
-beside compilation, and some GB of memory; leave no folder of a refused run, and nothing half-written. Long studies are
-only begun. An input is told by seed, kind and number: --only turbine:17 repeats one and shows what it was.
+damaged by chance and given to the command line; load base plans, settings, tables, results and surrogates, messages of
+the live page and arguments of functions to Python; all in a process of their own that is killed when it does not
+return. What fails in Python must be an error of meltemi. A command must end with status 0 or 2, or 1 for a run that
+says that it ended early; say why in words; take no more than a minute beside compilation, and some GB of memory; leave
+no folder of a refused run, and nothing half-written. Long studies are only begun. An input is told by seed, kind and
+number: --only turbine:17 repeats one and shows what it was.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import copy
+import hashlib
 import io
 import json
 import multiprocessing
@@ -26,9 +29,10 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 LIMIT = 60.0
 """[s] for an input, beside compilation."""
@@ -62,8 +66,15 @@ PIECES = [b": ", b"\n", b"[", b"}", b"\t", b"- ", b"&a ", b"*a", b"!!float ", b"
 PIECES += [b"-1", b"0", b"NaN", b'"', b"True", b"99999999999", b"1e30", b",", b"\r", b"!"]
 
 
-# inputs: each kind takes a generator of chance and the folder of good files, and gives arguments of the command line;
-# files of its own it writes into the working directory
+# inputs: each kind takes a generator of chance and the folder of good files, and gives arguments of the command line,
+# or a call; files of its own it writes into the working directory
+
+
+class Call(NamedTuple):
+    """A call of the package from Python, and what it is, in words."""
+
+    words: list[str]
+    function: Callable[[], Any]
 
 
 def command(chance: random.Random, good: Path) -> list[str]:
@@ -210,9 +221,317 @@ def wind(chance: random.Random, good: Path) -> list[str]:
     return ["run", "nrel5mw", "--wind-file", name]
 
 
-KINDS: dict[str, Callable[[random.Random, Path], list[str]]] = {
+def plan(chance: random.Random, good: Path) -> Call:
+    """A campaign, changes of its table, settings of the evaluation, or conditions of a site, damaged."""
+    from meltemi import loads
+    from meltemi.loadbase import changes, project, settings, site
+    from meltemi.loadbase.plan import plan as planned
+
+    readers: dict[str, Callable[[Path], Any]] = {
+        "campaign.yaml": lambda path: planned(loads.read_campaign(path.parent)),
+        "changes.yaml": lambda path: planned(_campaign(changes.read_changes(path))),
+        "settings.yaml": settings.read_settings,
+        "site.json": lambda path: site.read_site(path).wind_class(4),
+        "table.yaml": loads.read_site_table,
+        "project.yaml": lambda path: project.read_project(path.parent, path),
+    }
+    name = chance.choice(sorted(readers))
+    _damage_file(good / "loads" / name, Path(name), chance)
+    return Call([name], lambda: readers[name](Path(name)))
+
+
+def xlsx(chance: random.Random, good: Path) -> Call:
+    """A load case table in Excel with wrong cells or bytes."""
+    import openpyxl
+
+    from meltemi.loadbase.changes import read_changes
+
+    if chance.random() < 0.4:
+        Path("table.xlsx").write_bytes(_bitten((good / "loads" / "table.xlsx").read_bytes(), chance))
+    else:
+        book = openpyxl.load_workbook(good / "loads" / "table.xlsx")
+        for _ in range(chance.choice([1, 1, 3, 8])):
+            sheet = chance.choice(book.worksheets)
+            cell = sheet.cell(chance.randint(1, sheet.max_row + 1), chance.randint(1, sheet.max_column + 1))
+            with contextlib.suppress(Exception):  # what no cell holds
+                value = chance.choice(JUNK)
+                cell.value = json.dumps(value) if isinstance(value, list | dict) else value
+        with contextlib.suppress(Exception):
+            book.save("table.xlsx")
+    return Call(["table.xlsx"], lambda: read_changes("table.xlsx", chance.choice([3, 4])))
+
+
+def parquet(chance: random.Random, good: Path) -> Call:
+    """Results of a load base with wrong columns, values or bytes, and their evaluation."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    from meltemi import loads
+    from meltemi.loadbase.engine import base_table
+    from meltemi.loadbase.settings import DesignSettings
+    from meltemi.loadbase.store import TABLES, read_file
+
+    (path,) = (good / "loads" / "base" / "results").glob("*.parquet")
+    if chance.random() < 0.3:
+        Path("results").mkdir()
+        (Path("results") / path.name).write_bytes(_bitten(path.read_bytes(), chance))
+    else:
+        table = read_file(path)
+        for _ in range(chance.choice([1, 1, 2])):
+            table = _other_table(table, chance)
+        sink = pa.BufferOutputStream()
+        pq.write_table(table, sink)
+        content = sink.getvalue().to_pybytes()
+        Path("results").mkdir()
+        (Path("results") / f"{hashlib.sha256(content).hexdigest()[:32]}.parquet").write_bytes(content)
+    planned, what = _campaign_plan(), chance.choice([*TABLES, "status", "design"])
+
+    def evaluated() -> Any:
+        if what == "status":
+            return loads.base_status(planned, Path())
+        if what == "design":
+            return loads.design_loads(planned, Path(), DesignSettings(resamples=2, undeflected=12.0))
+        return base_table(planned, Path(), what)
+
+    return Call([what], evaluated)
+
+
+def _other_table(table: Any, chance: random.Random) -> Any:
+    """A table with one wrong column, or without its last rows."""
+    import pyarrow as pa
+
+    at = chance.randrange(table.num_columns)
+    column, name, n = table.column(at), table.column_names[at], len(table)
+    how = chance.choice(["drop", "rename", "junk", "other", "reverse", "cut"])
+    if how == "drop":
+        return table.remove_column(at)
+    if how == "rename":
+        return table.rename_columns([each + "s" * (each == name) for each in table.column_names])
+    if how == "cut":
+        return table.slice(0, chance.randrange(n) if n else 0)
+    if how == "junk":
+        junk = chance.choice([None, 1.5, "x", b"\xff", [1.0], {"a": 1}, float("nan"), -1])
+        return table.set_column(at, name, pa.array([junk] * n))
+    other = table.column(chance.randrange(table.num_columns))
+    return table.set_column(at, name, other if how == "other" else column.take(list(range(n))[::-1]))
+
+
+def surrogate(chance: random.Random, good: Path) -> Call:
+    """A surrogate's file, campaign or design, damaged, and its evaluation."""
+    from meltemi import loads
+    from meltemi.surrogate.campaign import read_surrogate_campaign
+    from meltemi.surrogate.model import _checksum
+
+    name = chance.choice(["surrogate.json", "surrogate.json", "surrogate.yaml", "design.csv"])
+    for path in (good / "surrogate").iterdir():
+        shutil.copy(path, ".")
+    if name == "design.csv" or chance.random() < 0.3:
+        Path(name).write_bytes(_edited(Path(name).read_bytes(), chance))
+    elif name == "surrogate.yaml":
+        _damage_file(good / "surrogate" / name, Path(name), chance)
+    else:
+        content = _damaged(json.loads(Path(name).read_text()), chance)
+        with contextlib.suppress(Exception):
+            content |= {"checksum": _checksum(content)} if chance.random() < 0.9 else {}
+        with contextlib.suppress(Exception):
+            Path(name).write_text(json.dumps(content))
+    at: dict[str, Any] = {"speed": 10.0, "turbulence_intensity": [0.1, 0.12]}
+    if chance.random() < 0.5:
+        at[chance.choice([*at, "yaw_error", "spedd"])] = _junk(chance)
+    outside = chance.choice(["error", "clip", "nan", "x"])
+
+    def evaluated() -> Any:
+        if name != "surrogate.json":
+            return read_surrogate_campaign(Path())
+        made = loads.load_surrogate(name)
+        made(outside=outside, **at)
+        return loads.site_suitability(made, loads.class_table("IB"), loads.class_table("IIIC"))
+
+    return Call([name, repr(at)[:200], outside], evaluated)
+
+
+def live(chance: random.Random, good: Path) -> Call:
+    """Messages of the page of a live simulation."""
+    from meltemi.core.errors import MeltemiError
+
+    messages: list[Any] = []
+    for _ in range(chance.randint(1, 4)):
+        message: Any = chance.choice(
+            [
+                {"set": chance.choice(["wind_speed", "power_limit", "yaw_error", "x"]), "value": 9},
+                {"fault": chance.choice(["grid_loss", "brake", "speed_sensor"]), "on": True},
+                {"request": "normal_stop"}, {"controller": "baseline"}, {"reset": True}, {"playing": True, "speed": 2},
+            ]
+        )  # fmt: skip
+        if chance.random() < 0.8:
+            message = _damaged(message, chance)
+        messages.append(message)
+
+    def obeyed() -> None:
+        session = _session()
+        for message in messages:
+            try:
+                session.obey(message)
+            except MeltemiError:
+                continue
+            json.dumps(session.state(), allow_nan=False)
+            session.piece(0.1)
+
+    return Call([repr(messages)[:300]], obeyed)
+
+
+def api(chance: random.Random, good: Path) -> Call:
+    """A function of Python with one or two arguments of another type, shape or size."""
+    name, function, given = chance.choice(_functions(good))
+    given = dict(given)
+    for key in chance.sample(sorted(given), min(len(given), chance.choice([1, 1, 2]))):
+        given[key] = _junk(chance, given[key])
+    return Call([name, *(f"{key}={value!r:.80}" for key, value in given.items())], lambda: function(**given))
+
+
+KINDS: dict[str, Callable[[random.Random, Path], list[str] | Call]] = {
     "command": command, "case": case, "turbine": turbine, "text": text, "deck": deck, "result": result, "wind": wind,
+    "plan": plan, "xlsx": xlsx, "parquet": parquet, "surrogate": surrogate, "live": live, "api": api,
 }  # fmt: skip
+
+
+# what the calls take
+
+
+def _junk(chance: random.Random, good: Any = 1.0) -> Any:
+    """A value of another type, shape or size."""
+    import numpy as np
+
+    x = np.asarray(good if isinstance(good, int | float | list | np.ndarray) else 1.0, dtype=object)
+    with contextlib.suppress(Exception):
+        x = x.astype(float)
+    changed = [x.tolist(), x[None], x.ravel()[:0], x.astype(str), -x, 1e300 * x, 0.0 * x, np.full(x.shape, np.nan)]
+    return chance.choice([*JUNK, *changed, x.astype(complex), x.ravel()[:1], [x.tolist(), [1.0]], object(), {1, 2}])
+
+
+@cache
+def _functions(good: Path) -> list[tuple[str, Callable[..., Any], dict[str, Any]]]:
+    """Functions of the public interface with good arguments."""
+    import numpy as np
+
+    import meltemi
+    from meltemi import analysis, control, loads
+    from meltemi.postprocess import durations, extrapolation, extremes, lifetime, roses
+    from meltemi.wind import TurbulentWind, iec_wind
+
+    machine = meltemi.load_turbine("nrel5mw")
+    model = meltemi.build(machine)
+    held = meltemi.Simulation(meltemi.Run(model, 12.0, duration=1.0, controller=control.ConstantController()))
+    sine = np.sin(0.3 * np.arange(300.0))
+    cycles = loads.rainflow_cycles(sine)
+    result = meltemi.read_result(good / "result.nc")
+
+    def step(demands: Any) -> None:
+        held.reset()
+        held.step(demands)
+
+    def controlled(init: Any, sample_time: Any, demand: Any) -> None:
+        def update(state: Any, measured: Any, demands: Any, dt: float) -> None:
+            demands.generator_torque = demand
+            demands.pitch[0] = demand
+
+        controller = control.Controller(update=update, init=lambda start: init, sample_time=sample_time)
+        meltemi.simulate(model, 12.0, duration=0.1, controller=controller)
+
+    series = {"series": sine}
+    return [
+        ("simulate", lambda **k: meltemi.simulate(model, **k),
+         {"wind": 12.0, "duration": 0.2, "transient": 0.0, "output_step": 0.05, "channels": ["rotor_speed"]}),
+        ("step", step, {"demands": {"pitch": 0.1}}),
+        ("step by vector", step, {"demands": [0.0] * 25}),
+        ("controller", controlled, {"init": [0.0], "sample_time": 0.01, "demand": 0.1}),
+        ("operating_point", lambda **k: analysis.operating_point(model, **k),
+         {"wind": 9.0, "rotor_speed": 1.2, "pitch": 0.1}),
+        ("build", meltemi.build, {"turbine": machine, "options": None}),
+        ("options", meltemi.ModelOptions, {"time_step": 0.01, "blade_nodes": 10, "locked": [], "inflow_time": 4.0}),
+        ("steady", meltemi.SteadyWind, {"speed": 9.0, "direction": 0.1, "shear_exponent": 0.2}),
+        ("turbulent", TurbulentWind, {"speed": 9.0, "intensity": 0.1, "seed": 1}),
+        ("series of wind", meltemi.wind.WindSeries, {"time": [0.0, 5.0], "speed": [9.0, 10.0]}),
+        ("box", meltemi.wind.WindBox, {"velocity": np.ones((4, 3, 3, 3)), "dt": 0.5, "dy": 40.0, "dz": 40.0,
+         "bottom": 10.0, "speed": 9.0}),
+        ("iec", lambda **k: iec_wind(turbine=machine, **k), {"model": "EOG", "wind_class": "IB", "speed": 9.0}),
+        ("load_turbine", meltemi.load_turbine, {"name": "nrel5mw"}),
+        ("del", loads.damage_equivalent_load, {**series, "duration": 30.0, "slope": 4.0, "f_eq": 1.0, "bins": 10}),
+        ("equivalent_loads", loads.equivalent_loads, {"result": result, "names": None, "f_eq": 1.0}),
+        ("rainflow", loads.rainflow_cycles, {**series, "residue": "half"}),
+        ("cycle_load", lambda **k: loads.cycle_load(cycles, **k), {"slope": 4.0, "reference": 1e7}),
+        ("goodman", lambda **k: loads.goodman_cycles(cycles, **k), {"strength": 9.0, "mean": 0.0}),
+        ("markov", lambda **k: loads.markov_matrix(cycles, **k),
+         {"range_edges": [0.0, 1.0, 3.0], "mean_edges": [-2.0, 0.0, 2.0]}),
+        ("sum_cycles", lambda **k: loads.sum_cycles([cycles, cycles], **k), {"weights": [1.0, 2.0]}),
+        ("del_weights", loads.del_weights, {**series, "duration": 30.0, "slope": 4.0}),
+        ("std_weights", loads.std_weights, dict(series)),
+        ("spectrum", loads.power_spectrum, {"source": sine, "dt": 0.1, "segments": 3, "overlap": 0.5}),
+        ("remove_bands", loads.remove_bands, {**series, "dt": 0.1, "bands": [(0.4, 0.6)]}),
+        ("harmonic_bands", loads.harmonic_bands, {"rotor_frequency": 0.2, "multiples": [1.0, 2.0], "half_width": 0.02}),
+        ("block_extremes", extrapolation.block_extremes, {**series, "blocks": 4}),
+        ("fit_extremes", extrapolation.fit_extremes, {"extremes": sine[:30], "distribution": "gumbel"}),
+        ("extrapolate", extrapolation.extrapolate, {"extremes": [sine[:30], sine[30:60]],
+         "probability_of_speed": [0.4, 0.6], "resamples": 5, "confidence": 90.0}),
+        ("extreme_loads", extremes.extreme_loads, {"loads": np.ones((9, 6)), "plane": "xy"}),
+        ("characteristic", extremes.characteristic_value, {"extremes": [1.0, 2.0], "rule": "mean"}),
+        ("duration", durations.load_duration, {"load": sine, "shaft_speed": sine, "dt": 0.1,
+         "load_edges": [-2.0, 0.0, 2.0]}),
+        ("duty", durations.actuator_duty, {"position": sine, "dt": 0.1, "threshold": 0.0}),
+        ("stops", durations.count_stops, {"speed": sine, "on": 0.5, "off": 0.1}),
+        ("rose", roses.load_rose, {"first": sine, "second": sine, "step": 0.5235987755982988}),
+        ("lifetime_weights", lifetime.lifetime_weights, {"probability": [0.5, 0.5], "simulated": 600.0, "runs": 1}),
+        ("occurrence", lifetime.occurrence_weights, {"per_year": [1.0, 2.0], "runs": 1}),
+        ("ensemble_load", loads.ensemble_load, {"loads": [1.0, 2.0], "slope": 4.0, "weights": [0.5, 0.5]}),
+        ("mean_interval", loads.mean_interval, {"values": [1.0, 2.0], "confidence": 0.9}),
+        ("travel", loads.actuator_travel, {"source": sine, "dt": 0.1}),
+        ("weibull", loads.weibull_weights, {"speeds": [4.0, 6.0], "mean_speed": 8.0, "k": 2.0}),
+        ("lifetime_del", loads.lifetime_del, {"loads": [1.0, 2.0], "slope": 4.0, "speeds": [4.0, 6.0],
+         "mean_speed": 8.0}),
+        ("period_statistics", loads.period_statistics, {"time": np.arange(30.0), "series": {"v": sine[:30]},
+         "period": 10.0, "complete": 1.0}),
+        ("azimuthal", loads.azimuthal_averages, {"result": result, "name": "rotor_speed"}),
+        ("channel", lambda name: result[name], {"name": "rotor_speed"}),
+        ("between", result.between, {"begin": 0.0, "end": 5.0}),
+    ]  # fmt: skip
+
+
+def _campaign(changes: Any) -> Any:
+    from meltemi.loads import make_campaign
+
+    settings: dict[str, Any] = {"rated_wind": 11.4, "quick": True, "duration": 10.0, "transient": 0.0}
+    return make_campaign("nrel5mw", "IB", changes=changes, **settings)
+
+
+@cache
+def _campaign_plan() -> Any:
+    from meltemi.loadbase.plan import plan as planned
+    from meltemi.loadbase.table import load_table
+
+    return planned(_campaign({"without": sorted(load_table(4).rows.keys() - {"1.2", "1.3", "6.4"})}))
+
+
+@cache
+def _session() -> Any:
+    import meltemi
+    from meltemi.studies.live import Session
+
+    return Session(meltemi.load_turbine("nrel5mw"), "baseline", wind_speed=8.0, turbulence=0.02)
+
+
+def _damage_file(source: Path, target: Path, chance: random.Random) -> None:
+    """A copy of a YAML or JSON file with wrong keys and values, or wrong text."""
+    from ruamel.yaml import YAML
+
+    if chance.random() < 0.3:
+        target.write_bytes(_edited(source.read_bytes(), chance))
+        return
+    content = _damaged(YAML(typ="safe").load(source.read_text()), chance)
+    if target.suffix == ".json":
+        with contextlib.suppress(Exception):
+            target.write_text(json.dumps(content, default=str))
+    else:
+        _write_yaml(target, content)
 
 
 # damage
@@ -230,6 +549,8 @@ def _damaged(content: Any, chance: random.Random) -> Any:
     content = copy.deepcopy(content)
     for _ in range(chance.choice([1, 1, 2, 3])):
         found = list(_places(content))
+        if not found:
+            break
         place = chance.choice(found)
         if len(place) > 2 and chance.random() < 0.4:
             place = chance.choice([p for p in found if len(p) <= 2])
@@ -365,6 +686,87 @@ def make_good(folder: Path) -> None:
     ]
     for i, content in enumerate(cases):
         (folder / f"case{i}.json").write_text(json.dumps(content))
+    _make_loads(folder / "loads")
+    _make_surrogate(folder / "surrogate")
+
+
+def _make_loads(folder: Path) -> None:
+    from meltemi import loads
+    from meltemi.loadbase.excel import write_excel
+    from meltemi.loadbase.table import load_table
+
+    sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "unit"))
+    from synthetic_base import synthetic_base
+
+    folder.mkdir()
+    synthetic_base(folder / "base", _campaign_plan())
+    loads.write_campaign(_campaign_plan().campaign, folder)
+    write_excel(load_table(4), folder / "table.xlsx")
+    (folder / "changes.yaml").write_text(CHANGES)
+    (folder / "settings.yaml").write_text(
+        "extrapolation: weibull\nslopes: [4, 10]\nstrengths: {root_moment_flap: 9e7}\n"
+    )
+    (folder / "project.yaml").write_text("project: Ridge\nauthor: A. B.\nrevision: 1\n")
+    (folder / "table.yaml").write_text(SECTORS)
+    (folder / "site.json").write_text(json.dumps(_site()))
+
+
+CHANGES = """
+without: ["2.1", "2.2"]
+defaults: {seeds: 3}
+rows:
+  "1.3": {speeds: "V_in to V_out by 4", factor: 1.3}
+  "1.3b": {like: "1.3", yaw: "-8, 8"}
+faults:
+  stuck: {title: One blade is stuck, events: [{type: pitch_stuck, blade: 1, after: 1.0, lasts: 5.0}]}
+"""
+SECTORS = """
+name: Ridge
+sectors:
+  - {frequency: 0.4, weibull_scale: 9.0, speed: [5, 15, 25], intensity: [0.2, 0.15, 0.13]}
+  - {frequency: 0.6, weibull_scale: 8.0, weibull_shape: 1.9, speed: [5, 15], intensity: [0.2, 0.15], yaw_error: 0.1}
+"""
+
+
+def _site() -> dict[str, Any]:
+    """A form of IEC 61400-15-1 with what is read of it."""
+    layout = {"Annual Average Wind Speed": 8.0, "Weibull Scale Parameter": 9.0, "Weibull Shape Parameter": 2.0}
+    ti = [0.0, 0.0, *[16.0] * 24]
+    return {
+        "DEF version": "1.1",
+        "Project Information": {"Project name": "Ridge"},
+        "Meta Data": {"Wind speed bin width": 1.0},
+        "Turbine Layout Summary": {"T1": layout | {"V50": 40.0, "Air Density": 1.2, "TI15": 0.16}},
+        "Ambient Mean TI": {"T1": {"Ambient mean TI all directions": ti}},
+        "SD TI": {"T1": {"SD TI all directions": [0.1 * x for x in ti]}},
+        "Extreme Ambient TI": {"T1": {"Extreme ambient TI": [1.5 * x for x in ti]}},
+        "CcT": {"T1": {"CcT": 1.0}},
+        "Inflow Angle": {"T1": {"Inflow angle max": 5.0}},
+        "Shear": {"T1": {"Shear all directions": 0.2}},
+    }
+
+
+def _make_surrogate(folder: Path) -> None:
+    import numpy as np
+
+    from meltemi import loads
+
+    load = "tower_base_moment_fore_aft"
+    campaign = loads.SurrogateCampaign(
+        turbine="nrel5mw",
+        variables=("turbulence_intensity",),
+        loads={load: 4.0},
+        points=30,
+        repeats=5,
+        checks=10,
+        seeds=2,
+    )
+    design = loads.surrogate_design(campaign)
+    noise = np.exp(0.05 * np.random.default_rng(2).standard_normal((len(design), 1)))
+    folder.mkdir()
+    loads.write_surrogate_campaign(campaign, design, folder)
+    made = loads.fit_surrogate(campaign, design, 1e6 * (2.0 + design.values[:, :1]) * noise)
+    loads.write_surrogate(made, folder / "surrogate.json")
 
 
 def _thin(content: Any) -> Any:
@@ -417,10 +819,12 @@ def worker(pipe: Connection, good: Path, seed: int) -> None:
 
 def _fate(kind: str, chance: random.Random, good: Path, folder: Path) -> Fate:
     from meltemi.app.cli import main
+    from meltemi.core.errors import MeltemiError
     from meltemi.core.kernel import compile_seconds
 
-    DEEP[0] = chance.random() < SHARE
-    words = KINDS[kind](chance, good)
+    DEEP[0] = chance.random() < SHARE or kind in SHORT
+    found = KINDS[kind](chance, good)
+    words = found.words if isinstance(found, Call) else found
     before = set(folder.rglob("*"))
     out, err = io.StringIO(), io.StringIO()
     began, compiled = time.perf_counter(), compile_seconds()
@@ -428,7 +832,12 @@ def _fate(kind: str, chance: random.Random, good: Path, folder: Path) -> Fate:
     sys.argv = ["meltemi", *words]
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            main()
+            if isinstance(found, Call):
+                found.function()
+            else:
+                main()
+    except MeltemiError as error:  # of a call; the command line tells it
+        fate.status, fate.said = 2, str(error)
     except SystemExit as end:
         fate.status = end.code if isinstance(end.code, int) else 0 if end.code is None else str(end.code)
     except BaseException as error:  # what is looked for
@@ -461,14 +870,19 @@ ACCEPTED = "accepted, and not computed here"
 
 def _only_begin_what_is_long() -> None:
     """Studies say that they would begin; runs are short."""
+    import meltemi
+    from meltemi import analysis
+    from meltemi.controllers import schemes
     from meltemi.core.errors import RunError
     from meltemi.postprocess import difference
     from meltemi.report import wind_plots
     from meltemi.simulation import campbell, flutter, parked_modes, rotors, simulate
-    from meltemi.studies import compare, inspection, schemes, warmup
+    from meltemi.studies import compare, inspection, warmup
     from meltemi_papers import study
     from meltemi_papers.he2018 import duel
     from meltemi_verification import bench, verification
+
+    _ = meltemi.simulate, analysis.operating_point  # as calls from Python find them
 
     def begun(*_: Any, **__: Any) -> None:
         raise RunError(ACCEPTED)
@@ -489,7 +903,10 @@ def _only_begin_what_is_long() -> None:
         def short(*arguments: Any, **named: Any) -> Any:
             if not DEEP[0]:
                 begun()
-            return whole(*arguments, **{n: min(v, instead[n]) if n in instead else v for n, v in named.items()})
+            for name, most in instead.items():
+                if isinstance(named.get(name), int | float):
+                    named[name] = min(named[name], most)
+            return whole(*arguments, **named)
 
         setattr(module, name, short)
 
@@ -503,6 +920,8 @@ DEEP = [False]
 """Whether this input is followed to its end; most are of interest for how they are read."""
 SHARE = 0.06
 """Of such inputs."""
+SHORT = ("api", "live")
+"""Kinds whose inputs are all followed to their end."""
 
 
 # the process that watches

@@ -83,7 +83,7 @@ _MESSAGES: dict[Status, str] = {
 
 def closest(name: str, valid: Iterable[str], n: int = 3) -> list[str]:
     """Up to ``n`` valid names that look like ``name``, best first, ignoring case."""
-    by_lower = {v.lower(): v for v in valid}
+    name, by_lower = str(name), {str(v).lower(): str(v) for v in valid}
     near = difflib.get_close_matches(name.lower(), by_lower, n=4 * n, cutoff=0.5)
     match = difflib.SequenceMatcher(b=name.lower())
 

@@ -31,6 +31,8 @@ LENGTH = len(SEAL) + 9
 PATIENCE = 30.0
 """[s] time limit of a process for a file without a checksum, in addition to that for its size."""
 BYTES_A_SECOND = 5e6
+EXPANSION = 1100
+"""Bytes that a byte of a file may stand for: compression makes a file a thousand times smaller at most."""
 PROBE = Path(__file__).with_name("probe.py")
 
 
@@ -77,12 +79,33 @@ def read_hdf5(path: Path, take: Callable[[h5py.File], T], kind: str) -> T:
 
     try:
         with h5py.File(path, "r") as content:
+            wanted = _wanted(content)
+            if wanted > EXPANSION * size:
+                raise InputError(
+                    f"{path}: not {kind}, or forged: its {size / 1e6:.3g} MB stand for {wanted / 1e9:.3g} GB, more "
+                    "than compression can give"
+                )
             return take(content)
     except InputError:
         raise
     except Exception as error:  # HDF5 and what is above it raise anything
         reason = next(iter(str(error).splitlines()), "")[:100]
         raise InputError(f"{path}: not {kind} ({type(error).__name__}: {reason})") from None
+
+
+def _wanted(file: h5py.File) -> int:
+    """Bytes of all values of a file."""
+    import h5py
+
+    total = 0
+
+    def add(name: str, item: Any) -> None:
+        nonlocal total
+        if isinstance(item, h5py.Dataset):
+            total += int(item.size or 0) * item.dtype.itemsize
+
+    file.visititems(add)
+    return total
 
 
 def attributes(item: h5py.HLObject) -> dict[str, Any]:
@@ -112,7 +135,7 @@ def _probe(path: Path, size: int, kind: str) -> None:
     Raises:
       InputError: it fails there, or does not end.
     """
-    command = [sys.executable, "-P", str(PROBE), str(path)]
+    command = [sys.executable, "-P", str(PROBE), str(path), str(EXPANSION)]
     limit = PATIENCE + size / BYTES_A_SECOND
     try:
         done = subprocess.run(command, capture_output=True, timeout=limit, check=False)

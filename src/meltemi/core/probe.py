@@ -5,13 +5,10 @@ from pathlib import Path
 
 import h5py
 
-MOST = 1100
-"""Bytes that one byte of a file may stand for: compression makes a file a thousand times smaller at most."""
 
-
-def main(path: str) -> None:
-    """Read every attribute and every value."""
-    room = MOST * Path(path).stat().st_size
+def main(path: str, most: int) -> None:
+    """Read every attribute and every value; ``most`` bytes that a byte of the file may stand for."""
+    room = most * Path(path).stat().st_size
 
     def read(item: h5py.HLObject) -> None:
         dict(item.attrs)
@@ -27,6 +24,6 @@ def main(path: str) -> None:
 
 if __name__ == "__main__":
     try:
-        main(sys.argv[1])
+        main(sys.argv[1], int(sys.argv[2]))
     except Exception as error:  # HDF5 raises anything
         sys.exit(f"{type(error).__name__}: {error}")

@@ -19,7 +19,7 @@ from meltemi.loadbase.reduction import OCTAVES
 from meltemi.loadbase.settings import DesignSettings
 from meltemi.loadbase.signals import Extremes, rose_channel
 from meltemi.loadbase.ultimate import blade_groups, family, speed_shares
-from meltemi.postprocess.cycles import Cycles, Float, goodman_cycles
+from meltemi.postprocess.cycles import Cycles, Float, Index, goodman_cycles
 from meltemi.postprocess.durations import LoadDuration, duration_load
 from meltemi.postprocess.extremes import COMPONENTS
 from meltemi.postprocess.lifetime import YEAR, AnnualEnergy, annual_energy
@@ -103,7 +103,10 @@ def fatigue_loads(
     place = np.array([conditions.index((c.dlc, c.variant.speed)) if c.weight else 0 for c in results.present])
     counted = np.array([bool(c.weight) for c in results.present], dtype=bool)
     m = np.array(slopes, dtype=float)
+    # sums by case, and counts by equal weights, which are exact: the same bits whatever cases share a file
+    weights, group = np.unique(weight, return_inverse=True)
     scales, matrices, damage = dict[str, float](), dict[str, MarkovMatrix](), dict[str, Float]()
+    counts = dict[str, Float]()
     for channel, names, codes, cycles in results.store.cycles(results.keys) if conditions else ():
         if channel not in labels or not len(codes):
             continue
@@ -111,16 +114,20 @@ def fatigue_loads(
             low, high = extremes.values(channel, "min")[counted].min(), extremes.values(channel, "max")[counted].max()
             matrices[channel] = _empty_matrix(float(low), float(high))
             scales[channel] = float(matrices[channel].range_edges[-1])
-            damage[channel] = np.zeros((len(m), len(conditions)))
-        at = np.array([cases[name] for name in names])[codes]
-        counts = weight[at] * cycles.counts
-        _add(matrices[channel], cycles._replace(counts=counts))
+            damage[channel] = np.zeros((len(m), len(cases)))
+            counts[channel] = np.zeros((len(weights), RANGES * MEANS))
+        at = np.array([cases[name] for name in names])
+        _add(counts[channel], matrices[channel], group[at][codes], cycles)
         strength = strengths.get(channel, strengths.get(family(channel)))
         ranges = cycles.ranges if strength is None else _corrected(channel, cycles, strength)
         logs = np.log(np.maximum(ranges / scales[channel], 1e-300))
         for k, slope in enumerate(m):
-            damage[channel][k] += np.bincount(place[at], counts * np.exp(slope * logs), len(conditions))
+            sums = np.bincount(codes, cycles.counts * np.exp(slope * logs), len(names))
+            np.add.at(damage[channel][k], at, weight[at] * sums)
     order = [name for name in labels if name in damage]
+    for name in order:
+        damage[name] = np.array([np.bincount(place, sums, len(conditions)) for sums in damage[name]])
+        matrices[name].counts[:] = (weights @ counts[name]).reshape(RANGES, MEANS)
     loads = [
         [*labels[name], *(scales[name] * (damage[name].sum(axis=1) / reference) ** (1.0 / m)).tolist()]
         for name in order
@@ -152,16 +159,14 @@ def _corrected(channel: str, cycles: Cycles, strength: float) -> Float:
         raise InputError(f"strengths: {channel}: {error}") from None
 
 
-def _add(matrix: MarkovMatrix, cycles: Cycles) -> None:
-    """Count cycles in a matrix with bins of equal width."""
+def _add(counts: Float, matrix: MarkovMatrix, group: Index, cycles: Cycles) -> None:
+    """Count cycles in the bins of a matrix, by group (groups, bins)."""
     places = []
     for x, edges in ((cycles.ranges, matrix.range_edges), (cycles.means, matrix.mean_edges)):
         n, width = len(edges) - 1, edges[-1] - edges[0]
         share = (x - edges[0]) / width if width > 0.0 else np.zeros(len(x))
         places.append(np.clip((share * n).astype(np.intp), 0, n - 1))
-    rows, columns = matrix.counts.shape
-    flat = np.bincount(places[0] * columns + places[1], cycles.counts, rows * columns)
-    matrix.counts[:] += flat.reshape(rows, columns)
+    np.add.at(counts, (group, places[0] * MEANS + places[1]), cycles.counts)
 
 
 def rose_fatigue(fatigue: pd.DataFrame, interfaces: Sequence[Interface], slopes: Sequence[float]) -> pd.DataFrame:

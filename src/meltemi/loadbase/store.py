@@ -83,7 +83,7 @@ class Store:
             try:
                 table = read_file(path, ["key", "status"])
                 columns = (table[name].to_pylist() for name in ("key", "status"))
-                cases = [(key, Status[status]) for key, status in zip(*columns, strict=True)]
+                cases = [(str(key), Status[str(status)]) for key, status in zip(*columns, strict=True)]
             except FileNotFoundError:
                 continue
             except (OSError, ValueError, KeyError) as error:

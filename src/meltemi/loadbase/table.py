@@ -35,7 +35,8 @@ Kind = Literal["ultimate", "fatigue"]
 def _text(value: Any) -> Any:
     """A number or a list of them, as text."""
     if isinstance(value, list | tuple):
-        return ", ".join(_text(each) for each in value)
+        texts = [_text(each) for each in value]
+        return ", ".join(texts) if all(isinstance(text, str) for text in texts) else value
     return f"{value:.12g}" if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 

@@ -162,6 +162,8 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
     Raises:
       InputError: unknown name; the message lists the closest names.
     """
+    if not isinstance(name, str):
+        raise InputError(f"channels have names, found {name!r}")
     if name in channels:
         return channels[name]
     lower = name.lower()

@@ -146,7 +146,10 @@ class Simulation:
         began, compiled = clock_time.perf_counter(), compile_seconds()
         wind, self._noticed = wind_of(run, plan)
         controller, every_control = controller_of(run, plan, wind)
-        start, words = initial_state(plan.model, wind, run.start() if callable(run.start) else run.start)
+        try:
+            start, words = initial_state(plan.model, wind, run.start() if callable(run.start) else run.start)
+        except InputError as error:  # what is implausible may be why
+            raise InputError("; note: ".join([str(error), *self._noticed])) from None
         self._noticed += words
         self.events, self._acted = plan.events.given, list[tuple[int, LogEntry]]()
         self._planned = (*plan.events.log, *wind_log(wind, run.duration, plan.dt))

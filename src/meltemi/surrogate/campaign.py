@@ -207,7 +207,7 @@ def read_surrogate_campaign(folder: str | Path) -> tuple[SurrogateCampaign, Surr
         raise InputError(f"{folder}: no {FILE}; 'meltemi surrogate design TURBINE --out FOLDER' writes one")
     campaign = read_record(folder / FILE, SurrogateCampaign)
     space, path = campaign.space(), folder / DESIGN
-    rows = csv.reader(StringIO(text_of(path)))
+    rows = csv.reader(StringIO(text_of(path), newline=None))
     head = ["point", "set", "seed", *(f"{name} [{UNITS[name]}]" for name in space.names)]
     point, seed, check, values = array("q"), array("q"), array("b"), array("d")
     good = next(rows, None) == head

@@ -31,6 +31,8 @@ NEUTRAL = {"shear_exponent": 0.2, "air_density": 1.225, "inclination": 0.0, "yaw
 """Values of variables that a caller leaves out."""
 SLACK = 1e-9
 """By which germs may be beyond their bounds: rounding."""
+LARGEST_LOGARITHM = 100.0
+"""Of a load [N, N m]; those of the largest turbines are below 21."""
 BLOCK = 1024
 """Points that are evaluated together, for the cache of the processor."""
 Outside = Literal["error", "clip", "nan"]
@@ -129,14 +131,28 @@ class LoadModel:
           x: rows, in SI units.
           outside: of the bounds: "error", "clip" (the nearest bound, with a warning) or "nan".
         """
-        return np.exp(self.logarithm(inside(self.space, x, outside))[:, 0] + 0.5 * self.scatter**2)
+        return self.mean(inside(self.space, x, outside))
+
+    def mean(self, germ: Float) -> Float:
+        """Mean load (n,) over seeds at germs.
+
+        Raises:
+          InputError: it is infinite, as of a damaged surrogate.
+        """
+        return self._finite(self.logarithm(germ)[:, 0] + 0.5 * self.scatter**2)
+
+    def _finite(self, log: Float) -> Float:
+        if np.any(log > LARGEST_LOGARITHM):
+            raise InputError(f"{self.name}: its load is infinite; is the surrogate damaged?")
+        return np.exp(log)
 
     def lifetime(self, probability: Float, germ: Float, fits: int | None = None) -> Float:
         """Equivalent load at 1 Hz (fits,) of the time in conditions of given probability (LS-8)."""
         m, log = self.slope, self.logarithm(germ, len(self.coefficients) if fits is None else fits)
         top = log.max(axis=0)
         damage = np.sum(probability[:, None] * np.exp(m * (log - top)), axis=0)
-        return np.asarray(np.exp(top + 0.5 * m * self.scatter**2) * damage ** (1.0 / m))
+        with np.errstate(divide="ignore"):  # no time in these conditions: no load
+            return self._finite(top + 0.5 * m * self.scatter**2 + np.log(damage) / m)
 
     def shares(self) -> tuple[Float, Float]:
         """First-order and total Sobol indices (d,) of the logarithm (LS-9).
@@ -219,10 +235,7 @@ class Surrogate:
         """
         x, shape = self._rows(inputs)
         germ = inside(self.space, x, outside)
-        return {
-            name: np.exp(each.logarithm(germ)[:, 0] + 0.5 * each.scatter**2).reshape(shape)
-            for name, each in self.loads.items()
-        }
+        return {name: each.mean(germ).reshape(shape) for name, each in self.loads.items()}
 
     def _rows(self, inputs: Mapping[str, ArrayLike]) -> tuple[Float, tuple[int, ...]]:
         names = self.space.names

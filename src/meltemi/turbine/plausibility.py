@@ -62,9 +62,13 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     ]
     if isinstance(turbine, Turbine):
         said += _structure_warnings(turbine)
-        for name, airfoil in turbine.airfoils.items():
-            if airfoil.drag.min() < 0.0:
-                said.append(f"airfoils.{name}.drag: {airfoil.drag.min():.3g} is negative, a section that drives itself")
+        drags = {name: float(airfoil.drag.min()) for name, airfoil in turbine.airfoils.items()}
+        if negative := [name for name, drag in drags.items() if drag < 0.0]:
+            worst = min(negative, key=drags.__getitem__)
+            others = f", and of {len(negative) - 1} others," if len(negative) > 1 else ""
+            said.append(
+                f"airfoils.{worst}.drag: {drags[worst]:.3g}{others} is negative: sections that drive themselves"
+            )
     elif (table := getattr(turbine.coefficient, "power", None)) is not None and table.max() > BETZ:
         said.append(f"coefficient.power: {table.max():.3g} is above Betz's limit of 16/27")
     return tuple(f"{words}; is its unit right?" for words in said)

@@ -181,7 +181,10 @@ class WindBox(Brief, Viewed):
 
     def __post_init__(self) -> None:
         # kernels are compiled for one kind of array
-        v = np.require(self.velocity, np.float32, ["C_CONTIGUOUS", "WRITEABLE"])
+        try:
+            v = np.require(self.velocity, np.float32, ["C_CONTIGUOUS", "WRITEABLE"])
+        except (TypeError, ValueError, OverflowError):
+            raise InputError(f"wind box: velocity must be numbers (T, Z, Y, 3), found {self.velocity!r:.60}") from None
         object.__setattr__(self, "velocity", v)
         if v.ndim != 4 or v.shape[3] != 3 or min(v.shape[:3]) < 2:
             raise InputError(
@@ -189,9 +192,10 @@ class WindBox(Brief, Viewed):
             )
         for name, most in LARGEST.items():
             value = getattr(self, name)
-            if not (name == "hub_height" and value is None) and not 0.0 < value <= most:
+            number = isinstance(value, int | float | np.number)
+            if not (name == "hub_height" and value is None) and not (number and 0.0 < value <= most):
                 raise InputError(f"wind box: {name} must be a positive number, found {value!r} (at most {most:g})")
-        if not abs(self.direction) <= np.pi + 1e-9:
+        if not (isinstance(self.direction, int | float | np.number) and abs(self.direction) <= np.pi + 1e-9):
             raise InputError(f"wind box: direction must be an angle within pi rad, found {self.direction!r}")
         if not np.all(np.isfinite(v)):
             raise InputError(f"wind box: {int(np.sum(~np.isfinite(v)))} velocities are not finite")

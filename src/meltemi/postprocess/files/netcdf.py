@@ -48,6 +48,8 @@ def read_netcdf(path: str | Path) -> Result:
 def _result(file: h5py.File) -> Result:
     about = attributes(file)
     channels = tuple(_channel(entry) for entry in json.loads(about["channels"]))
+    if len({channel.name for channel in channels}) < len(channels):
+        raise ValueError("a channel stands twice")
     time = file["time"][:]
     return Result(
         time=time,

@@ -118,5 +118,5 @@ def unpacked(content: bytes) -> Scene:
             arrays[name] = np.frombuffer(content, dtype, count, at).reshape(shape).astype(TYPES[kind])
             at += -(-count * dtype.itemsize // 4) * 4
         return Scene(head["about"], arrays)
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError):
         raise InputError("the scene of the view is damaged, or of another version of meltemi") from None
