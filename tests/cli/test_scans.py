@@ -97,7 +97,7 @@ def test_counts_have_limits_and_names_an_end(command: Command, arguments: tuple[
 def test_one_word_for_the_class_and_a_direction_for_every_wind(command: Command, tmp_path: Path) -> None:
     for option in ("--wind-class", "--class"):
         ran = command(
-            *("run", "pmsg20mw", "--iec", "EOG", option, "IIB", "--wind-speed", 9, "--direction", 8),
+            *("run", "pmsg20mw", "--iec", "EOG", option, "IIB", "--wind-speed", 9, "--direction", 8, "--begin", 0),
             *("--duration", 1, "--channels", "wind_x,wind_y", "--out", tmp_path),
         )
         assert ran.status == 0
@@ -134,7 +134,7 @@ def test_parked_writes_a_map(command: Command, tmp_path: Path) -> None:
     ran = command("parked", "nrel5mw", *arguments)
     assert ran.status == 0, ran
     rows = list(csv.DictReader((tmp_path / "parked.csv").read_text().splitlines()))
-    assert [row["yaw deg"] for row in rows] == ["0", "30"]
+    assert [row["yaw [deg]"] for row in rows] == ["0", "30"]
     assert float(rows[0]["damping [%]"]) > 0.0 > float(rows[1]["damping [%]"])
     assert "side-side" in rows[1]["mode"]
     assert (tmp_path / "parked.png").is_file()

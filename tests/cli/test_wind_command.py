@@ -71,7 +71,7 @@ def test_a_field_of_the_standard(command: Command, tmp_path: Path, turbine: Turb
     assert float(hub["mean [m/s]"]) == pytest.approx(20.0, abs=0.005)
     # class B: 0.14 (0.75 20 m/s + 5.6 m/s)
     assert float(hub["std [m/s]"]) == pytest.approx(2.884, abs=0.0006)
-    assert float(hub["intensity %"]) == pytest.approx(14.42, abs=0.006)
+    assert float(hub["intensity [%]"]) == pytest.approx(14.42, abs=0.006)
     assert float(found["hub", "v"]["std [m/s]"]) == pytest.approx(0.8 * 2.884, abs=0.001)
     assert float(found["hub", "w"]["std [m/s]"]) == pytest.approx(0.5 * 2.884, abs=0.001)
     assert float(found["lowest of the grid", "u"]["mean [m/s]"]) == pytest.approx(20.0 * 0.02**0.2, abs=0.01)

@@ -243,7 +243,8 @@ def test_equivalent_loads_of_chosen_channels() -> None:
 
 @pytest.mark.parametrize("n", [0, 1])
 def test_a_result_too_short_has_no_equivalent_loads(n: int) -> None:
-    assert equivalent_loads(result(np.zeros(n), rotor_torque=np.zeros(n))) == {}
+    with pytest.raises(InputError, match="one sample" if n else "no samples"):
+        equivalent_loads(result(np.zeros(n), rotor_torque=np.zeros(n)))
 
 
 # averages over revolutions
