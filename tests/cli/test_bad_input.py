@@ -623,7 +623,7 @@ def test_times_must_be_positive_numbers(model: Model, name: str, value: float) -
         (["wind_X1"], "did you mean wind_x"),
         (["node_21_alpha_1"], r"Blade nodes are numbered 1 to 20\."),
         (["xyzzy"], r"no channel 'xyzzy': none of the \d+ valid names is close to it"),
-        ("RootMyc1", "channels must be a list of names, found the text 'RootMyc1'"),
+        ("RootMyc1", "simulate: channels: expected a list of texts, found 'RootMyc1'"),
         ([], "no channels to record"),
     ],
 )

@@ -97,7 +97,7 @@ def test_counts_have_limits_and_names_an_end(command: Command, arguments: tuple[
 def test_one_word_for_the_class_and_a_direction_for_every_wind(command: Command, tmp_path: Path) -> None:
     for option in ("--wind-class", "--class"):
         ran = command(
-            *("run", "pmsg20mw", "--iec", "EOG", option, "IIB", "--wind-speed", 9, "--direction", 8, "--begin", 0.5),
+            *("run", "pmsg20mw", "--iec", "EOG", option, "IIB", "--wind-speed", 9, "--direction", 8, "--begin", 0),
             *("--duration", 1, "--channels", "wind_x,wind_y", "--out", tmp_path),
         )
         assert ran.status == 0

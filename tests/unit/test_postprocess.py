@@ -241,9 +241,9 @@ def test_equivalent_loads_of_chosen_channels() -> None:
         equivalent_loads(some, ["RootMyc2"])
 
 
-@pytest.mark.parametrize(("n", "said"), [(0, "the result has no samples"), (1, "at least two are needed")])
-def test_a_result_too_short_has_no_equivalent_loads(n: int, said: str) -> None:
-    with pytest.raises(InputError, match=said):
+@pytest.mark.parametrize("n", [0, 1])
+def test_a_result_too_short_has_no_equivalent_loads(n: int) -> None:
+    with pytest.raises(InputError, match="one sample" if n else "no samples"):
         equivalent_loads(result(np.zeros(n), rotor_torque=np.zeros(n)))
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -303,15 +303,14 @@ def _write(result: Result, out: Path, outb: bool) -> list[Path]:
     from meltemi.report.tables import statistics_rows, write_csv
 
     files = [write_netcdf(result, out / "result.nc")]
-    for name in ("statistics.csv", "result.png"):
-        with suppress(IsADirectoryError, PermissionError):  # what cannot be written is named below
-            (out / name).unlink(missing_ok=True)  # of an earlier run
     if result.sampled:
         files.append(write_csv(out / "statistics.csv", *statistics_rows(result)))
     if outb:
         files.append(write_outb(result, out / "result.outb"))
     if len(result.time) > 1:
         files.append(save(plot(result), out / "result.png"))
+    for stale in {out / "statistics.csv", out / "result.png"}.difference(files):
+        stale.unlink(missing_ok=True)  # of an earlier run
     return files
 
 
