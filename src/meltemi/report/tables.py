@@ -154,12 +154,6 @@ def _with_unit(text: str) -> str:
     return f"{found[1]} [{found[2]}]" if found else text
 
 
-def _with_unit(text: str) -> str:
-    """A column's name with its unit in brackets."""
-    found = None if text.endswith("]") else HEAD_UNIT.fullmatch(text)
-    return f"{found[1]} [{found[2]}]" if found else text
-
-
 def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Path:
     """Write a table as comma-separated values: units of the head in brackets, numbers with all digits.
 
