@@ -80,21 +80,24 @@ class Mode:
       coordinates: names of the coordinates; those of the blades are collective, cosine and sine components
         when the rotor rotates.
       shape: complex amplitudes of the coordinates, the largest one 1.
+      parts: magnitudes of the participation factors of the coordinates, products of left and right eigenvectors,
+        which do not depend on the coordinates' units; by default the amplitudes.
     """
 
     frequency: float
     damping: float
     coordinates: tuple[str, ...]
     shape: NDArray[np.complex128]
+    parts: Float | None = None
 
     @property
     def name(self) -> str:
-        """Name by the coordinate that moves most: ``1st tower fore-aft``, ``1st flap backward whirl``.
+        """Name by the coordinate that takes the largest part: ``1st tower fore-aft``, ``1st flap backward whirl``.
 
         Modes of a rotor at standstill, whose blades move alike, may share one; :func:`campbell` has names by energy.
         """
         amplitude = dict(zip(self.coordinates, self.shape, strict=True))
-        largest = self.coordinates[int(np.argmax(np.abs(self.shape)))]
+        largest = self.coordinates[int(np.argmax(np.abs(self.shape) if self.parts is None else self.parts))]
         kind, _, part = largest.rpartition(" ")
         if part in ("cosine", "sine"):
             c, s = (amplitude.get(f"{kind} {each}", 0.0) for each in ("cosine", "sine"))
@@ -218,12 +221,14 @@ def eigenmodes(K: Float, D: Float, names: tuple[str, ...]) -> list[Mode]:
     n = len(K)
     A = np.block([[np.zeros((n, n)), np.eye(n)], [K, D]])
     value, vector = np.linalg.eig(A)
+    factor = np.abs(np.linalg.pinv(vector).T * vector)
     found = []
     for i in np.argsort(np.abs(value)):
         if value[i].imag > 1e-6:
             shape = vector[:n, i]
             shape = shape / shape[np.argmax(np.abs(shape))]
-            found.append(Mode(abs(value[i]), float(-value[i].real / abs(value[i])), names, shape))
+            parts = factor[:n, i] + factor[n:, i]
+            found.append(Mode(abs(value[i]), float(-value[i].real / abs(value[i])), names, shape, parts))
     return found
 
 
