@@ -298,7 +298,7 @@ def test_the_templates_other_winds_are_valid(command: Command, tmp_path: Path, b
     [
         (("--ntm", "--class", "IIB", "--wind-speed", 20, "--seed", 1), "Kaimal turbulence 20 m/s, intensity 14.4 %"),
         (("--iec", "ETM", "--class", "IA", "--wind-speed", 8, "--spectrum", "mann"), "Mann turbulence 8 m/s"),
-        (("--iec", "EOG", "--class", "IIB", "--wind-speed", 12, "--begin", 1), "IEC EOG 12 m/s"),
+        (("--iec", "EOG", "--class", "IIB", "--wind-speed", 12, "--begin", 1, "--duration", 12), "IEC EOG 12 m/s"),
         (("--wind-speed", 9, "--turbulence", 0.1, "--spectrum", "vonkarman", "--edition", 2), "von Karman turbulence"),
     ],
 )
@@ -306,7 +306,7 @@ def test_winds_of_the_standard_need_no_file(
     command: Command, tmp_path: Path, options: tuple[object, ...], label: str
 ) -> None:
     out = tmp_path / "out"
-    ran = command("run", "nrel5mw", *options, "--duration", 5, "--out", out)
+    ran = command("run", "nrel5mw", "--duration", 5, *options, "--out", out)
     succeeded(ran, out, *RUN)
     assert label in ran.out
     again = command("run", out / "case.yaml", "--out", tmp_path / "again")

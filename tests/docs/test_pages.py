@@ -124,6 +124,18 @@ def test_the_library_on_its_page_runs(tmp_path: Path, monkeypatch: pytest.Monkey
         assert library[name].mean() == pytest.approx(baseline[name].mean(), rel=0.02)
 
 
+def test_the_lidar_on_its_page_runs() -> None:
+    """In a controller, which scans in a run, and as a preview."""
+    turbine = meltemi.load_turbine("nrel5mw")
+    wind = meltemi.TurbulentWind(speed=12.0, intensity=0.1, points=5)
+    box = meltemi.wind.generate_field(wind, turbine, 40.0)
+    found: dict[str, Any] = {"meltemi": meltemi, "turbine": turbine, "model": meltemi.build(turbine), "box": box}
+    code = "\n".join(blocks("docs/guide/controllers.md", 'python title="lidar"'))
+    exec(compile(code.replace("duration=600.0", "duration=10.0"), "page", "exec"), found)
+    assert meltemi.simulate(found["model"], box, duration=1.0, controller=found["controller"]).status.complete
+    assert found["seen"].preview is not None
+
+
 def test_the_gearbox_on_its_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
     """Means follow the ratio; the two meshes of a stage carry the same."""
     found: dict[str, Any] = {"__name__": "page"}

@@ -114,6 +114,10 @@ def test_the_largest_cycle_is_that_from_lowest_to_highest_value(x: list[float]) 
 @pytest.mark.parametrize("x", [[], [3.0], [3.0, 3.0], [3.0] * 10])
 def test_what_does_not_change_has_no_cycles(x: list[float]) -> None:
     assert [len(part) for part in rainflow_cycles(x)] == [0, 0, 0]
+    if len(x) < 2:
+        with pytest.raises(InputError, match="at least 2 numbers"):
+            damage_equivalent_load(x, duration=10.0, slope=4.0)
+        return
     assert damage_equivalent_load(x, duration=10.0, slope=4.0) == 0.0
     assert damage_equivalent_load(x, duration=10.0, slope=4.0, bins=10) == 0.0
 
