@@ -102,7 +102,7 @@ def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Mod
     assert table["RootMyc1 std", "cpc"]["unit"] == "kN m"
     (tuned,) = rows(out / "tuning.csv")
     assert tuned["loop"] == "feedback: 1P pitch" and float(tuned["wind [m/s]"]) == 18.0
-    assert float(tuned["phase margin deg"]) >= 60.0 and float(tuned["gain margin"]) >= 2.0
+    assert float(tuned["phase margin [deg]"]) >= 60.0 and float(tuned["gain margin"]) >= 2.0
     page = (out / "comparison.html").read_text(encoding="utf-8")
     assert not re.search(r'(?:src|href)="(?!data:|#)', page), "it opens offline"
     assert page.count("data:image/png;base64,") == 4

@@ -142,11 +142,11 @@ def test_spectra_of_seeds_are_averaged() -> None:
         ({"resolution": 0.1, "segments": 3}, "specify either the resolution or"),
         ({"resolution": 0.0}, "resolution must be positive"),
         ({"resolution": 10.0}, "a segment would have 2 values"),
-        ({"segments": 0}, "segments must be at least 1"),
+        ({"segments": 0}, "segments must be a whole number of at least 1"),
         ({"overlap": 1.0}, "overlap must be"),
         ({"detrend": "cubic"}, "detrend must be"),
         ({"dt": None}, "needs its time step"),
-        ({"dt": -1.0}, "needs its time step"),
+        ({"dt": -1.0}, "dt must be positive"),
         ({"channel": "wind_x"}, "no channels"),
     ],
 )
