@@ -28,7 +28,7 @@ def try_controllers(controllers: Mapping[str, Controller], model: Model[Any]) ->
       model: of their turbine.
 
     Raises:
-      InputError: one cannot be started, raises, or demands what is no number, with its message.
+      InputError: one cannot be started, raises, or demands NaN, with its message.
     """
     foreign = {label: each for label, each in controllers.items() if not _ours(each)}
     if not foreign:

@@ -64,7 +64,7 @@ def need(what: str, *packages: str) -> None:
 
 
 def skipped(needs: Mapping[str, Sequence[str]]) -> dict[str, str]:
-    """What cannot be done for want of a package, with the sentence that says so at the start of a command.
+    """What cannot be done for want of a package, with the sentence for the start of a command.
 
     Args:
       needs: packages by the name of what needs them.
