@@ -102,9 +102,11 @@ def test_json_of_scans_has_all_points(command: Command, tmp_path: Path) -> None:
     assert {"nrel5mw", "iea22mw"} <= {row["name"] for row in failed["rows"]}
 
 
-def test_json_with_errors_is_empty(command: Command) -> None:
+def test_json_has_the_error(command: Command) -> None:
     ran = command("channels", "--search", "nothing of this", "--json")
-    assert (ran.status, ran.out) == (2, "") and "no channel name" in ran.err
+    found = json.loads(ran.out)
+    assert ran.status == 2 and "no channel name" in ran.err
+    assert "no channel name" in found["error"] and found["tables"] == []
 
 
 def test_json_of_incomplete_results_has_the_messages(command: Command, tmp_path: Path) -> None:
