@@ -15,12 +15,13 @@ from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
-from meltemi.simulation.modes import equilibrium, natural_modes, vacuum_case
+from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, simulate
 from meltemi.simulation.start import Start
+from meltemi.simulation.vibrations import equilibrium, vacuum_case
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine

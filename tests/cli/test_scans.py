@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 from terminal import Command
 
 import meltemi
@@ -214,10 +213,10 @@ def test_the_command_lets_the_gust_happen(command: Command, tmp_path: Path) -> N
     gust = ("run", "pmsg20mw", "--wind-speed", 9, "--iec", "EOG", "--wind-class", "IB")
     ran = command(*gust, "--begin", 3, "--out", tmp_path / "a")
     assert ran.status == 0 and re.search(r"3\.00 .*wind .*begins to change .*IEC EOG", ran.out), ran.err
-    case = yaml.safe_load((tmp_path / "a" / "case.yaml").read_text())
-    assert case["duration"] == 63.0 and case["wind"]["begin"] == 3.0
+    case = meltemi.io.read_case(tmp_path / "a" / "case.yaml")
+    assert case.duration == 63.0 and case.wind.begin == 3.0  # type: ignore[union-attr]
     whole = command(*gust, "--out", tmp_path / "b")
-    assert whole.status == 0 and yaml.safe_load((tmp_path / "b" / "case.yaml").read_text())["duration"] == 120.0
+    assert whole.status == 0 and meltemi.io.read_case(tmp_path / "b" / "case.yaml").duration == 120.0
     for options, said in (
         ((*gust, "--duration", 60), "the wind changes from 60 s to 70.5 s only, outside the run of 60 s"),
         (("run", "pmsg20mw", "--wind-speed", 9, "--begin", 3), "--begin: is that of a gust; add --iec"),

@@ -11,11 +11,11 @@ import meltemi
 from meltemi import Environment, ModelOptions, SteadyWind
 from meltemi.control import ConstantController
 from meltemi.loads import damage_equivalent_load
-from meltemi.simulation.modes import (
+from meltemi.simulation.modes import natural_modes
+from meltemi.simulation.vibrations import (
     LARGEST_ANGLE,
     derivative_matrix,
     fitted_step,
-    natural_modes,
     own_vibrations,
     step_weights,
     time_step,

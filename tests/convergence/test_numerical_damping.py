@@ -9,7 +9,8 @@ import pytest
 
 import meltemi
 from meltemi import Environment, Model, ModelOptions, SteadyWind
-from meltemi.simulation.modes import derivative_matrix, natural_modes, time_step, vacuum_case
+from meltemi.simulation.modes import natural_modes
+from meltemi.simulation.vibrations import derivative_matrix, time_step, vacuum_case
 from meltemi.structure.kinematics import GENERATOR
 
 OPTIONS: list[dict[str, Any]] = [{}, {"locked": ("torsion",)}, {"torsion_modes": 0}, {"torsion_modes": 2}]

@@ -10,7 +10,7 @@ import pytest
 
 import meltemi
 from meltemi import ModelOptions, Turbine, simulate
-from meltemi.simulation.modes import STEP_LIMIT, highest_frequency, time_step
+from meltemi.simulation.vibrations import STEP_LIMIT, highest_frequency, time_step
 
 STEPS = (0.01, 0.005, 0.0025, 0.00125)
 

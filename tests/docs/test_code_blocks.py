@@ -104,7 +104,7 @@ def test_notebook_is_that_of_its_script(name: str, monkeypatch: pytest.MonkeyPat
 
 def test_all_python_of_the_pages_is_in_a_test() -> None:
     """By the name of its page, and by its title where it has one other than that of a file that the page imports."""
-    tests = "".join(path.read_text(encoding="utf-8") for path in Path(__file__).parent.glob("test_*.py"))
+    tests = "".join(path.read_text(encoding="utf-8") for path in Path(__file__).parents[1].rglob("test_*.py"))
     tests = tests.replace("\\", "")
     for page, text in TEXTS.items():
         if re.search(r"^```python$", text, re.MULTILINE):

@@ -17,10 +17,11 @@ from meltemi.maths.tables import View
 from meltemi.simulation.bladed.rotor import with_static_gears
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
-from meltemi.simulation.modes import natural_modes, time_step
+from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import begin
+from meltemi.simulation.vibrations import time_step
 from meltemi.structure.gear_train import gear_train, reduced
 from meltemi.structure.tables import GearModes, StructureParameters
 from meltemi_verification.closed_form import NO_DAMPING

@@ -10,7 +10,8 @@ import pytest
 import meltemi
 from meltemi import Environment, ModelOptions, Start, Stations, SteadyWind, Turbine, UnsupportedError, simulate
 from meltemi.control import signals as s
-from meltemi.simulation.modes import equilibrium, natural_modes, vacuum_case
+from meltemi.simulation.modes import natural_modes
+from meltemi.simulation.vibrations import equilibrium, vacuum_case
 from meltemi.structure.beam import assemble
 from meltemi.structure.members import blade_beam
 from meltemi.turbine.pile import pile_foundation

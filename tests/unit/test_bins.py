@@ -80,7 +80,7 @@ def test_a_simulation_is_a_period() -> None:
     ("change", "words"),
     [
         ({"time": [0.0, 0.0]}, "increasing"),
-        ({"period": 0.0}, "period must be a positive"),
+        ({"period": 0.0}, "period must be positive"),
         ({"complete": 0.0}, "complete must lie"),
         ({"series": {"power": [1.0, 2.0, 3.0]}}, "'power' has shape"),
     ],

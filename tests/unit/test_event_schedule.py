@@ -26,7 +26,7 @@ def lists(draw: Any) -> list[dict[str, Any]]:
     """Events of different sensors, each with its span; some times are those of instants."""
     events: list[dict[str, Any]] = []
     for sensor in draw(st.lists(st.sampled_from(sensors), unique=True)):
-        times = st.integers(0, 40).map(lambda k: k * DT) | st.floats(0.0, 0.5)
+        times = st.integers(0, 39).map(lambda k: k * DT) | st.floats(0.0, 38.9 * DT)
         at, length = draw(times), draw(st.none() | st.floats(1.01 * DT, 1.0))
         event = {"at": at, "type": "sensor_offset", "sensor": sensor, "offset": draw(st.floats(0.5, 3.0))}
         events.append(event if length is None else {**event, "until": at + length})

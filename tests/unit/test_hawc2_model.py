@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -228,6 +229,16 @@ def test_the_nrel_5mw_as_a_model_is_the_nrel_5mw(written: Path, turbine: meltemi
             assert points[0][channel] == pytest.approx(points[1][channel], rel=5e-3), (channel, wind)
     assert imported.wind == {"kind": "steady", "speed": 8.0, "shear_exponent": 0.2}
     assert meltemi.io.deck_case(imported, "turbine.yaml").duration == 30.0
+
+
+def test_page(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """``import_model.py`` of docs/migrate/hawc2.md."""
+    monkeypatch.chdir(written.parents[1])
+    page = (Path(__file__).parents[2] / "docs" / "migrate" / "hawc2.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r'^```python title="import_model.py"\n(.*?)^```', page, re.M | re.S)
+    names = {"meltemi": meltemi}
+    exec(code, names)
+    assert names["case"].wind.speed == 8.0  # type: ignore[attr-defined]
 
 
 def test_every_command_has_a_note(written: Path) -> None:

@@ -24,7 +24,6 @@ from meltemi.core.kernel import kernel
 from meltemi.simulation.bladed.rotor import BladedModel, bladed_channels, with_static_gears
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Stations
-from meltemi.simulation.modes import growing
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint
 from meltemi.simulation.step import ABSURD, equations
 from meltemi.simulation.system import System
@@ -351,6 +350,8 @@ class Orbit:
 
     def unstable(self) -> str:
         """Result of ``modes.growing`` with blade 1 up."""
+        from meltemi.simulation.modes import growing
+
         self.prescribe(0.0)
         return growing(self.case)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from meltemi.simulation import modes, trim
+from meltemi.simulation import trim, vibrations
 from meltemi.simulation.bladed.build import build_bladed
 from meltemi.simulation.bladed.rotor import bladed_channels
 from meltemi.simulation.channels import find
@@ -12,11 +12,11 @@ from meltemi.simulation.rotors import RotorKind
 
 KIND = RotorKind(
     build=build_bladed,
-    time_step=modes.time_step,
-    step_weights=modes.step_weights,
+    time_step=vibrations.time_step,
+    step_weights=vibrations.step_weights,
     step_cause=lambda model: (
-        f"coordinate {modes.fastest_coordinate(model)!r} is very stiff for its inertia, with "
-        f"{modes.highest_frequency(model):.3g} rad/s"
+        f"coordinate {vibrations.fastest_coordinate(model)!r} is very stiff for its inertia, with "
+        f"{vibrations.highest_frequency(model):.3g} rad/s"
     ),
     channels=bladed_channels,
     channel=lambda name, model, available: find(name, available),

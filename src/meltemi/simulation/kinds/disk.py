@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from meltemi.simulation import modes
+from meltemi.simulation import vibrations
 from meltemi.simulation.disk.channels import disk_channels, find_disk_channel
 from meltemi.simulation.disk.point import disk_point
 from meltemi.simulation.disk.rotor import DiskModel, build_disk
@@ -17,7 +17,7 @@ SHARE_OF_TIME = 0.1
 def _disk_step(model: DiskModel) -> float:
     """[s] largest fraction of 0.05 s that does not exceed these limits."""
     longest = min(_disk_limits(model).values())
-    return modes.OUTPUT_STEP / max(math.ceil(modes.OUTPUT_STEP / longest - 1e-9), 1)
+    return vibrations.OUTPUT_STEP / max(math.ceil(vibrations.OUTPUT_STEP / longest - 1e-9), 1)
 
 
 def _disk_limits(model: DiskModel) -> dict[str, float]:
@@ -34,7 +34,7 @@ def _disk_limits(model: DiskModel) -> dict[str, float]:
             f"drivetrain.stiffness {shaft.stiffness:g} N m/rad is large for drivetrain.rotor_inertia "
             f"{shaft.rotor_inertia:g} kg m^2 and drivetrain.generator_inertia {shaft.generator_inertia:g} kg m^2"
         )
-        limits[cause] = modes.STEP_LIMIT / frequency
+        limits[cause] = vibrations.STEP_LIMIT / frequency
     return limits
 
 

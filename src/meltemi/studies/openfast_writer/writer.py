@@ -18,9 +18,9 @@ from meltemi.core.threads import one_blas_thread
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.build import blade_modes, head_mass
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.modes import highest_frequency
 from meltemi.simulation.options import BEDDOES, ModelOptions, StallConstants
 from meltemi.simulation.rotors import build
+from meltemi.simulation.vibrations import highest_frequency
 from meltemi.structure.members import Member, blade_member
 from meltemi.studies.openfast_writer.sections import classical, damping_ratios, damping_times, matrices
 from meltemi.studies.openfast_writer.shapes import Shape, blade_shapes, tower_shapes
