@@ -31,6 +31,7 @@ from meltemi.app.observe import observe
 from meltemi.app.options import (
     CHANNELS,
     TURBINES,
+    ControllerOption,
     RunOptions,
     TurbineArgument,
     controller_of_options,
@@ -388,14 +389,18 @@ def power_curve(
     speeds: Annotated[
         str | None, typer.Option("--wind-speeds", help="Wind speeds [m/s], e.g. 4,6,8 or 4:24:2.")
     ] = None,
+    controller: ControllerOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute steady operation over wind speed: table, plot, CSV."""
+    from meltemi.controllers.specification import specification, uses_flaps
     from meltemi.turbine.definition import Turbine
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)
     wanted = speeds_of(speeds) if speeds is not None else None
+    named = None if controller is None else specification(controller_of_options({"--controller": controller}))
+    from meltemi.controllers.schemes import make_controller
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
     from meltemi.simulation.power_curve import curve_size
@@ -407,10 +412,11 @@ def power_curve(
         say(f"warning: {words}")
     points, failures, interrupted, size = [], {}, False, curve_size(described, wanted)
     folder_for(out)
-    model = build(described)
+    model = build(with_flaps(described) if named and uses_flaps(named) and not described.flaps else described)
+    law = None if named is None else make_controller(named, model)
     with progress_bar("operating points", size, "points") as progress:
         try:
-            for i, (speed, point) in enumerate(points_of(model, wanted), 1):
+            for i, (speed, point) in enumerate(points_of(model, wanted, law), 1):
                 if isinstance(point, str):
                     failures[speed] = point
                 else:

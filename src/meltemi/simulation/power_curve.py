@@ -7,8 +7,10 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
+from meltemi.control.controller import Controller
 from meltemi.core.errors import MeltemiError
 from meltemi.simulation import rotors
+from meltemi.simulation.controlled_point import controlled_point
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.turbine.power_turbine import AnyTurbine
@@ -40,19 +42,21 @@ def curve_size(turbine: AnyTurbine, wind_speeds: Sequence[float] | None = None) 
 
 
 def power_curve(
-    model: Model[Any], wind_speeds: Sequence[float] | None = None
+    model: Model[Any], wind_speeds: Sequence[float] | None = None, controller: Controller | None = None
 ) -> Iterator[tuple[float, OperatingPoint | str]]:
     """Wind speed [m/s] and operating point, or the reason why there is none, of each point of a power curve.
 
     Args:
       wind_speeds: [m/s]; by default all whole numbers from cut-in to cut-out, and then points that bracket rated wind
         speed and the peak of thrust.
+      controller: with one, the points are the means of runs in steady wind (:func:`controlled_point`).
     """
     found: dict[float, OperatingPoint] = {}
 
     def at(speed: float) -> tuple[float, OperatingPoint | str]:
         try:
-            found[speed] = rotors.operating_point(model, speed)
+            point = rotors.operating_point(model, speed)
+            found[speed] = controlled_point(model, controller, point) if controller else point
         except (MeltemiError, ValueError, ArithmeticError) as error:
             return speed, str(error)
         return speed, found[speed]
