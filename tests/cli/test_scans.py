@@ -93,6 +93,25 @@ def test_counts_have_limits_and_names_an_end(command: Command, arguments: tuple[
     assert "Traceback" not in ran.err
 
 
+def test_a_power_curve_under_a_controller(command: Command, tmp_path: Path) -> None:
+    """The law of a file, with nine tenths of the optimal torque, turns the rotor faster than the turbine's own."""
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "import meltemi\n\n\ndef controller(turbine):\n    torque = turbine.control.torque\n"
+        "    law = torque.replace(optimal_gain=0.9 * torque.optimal_gain)\n"
+        "    return meltemi.control.BaselineController(turbine.replace(control=turbine.control.replace(torque=law)))\n"
+    )
+    speeds = []
+    for given in ((), ("--controller", "baseline"), ("--controller", str(file))):
+        ran = command("power-curve", "pmsg20mw", "--wind-speeds", "8", *given, "--out", tmp_path)
+        assert ran.status == 0, ran.err
+        with (tmp_path / "power_curve.csv").open(encoding="utf-8") as lines:
+            (row,) = csv.DictReader(lines)
+        speeds.append(float(next(value for name, value in row.items() if name.startswith("speed"))))
+    assert speeds[1] == pytest.approx(speeds[0], rel=2e-3) and speeds[2] > 1.02 * speeds[0]
+    assert command("power-curve", "pmsg20mw", "--controller", "ipcc").err.count("did you mean 'ipc'") == 1
+
+
 def test_one_word_for_the_class_and_a_direction_for_every_wind(command: Command, tmp_path: Path) -> None:
     for option in ("--wind-class", "--class"):
         ran = command(

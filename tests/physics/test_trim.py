@@ -10,9 +10,11 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Model, ModelOptions, SteadyWind, Turbine, operating_point, simulate
+from meltemi.control import BaselineController
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation import points, rotors, trim
 from meltemi.simulation.continuation import CarefulOrbit
+from meltemi.simulation.controlled_point import controlled_point
 from meltemi.simulation.operating_point import NotConverged
 from meltemi.simulation.orbit import Orbit
 
@@ -73,6 +75,14 @@ def test_power_curve_has_its_regions(model: Model) -> None:
     assert power[13.0] == pytest.approx(5.0e6, rel=2e-3)
     assert power[20.0] == pytest.approx(5.0e6, rel=2e-3)
     assert operating_point(model, 20.0).pitch > operating_point(model, 13.0).pitch > 0.0
+
+
+def test_the_baseline_as_a_controller_gives_the_operating_point(model: Model) -> None:
+    point = operating_point(model, 15.0)
+    mean = controlled_point(model, BaselineController(model.turbine), point)
+    assert mean.pitch == pytest.approx(point.pitch, rel=2e-3)
+    for name in OWN:
+        assert mean[name] == pytest.approx(point[name], rel=3e-3), name
 
 
 def test_prescribed_speed_and_pitch(model: Model) -> None:

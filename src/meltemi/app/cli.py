@@ -393,14 +393,14 @@ def power_curve(
     out: OutOption = Path("out"),
 ) -> None:
     """Compute steady operation over wind speed: table, plot, CSV."""
-    from meltemi.controllers.specification import specification, uses_flaps
+    from meltemi.controllers.specification import specification
     from meltemi.turbine.definition import Turbine
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)
     wanted = speeds_of(speeds) if speeds is not None else None
     named = None if controller is None else specification(controller_of_options({"--controller": controller}))
-    from meltemi.controllers.schemes import make_controller
+    from meltemi.controllers.schemes import fitted, make_controller
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
     from meltemi.simulation.power_curve import curve_size
@@ -412,7 +412,7 @@ def power_curve(
         say(f"warning: {words}")
     points, failures, interrupted, size = [], {}, False, curve_size(described, wanted)
     folder_for(out)
-    model = build(with_flaps(described) if named and uses_flaps(named) and not described.flaps else described)
+    model = build(described if named is None else fitted(described, named))
     law = None if named is None else make_controller(named, model)
     with progress_bar("operating points", size, "points") as progress:
         try:

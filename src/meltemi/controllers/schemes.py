@@ -34,6 +34,7 @@ from meltemi.controllers.specification import (
     SupervisedCase,
     check_files,
     specification,
+    uses_flaps,
 )
 from meltemi.controllers.tuning import LoopTuning, linear_models, speed_notch, tune_loops
 from meltemi.core.errors import InputError
@@ -42,7 +43,7 @@ from meltemi.simulation.model import Model
 from meltemi.simulation.performance import performance_of
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
-from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
 EXAMPLES = {"nrel5mw": "Test_Cases/NREL-5MW/DISCON.IN"}
 """Input files of ROSCO's own examples, by turbine."""
@@ -66,6 +67,17 @@ class SchemeDesign:
 def equipped(turbine: Turbine, names: Iterable[str]) -> Turbine:
     """The turbine, with the flaps of He et al. (2018) if a scheme requires flaps and it has none."""
     return with_flaps(turbine) if need_flaps(names) and not turbine.blade.flaps else turbine
+
+
+def fitted(turbine: AnyTurbine, case: ControllerCase) -> AnyTurbine:
+    """The turbine for a controller: with the flaps of He et al. (2018) if it requires flaps and there are none.
+
+    Raises:
+      InputError: they are required, and the turbine is a power-coefficient turbine.
+    """
+    if not uses_flaps(case) or turbine.flaps:
+        return turbine
+    return with_flaps(aeroelastic(turbine, f"scheme {getattr(case, 'scheme', '')}"))
 
 
 def design_controllers(

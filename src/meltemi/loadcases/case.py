@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 from meltemi.control.baseline import parameters, steady_torque
 from meltemi.control.controller import Controller
 from meltemi.control.supervisor.settings import limits
-from meltemi.controllers.schemes import make_controller
+from meltemi.controllers.schemes import fitted, make_controller
 from meltemi.controllers.specification import (
     BaselineCase,
     FixedCase,
@@ -19,7 +19,6 @@ from meltemi.controllers.specification import (
     NamedCase,
     SupervisedCase,
     rooted,
-    uses_flaps,
 )
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
@@ -34,7 +33,6 @@ from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.turbine.electrical import size_electrical
-from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.imbalance import Imbalance
 from meltemi.turbine.library import load_turbine
@@ -241,8 +239,7 @@ def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
     if case.icing is not None:
         turbine = with_ice(aeroelastic(turbine, "icing"), case.icing)
-    if uses_flaps(case.controller) and not turbine.flaps:
-        turbine = with_flaps(aeroelastic(turbine, f"scheme {getattr(case.controller, 'scheme', '')}"))
+    turbine = fitted(turbine, case.controller)
     if case.imbalance is not None:
         turbine = aeroelastic(turbine, "imbalance").replace(imbalance=case.imbalance)
     if case.electrical == "sized":

@@ -6,8 +6,6 @@ import math
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from meltemi.control.controller import Controller
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
@@ -41,6 +39,4 @@ def controlled_point(model: Model[Any], controller: Controller, point: Operating
     means[[point.places[name] for name in late.names]] = late.data.mean(axis=0)
     mean = {name: float(late[name].mean()) for name in ("rotor_speed", "generator_speed", "generator_torque")}
     warnings = (*point.warnings, *run.warnings)
-    return replace(
-        point, means=means, warnings=warnings, imbalance=0.0, pitch=float(late["pitch_1"].mean()), **mean
-    )
+    return replace(point, means=means, warnings=warnings, imbalance=0.0, pitch=float(late["pitch_1"].mean()), **mean)

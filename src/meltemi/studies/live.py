@@ -13,7 +13,7 @@ from typing import Any
 
 from meltemi.control.controller import Controller
 from meltemi.controllers.names import label
-from meltemi.controllers.schemes import equipped, make_controller
+from meltemi.controllers.schemes import fitted, make_controller
 from meltemi.controllers.specification import (
     BaselineCase,
     FixedCase,
@@ -114,7 +114,7 @@ def choices(turbine: Turbine, first: str = "supervised") -> dict[str, Choice]:
             case = supervised_form(case) or case
 
         def made() -> tuple[Model[Any], Controller | None]:
-            model = build(equipped(turbine, [name])) if uses_flaps(case) else plain
+            model = build(fitted(turbine, case)) if uses_flaps(case) else plain
             return model, None if case == BaselineCase() else make_controller(case, model)
 
         return Choice(about, made, operator=not isinstance(case, BaselineCase | FixedCase))
