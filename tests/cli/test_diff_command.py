@@ -58,7 +58,7 @@ def test_two_results(command: Command, tmp_path: Path, pair: tuple[Path, Path]) 
         rows = {row["channel"]: row for row in csv.DictReader(file)}
     assert list(rows) == ["rotor_speed", "root_moment_out_of_plane_1"]
     for row in rows.values():  # 1 against 1.1
-        for change in ("mean %", "std %"):
+        for change in ("mean [%]", "std [%]"):
             assert float(row[change]) == pytest.approx(100.0 * (1.0 / 1.1 - 1.0), abs=0.02)
     assert float(rows["root_moment_out_of_plane_1"]["DEL [%]"]) == pytest.approx(-9.09, abs=0.1)
     assert rows["root_moment_out_of_plane_1"]["mean theirs.outb"]

@@ -23,12 +23,12 @@ def test_it_draws_and_prints(command: Command, tmp_path: Path) -> None:
 
 
 def test_what_is_missing_is_said(command: Command, tmp_path: Path, turbine: Turbine) -> None:
-    write_turbine(turbine.replace(**{"nacelle.overhang": -5.0}), tmp_path / "mine.yaml")
+    write_turbine(turbine.replace(n_blades=4), tmp_path / "mine.yaml")
     ran = command("inspect", tmp_path / "mine.yaml", "--out", tmp_path)
     assert ran.status == 0 and len(ran.files) == 2
-    assert "missing: model: nrel5mw: nacelle.overhang" in ran.err
+    assert "missing: model: nrel5mw: n_blades: 4 blades" in ran.err
     page = ran.files[0].read_text(encoding="utf-8")
-    assert "Missing data" in page and "overhang" in page
+    assert "Missing data" in page and "4 blades; 2 and 3 are supported" in page
 
 
 def test_an_unknown_turbine_writes_nothing(command: Command, tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def test_the_duel_without_rosco_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_
     def missing(name: str) -> None:
         raise PackageNotFoundError(name)
 
-    monkeypatch.setattr("meltemi.control.bladed.rosco.distribution", missing)
+    monkeypatch.setattr("meltemi.core.extras.distribution", missing)
     found = CliRunner().invoke(app, ["reproduce", "he2018", "--rosco", "--out", str(tmp_path / "out")])
     assert "pip install --no-deps" in str(found.exception)
     assert not (tmp_path / "out").exists()

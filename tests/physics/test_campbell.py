@@ -34,7 +34,7 @@ def test_standstill_has_the_natural_modes(model: Model) -> None:
     still = meltemi.build(model.turbine, environment=meltemi.Environment(gravity=0.0))
     modes = meltemi.analysis.natural_modes(still)
     assert {mode.name for mode in modes} >= {"1st tower fore-aft", "1st drivetrain torsion", "1st flap", "1st edge"}
-    assert re.fullmatch(r"<Mode 1st tower \S+: 0\.3\d* Hz, damping 1\.?\d* %>", repr(modes[0]))
+    assert re.fullmatch(r"<Mode 1st tower \S+: 0\.3\d* Hz, damping 0\.3\d* %>", repr(modes[0]))
     np.testing.assert_allclose(diagram.frequency[:, 0], [m.frequency for m in modes], rtol=1e-9)
     np.testing.assert_allclose(diagram.damping[:, 0], [m.damping for m in modes], rtol=1e-7)
     assert diagram.labels[:3] == ("1st tower side-side", "1st tower fore-aft", "1st drivetrain torsion")

@@ -314,9 +314,8 @@ def test_progress_rises_to_the_end(tiny: Plan, tmp_path: Path) -> None:
 
 
 def test_bad_input_is_told_before_anything_runs(tiny: Plan, whole: Path, tmp_path: Path) -> None:
-    missing = campaign(controller={"kind": "bladed", "library": str(tmp_path / "none.so")})
     with pytest.raises(InputError, match=r"none\.so: no such file"):
-        engine.run_base(plan(missing), tmp_path)
+        campaign(controller={"kind": "bladed", "library": str(tmp_path / "none.so")})
     with pytest.raises(InputError, match=r"no table 'extreme': did you mean 'extremes'"):
         engine.base_table(tiny, whole, "extreme")
     with pytest.raises(InputError, match="no case 'dlc1'"):
