@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
-from functools import wraps
+from functools import cache, wraps
 from numbers import Real
 from types import UnionType
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -107,6 +107,7 @@ def _unfit(values: dict[str, Any], of: Any, path: str = "") -> str:
     return ""
 
 
+@cache
 def hints_of(of: Any) -> dict[str, Any]:
     """Type hints of a function or data class, also of names that are imported for type checkers only."""
     of = getattr(of, "__record__", of)
