@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import OPTIONS, loose
+from meltemi.core.kernel import OPTIONS, is_ours, loose
 from meltemi.core.shown import Brief
 from meltemi.simulation import step
 from meltemi.simulation.case import SWEEPS, Case
@@ -235,7 +235,7 @@ def _code(simulation: Simulation, tables: bool) -> Compiled:
     if key not in _CODES:
         function = _whole(settle_gears if has_gears else _without_gears)
         law: Any = simulation.controller.update
-        ours = all(each.__module__.startswith("meltemi.") for each in (law, *map(type, records)))
+        ours = all(is_ours(each.__module__) for each in (law, *map(type, records)))
         name = f"{law.__module__}.{law.__qualname__} {has_gears} {kinds[2:]}" if ours else ""
         _CODES[key] = Compiled(function, kinds, arrays, wanted=None if tables else CONTROLLER, name=name)
     return _CODES[key]

@@ -26,6 +26,7 @@ from typing import Any, TypeVar, cast
 
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import MeltemiError, Status
+from meltemi.core.kernel import is_ours
 from meltemi.core.private import signed, user_key, verified
 from meltemi.loadcases.batch import Batch, Outcome
 from meltemi.simulation.result import Result
@@ -318,7 +319,7 @@ def _print(value: Any) -> str:
     """Identification of an argument of a case by its content; empty if that is unknown."""
     if isinstance(value, Controller):
         # a user-defined controller may count its starts
-        ours = str(getattr(value.update, "__module__", "")).startswith("meltemi.") and not value.fresh
+        ours = is_ours(str(getattr(value.update, "__module__", ""))) and not value.fresh
         state = value.initial_state(_ANY_START).tobytes() if ours else b""
         return f"{value.name} {value.sample_time} {hashlib.sha256(state).hexdigest()}"
     if hasattr(value, "content_hash"):
