@@ -6,10 +6,5 @@ from meltemi.namespaces import public
 
 __getattr__, __dir__ = public(__name__)
 
-KERNELS = ("kernels.py",)
-
 if find_spec("gymnasium"):
-    from meltemi.envs.gym import register
-
-    register()
-    del register
+    __getattr__("IDS")  # importing them registers them

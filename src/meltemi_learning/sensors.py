@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 from meltemi.control.signals import Measurements
-from meltemi.envs.kernels import AgentState
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi_learning.kernels import AgentState
 
 
 class Sensor(NamedTuple):

@@ -18,19 +18,6 @@ from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
-from meltemi.envs.kernels import (
-    COMMANDS,
-    TERMS,
-    WORDS,
-    AgentState,
-    CounterState,
-    EpisodeState,
-    Slot,
-    compiled,
-    update,
-)
-from meltemi.envs.sensors import load_scale, sensors_of
-from meltemi.envs.settings import MODELS, TASKS, EnvironmentSettings, Weights
 from meltemi.postprocess.counting import DEPTH
 from meltemi.postprocess.fatigue import usual_slope
 from meltemi.simulation.model import Model
@@ -46,6 +33,19 @@ from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.turbulent import TurbulentWind
+from meltemi_learning.kernels import (
+    COMMANDS,
+    TERMS,
+    WORDS,
+    AgentState,
+    CounterState,
+    EpisodeState,
+    Slot,
+    compiled,
+    update,
+)
+from meltemi_learning.sensors import load_scale, sensors_of
+from meltemi_learning.settings import MODELS, TASKS, EnvironmentSettings, Weights
 
 Float = NDArray[np.float64]
 OUTPUT_STEP = 0.05

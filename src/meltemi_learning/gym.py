@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import need
-from meltemi.envs.fleet import Fleet, Machine
-from meltemi.envs.kernels import TERMS
-from meltemi.envs.settings import TASKS, EnvironmentSettings
 from meltemi.simulation.result import Result
+from meltemi_learning.fleet import Fleet, Machine
+from meltemi_learning.kernels import TERMS
+from meltemi_learning.settings import TASKS, EnvironmentSettings
 
 need("a learning environment", "gymnasium")
 
