@@ -27,8 +27,6 @@ from meltemi.simulation.parked_modes import parked_stability as parked_stability
 from meltemi.simulation.performance import performance_of as performance_of
 from meltemi.simulation.performance import rotor_performance as rotor_performance
 from meltemi.simulation.rotors import operating_point as operating_point
-from meltemi.studies.adjoint import Gradient as Gradient
-from meltemi.studies.adjoint import gradient as gradient
 from meltemi.studies.baseline_tuning import BaselineTuning as BaselineTuning
 from meltemi.studies.baseline_tuning import tune_baseline as tune_baseline
 from meltemi.studies.compare import Comparison as Comparison
@@ -47,6 +45,8 @@ from meltemi.studies.lidar import measure_lidar as measure_lidar
 from meltemi.studies.power_twin import power_turbine_of as power_turbine_of
 from meltemi.studies.preview import preview_of as preview_of
 from meltemi.studies.preview import steady_pitch as steady_pitch
-from meltemi.studies.sensitivity import Sensitivity as Sensitivity
-from meltemi.studies.sensitivity import finite_difference_runs as finite_difference_runs
-from meltemi.studies.sensitivity import sensitivity as sensitivity
+from meltemi_gradients.adjoint import Gradient as Gradient
+from meltemi_gradients.adjoint import gradient as gradient
+from meltemi_gradients.sensitivity import Sensitivity as Sensitivity
+from meltemi_gradients.sensitivity import finite_difference_runs as finite_difference_runs
+from meltemi_gradients.sensitivity import sensitivity as sensitivity

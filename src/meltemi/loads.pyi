@@ -45,8 +45,6 @@ from meltemi.postprocess.ensemble import rayleigh_weights as rayleigh_weights
 from meltemi.postprocess.ensemble import weibull_weights as weibull_weights
 from meltemi.postprocess.fatigue import damage_equivalent_load as damage_equivalent_load
 from meltemi.postprocess.fatigue import equivalent_loads as equivalent_loads
-from meltemi.postprocess.gradient import del_weights as del_weights
-from meltemi.postprocess.gradient import std_weights as std_weights
 from meltemi.postprocess.spectra import PowerSpectrum as PowerSpectrum
 from meltemi.postprocess.spectra import SpectralPeak as SpectralPeak
 from meltemi.postprocess.spectra import average_spectra as average_spectra
@@ -76,3 +74,5 @@ from meltemi.surrogate.site import class_table as class_table
 from meltemi.surrogate.site import lifetime_loads as lifetime_loads
 from meltemi.surrogate.site import read_site_table as read_site_table
 from meltemi.surrogate.site import site_suitability as site_suitability
+from meltemi_gradients.weights import del_weights as del_weights
+from meltemi_gradients.weights import std_weights as std_weights

@@ -530,7 +530,7 @@ def warmup() -> None:
     """Compile all kernels, on all cores."""
     import time
 
-    from meltemi.studies.warmup import STAGES, Stage, warmup
+    from meltemi.app.warmup import STAGES, Stage, warmup
 
     say(f"Compiling for this machine: this happens once. {len(STAGES)} stages, one process each ...")
     began = time.perf_counter()

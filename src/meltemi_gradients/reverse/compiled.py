@@ -21,8 +21,8 @@ from meltemi.core.kernel import cache_folder, linked_code
 from meltemi.core.private import signed, user_key, verified
 from meltemi.numbers.lanes import REVERSE
 from meltemi.numbers.records import RecordType
-from meltemi.studies.reverse.memory import Memory
-from meltemi.studies.reverse.transform import Transformed
+from meltemi_gradients.reverse.memory import Memory
+from meltemi_gradients.reverse.transform import Transformed
 
 
 class Compiled:

@@ -77,7 +77,7 @@ def warmup(
 
 def _process(name: str) -> Stage:
     began = time.perf_counter()
-    command = [sys.executable, "-m", "meltemi.studies.warmup", name]
+    command = [sys.executable, "-m", "meltemi.app.warmup", name]
     ended = subprocess.run(command, capture_output=True, text=True)
     if ended.returncode:
         words = ended.stderr.strip().splitlines()
@@ -168,12 +168,11 @@ def _section_loads() -> None:
 
 def _derivatives() -> None:
     """Linear models and sensitivities, with dual numbers, and gradients by the adjoint."""
+    from meltemi.analysis import gradient, sensitivity
     from meltemi.control.controller import dual_entry
     from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
     from meltemi.simulation.trim import operating_point
-    from meltemi.studies.adjoint import gradient
-    from meltemi.studies.sensitivity import sensitivity
 
     model, wind = _machine()
     start = operating_point(model, wind)

@@ -17,7 +17,7 @@ from typing import Any
 
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.maths.records import members
-from meltemi.studies.reverse.blocks import (
+from meltemi_gradients.reverse.blocks import (
     AGAIN,
     ARITHMETIC,
     CHEAP,
@@ -32,7 +32,7 @@ from meltemi.studies.reverse.blocks import (
     pushed,
     unpadded,
 )
-from meltemi.studies.reverse.code import (
+from meltemi_gradients.reverse.code import (
     LOCAL,
     Function,
     Instruction,
@@ -42,8 +42,8 @@ from meltemi.studies.reverse.code import (
     read,
     size_of,
 )
-from meltemi.studies.reverse.loops import loops_of
-from meltemi.studies.reverse.rules import FLAT, Emitter
+from meltemi_gradients.reverse.loops import loops_of
+from meltemi_gradients.reverse.rules import FLAT, Emitter
 
 HEAD = 128
 """[bytes] begin of the memory: the end of the tape, and a place that masked entries may use."""

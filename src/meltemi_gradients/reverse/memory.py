@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError
 from meltemi.maths.records import Record, members
-from meltemi.studies.reverse.blocks import SHADOW
+from meltemi_gradients.reverse.blocks import SHADOW
 
 _PAGE = 4096
 TAPE = 1 << 30

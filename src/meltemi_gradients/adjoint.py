@@ -29,9 +29,9 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import GEAR_SWEEPS, settle_gears
-from meltemi.studies.reverse.compiled import Compiled
-from meltemi.studies.reverse.memory import Memory
-from meltemi.studies.sensitivity import Direction, directions, settled
+from meltemi_gradients.reverse.compiled import Compiled
+from meltemi_gradients.reverse.memory import Memory
+from meltemi_gradients.sensitivity import Direction, directions, settled
 
 FEATURE = "gradients"
 CONTROLLER = frozenset({"controller_state"})

@@ -6,8 +6,8 @@ import re
 from typing import Any
 
 from meltemi.core.errors import InputError, MeltemiError
-from meltemi.studies.reverse.code import LOCAL, Block, Instruction, Operand, is_float, lanes_of, size_of
-from meltemi.studies.reverse.rules import FUNCTIONS, constant, terms
+from meltemi_gradients.reverse.code import LOCAL, Block, Instruction, Operand, is_float, lanes_of, size_of
+from meltemi_gradients.reverse.rules import FUNCTIONS, constant, terms
 
 SHADOW = (1 << 26) + 64 * 33
 """[bytes] distance of the adjoint of a number from it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from meltemi.studies.reverse.code import Block
+from meltemi_gradients.reverse.code import Block
 
 
 def loops_of(blocks: Mapping[str, Block]) -> list[tuple[frozenset[str], tuple[str, ...]]]:

@@ -28,7 +28,6 @@ from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 from meltemi.core.shown import Brief
 from meltemi.maths.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
-from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.blades import blade_model
 from meltemi.simulation.case import Case
@@ -41,6 +40,7 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.turbine.exchange import Drive, PitchMotion
 from meltemi.wind.turbulent import realised
+from meltemi_gradients.weights import del_gradient, mean_gradient, std_gradient
 
 Float = NDArray[np.float64]
 
