@@ -198,7 +198,7 @@ def result_formats() -> str:
 
 def keywords(file: str) -> str:
     """Keywords of a file of an OpenFAST deck, with an underscore for a blank in its name."""
-    from meltemi.turbine.openfast.keywords import ROWS
+    from meltemi_exchange.openfast.keywords import ROWS
 
     rows = []
     for row in ROWS[file.replace("_", " ")]:

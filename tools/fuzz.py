@@ -652,8 +652,8 @@ def make_good(folder: Path) -> None:
     import meltemi
     from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import TEMPLATE
-    from meltemi.studies.openfast_writer import write_openfast
     from meltemi.wind.fields import WindBox, WindSeries
+    from meltemi_exchange.openfast_writer import write_openfast
 
     machine = meltemi.load_turbine("nrel5mw")
     model = meltemi.build(machine)

@@ -12,11 +12,10 @@ import pytest
 from terminal import Command
 
 from meltemi import InputError, MeltemiError, Model, SteadyWind, simulate
-from meltemi.app import terminal
+from meltemi.app import terminal, warmup
 from meltemi.app.cli import main
 from meltemi.core import kernel, threads
 from meltemi.core.kernel import COLD
-from meltemi.app import warmup
 
 
 def test_a_cold_start_says_what_happens_and_that_it_happens_once(

@@ -21,9 +21,6 @@ from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
 from meltemi.app.diff import diff
 from meltemi.app.docs import docs
-from meltemi.app.export import export
-from meltemi.app.importing import HELP as IMPORT_HELP
-from meltemi.app.importing import import_
 from meltemi.app.inspect import inspect
 from meltemi.app.live import live
 from meltemi.app.loads import loads
@@ -244,9 +241,8 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
     A controller library has the settings and the time step that the deck gives to its own.
     """
     from meltemi.core.yamlfile import validated
+    from meltemi.io import deck_case, read_deck
     from meltemi.loadcases.case import LoadCase
-    from meltemi.loadcases.openfast import deck_case
-    from meltemi.turbine.openfast import read_deck
 
     deck = read_deck(path)
     case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck")
@@ -433,9 +429,7 @@ def power_curve(
 app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
 app.command()(bench_controller)
-app.command("import", help=IMPORT_HELP)(import_)
 app.command()(inspect)
-app.command()(export)
 app.command()(diff)
 app.command()(observe)
 app.command()(view)

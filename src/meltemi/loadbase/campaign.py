@@ -204,7 +204,7 @@ def make_campaign(
     path = Path(turbine)
     data: dict[str, Any] = {"turbine": str(path.absolute()) if path.is_file() else str(turbine)}
     if path.suffix.lower() == ".fst":
-        from meltemi.turbine.openfast import read_deck
+        from meltemi_exchange.openfast import read_deck
 
         deck = read_deck(path)
         described, data["options"], data["environment"] = deck.turbine, deck.options, deck.environment
