@@ -18,5 +18,5 @@ from meltemi.report.view import modes_view as modes_view
 from meltemi.report.view import view as view
 from meltemi.report.wind_plots import plot_wind as plot_wind
 from meltemi.studies.controller_bench.figures import plot_bench as plot_bench
-from meltemi.surrogate.report import plot_suitability as plot_suitability
-from meltemi.surrogate.report import plot_surrogate as plot_surrogate
+from meltemi_loads.surrogate.report import plot_suitability as plot_suitability
+from meltemi_loads.surrogate.report import plot_surrogate as plot_surrogate

@@ -16,17 +16,6 @@ import pytest
 from synthetic_base import small_plan, synthetic_base
 
 from meltemi.core.errors import InputError, Status
-from meltemi.loadbase import report
-from meltemi.loadbase.axes import axes_of, sketches_of
-from meltemi.loadbase.design import DesignLoads, design_loads
-from meltemi.loadbase.engine import base_table
-from meltemi.loadbase.plan import Plan
-from meltemi.loadbase.project import read_project
-from meltemi.loadbase.report import LOADS, limit_ratios, verdict, write_report
-from meltemi.loadbase.report_comparison import write_base_comparison
-from meltemi.loadbase.report_loads import by_speed, slopes_of, title_of, unit_of_driver
-from meltemi.loadbase.settings import DesignSettings, read_settings
-from meltemi.loadbase.wording import event_words
 from meltemi.report.blocks import (
     Axis,
     Beside,
@@ -50,6 +39,17 @@ from meltemi.report.turbine_facts import number
 from meltemi.report.word import write_word
 from meltemi.report.workbook import write_workbook
 from meltemi.turbine.library import load_turbine
+from meltemi_loads.loadbase import report
+from meltemi_loads.loadbase.axes import axes_of, sketches_of
+from meltemi_loads.loadbase.design import DesignLoads, design_loads
+from meltemi_loads.loadbase.engine import base_table
+from meltemi_loads.loadbase.plan import Plan
+from meltemi_loads.loadbase.project import read_project
+from meltemi_loads.loadbase.report import LOADS, limit_ratios, verdict, write_report
+from meltemi_loads.loadbase.report_comparison import write_base_comparison
+from meltemi_loads.loadbase.report_loads import by_speed, slopes_of, title_of, unit_of_driver
+from meltemi_loads.loadbase.settings import DesignSettings, read_settings
+from meltemi_loads.loadbase.wording import event_words
 
 NASTY = 'blade <1> "struck" & </script> broke'
 TAG = re.compile(r"<[^>]*>")

@@ -23,7 +23,6 @@ from meltemi.app.diff import diff
 from meltemi.app.docs import docs
 from meltemi.app.inspect import inspect
 from meltemi.app.live import live
-from meltemi.app.loads import loads
 from meltemi.app.observe import observe
 from meltemi.app.options import (
     CHANNELS,
@@ -38,7 +37,6 @@ from meltemi.app.options import (
 )
 from meltemi.app.scans import finish, speeds_of
 from meltemi.app.stability import flutter, parked
-from meltemi.app.surrogate import surrogate
 from meltemi.app.terminal import (
     OutOption,
     folder_for,
@@ -437,8 +435,6 @@ app.command()(live)
 app.command()(flutter)
 app.command()(parked)
 app.command()(docs)
-app.add_typer(loads, name="loads")
-app.add_typer(surrogate, name="surrogate")
 
 
 SHOWN_POINTS = 6
