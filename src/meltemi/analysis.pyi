@@ -38,7 +38,6 @@ from meltemi.studies.controller_bench.study import bench_controllers as bench_co
 from meltemi.studies.controller_bench.suite import BenchLimits as BenchLimits
 from meltemi.studies.icing import IcingEffects as IcingEffects
 from meltemi.studies.icing import icing_effects as icing_effects
-from meltemi.studies.inspection import inspect_turbine as inspect_turbine
 from meltemi.studies.lidar import Lidar as Lidar
 from meltemi.studies.lidar import lidar_preview as lidar_preview
 from meltemi.studies.lidar import measure_lidar as measure_lidar
@@ -50,3 +49,4 @@ from meltemi_gradients.adjoint import gradient as gradient
 from meltemi_gradients.sensitivity import Sensitivity as Sensitivity
 from meltemi_gradients.sensitivity import finite_difference_runs as finite_difference_runs
 from meltemi_gradients.sensitivity import sensitivity as sensitivity
+from meltemi_reports.inspection import inspect_turbine as inspect_turbine

@@ -5,7 +5,6 @@ from meltemi.postprocess.files import read_result as read_result
 from meltemi.postprocess.files import write_netcdf as write_netcdf
 from meltemi.postprocess.files import write_result as write_result
 from meltemi.postprocess.files.signals import read_signals as read_signals
-from meltemi.report.ensemble_tables import ensemble_rows as ensemble_rows
 from meltemi.report.tables import rich_table as rich_table
 from meltemi.report.tables import write_csv as write_csv
 from meltemi.turbine.library import write_turbine as write_turbine
@@ -37,3 +36,4 @@ from meltemi_exchange.report import ImportNote as ImportNote
 from meltemi_exchange.report import report_text as report_text
 from meltemi_exchange.windio import import_windio as import_windio
 from meltemi_exchange.windio import read_windio as read_windio
+from meltemi_reports.ensemble_tables import ensemble_rows as ensemble_rows

@@ -21,7 +21,6 @@ from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
 from meltemi.app.diff import diff
 from meltemi.app.docs import docs
-from meltemi.app.inspect import inspect
 from meltemi.app.live import live
 from meltemi.app.observe import observe
 from meltemi.app.options import (
@@ -427,7 +426,6 @@ def power_curve(
 app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
 app.command()(bench_controller)
-app.command()(inspect)
 app.command()(diff)
 app.command()(observe)
 app.command()(view)

@@ -18,11 +18,11 @@ import numpy as np
 from meltemi.core.errors import InputError
 from meltemi.core.extras import need
 from meltemi.core.files import write_text
-from meltemi.report.html import stored
 from meltemi.report.palette import BLADES
 from meltemi.report.viewer import beside, script
 from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, packed, track_arrays
+from meltemi_reports.html import stored
 
 if TYPE_CHECKING:
     from meltemi.report.widget import ViewWidget

@@ -196,7 +196,7 @@ class Comparison(Brief):
 
     def card(self) -> Card:
         """Loads of the schemes, and their changes against the first."""
-        from meltemi.report.ensemble_tables import scheme_rows
+        from meltemi_reports.ensemble_tables import scheme_rows
 
         begin, end = self.windows[WHOLE]
         facts = [("schemes", ", ".join(self.schemes)), ("winds", str(len(self.winds)))]

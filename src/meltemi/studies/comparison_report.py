@@ -12,15 +12,15 @@ from meltemi.controllers.schemes import SchemeDesign
 from meltemi.controllers.tuning import LoopTuning, TunedPoint
 from meltemi.core.errors import InputError
 from meltemi.postprocess.ensemble import CONFIDENCE
-from meltemi.report.blocks import Code, Document, Picture, Section, Table
 from meltemi.report.comparison_plots import plot_changes
-from meltemi.report.ensemble_tables import change_text, ensemble_rows, scheme_rows
-from meltemi.report.html import write_page
 from meltemi.report.plots import new_figure, plot, save
-from meltemi.report.spectra_plots import plot_spectra
 from meltemi.report.tables import number, write_csv
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.compare import SPECTRA, WHOLE, Comparison, failure_line
+from meltemi_reports.blocks import Code, Document, Picture, Section, Table
+from meltemi_reports.ensemble_tables import change_text, ensemble_rows, scheme_rows
+from meltemi_reports.html import write_page
+from meltemi_reports.spectra_plots import plot_spectra
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

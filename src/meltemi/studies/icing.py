@@ -14,7 +14,6 @@ from meltemi.loadcases.batch import completed, simulate_batch
 from meltemi.maths.tables import View
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.report.blocks import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -29,6 +28,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
+from meltemi_reports.blocks import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from meltemi.report.blocks import Beside, Block, Cell, Drawing, Part, Stroke, Table
-from meltemi.report.turbine_facts import number
 from meltemi.simulation.channels import Contents, catalogue, find
 from meltemi.turbine.definition import Turbine
 from meltemi_loads.loadbase.interfaces import Interface, interfaces_of, stations
 from meltemi_loads.loadbase.ultimate import blade_groups
+from meltemi_reports.blocks import Beside, Block, Cell, Drawing, Part, Stroke, Table
+from meltemi_reports.turbine_facts import number
 
 Point = tuple[float, float]
 LENGTH = 15.0

@@ -14,8 +14,8 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of, replacing
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import validated
-from meltemi.report.workbook import openpyxl
 from meltemi_loads.loadbase.table import Fault, LoadTable, Row, load_table
+from meltemi_reports.workbook import openpyxl
 
 LARGEST = 20_000_000
 """[bytes] of a file."""

@@ -18,24 +18,6 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.physics import PHYSICS
 from meltemi.core.yamlfile import read_mapping
 from meltemi.postprocess.extremes import COMPONENTS
-from meltemi.report.blocks import (
-    Beside,
-    Block,
-    Case,
-    CaseList,
-    Cell,
-    Code,
-    Document,
-    Entry,
-    Facts,
-    Folded,
-    Section,
-    Table,
-    Verdict,
-)
-from meltemi.report.html import write_page
-from meltemi.report.turbine_facts import number
-from meltemi.report.workbook import write_workbook
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi_loads.loadbase.axes import axes_blocks
@@ -59,6 +41,24 @@ from meltemi_loads.loadbase.report_loads import (
     unit_of_driver,
     with_band,
 )
+from meltemi_reports.blocks import (
+    Beside,
+    Block,
+    Case,
+    CaseList,
+    Cell,
+    Code,
+    Document,
+    Entry,
+    Facts,
+    Folded,
+    Section,
+    Table,
+    Verdict,
+)
+from meltemi_reports.html import write_page
+from meltemi_reports.turbine_facts import number
+from meltemi_reports.workbook import write_workbook
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -137,7 +137,7 @@ def write_report(
     )
     files = [write_page(Path(folder) / FILE, document)]
     if word:
-        from meltemi.report.word import write_word
+        from meltemi_reports.word import write_word
 
         files.append(write_word(Path(folder) / WORD, document))
     return [*files, write_workbook(Path(folder) / TABLES / WORKBOOK, document), *tables]

@@ -11,13 +11,13 @@ from typing import Any
 import pandas as pd
 
 from meltemi.core.errors import InputError
-from meltemi.report.blocks import Block, Case, Cell, Statistics, Table
-from meltemi.report.html import rounded
 from meltemi.simulation.channels import Contents, catalogue, find
 from meltemi_loads.loadbase.design import DesignLoads
 from meltemi_loads.loadbase.engine import base_table
 from meltemi_loads.loadbase.plan import Plan, PlannedCase
 from meltemi_loads.loadbase.wording import in_words
+from meltemi_reports.blocks import Block, Case, Cell, Statistics, Table
+from meltemi_reports.html import rounded
 
 OF_BLADE = re.compile(r"_\d$")
 """Ending of the channels of a blade."""

@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from meltemi.core.units import display
-from meltemi.report.blocks import (
+from meltemi.report.tables import write_csv
+from meltemi_loads.loadbase.design import DesignLoads, compare_bases, design_loads
+from meltemi_loads.loadbase.plan import Plan
+from meltemi_loads.loadbase.report import FILE, LOADS, facts, made, utilisation, verdict
+from meltemi_loads.loadbase.report_cases import statistics, statistics_chart
+from meltemi_loads.loadbase.report_loads import WITH, title_of, unit_of_driver, with_band
+from meltemi_loads.loadbase.settings import STANDARD, DesignSettings
+from meltemi_reports.blocks import (
     Axis,
     Beside,
     Block,
@@ -25,14 +32,7 @@ from meltemi.report.blocks import (
     Table,
     words,
 )
-from meltemi.report.html import write_page
-from meltemi.report.tables import write_csv
-from meltemi_loads.loadbase.design import DesignLoads, compare_bases, design_loads
-from meltemi_loads.loadbase.plan import Plan
-from meltemi_loads.loadbase.report import FILE, LOADS, facts, made, utilisation, verdict
-from meltemi_loads.loadbase.report_cases import statistics, statistics_chart
-from meltemi_loads.loadbase.report_loads import WITH, title_of, unit_of_driver, with_band
-from meltemi_loads.loadbase.settings import STANDARD, DesignSettings
+from meltemi_reports.html import write_page
 
 if TYPE_CHECKING:
     import pandas as pd

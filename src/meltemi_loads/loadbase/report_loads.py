@@ -9,11 +9,11 @@ import numpy as np
 
 from meltemi.core.units import display
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
-from meltemi.report.blocks import Axis, Beside, Block, Case, Cell, Chart, Curve, Share, Table, chosen
-from meltemi.report.turbine_facts import number
 from meltemi_loads.loadbase.design import DesignLoads
 from meltemi_loads.loadbase.ultimate import ExtrapolatedLoad
 from meltemi_loads.loadbase.weights import edges
+from meltemi_reports.blocks import Axis, Beside, Block, Case, Cell, Chart, Curve, Share, Table, chosen
+from meltemi_reports.turbine_facts import number
 
 if TYPE_CHECKING:
     import pandas as pd

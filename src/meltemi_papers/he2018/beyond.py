@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from meltemi.control.filters import response
 from meltemi.controllers.tuning import margins
 from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_interval, rayleigh_weights
-from meltemi.report.blocks import Table
 from meltemi.report.tables import number
 from meltemi.simulation.rotors import default_step
 from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, WHOLE, Comparison
@@ -31,6 +30,7 @@ from meltemi_papers.he2018.runs import (
     Runs,
     Variant,
 )
+from meltemi_reports.blocks import Table
 
 Float = NDArray[np.float64]
 

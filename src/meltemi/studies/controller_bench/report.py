@@ -12,10 +12,6 @@ from typing import Any
 from meltemi.core.errors import InputError
 from meltemi.core.files import write_text
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report import blocks
-from meltemi.report.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Section, Table
-from meltemi.report.ensemble_tables import change_text
-from meltemi.report.html import write_page
 from meltemi.report.tables import number, write_csv
 from meltemi.studies.controller_bench.bench import ControllerBench
 from meltemi.studies.controller_bench.tables import (
@@ -30,6 +26,10 @@ from meltemi.studies.controller_bench.tables import (
     verdict_rows,
 )
 from meltemi.studies.controller_bench.verdicts import NAMES, SLOPES, Verdict, decibel
+from meltemi_reports import blocks
+from meltemi_reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Section, Table
+from meltemi_reports.ensemble_tables import change_text
+from meltemi_reports.html import write_page
 
 RADAR = {
     "RootMyc1 DEL": "blade\nout of plane",

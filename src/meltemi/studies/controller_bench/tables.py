@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from meltemi.core.units import display
 from meltemi.postprocess.ensemble import EnsembleTable
-from meltemi.report.blocks import Table
-from meltemi.report.ensemble_tables import change_text
 from meltemi.report.tables import number
 from meltemi.studies.controller_bench.margins import SpeedLoop
 from meltemi.studies.controller_bench.verdicts import NAMES, SLOPES, Standing, Verdict, decibel
+from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import change_text
 
 Rows = tuple[list[str], list[list[str]]]
 Verdicts = Mapping[str, Sequence[Verdict]]

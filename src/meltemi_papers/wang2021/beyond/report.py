@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.postprocess.ensemble import mean_interval
-from meltemi.report.blocks import Table
 from meltemi.report.figure import MINUS
 from meltemi.report.palette import COLOURS, DIVERGING, GROWING, INK
 from meltemi.report.plots import new_figure, panel
@@ -24,6 +23,7 @@ from meltemi_papers.wang2021.beyond.limits import JUDGED, Limits, find_limits
 from meltemi_papers.wang2021.beyond.year import FRONTS, Year, a_year, power_curve
 from meltemi_papers.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi_papers.wang2021.runs import Runs
+from meltemi_reports.blocks import Table
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -6,8 +6,8 @@ import math
 
 from meltemi.report import tables
 from meltemi.simulation.modes import Mode
-from meltemi.simulation.portrait import Portrait, PowerPortrait, masses
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi_reports.portrait import Portrait, PowerPortrait, masses
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
 FIRST = (

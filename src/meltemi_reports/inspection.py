@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from meltemi.core.errors import InputError
-from meltemi.report.blocks import Document, Picture, Section, Table
-from meltemi.report.html import write_page
 from meltemi.report.plots import plot_performance, plot_power_curve, save
 from meltemi.report.tables import power_curve_rows
-from meltemi.report.turbine_facts import fact_rows, mode_rows
-from meltemi.report.turbine_plots import plot_turbine, turbine_figures
-from meltemi.simulation.portrait import Portrait, PowerPortrait, portrait, power_portrait
 from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
+from meltemi_reports.blocks import Document, Picture, Section, Table
+from meltemi_reports.html import write_page
+from meltemi_reports.portrait import Portrait, PowerPortrait, portrait, power_portrait
+from meltemi_reports.turbine_facts import fact_rows, mode_rows
+from meltemi_reports.turbine_plots import plot_turbine, turbine_figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

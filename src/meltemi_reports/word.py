@@ -11,7 +11,7 @@ from xml.sax.saxutils import escape
 
 from meltemi.core.extras import need
 from meltemi.core.files import bytes_of, replacing
-from meltemi.report.blocks import (
+from meltemi_reports.blocks import (
     Beside,
     Block,
     Chart,
@@ -28,8 +28,8 @@ from meltemi.report.blocks import (
     Verdict,
     words,
 )
-from meltemi.report.chart_figures import chart_figure, grid_figures, statistics_charts
-from meltemi.report.drawing import figure_of
+from meltemi_reports.chart_figures import chart_figure, grid_figures, statistics_charts
+from meltemi_reports.drawing import figure_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

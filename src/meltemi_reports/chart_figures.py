@@ -8,10 +8,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from meltemi.report.blocks import Axis, Chart, Curve, Statistics
 from meltemi.report.figure import ShownFigure
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
+from meltemi_reports.blocks import Axis, Chart, Curve, Statistics
 
 TOGETHER = 9
 """Charts in a figure."""

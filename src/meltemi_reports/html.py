@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from meltemi.core.files import bytes_of, text_of, write_text
-from meltemi.report.blocks import (
+from meltemi.report.palette import COLOURS, ON_DARK, SOFT
+from meltemi_reports.blocks import (
     Beside,
     Block,
     Case,
@@ -45,8 +46,7 @@ from meltemi.report.blocks import (
     Verdict,
     words,
 )
-from meltemi.report.drawing import svg_of
-from meltemi.report.palette import COLOURS, ON_DARK, SOFT
+from meltemi_reports.drawing import svg_of
 
 
 def write_page(path: str | Path, document: Document) -> Path:

@@ -17,9 +17,9 @@ def inspect(
 
     described = load_turbine(turbine)
     folder_for(out)
-    from meltemi.report.turbine_facts import fact_rows
-    from meltemi.studies.inspection import inspect_turbine
     from meltemi.turbine.plausibility import plausibility_warnings
+    from meltemi_reports.inspection import inspect_turbine
+    from meltemi_reports.turbine_facts import fact_rows
 
     with progress_bar(described.name) as progress:
         seen, files = inspect_turbine(described, out, progress=progress)

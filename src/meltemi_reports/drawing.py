@@ -6,8 +6,8 @@ import math
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from meltemi.report.blocks import Drawing, Stroke
 from meltemi.report.palette import COLOURS, FAINT, GRID, INK
+from meltemi_reports.blocks import Drawing, Stroke
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SHADE, SOFT
 from meltemi.report.plots import corner, note
-from meltemi.report.turbine_facts import turbine_facts
-from meltemi.simulation.portrait import Portrait, beam_mass, line_mass, portrait, principal_stiffness
 from meltemi.structure.beam import Modes
 from meltemi.structure.members import blade_beam
 from meltemi.turbine.definition import Airfoil, Tower, Turbine
+from meltemi_reports.portrait import Portrait, beam_mass, line_mass, portrait, principal_stiffness
+from meltemi_reports.turbine_facts import turbine_facts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ import numpy as np
 
 from meltemi.core.extras import need
 from meltemi.core.files import replacing
-from meltemi.report.blocks import Block, Cell, Chart, Choice, Document, Entry, Share, Table, Verdict, within, words
+from meltemi_reports.blocks import Block, Cell, Chart, Choice, Document, Entry, Share, Table, Verdict, within, words
 
 LONGEST_NAME, WIDEST, NARROWEST = 31, 60, 7
 """Characters of the name of a sheet, and of the width of a column."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from meltemi.report.turbine_facts import number
+from meltemi_reports.turbine_facts import number
 
 # -------------------------------------------------------------------------------------------------------- cells
 
