@@ -515,7 +515,7 @@ def _campaign_plan() -> Any:
 @cache
 def _session() -> Any:
     import meltemi
-    from meltemi.studies.live import Session
+    from meltemi_view.live_session import Session
 
     return Session(meltemi.load_turbine("nrel5mw"), "baseline", wind_speed=8.0, turbulence=0.02)
 

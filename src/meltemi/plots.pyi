@@ -8,10 +8,6 @@ from meltemi.report.plots import plot_power_curve as plot_power_curve
 from meltemi.report.stability import plot_flutter as plot_flutter
 from meltemi.report.stability import plot_parked as plot_parked
 from meltemi.report.tuning_plots import plot_tuning as plot_tuning
-from meltemi.report.view import Look as Look
-from meltemi.report.view import View as View
-from meltemi.report.view import modes_view as modes_view
-from meltemi.report.view import view as view
 from meltemi.report.wind_plots import plot_wind as plot_wind
 from meltemi.studies.controller_bench.figures import plot_bench as plot_bench
 from meltemi_loads.surrogate.report import plot_suitability as plot_suitability
@@ -20,3 +16,7 @@ from meltemi_reports.power_plots import plot_speed_power as plot_speed_power
 from meltemi_reports.spectra_plots import plot_spectra as plot_spectra
 from meltemi_reports.state_diagram import plot_states as plot_states
 from meltemi_reports.turbine_plots import plot_turbine as plot_turbine
+from meltemi_view.view import Look as Look
+from meltemi_view.view import View as View
+from meltemi_view.view import modes_view as modes_view
+from meltemi_view.view import view as view

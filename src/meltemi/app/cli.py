@@ -21,7 +21,6 @@ from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
 from meltemi.app.diff import diff
 from meltemi.app.docs import docs
-from meltemi.app.live import live
 from meltemi.app.observe import observe
 from meltemi.app.options import (
     CHANNELS,
@@ -46,7 +45,6 @@ from meltemi.app.terminal import (
     suggest,
     wrote,
 )
-from meltemi.app.view import view
 from meltemi.app.wind import wind
 from meltemi.controllers.names import controller_keys
 from meltemi.core.errors import InputError, MeltemiError
@@ -166,7 +164,7 @@ def run(
         result = simulation.result()
         files = _write(result, out, outb) + _library_files(Path(kept), out)
         if result.scene is not None:
-            from meltemi.report.view import view as view_of
+            from meltemi.plots import view as view_of
 
             files.append(view_of(result).write(out / "turbine.html"))
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
@@ -428,8 +426,6 @@ app.command(help=COMPARE_HELP)(compare)
 app.command()(bench_controller)
 app.command()(diff)
 app.command()(observe)
-app.command()(view)
-app.command()(live)
 app.command()(flutter)
 app.command()(parked)
 app.command()(docs)
@@ -503,7 +499,7 @@ def campbell(
     wrote(write_csv(out / "campbell.csv", *campbell_rows(diagram)))
     wrote(save(plot_campbell(diagram, described.name), out / "campbell.png"))
     if seen:
-        from meltemi.report.view import modes_view
+        from meltemi.plots import modes_view
 
         wrote(modes_view(model, diagram).write(out / "modes.html"))
     suggest("flutter", turbine, "--out", out)

@@ -10,12 +10,12 @@ import typer
 
 from meltemi.app.options import CONTROLLER, CONTROLLERS, TurbineArgument
 from meltemi.app.terminal import say, suggest
-from meltemi.app.view import ThemeOption
 from meltemi.core.errors import InputError, MeltemiError
+from meltemi_view.commands.view import ThemeOption
 
 if TYPE_CHECKING:
-    from meltemi.app.live_server import LiveServer
-    from meltemi.studies.live import Session
+    from meltemi_view.commands.live_server import LiveServer
+    from meltemi_view.live_session import Session
 
 GRACE = 5.0
 """[s] after the page has closed, in which it may be opened again (reload), before the command ends."""
@@ -46,10 +46,10 @@ def live(
         raise InputError(f"--theme {theme!r}: expected light or dark")
     if not SLOWEST <= speed <= FASTEST:
         raise InputError(f"--speed must be from {SLOWEST:g} to {FASTEST:g}, found {speed:g}")
-    from meltemi.app.live_server import LiveServer
-    from meltemi.studies.live import Session
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
+    from meltemi_view.commands.live_server import LiveServer
+    from meltemi_view.live_session import Session
 
     machine = aeroelastic(load_turbine(turbine), "live")
     session: Session

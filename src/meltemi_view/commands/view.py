@@ -33,8 +33,8 @@ def view(
         raise InputError(f"--theme {theme!r}: expected light or dark")
     if len(files) > 2:
         raise InputError(f"a view shows one or two results, found {len(files)}")
-    from meltemi.report.view import Look, result_view, wind_view
     from meltemi.simulation.result import Result
+    from meltemi_view.view import Look, result_view, wind_view
 
     look, found = Look(theme=theme or ""), [_read(path) for path in files]
     results = {name: r for name, r in zip(_names(files), found, strict=True) if isinstance(r, Result)}

@@ -7,7 +7,7 @@ from typing import Any
 import anywidget
 import traitlets
 
-from meltemi.report.viewer import beside, script
+from meltemi_view.viewer import beside, script
 
 
 class ViewWidget(anywidget.AnyWidget):  # type: ignore[misc]

@@ -24,7 +24,6 @@ from meltemi.controllers.specification import (
 )
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.threads import one_blas_thread
-from meltemi.report.view import PLOTS, Look, View, view_of
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.events import (
     BaseEvent,
@@ -38,12 +37,13 @@ from meltemi.simulation.events import (
     YawRunaway,
     read_events,
 )
-from meltemi.simulation.live import SAMPLE, Air, LiveRun, LiveWind
 from meltemi.simulation.model import Model
 from meltemi.simulation.plan import model_channels
 from meltemi.simulation.rotors import build
 from meltemi.simulation.scene.record import Scene, packed
 from meltemi.turbine.definition import Turbine
+from meltemi_view.live_run import SAMPLE, Air, LiveRun, LiveWind
+from meltemi_view.view import PLOTS, Look, View, view_of
 
 LOG = 40
 """Entries of the log that the page shows."""

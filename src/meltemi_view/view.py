@@ -19,18 +19,18 @@ from meltemi.core.errors import InputError
 from meltemi.core.extras import need
 from meltemi.core.files import write_text
 from meltemi.report.palette import BLADES
-from meltemi.report.viewer import beside, script
 from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, packed, track_arrays
 from meltemi_reports.html import stored
+from meltemi_view.viewer import beside, script
 
 if TYPE_CHECKING:
-    from meltemi.report.widget import ViewWidget
     from meltemi.simulation.campbell import Campbell
     from meltemi.simulation.model import Model
     from meltemi.turbine.power_turbine import AnyTurbine
     from meltemi.wind.fields import Wind
     from meltemi.wind.turbulent import AnyWind
+    from meltemi_view.widget import ViewWidget
 
 PLOT_RATE = 20.0
 """[Hz] largest rate of the plotted channels."""
@@ -112,7 +112,7 @@ class View:
           InputError: anywidget is not installed.
         """
         need("the widget of a view", "anywidget")
-        from meltemi.report.widget import ViewWidget
+        from meltemi_view.widget import ViewWidget
 
         return ViewWidget(spec=dict(self.spec), scenes=list(self.scenes), time=self.spec["begin"])
 
@@ -197,7 +197,7 @@ def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), loo
 
 def modes_view(model: Model[Any], diagram: Campbell, look: Look = Look()) -> View:
     """The view of the modes of a Campbell diagram."""
-    from meltemi.simulation.scene.modes import modes_scene
+    from meltemi_view.mode_scenes import modes_scene
 
     air = "with air" if diagram.air else "in vacuum"
     note = "One period of a mode takes two seconds, and the rotor turns as slowly; damping is not drawn."
