@@ -879,10 +879,10 @@ def _only_begin_what_is_long() -> None:
     from meltemi.postprocess import difference
     from meltemi.report import wind_plots
     from meltemi.simulation import campbell, flutter, parked_modes, rotors, simulate
-    from meltemi.studies import compare
     from meltemi_papers import study
     from meltemi_papers.he2018 import duel
     from meltemi_reports import inspection
+    from meltemi_tuning import compare
     from meltemi_verification import bench, verification
 
     _ = meltemi.simulate, analysis.operating_point  # as calls from Python find them

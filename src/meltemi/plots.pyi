@@ -1,4 +1,3 @@
-from meltemi.report.comparison_plots import plot_changes as plot_changes
 from meltemi.report.difference_plots import plot_differences as plot_differences
 from meltemi.report.observer_plots import plot_estimate as plot_estimate
 from meltemi.report.plots import plot as plot
@@ -7,15 +6,16 @@ from meltemi.report.plots import plot_performance as plot_performance
 from meltemi.report.plots import plot_power_curve as plot_power_curve
 from meltemi.report.stability import plot_flutter as plot_flutter
 from meltemi.report.stability import plot_parked as plot_parked
-from meltemi.report.tuning_plots import plot_tuning as plot_tuning
 from meltemi.report.wind_plots import plot_wind as plot_wind
-from meltemi.studies.controller_bench.figures import plot_bench as plot_bench
 from meltemi_loads.surrogate.report import plot_suitability as plot_suitability
 from meltemi_loads.surrogate.report import plot_surrogate as plot_surrogate
 from meltemi_reports.power_plots import plot_speed_power as plot_speed_power
 from meltemi_reports.spectra_plots import plot_spectra as plot_spectra
 from meltemi_reports.state_diagram import plot_states as plot_states
 from meltemi_reports.turbine_plots import plot_turbine as plot_turbine
+from meltemi_tuning.comparison_plots import plot_changes as plot_changes
+from meltemi_tuning.controller_bench.figures import plot_bench as plot_bench
+from meltemi_tuning.tuning_plots import plot_tuning as plot_tuning
 from meltemi_view.view import Look as Look
 from meltemi_view.view import View as View
 from meltemi_view.view import modes_view as modes_view

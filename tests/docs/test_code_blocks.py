@@ -157,9 +157,9 @@ def test_the_bench_of_its_page(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Of docs/guide/controller-bench.md, with two short runs a controller, none of which is tuned."""
-    from meltemi.studies.controller_bench import study
-    from meltemi.studies.controller_bench.margins import Multisine
-    from meltemi.studies.controller_bench.suite import Situation
+    from meltemi_tuning.controller_bench import study
+    from meltemi_tuning.controller_bench.margins import Multisine
+    from meltemi_tuning.controller_bench.suite import Situation
 
     tiny = Situation("normal turbulence", "NTM", "production", "NTM", (16.0, 18.0), 1, 5.0, 1.0)
     monkeypatch.setattr(study, "suite_of", lambda turbine, quick: (tiny,))

@@ -15,10 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.bench_controller import bench_controller
 from meltemi.app.commands import Commands
-from meltemi.app.compare import HELP as COMPARE_HELP
-from meltemi.app.compare import compare
 from meltemi.app.diff import diff
 from meltemi.app.docs import docs
 from meltemi.app.observe import observe
@@ -422,8 +419,6 @@ def power_curve(
 
 
 app.command()(wind)
-app.command(help=COMPARE_HELP)(compare)
-app.command()(bench_controller)
 app.command()(diff)
 app.command()(observe)
 app.command()(flutter)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.rotors import build
-from meltemi.studies.baseline_tuning import rotor_inertia
 from meltemi.turbine.definition import Turbine, YawDrive
 from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine, Shaft, TableCoefficient
+from meltemi_tuning.baseline_tuning import rotor_inertia
 
 SAME = ("n_blades", "rated_power", "cut_in", "cut_out", "rotor_radius", "hub_height", "electrical", "control")
 """Fields that both kinds of turbine have."""

@@ -11,10 +11,10 @@ import numpy as np
 from meltemi.report.figure import ShownFigure
 from meltemi.report.palette import SOFT, curve
 from meltemi.report.plots import heading, panel
-from meltemi.studies.controller_bench.bench import ControllerBench
-from meltemi.studies.controller_bench.margins import SpeedLoop
-from meltemi.studies.controller_bench.report import RADAR, radar_start, radar_values
-from meltemi.studies.controller_bench.verdicts import decibel
+from meltemi_tuning.controller_bench.bench import ControllerBench
+from meltemi_tuning.controller_bench.margins import SpeedLoop
+from meltemi_tuning.controller_bench.report import RADAR, radar_start, radar_values
+from meltemi_tuning.controller_bench.verdicts import decibel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -33,7 +33,8 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
 T = TypeVar("T")
-HOUSE = "meltemi"
+HOUSE = ("meltemi", "meltemi_studies", "meltemi_tuning")
+"""Packages whose code every study may run; one of another package names it."""
 FOLDER = "finished-runs"
 """Folder within the output folder, while the study runs."""
 _ANY_START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.0, generator_torque=0.0)
@@ -72,7 +73,7 @@ class RunStore:
       taken: number of finished runs that were read from disk.
     """
 
-    def __init__(self, folder: Path | None = None, inputs: str = "", package: str = HOUSE) -> None:
+    def __init__(self, folder: Path | None = None, inputs: str = "", package: str = "") -> None:
         self.failed: dict[str, str] = {}
         self.doubtful: dict[str, str] = {}
         self.taken = 0
@@ -147,7 +148,7 @@ def current() -> RunStore:
 
 
 @contextmanager
-def run_store(out: Path, inputs: str, package: str = HOUSE) -> Iterator[RunStore]:
+def run_store(out: Path, inputs: str, package: str = "") -> Iterator[RunStore]:
     """Context with the journal of a study, in its output folder.
 
     Stored values are removed when the study ends without a failed cell.
@@ -332,8 +333,8 @@ def _print(value: Any) -> str:
 
 
 def _hash_of_study(package: str, inputs: str) -> str:
-    names = f"{package_hash(HOUSE)}|{package_hash(package)}|{inputs}"
-    return hashlib.sha256(names.encode()).hexdigest()[:12]
+    hashes = [package_hash(name) for name in (*HOUSE, package) if name]
+    return hashlib.sha256("|".join([*hashes, inputs]).encode()).hexdigest()[:12]
 
 
 @cache

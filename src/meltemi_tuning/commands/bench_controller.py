@@ -46,8 +46,8 @@ def bench_controller(
     from meltemi.controllers.specification import check_files, digest, specification
     from meltemi.core.extras import need, skipped
     from meltemi.core.yamlfile import read_record
-    from meltemi.studies.controller_bench.suite import BenchLimits
     from meltemi.wind.iec.classes import as_class
+    from meltemi_tuning.controller_bench.suite import BenchLimits
 
     labelled(controllers)
     absent = skipped({name: ("rosco",) for name in controllers if name.partition("@")[0] == "rosco"})
@@ -66,8 +66,8 @@ def bench_controller(
 
     described = aeroelastic(load_turbine(turbine), "meltemi bench-controller")
     inputs = repr(("bench-controller", wind_class, quick, [(name, digest(specification(name))) for name in names]))
-    from meltemi.studies.controller_bench import report, study, tables
-    from meltemi.studies.run_store import run_store
+    from meltemi_tuning.controller_bench import report, study, tables
+    from meltemi_tuning.run_store import run_store
 
     began = time.perf_counter()
     folder_for(out)

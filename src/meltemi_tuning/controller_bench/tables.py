@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from meltemi.core.units import display
 from meltemi.postprocess.ensemble import EnsembleTable
 from meltemi.report.tables import number
-from meltemi.studies.controller_bench.margins import SpeedLoop
-from meltemi.studies.controller_bench.verdicts import NAMES, SLOPES, Standing, Verdict, decibel
 from meltemi_reports.blocks import Table
 from meltemi_reports.ensemble_tables import change_text
+from meltemi_tuning.controller_bench.margins import SpeedLoop
+from meltemi_tuning.controller_bench.verdicts import NAMES, SLOPES, Standing, Verdict, decibel
 
 Rows = tuple[list[str], list[list[str]]]
 Verdicts = Mapping[str, Sequence[Verdict]]

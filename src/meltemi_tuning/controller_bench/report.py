@@ -13,8 +13,12 @@ from meltemi.core.errors import InputError
 from meltemi.core.files import write_text
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.report.tables import number, write_csv
-from meltemi.studies.controller_bench.bench import ControllerBench
-from meltemi.studies.controller_bench.tables import (
+from meltemi_reports import blocks
+from meltemi_reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Section, Table
+from meltemi_reports.ensemble_tables import change_text
+from meltemi_reports.html import write_page
+from meltemi_tuning.controller_bench.bench import ControllerBench
+from meltemi_tuning.controller_bench.tables import (
     MOMENT,
     Rows,
     criteria_table,
@@ -25,11 +29,7 @@ from meltemi.studies.controller_bench.tables import (
     value_text,
     verdict_rows,
 )
-from meltemi.studies.controller_bench.verdicts import NAMES, SLOPES, Verdict, decibel
-from meltemi_reports import blocks
-from meltemi_reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Section, Table
-from meltemi_reports.ensemble_tables import change_text
-from meltemi_reports.html import write_page
+from meltemi_tuning.controller_bench.verdicts import NAMES, SLOPES, Verdict, decibel
 
 RADAR = {
     "RootMyc1 DEL": "blade\nout of plane",
@@ -138,7 +138,7 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
     """Write page, tables, JSON and leaderboard of a test bench into a folder; Parquet if pyarrow is installed.
 
     Args:
-      bench: from :func:`~meltemi.studies.controller_bench.study.bench_controllers`.
+      bench: from :func:`~meltemi_tuning.controller_bench.study.bench_controllers`.
       out: folder, created if needed.
       repeat: how to reproduce the bench, such as a command line.
       footer: last line of the page.

@@ -31,9 +31,9 @@ from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
-from meltemi.studies.run_store import SizedCases, current, resumed
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulent import AnyWind, realised
+from meltemi_tuning.run_store import SizedCases, current, resumed
 
 Float = NDArray[np.float64]
 

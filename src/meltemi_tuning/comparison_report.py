@@ -12,15 +12,15 @@ from meltemi.controllers.schemes import SchemeDesign
 from meltemi.controllers.tuning import LoopTuning, TunedPoint
 from meltemi.core.errors import InputError
 from meltemi.postprocess.ensemble import CONFIDENCE
-from meltemi.report.comparison_plots import plot_changes
 from meltemi.report.plots import new_figure, plot, save
 from meltemi.report.tables import number, write_csv
-from meltemi.report.tuning_plots import plot_tuning
-from meltemi.studies.compare import SPECTRA, WHOLE, Comparison, failure_line
 from meltemi_reports.blocks import Code, Document, Picture, Section, Table
 from meltemi_reports.ensemble_tables import change_text, ensemble_rows, scheme_rows
 from meltemi_reports.html import write_page
 from meltemi_reports.spectra_plots import plot_spectra
+from meltemi_tuning.compare import SPECTRA, WHOLE, Comparison, failure_line
+from meltemi_tuning.comparison_plots import plot_changes
+from meltemi_tuning.tuning_plots import plot_tuning
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -155,7 +155,7 @@ def write_comparison(
     """Write tables, figures and the summary page of a comparison into a folder.
 
     Args:
-      comparison: from :func:`~meltemi.studies.compare.compare`.
+      comparison: from :func:`~meltemi_tuning.compare.compare`.
       out: folder, created if needed.
       design: with gains and margins of the loops.
       title: of the page.

@@ -18,16 +18,16 @@ from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.simulation.validity import undeflected_clearance
-from meltemi.studies.compare import SharedField
-from meltemi.studies.controller_bench.bench import ControllerBench
-from meltemi.studies.controller_bench.contenders import Contender
-from meltemi.studies.controller_bench.disturbance import disturbed
-from meltemi.studies.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
-from meltemi.studies.controller_bench.suite import EVENT, BenchCase, BenchLimits, Situation, cases_of
-from meltemi.studies.controller_bench.verdicts import SLOPES
-from meltemi.studies.run_store import SizedCases, current, resumed
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.iec.classes import as_class
+from meltemi_tuning.compare import SharedField
+from meltemi_tuning.controller_bench.bench import ControllerBench
+from meltemi_tuning.controller_bench.contenders import Contender
+from meltemi_tuning.controller_bench.disturbance import disturbed
+from meltemi_tuning.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
+from meltemi_tuning.controller_bench.suite import EVENT, BenchCase, BenchLimits, Situation, cases_of
+from meltemi_tuning.controller_bench.verdicts import SLOPES
+from meltemi_tuning.run_store import SizedCases, current, resumed
 
 STOPPED = 0.2
 """Share of the reference speed below which a stop is complete."""

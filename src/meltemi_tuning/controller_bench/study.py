@@ -10,14 +10,14 @@ from meltemi.controllers.schemes import equipped
 from meltemi.core.errors import InputError
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.studies.controller_bench.bench import ControllerBench
-from meltemi.studies.controller_bench.contenders import Entry, contenders
-from meltemi.studies.controller_bench.margins import Multisine
-from meltemi.studies.controller_bench.runs import run_bench
-from meltemi.studies.controller_bench.suite import BenchLimits, suite_of
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.iec.classes import as_class
+from meltemi_tuning.controller_bench.bench import ControllerBench
+from meltemi_tuning.controller_bench.contenders import Entry, contenders
+from meltemi_tuning.controller_bench.margins import Multisine
+from meltemi_tuning.controller_bench.runs import run_bench
+from meltemi_tuning.controller_bench.suite import BenchLimits, suite_of
 
 QUICK_SINE = Multisine(period=50.0, settling=150.0)
 """Test signal of the margins in the reduced suite."""

@@ -58,7 +58,7 @@ def compare(
     workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """See ``HELP``."""
+    """Compare control schemes in the same wind fields."""
     given = options.given()
     names = [name.strip() for name in controllers.split(",") if name.strip()]
     labelled(names)
@@ -77,9 +77,9 @@ def compare(
     described = equipped(_with_actuator(aeroelastic(load_turbine(turbine), "meltemi compare"), pitch_actuator), names)
     winds = _winds(given, described, duration, range(seed, seed + seeds))
     from meltemi.simulation.rotors import build
-    from meltemi.studies import compare as study
-    from meltemi.studies import comparison_report as report
-    from meltemi.studies.run_store import run_store
+    from meltemi_tuning import compare as study
+    from meltemi_tuning import comparison_report as report
+    from meltemi_tuning.run_store import run_store
 
     study.check_duration(duration, transient)
     began = time.perf_counter()
@@ -136,6 +136,9 @@ def compare(
         for failure in comparison.failures:
             say(f"excluded: {study.failure_line(failure)}")
         raise typer.Exit(1)
+
+
+compare.__doc__ = HELP  # with the names of controllers
 
 
 def _with_actuator(turbine: Turbine, kind: str | None) -> Turbine:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller, compiled_entry
 from meltemi.control.signals import Demands, Measurements
-from meltemi.studies.controller_bench.suite import NOISE, RELATIVE
+from meltemi_tuning.controller_bench.suite import NOISE, RELATIVE
 
 Float = NDArray[np.float64]
 Signal = Callable[[float], float]

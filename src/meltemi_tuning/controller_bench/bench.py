@@ -17,9 +17,9 @@ from meltemi.postprocess.ensemble import (
     mean_interval,
     rayleigh_weights,
 )
-from meltemi.studies.controller_bench.margins import SpeedLoop
-from meltemi.studies.controller_bench.suite import BenchCase, BenchLimits
-from meltemi.studies.controller_bench.verdicts import NAMES, SLOPES, Standing, Verdict, decibel
+from meltemi_tuning.controller_bench.margins import SpeedLoop
+from meltemi_tuning.controller_bench.suite import BenchCase, BenchLimits
+from meltemi_tuning.controller_bench.verdicts import NAMES, SLOPES, Standing, Verdict, decibel
 
 Numbers = Mapping[str, float]
 
@@ -190,7 +190,7 @@ class ControllerBench(Brief):
 
     def card(self) -> Card:
         """Leaderboard, criteria, lifetime and margins."""
-        from meltemi.studies.controller_bench import tables
+        from meltemi_tuning.controller_bench import tables
 
         found = self.all_verdicts()
         facts = [(name, self.about.get(name, "")) for name in self.controllers]
