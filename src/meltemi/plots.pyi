@@ -1,11 +1,7 @@
-from meltemi.report.difference_plots import plot_differences as plot_differences
-from meltemi.report.observer_plots import plot_estimate as plot_estimate
 from meltemi.report.plots import plot as plot
 from meltemi.report.plots import plot_campbell as plot_campbell
 from meltemi.report.plots import plot_performance as plot_performance
 from meltemi.report.plots import plot_power_curve as plot_power_curve
-from meltemi.report.stability import plot_flutter as plot_flutter
-from meltemi.report.stability import plot_parked as plot_parked
 from meltemi.report.wind_plots import plot_wind as plot_wind
 from meltemi_loads.surrogate.report import plot_suitability as plot_suitability
 from meltemi_loads.surrogate.report import plot_surrogate as plot_surrogate
@@ -13,6 +9,10 @@ from meltemi_reports.power_plots import plot_speed_power as plot_speed_power
 from meltemi_reports.spectra_plots import plot_spectra as plot_spectra
 from meltemi_reports.state_diagram import plot_states as plot_states
 from meltemi_reports.turbine_plots import plot_turbine as plot_turbine
+from meltemi_studies.difference_plots import plot_differences as plot_differences
+from meltemi_studies.observer_plots import plot_estimate as plot_estimate
+from meltemi_studies.stability import plot_flutter as plot_flutter
+from meltemi_studies.stability import plot_parked as plot_parked
 from meltemi_tuning.comparison_plots import plot_changes as plot_changes
 from meltemi_tuning.controller_bench.figures import plot_bench as plot_bench
 from meltemi_tuning.tuning_plots import plot_tuning as plot_tuning

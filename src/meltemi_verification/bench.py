@@ -454,7 +454,7 @@ def timed_controllers(duration: float) -> dict[str, float]:
 def _observer_step(model: Any) -> float:
     """[us] of a step of an observer in a compiled controller."""
     from meltemi.control.kalman import kalman_step
-    from meltemi.simulation.observer import observer
+    from meltemi_studies.observer import observer
 
     @numba.njit
     def steps(count: int, memory: Any, inputs: Any, measured: Any) -> None:

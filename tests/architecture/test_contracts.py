@@ -226,7 +226,7 @@ def test_node_functions_pass_without_compilation() -> None:
 
 LAYERS = (
     "core maths numbers environment turbine wind aero structure electrical control simulation postprocess controllers "
-    "loadcases report studies app"
+    "loadcases report app"
 )
 
 

@@ -25,13 +25,13 @@ import meltemi
 from meltemi.core.errors import InputError, Status
 from meltemi.loadcases.batch import Batch
 from meltemi.simulation.simulate import simulate
-from meltemi.studies.preview import rotor_average
 from meltemi_loads.loadbase import engine
 from meltemi_loads.loadbase.campaign import Campaign, make_campaign, write_campaign
 from meltemi_loads.loadbase.jobs import Job, Workshop, jobs_of
 from meltemi_loads.loadbase.plan import Plan, plan
 from meltemi_loads.loadbase.store import Store
 from meltemi_loads.loadbase.table import load_table
+from meltemi_studies.preview import rotor_average
 
 pytest.importorskip("pyarrow")
 

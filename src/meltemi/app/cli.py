@@ -16,9 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meltemi.app.commands import Commands
-from meltemi.app.diff import diff
 from meltemi.app.docs import docs
-from meltemi.app.observe import observe
 from meltemi.app.options import (
     CHANNELS,
     TURBINES,
@@ -31,7 +29,6 @@ from meltemi.app.options import (
     with_options,
 )
 from meltemi.app.scans import finish, speeds_of
-from meltemi.app.stability import flutter, parked
 from meltemi.app.terminal import (
     OutOption,
     folder_for,
@@ -419,10 +416,6 @@ def power_curve(
 
 
 app.command()(wind)
-app.command()(diff)
-app.command()(observe)
-app.command()(flutter)
-app.command()(parked)
 app.command()(docs)
 
 

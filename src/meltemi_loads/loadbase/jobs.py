@@ -25,7 +25,6 @@ from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
-from meltemi.studies.preview import rotor_average
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
@@ -34,6 +33,7 @@ from meltemi.wind.turbulent import AnyWind, TurbulentWind, realised
 from meltemi_loads.loadbase.interfaces import interfaces_of, recorded, stations
 from meltemi_loads.loadbase.plan import Plan
 from meltemi_loads.loadbase.reduction import Reduced, equivalent, reduced
+from meltemi_studies.preview import rotor_average
 
 REDUCTION = 3
 """Increased by every change of how cases begin, of what is kept of them, and of defaults that their content omits."""

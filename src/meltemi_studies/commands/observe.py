@@ -40,10 +40,10 @@ def observe(
     from meltemi.postprocess.files import read_result
     from meltemi.postprocess.files.netcdf import write_netcdf
     from meltemi.postprocess.files.signals import read_signals
-    from meltemi.simulation.observer import ExpectedTurbulence, observer
     from meltemi.simulation.rotors import build
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
+    from meltemi_studies.observer import ExpectedTurbulence, observer
 
     described = aeroelastic(load_turbine(turbine), "meltemi observe")
     air = validated({} if density is None else {"air_density": density}, Environment, "--density")
@@ -56,9 +56,9 @@ def observe(
     if not 0.0 <= transient < measured.time[-1] - measured.time[0]:
         raise InputError(f"--transient {transient:g}: must be at least 0 and less than the series lasts")
     measured = replace(measured, meta=measured.meta | {"transient": float(measured.time[0]) + transient})
-    from meltemi.report.observer_plots import estimate_rows, load_rows, plot_estimate
     from meltemi.report.plots import save
     from meltemi.report.tables import write_csv
+    from meltemi_studies.observer_plots import estimate_rows, load_rows, plot_estimate
 
     folder_for(out)
     with progress_bar(f"observer of {described.name}") as progress:

@@ -9,9 +9,9 @@ from meltemi.core.errors import InputError
 from meltemi.core.yamlfile import validated
 from meltemi.turbine.definition import Blade, Hub, Nacelle, Turbine
 from meltemi.turbine.moments import blade_moments
-from meltemi.turbine.scaling.blade import scaled_blade
-from meltemi.turbine.scaling.factors import Factors, design_ratio
-from meltemi.turbine.scaling.machine import (
+from meltemi_studies.scaling.blade import scaled_blade
+from meltemi_studies.scaling.factors import Factors, design_ratio
+from meltemi_studies.scaling.machine import (
     ABOVE_MINIMUM,
     inertia_of,
     scaled_actuator,
@@ -22,7 +22,7 @@ from meltemi.turbine.scaling.machine import (
     scaled_nacelle,
     scaled_yaw,
 )
-from meltemi.turbine.scaling.tower import Top, scaled_tower
+from meltemi_studies.scaling.tower import Top, scaled_tower
 
 TIP_SPEEDS = 20.0, 150.0
 """[m/s] beyond which a rotor speed is taken for rpm."""

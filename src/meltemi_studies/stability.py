@@ -14,8 +14,8 @@ from meltemi.report.tables import number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from meltemi.simulation.flutter import Flutter
-    from meltemi.simulation.parked_modes import ParkedStability
+    from meltemi_studies.flutter import Flutter
+    from meltemi_studies.parked_modes import ParkedStability
 
 TO_RPM = 30.0 / math.pi
 LEAST = "least damped blade mode"

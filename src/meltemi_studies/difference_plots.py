@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meltemi.postprocess.difference import ChannelDifference, ResultDifferences, gaps, most_different, percent_text
 from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import EVERYBODY, heading, new_figure, readable_unit
 from meltemi.report.tables import number
+from meltemi_studies.difference import ChannelDifference, ResultDifferences, gaps, most_different, percent_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

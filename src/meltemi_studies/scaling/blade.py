@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.scaling.factors import Factors, multiply
+from meltemi_studies.scaling.factors import Factors, multiply
 
 Float = NDArray[np.float64]
 

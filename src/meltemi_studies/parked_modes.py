@@ -19,7 +19,6 @@ from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
-from meltemi.simulation.flutter import stability_model
 from meltemi.simulation.linear import linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode
@@ -28,6 +27,7 @@ from meltemi.simulation.parked import standing_point
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.fields import SteadyWind
+from meltemi_studies.flutter import stability_model
 
 Float = NDArray[np.float64]
 

@@ -24,10 +24,10 @@ from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
 from meltemi.maths.algebra import Vec
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.studies.preview import FREQUENCY, SPACING, pitch_lead, steady_pitch
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import Wind, mean_speed, wind_field
 from meltemi.wind.velocity import WindField, series_now, wind_velocity
+from meltemi_studies.preview import FREQUENCY, SPACING, pitch_lead, steady_pitch
 
 Float = NDArray[np.float64]
 POINTS = {"pulsed": 9, "continuous": 256}

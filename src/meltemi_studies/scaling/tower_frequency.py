@@ -12,8 +12,8 @@ from meltemi.core.calls import explained
 from meltemi.core.errors import InputError
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.rotors import build
-from meltemi.turbine import scaling
 from meltemi.turbine.definition import Turbine
+from meltemi_studies.scaling import turbine as rigid
 
 P = ParamSpec("P")
 FORE_AFT = "tower 1st fore-aft"
@@ -54,4 +54,4 @@ def first_fore_aft(turbine: Turbine) -> float:
     return most.frequency / (2.0 * np.pi)
 
 
-scale_turbine = _of_the_machine(scaling.scale_turbine)
+scale_turbine = _of_the_machine(rigid.scale_turbine)

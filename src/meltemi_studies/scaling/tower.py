@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi.turbine.definition import Tower
 from meltemi.turbine.moments import cumulative
-from meltemi.turbine.scaling.factors import Factors, multiply
+from meltemi_studies.scaling.factors import Factors, multiply
 
 Float = NDArray[np.float64]
 

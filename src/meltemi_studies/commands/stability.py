@@ -38,9 +38,9 @@ def flutter(
     angle = None if pitch is None else radians(angles_of(f"{pitch:g}", "--pitch")[0])
     wind = validated({"speed": wind_speed}, SteadyWind, "--wind-speed")
     from meltemi.report.plots import save
-    from meltemi.report.stability import flutter_rows, limit_text, plot_flutter
     from meltemi.report.tables import number, write_csv
-    from meltemi.simulation.flutter import flutter as stability_over_speed
+    from meltemi_studies.flutter import flutter as stability_over_speed
+    from meltemi_studies.stability import flutter_rows, limit_text, plot_flutter
 
     folder_for(out)
     with progress_bar("flutter", len(turns or ()), "points") as progress:
@@ -82,9 +82,9 @@ def parked(
     wind = validated({"speed": wind_speed, "shear_exponent": shear}, SteadyWind, "--shear")
     options = validated({"deep_stall": deep_stall}, ModelOptions, "--deep-stall")
     from meltemi.report.plots import save
-    from meltemi.report.stability import parked_rows, plot_parked
     from meltemi.report.tables import number, write_csv
-    from meltemi.simulation.parked_modes import parked_stability
+    from meltemi_studies.parked_modes import parked_stability
+    from meltemi_studies.stability import parked_rows, plot_parked
 
     folder_for(out)
     with progress_bar("parked", len(yaws) * len(pitches), "points") as progress:

@@ -10,8 +10,8 @@ from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import ABOVE, figure_title, new_figure, panel, readable_unit
 from meltemi.report.tables import number
-from meltemi.simulation.observer import Estimate
 from meltemi.simulation.result import Result
+from meltemi_studies.observer import Estimate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

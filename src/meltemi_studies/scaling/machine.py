@@ -10,7 +10,7 @@ import numpy as np
 from meltemi.turbine.definition import BladeStructure, Foundation, Hub, Nacelle, Turbine
 from meltemi.turbine.gearbox import size_gearbox
 from meltemi.turbine.moments import blade_moments
-from meltemi.turbine.scaling.factors import Factors, multiply
+from meltemi_studies.scaling.factors import Factors, multiply
 
 ABOVE_MINIMUM = 1.1
 """Rotor speed over a given smallest one, from which on the torque follows the optimal law."""

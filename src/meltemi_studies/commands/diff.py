@@ -30,15 +30,15 @@ def diff(
 ) -> None:
     """Compare two results channel by channel; writes a table and a plot."""
     wanted = [name.strip() for name in channels.split(",") if name.strip()] if channels else None
-    from meltemi.postprocess.difference import compare_results
     from meltemi.postprocess.files import read_result
+    from meltemi_studies.difference import compare_results
 
     first, second = read_result(ours), read_result(theirs)
     with progress_bar("differences", compiles=False) as progress:
         found = compare_results(first, second, wanted, begin=begin, end=end, progress=progress)
-    from meltemi.report.difference_plots import difference_rows, plot_differences, short_difference_rows
     from meltemi.report.plots import save
     from meltemi.report.tables import write_csv
+    from meltemi_studies.difference_plots import difference_rows, plot_differences, short_difference_rows
 
     labels = _labels(ours, theirs)
     folder_for(out)
