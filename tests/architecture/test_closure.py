@@ -13,7 +13,7 @@ MEASURE = """
 import json, sys
 from pathlib import Path
 {what}
-files = {{name: module.__file__ for name, module in sys.modules.items() if name.startswith(("meltemi.", "meltemi_"))}}
+files = {{name: module.__file__ for name, module in sys.modules.items() if name.startswith("meltemi")}}
 print(json.dumps({{name: len(Path(file).read_text("utf-8").splitlines()) for name, file in files.items()}}))
 """
 SIMULATE = """

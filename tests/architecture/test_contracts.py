@@ -231,7 +231,7 @@ LAYERS = (
 
 
 def test_every_folder_is_a_layer() -> None:
-    folders = {p.name for p in (ROOT / "src" / "meltemi").iterdir() if p.is_dir() and p.name != "__pycache__"}
+    folders = {file.parent.name for file in (ROOT / "src" / "meltemi").glob("*/__init__.py")}
     assert folders == set(LAYERS.split())
 
 

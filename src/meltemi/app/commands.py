@@ -87,10 +87,11 @@ class Commands(Group):
             self._add_registered(name=cmd_name)
         return super().get_command(ctx, cmd_name)
 
-    def _add_registered(self, **which: str) -> None:
+    def _add_registered(self, name: str | None = None) -> None:
         from importlib.metadata import entry_points
 
-        for entry in sorted(entry_points(group=GROUP, **which)):
+        found = entry_points(group=GROUP)
+        for entry in sorted(found if name is None else found.select(name=name)):
             if entry.name not in self.commands:
                 self.add_command(_command(entry), entry.name)
 

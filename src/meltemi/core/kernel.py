@@ -75,7 +75,7 @@ def _leaves_out(root: Path, others: tuple[str, ...] | None = ()) -> Callable[[Pa
         file = folder / "__init__.py"
         line = KERNELS.search(file.read_text(encoding="utf-8")) if file.is_file() else None
         if line:
-            return literal_eval(line[1])  # type: ignore[no-any-return]
+            return literal_eval(line[1])
         return others if folder == root else called(folder.parent)
 
     def left_out(path: Path) -> bool:
