@@ -19,8 +19,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import meltemi
 from meltemi import Model, Turbine
+from meltemi.app.warmup import warmup
 from meltemi.core import kernel
-from meltemi.studies.warmup import warmup
 
 
 class _Everything(set[str]):

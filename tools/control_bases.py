@@ -19,11 +19,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import meltemi
-from meltemi.loadbase.campaign import FILE, make_campaign, read_campaign, write_campaign
-from meltemi.loadbase.design import DesignLoads, design_loads
-from meltemi.loadbase.engine import base_status, run_base
-from meltemi.loadbase.plan import plan, write_plan
-from meltemi.loadbase.store import FOLDER
+from meltemi_loads.loadbase.campaign import FILE, make_campaign, read_campaign, write_campaign
+from meltemi_loads.loadbase.design import DesignLoads, design_loads
+from meltemi_loads.loadbase.engine import base_status, run_base
+from meltemi_loads.loadbase.plan import plan, write_plan
+from meltemi_loads.loadbase.store import FOLDER
 
 PAGES = Path(__file__).resolve().parents[1] / "docs" / "verification"
 SCHEMES = {"supervised": "collective", "ipc": "individual", "cpfc": "combined"}

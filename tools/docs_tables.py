@@ -198,7 +198,7 @@ def result_formats() -> str:
 
 def keywords(file: str) -> str:
     """Keywords of a file of an OpenFAST deck, with an underscore for a blank in its name."""
-    from meltemi.turbine.openfast.keywords import ROWS
+    from meltemi_exchange.openfast.keywords import ROWS
 
     rows = []
     for row in ROWS[file.replace("_", " ")]:
@@ -311,8 +311,8 @@ def supervisor(what: str) -> str:
 
 def load_cases(part: str) -> str:
     """Rows or faults of the load case table of edition 4, with those values in italics that come from practice."""
-    from meltemi.loadbase.table import load_table, names_in
-    from meltemi.loadbase.wording import event_words
+    from meltemi_loads.loadbase.table import load_table, names_in
+    from meltemi_loads.loadbase.wording import event_words
 
     def words(events: Any) -> str:
         return "; ".join(map(event_words, events)) if isinstance(events, tuple) else f"{events}"

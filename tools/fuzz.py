@@ -224,8 +224,8 @@ def wind(chance: random.Random, good: Path) -> list[str]:
 def plan(chance: random.Random, good: Path) -> Call:
     """A campaign, changes of its table, settings of the evaluation, or conditions of a site, damaged."""
     from meltemi import loads
-    from meltemi.loadbase import changes, project, settings, site
-    from meltemi.loadbase.plan import plan as planned
+    from meltemi_loads.loadbase import changes, project, settings, site
+    from meltemi_loads.loadbase.plan import plan as planned
 
     readers: dict[str, Callable[[Path], Any]] = {
         "campaign.yaml": lambda path: planned(loads.read_campaign(path.parent)),
@@ -244,7 +244,7 @@ def xlsx(chance: random.Random, good: Path) -> Call:
     """A load case table in Excel with wrong cells or bytes."""
     import openpyxl
 
-    from meltemi.loadbase.changes import read_changes
+    from meltemi_loads.loadbase.changes import read_changes
 
     if chance.random() < 0.4:
         Path("table.xlsx").write_bytes(_bitten((good / "loads" / "table.xlsx").read_bytes(), chance))
@@ -267,9 +267,9 @@ def parquet(chance: random.Random, good: Path) -> Call:
     import pyarrow.parquet as pq
 
     from meltemi import loads
-    from meltemi.loadbase.engine import base_table
-    from meltemi.loadbase.settings import DesignSettings
-    from meltemi.loadbase.store import TABLES, read_file
+    from meltemi_loads.loadbase.engine import base_table
+    from meltemi_loads.loadbase.settings import DesignSettings
+    from meltemi_loads.loadbase.store import TABLES, read_file
 
     (path,) = (good / "loads" / "base" / "results").glob("*.parquet")
     if chance.random() < 0.3:
@@ -319,8 +319,8 @@ def _other_table(table: Any, chance: random.Random) -> Any:
 def surrogate(chance: random.Random, good: Path) -> Call:
     """A surrogate's file, campaign or design, damaged, and its evaluation."""
     from meltemi import loads
-    from meltemi.surrogate.campaign import read_surrogate_campaign
-    from meltemi.surrogate.model import _checksum
+    from meltemi_loads.surrogate.campaign import read_surrogate_campaign
+    from meltemi_loads.surrogate.model import _checksum
 
     name = chance.choice(["surrogate.json", "surrogate.json", "surrogate.yaml", "design.csv"])
     for path in (good / "surrogate").iterdir():
@@ -416,8 +416,9 @@ def _functions(good: Path) -> list[tuple[str, Callable[..., Any], dict[str, Any]
 
     import meltemi
     from meltemi import analysis, control, loads
-    from meltemi.postprocess import durations, extrapolation, extremes, lifetime, roses
+    from meltemi.postprocess import extremes
     from meltemi.wind import TurbulentWind, iec_wind
+    from meltemi_loads import durations, extrapolation, lifetime, roses
 
     machine = meltemi.load_turbine("nrel5mw")
     model = meltemi.build(machine)
@@ -505,8 +506,8 @@ def _campaign(changes: Any) -> Any:
 
 @cache
 def _campaign_plan() -> Any:
-    from meltemi.loadbase.plan import plan as planned
-    from meltemi.loadbase.table import load_table
+    from meltemi_loads.loadbase.plan import plan as planned
+    from meltemi_loads.loadbase.table import load_table
 
     return planned(_campaign({"without": sorted(load_table(4).rows.keys() - {"1.2", "1.3", "6.4"})}))
 
@@ -514,7 +515,7 @@ def _campaign_plan() -> Any:
 @cache
 def _session() -> Any:
     import meltemi
-    from meltemi.studies.live import Session
+    from meltemi_view.live_session import Session
 
     return Session(meltemi.load_turbine("nrel5mw"), "baseline", wind_speed=8.0, turbulence=0.02)
 
@@ -652,8 +653,8 @@ def make_good(folder: Path) -> None:
     import meltemi
     from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import TEMPLATE
-    from meltemi.studies.openfast_writer import write_openfast
     from meltemi.wind.fields import WindBox, WindSeries
+    from meltemi_exchange.openfast_writer import write_openfast
 
     machine = meltemi.load_turbine("nrel5mw")
     model = meltemi.build(machine)
@@ -692,8 +693,8 @@ def make_good(folder: Path) -> None:
 
 def _make_loads(folder: Path) -> None:
     from meltemi import loads
-    from meltemi.loadbase.excel import write_excel
-    from meltemi.loadbase.table import load_table
+    from meltemi_loads.loadbase.excel import write_excel
+    from meltemi_loads.loadbase.table import load_table
 
     sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "unit"))
     from synthetic_base import synthetic_base
@@ -872,14 +873,16 @@ def _only_begin_what_is_long() -> None:
     """Studies say that they would begin; runs are short."""
     import meltemi
     from meltemi import analysis
+    from meltemi.app import warmup
     from meltemi.controllers import schemes
     from meltemi.core.errors import RunError
-    from meltemi.postprocess import difference
     from meltemi.report import wind_plots
-    from meltemi.simulation import campbell, flutter, parked_modes, rotors, simulate
-    from meltemi.studies import compare, inspection, warmup
+    from meltemi.simulation import campbell, rotors, simulate
     from meltemi_papers import study
     from meltemi_papers.he2018 import duel
+    from meltemi_reports import inspection
+    from meltemi_studies import difference, flutter, parked_modes
+    from meltemi_tuning import compare
     from meltemi_verification import bench, verification
 
     _ = meltemi.simulate, analysis.operating_point  # as calls from Python find them

@@ -23,9 +23,9 @@ import numpy as np
 
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation.channels import standard
-from meltemi.turbine.openfast.text import key, number, read_input, split
 from meltemi.wind.fields import WindBox
 from meltemi.wind.files import read_bts
+from meltemi_exchange.openfast.text import key, number, read_input, split
 from meltemi_verification.measure import decay, extremes, harmonic, undershoot
 from meltemi_verification.stops import BEGIN, FIGURE, OUTPUT, SHOWN, STOPS, gust_cases, measured
 from meltemi_verification.stops import CHANNELS as STOP_CHANNELS

@@ -21,14 +21,14 @@ from typing import Any
 import numpy as np
 
 import meltemi
-from meltemi.loadbase import engine, store
-from meltemi.loadbase.campaign import make_campaign
-from meltemi.loadbase.jobs import jobs_of
-from meltemi.loadbase.plan import Plan, plan
 from meltemi.loadcases.card import CHUNK, Image
 from meltemi.postprocess.files import write_netcdf
 from meltemi.postprocess.summary import Summary, counted, summary
 from meltemi.simulation.simulate import march
+from meltemi_loads.loadbase import engine, store
+from meltemi_loads.loadbase.campaign import make_campaign
+from meltemi_loads.loadbase.jobs import jobs_of
+from meltemi_loads.loadbase.plan import Plan, plan
 
 SECONDS, SPEED, SIGMA = 600.0, 12.0, 1.92
 BATCHES = (20, 100, 400)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from meltemi.report.blocks import Table
-from meltemi.studies.run_store import guarded
+from meltemi_reports.blocks import Table
+from meltemi_tuning.run_store import guarded
 
 Basis = Literal["paper", "equations", "expectation"]
 """What a claim rests on: the paper states it, it follows from the paper's equations, or it is our expectation."""

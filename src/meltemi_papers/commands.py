@@ -89,7 +89,7 @@ def _parts(study: str, names: str) -> list[str]:
 
 def _duel(quick: bool, workers: int | None, out: Path) -> None:
     from meltemi.control.bladed.rosco import find_rosco
-    from meltemi.studies.run_store import run_store
+    from meltemi_tuning.run_store import run_store
 
     find_rosco()
     folder_for(out)

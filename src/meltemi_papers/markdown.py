@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 
-from meltemi.report.blocks import Code, Section, Table
+from meltemi_reports.blocks import Code, Section, Table
 
 PICTURE = re.compile(r"(!\[.*?\]\()([^/)\s]+\.png\))")
 ELSEWHERE = re.compile(r"(?<!!)\[([^\]]+)\]\(\.\./[^)]*\)")

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 import meltemi
 from meltemi.core.files import write_text
 from meltemi.core.physics import PHYSICS
-from meltemi.report.blocks import Document, Picture, Section, Table
-from meltemi.report.html import result_first, write_page
 from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
-from meltemi.studies.run_store import current, guarded, run_store
 from meltemi_papers.claim import UNJUDGED
 from meltemi_papers.markdown import alone, documented, plain, plain_table, sections, table_lines
+from meltemi_reports.blocks import Document, Picture, Section, Table
+from meltemi_reports.html import result_first, write_page
+from meltemi_tuning.run_store import current, guarded, run_store
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

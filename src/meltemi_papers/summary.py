@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from meltemi.report.blocks import Table
 from meltemi_papers.claim import UNCHECKED, UNJUDGED
 from meltemi_papers.markdown import table_lines, table_rows
+from meltemi_reports.blocks import Table
 
 CAPTION = "*Claims of the paper*"
 NAMED = {"claim", "quantity", "scheme", "paper", "verdict", "tolerance", "basis", "reason", "where"}

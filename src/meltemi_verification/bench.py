@@ -251,7 +251,7 @@ def beyond() -> dict[str, float]:
     """[s] compile time of features that compile on first use, after a first run."""
     from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
-    from meltemi.studies.sensitivity import sensitivity
+    from meltemi_gradients.sensitivity import sensitivity
 
     model, wind = _model(), SteadyWind(speed=12.0)
     simulate(model, wind, duration=1.0)
@@ -308,7 +308,7 @@ def _timed(
 
 def timed_runs(duration: float) -> dict[str, Any]:
     """Time a step of each variant, and peak memory of the first."""
-    from meltemi.studies.sensitivity import directions, seed
+    from meltemi_gradients.sensitivity import directions, seed
 
     wind = _turbulence(duration)
     runs: dict[str, dict[str, float]] = {}
@@ -328,8 +328,8 @@ def timed_runs(duration: float) -> dict[str, Any]:
 
 def timed_gradient(run: Run) -> dict[str, float]:
     """Time step of a run, and of its adjoint by the controller's state and by tables too, measured in turn."""
-    from meltemi.postprocess.gradient import std_weights
-    from meltemi.studies.adjoint import gradient
+    from meltemi_gradients.adjoint import gradient
+    from meltemi_gradients.weights import std_weights
 
     load = "tower_base_moment_fore_aft"
 
@@ -454,7 +454,7 @@ def timed_controllers(duration: float) -> dict[str, float]:
 def _observer_step(model: Any) -> float:
     """[us] of a step of an observer in a compiled controller."""
     from meltemi.control.kalman import kalman_step
-    from meltemi.simulation.observer import observer
+    from meltemi_studies.observer import observer
 
     @numba.njit
     def steps(count: int, memory: Any, inputs: Any, measured: Any) -> None:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.threads import available_cores
-from meltemi.envs.fleet import Fleet, Machine
-from meltemi.envs.settings import MODELS, TEST_SEEDS, EnvironmentSettings
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.simulation.options import ModelOptions
+from meltemi_learning.fleet import Fleet, Machine
+from meltemi_learning.settings import MODELS, TEST_SEEDS, EnvironmentSettings
 
 TURBINES, STEPS, REPEATS = 16, 100, 11
 """Turbines that march together, timed steps of 0.1 s, and repetitions within an episode: the fastest counts."""

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from meltemi.core.threads import available_cores
-from meltemi.loadbase.campaign import make_campaign
-from meltemi.loadbase.engine import base_status, base_table, run_base
-from meltemi.loadbase.plan import plan
+from meltemi_loads.loadbase.campaign import make_campaign
+from meltemi_loads.loadbase.engine import base_status, base_table, run_base
+from meltemi_loads.loadbase.plan import plan
 
 PARTS = {"wind": "wind_seconds", "simulation": "simulation_seconds", "reduction": "reduction_seconds"}
 

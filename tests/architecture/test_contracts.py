@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import threading
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -225,10 +226,29 @@ def test_node_functions_pass_without_compilation() -> None:
 
 LAYERS = (
     "core maths numbers environment turbine wind aero structure electrical control simulation postprocess controllers "
-    "loadcases report studies envs loadbase surrogate app"
+    "loadcases report app"
 )
 
 
 def test_every_folder_is_a_layer() -> None:
-    folders = {p.name for p in (ROOT / "src" / "meltemi").iterdir() if p.is_dir() and p.name != "__pycache__"}
+    folders = {file.parent.name for file in (ROOT / "src" / "meltemi").glob("*/__init__.py")}
     assert folders == set(LAYERS.split())
+
+
+MOST_LINES = 45_000
+"""Of the core, which one person can read."""
+
+
+def test_packages_of_the_wheel_are_checked_and_the_core_stays_small() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    folders = {file.parent.name for file in (ROOT / "src").glob("*/__init__.py")}
+    wheel = {Path(name).name for name in project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]}
+    assert (
+        folders
+        == wheel
+        == {*project["tool"]["importlinter"]["root_packages"]}
+        == {*project["tool"]["mypy"]["packages"]}
+    )
+    assert all((ROOT / "src" / name / "py.typed").is_file() for name in folders)
+    core = (ROOT / "src" / "meltemi").rglob("*.py")
+    assert sum(len(file.read_text(encoding="utf-8").splitlines()) for file in core) <= MOST_LINES

@@ -8,7 +8,7 @@ import pytest
 from terminal import Command
 
 from meltemi import Turbine
-from meltemi.turbine.openfast import read_deck
+from meltemi_exchange.openfast import read_deck
 
 
 def test_a_deck_is_written(command: Command, tmp_path: Path, turbine: Turbine) -> None:

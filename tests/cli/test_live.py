@@ -19,16 +19,16 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi.app import live as command
-from meltemi.app.live_server import MOST_CONNECTIONS, MOST_WAITING, LiveServer
 from meltemi.core.errors import InputError, Status
 from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
-from meltemi.simulation.live import LAG, Air, LiveRun, LiveWind
 from meltemi.simulation.scene.record import unpacked
-from meltemi.studies.live import Session
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.velocity import WindField, WindParameters, wind_velocity
+from meltemi_view.commands import live as command
+from meltemi_view.commands.live_server import MOST_CONNECTIONS, MOST_WAITING, LiveServer
+from meltemi_view.live_run import LAG, Air, LiveRun, LiveWind
+from meltemi_view.live_session import Session
 
 pytest.importorskip("websockets", reason="needs websockets")
 from websockets.exceptions import ConnectionClosed, InvalidStatus

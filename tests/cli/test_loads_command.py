@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from terminal import Command
 
-from meltemi.loadbase.campaign import read_campaign
+from meltemi_loads.loadbase.campaign import read_campaign
 
 QUICK = ("--class", "IB", "--quick")
 

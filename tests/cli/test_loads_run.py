@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from terminal import Command
 
-from meltemi.loadbase.campaign import make_campaign, write_campaign
-from meltemi.loadbase.table import load_table
 from meltemi.postprocess.files import read_netcdf
+from meltemi_loads.loadbase.campaign import make_campaign, write_campaign
+from meltemi_loads.loadbase.table import load_table
 
 pytest.importorskip("pyarrow")
 

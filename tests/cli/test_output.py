@@ -49,7 +49,7 @@ def test_every_command_has_json_once() -> None:
 
 def test_long_commands_suggest_the_next_one(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The fixture ``command`` tests the lines; here are the commands that other tests do not run to their end."""
-    from meltemi.studies import warmup
+    from meltemi.app import warmup
     from meltemi_papers import study
     from meltemi_verification import bench, verification
 

@@ -15,8 +15,8 @@ from terminal import Command
 import meltemi
 from meltemi import InputError
 from meltemi.simulation import rotors
-from meltemi.simulation.portrait import power_portrait
 from meltemi.simulation.power_curve import curve_size, power_curve, whole_speeds
+from meltemi_reports.portrait import power_portrait
 
 
 def test_a_power_curve_has_a_row_for_a_speed_that_fails(command: Command, tmp_path: Path) -> None:

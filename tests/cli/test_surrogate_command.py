@@ -11,8 +11,8 @@ from terminal import Command
 
 pytest.importorskip("pyarrow", reason="needs pyarrow")
 
-from meltemi.surrogate.campaign import read_surrogate_campaign, surrogate_loads
-from meltemi.surrogate.model import load_surrogate
+from meltemi_loads.surrogate.campaign import read_surrogate_campaign, surrogate_loads
+from meltemi_loads.surrogate.model import load_surrogate
 
 SMALL = (
     *("--variables", "speed,turbulence_intensity", "--loads", "tower_base_moment_fore_aft=4", "--points", 8),

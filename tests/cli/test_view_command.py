@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from terminal import Command
 
-from meltemi.app.view import _names
+from meltemi_view.commands.view import _names
 
 RUN = ("run", "nrel5mw", "--wind-speed", 10, "--duration", 1)
 
@@ -87,7 +87,7 @@ def test_ctrl_c_ends_it_in_a_line(command: Command, tmp_path: Path, monkeypatch:
     def interrupted(path: Path) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("meltemi.app.view._read", interrupted)
+    monkeypatch.setattr("meltemi_view.commands.view._read", interrupted)
     ran = command("view", "some.nc", "-o", tmp_path / "x.html")
     assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
 

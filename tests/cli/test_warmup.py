@@ -12,11 +12,10 @@ import pytest
 from terminal import Command
 
 from meltemi import InputError, MeltemiError, Model, SteadyWind, simulate
-from meltemi.app import terminal
+from meltemi.app import terminal, warmup
 from meltemi.app.cli import main
 from meltemi.core import kernel, threads
 from meltemi.core.kernel import COLD
-from meltemi.studies import warmup
 
 
 def test_a_cold_start_says_what_happens_and_that_it_happens_once(
@@ -41,7 +40,7 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
         assert not end.value.code
         said = capsys.readouterr().err
         assert said == (COLD + "\n" if cold else "")
-    assert [command[1:] for command in beside] == [["-m", "meltemi.studies.warmup", "section loads"]]
+    assert [command[1:] for command in beside] == [["-m", "meltemi.app.warmup", "section loads"]]
     assert "Compiling" in COLD
     assert "once" in COLD
 

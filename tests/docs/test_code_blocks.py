@@ -157,9 +157,9 @@ def test_the_bench_of_its_page(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Of docs/guide/controller-bench.md, with two short runs a controller, none of which is tuned."""
-    from meltemi.studies.controller_bench import study
-    from meltemi.studies.controller_bench.margins import Multisine
-    from meltemi.studies.controller_bench.suite import Situation
+    from meltemi_tuning.controller_bench import study
+    from meltemi_tuning.controller_bench.margins import Multisine
+    from meltemi_tuning.controller_bench.suite import Situation
 
     tiny = Situation("normal turbulence", "NTM", "production", "NTM", (16.0, 18.0), 1, 5.0, 1.0)
     monkeypatch.setattr(study, "suite_of", lambda turbine, quick: (tiny,))
@@ -208,7 +208,7 @@ def test_names_of_sketches_exist(page: str, kind: str) -> None:
 def test_changes_of_a_load_case_table(tmp_path: Path) -> None:
     """Of docs/guide/load-case-tables.md."""
     from meltemi.core.yamlfile import read_mapping
-    from meltemi.loadbase.table import load_table
+    from meltemi_loads.loadbase.table import load_table
 
     (text,) = blocks("docs/guide/load-case-tables.md", 'yaml title="changes.yaml"')
     path = tmp_path / "changes.yaml"
@@ -218,7 +218,7 @@ def test_changes_of_a_load_case_table(tmp_path: Path) -> None:
 
 def test_settings_of_a_load_base(tmp_path: Path) -> None:
     """Of docs/guide/load-base.md."""
-    from meltemi.loadbase.settings import STANDARD, read_settings
+    from meltemi_loads.loadbase.settings import STANDARD, read_settings
 
     (text,) = blocks("docs/guide/load-base.md", 'yaml title="settings.yaml"')
     path = tmp_path / "settings.yaml"
@@ -229,7 +229,7 @@ def test_settings_of_a_load_base(tmp_path: Path) -> None:
 @pytest.mark.skipif(find_spec("pandas") is None, reason="needs pandas")
 def test_limits_of_a_load_base(tmp_path: Path) -> None:
     """Of docs/guide/load-base.md."""
-    from meltemi.loadbase.report import read_limits
+    from meltemi_loads.loadbase.report import read_limits
 
     (text,) = blocks("docs/guide/load-base.md", 'yaml title="limits.yaml"')
     path = tmp_path / "limits.yaml"

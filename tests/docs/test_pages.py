@@ -21,8 +21,8 @@ import meltemi
 from meltemi.app.cli import main
 from meltemi.controllers import schemes, tuning
 from meltemi.loadcases.case import read_case
-from meltemi.surrogate.model import LoadModel, Polynomials, Surrogate, write_surrogate
-from meltemi.surrogate.space import site_space
+from meltemi_loads.surrogate.model import LoadModel, Polynomials, Surrogate, write_surrogate
+from meltemi_loads.surrogate.space import site_space
 
 ROOT = Path(__file__).parents[2]
 PAGES = (

@@ -12,14 +12,15 @@ import meltemi
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError
 from meltemi.simulation.rotors import default_step
-from meltemi.studies.controller_bench import study
-from meltemi.studies.controller_bench.bench import ControllerBench
-from meltemi.studies.controller_bench.contenders import Contender, contenders
-from meltemi.studies.controller_bench.disturbance import disturbed
-from meltemi.studies.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
-from meltemi.studies.controller_bench.report import write_bench
-from meltemi.studies.controller_bench.runs import run_bench
-from meltemi.studies.controller_bench.suite import (
+from meltemi_papers.he2018.runs import TUNING_SEEDS, Setup
+from meltemi_tuning.controller_bench import study
+from meltemi_tuning.controller_bench.bench import ControllerBench
+from meltemi_tuning.controller_bench.contenders import Contender, contenders
+from meltemi_tuning.controller_bench.disturbance import disturbed
+from meltemi_tuning.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
+from meltemi_tuning.controller_bench.report import write_bench
+from meltemi_tuning.controller_bench.runs import run_bench
+from meltemi_tuning.controller_bench.suite import (
     FIRST_SEED,
     BenchLimits,
     Situation,
@@ -27,8 +28,7 @@ from meltemi.studies.controller_bench.suite import (
     mistuned,
     suite_of,
 )
-from meltemi.studies.controller_bench.tables import criteria_table, leaderboard_rows
-from meltemi_papers.he2018.runs import TUNING_SEEDS, Setup
+from meltemi_tuning.controller_bench.tables import criteria_table, leaderboard_rows
 
 SINE = Multisine(period=20.0, settling=20.0)
 PRODUCTION = Situation("normal turbulence", "NTM", "production", "NTM", (14.0, 18.0), 2, 15.0, 5.0)

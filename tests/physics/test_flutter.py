@@ -9,10 +9,10 @@ import meltemi
 from meltemi import InputError, Model, ModelOptions
 from meltemi.analysis import Flutter, flutter
 from meltemi.simulation.continuation import CarefulOrbit
-from meltemi.simulation.flutter import diverging
 from meltemi.simulation.linear import LinearModel
 from meltemi.simulation.operating_point import steady_wind
 from meltemi.simulation.orbit import SETTLED
+from meltemi_studies.flutter import diverging
 
 RPM = np.pi / 30.0
 REPORTED = 18.3 * RPM, 3.7 * 2.0 * np.pi

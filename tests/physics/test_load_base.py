@@ -23,15 +23,15 @@ import pytest
 
 import meltemi
 from meltemi.core.errors import InputError, Status
-from meltemi.loadbase import engine
-from meltemi.loadbase.campaign import Campaign, make_campaign, write_campaign
-from meltemi.loadbase.jobs import Job, Workshop, jobs_of
-from meltemi.loadbase.plan import Plan, plan
-from meltemi.loadbase.store import Store
-from meltemi.loadbase.table import load_table
 from meltemi.loadcases.batch import Batch
 from meltemi.simulation.simulate import simulate
-from meltemi.studies.preview import rotor_average
+from meltemi_loads.loadbase import engine
+from meltemi_loads.loadbase.campaign import Campaign, make_campaign, write_campaign
+from meltemi_loads.loadbase.jobs import Job, Workshop, jobs_of
+from meltemi_loads.loadbase.plan import Plan, plan
+from meltemi_loads.loadbase.store import Store
+from meltemi_loads.loadbase.table import load_table
+from meltemi_studies.preview import rotor_average
 
 pytest.importorskip("pyarrow")
 
@@ -381,9 +381,9 @@ def test_a_worker_with_other_files_is_refused(tiny: Plan) -> None:
 
 CHILD = """
 import sys
-from meltemi.loadbase import engine
-from meltemi.loadbase.campaign import read_campaign
-from meltemi.loadbase.plan import plan
+from meltemi_loads.loadbase import engine
+from meltemi_loads.loadbase.campaign import read_campaign
+from meltemi_loads.loadbase.plan import plan
 engine.GROUP = 6.0
 if __name__ == "__main__":
     planned = plan(read_campaign(sys.argv[1]))

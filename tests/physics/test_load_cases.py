@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from meltemi import ModelOptions, Result, Status
-from meltemi.loadbase.campaign import make_campaign
-from meltemi.loadbase.coverage import problems_of, read_results
-from meltemi.loadbase.engine import base_table, run_base
-from meltemi.loadbase.jobs import unplanned_stop
-from meltemi.loadbase.plan import Plan, PlannedCase, plan
 from meltemi.loadcases.case import case_run, case_turbine
 from meltemi.simulation.simulate import Simulation, march
+from meltemi_loads.loadbase.campaign import make_campaign
+from meltemi_loads.loadbase.coverage import problems_of, read_results
+from meltemi_loads.loadbase.engine import base_table, run_base
+from meltemi_loads.loadbase.jobs import unplanned_stop
+from meltemi_loads.loadbase.plan import Plan, PlannedCase, plan
 
 CHANNELS = (
     *("wind_x", "rotor_speed", "azimuth", "pitch_1", "pitch_2", "pitch_3", "generator_power", "generator_torque"),

@@ -16,7 +16,9 @@ from meltemi.core.errors import InputError
 from meltemi.postprocess.files.signals import read_signals
 from meltemi.simulation.channels import Contents, catalogue
 from meltemi.simulation.model import Model
-from meltemi.simulation.observer import (
+from meltemi.simulation.result import Result
+from meltemi.turbine.library import write_turbine
+from meltemi_studies.observer import (
     SENSORS,
     ExpectedTurbulence,
     Observer,
@@ -25,8 +27,6 @@ from meltemi.simulation.observer import (
     observer,
     stationary,
 )
-from meltemi.simulation.result import Result
-from meltemi.turbine.library import write_turbine
 
 SIGNALS = ("generator_speed", "generator_torque", "generator_power", "pitch_1", "azimuth")
 SIGNALS += ("tower_top_acceleration_x", "tower_top_acceleration_y", "tower_base_moment_fore_aft")

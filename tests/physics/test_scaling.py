@@ -15,14 +15,14 @@ import meltemi
 from meltemi import Environment, InputError, Turbine
 from meltemi.core.record import Record
 from meltemi.core.units import rpm
-from meltemi.simulation.portrait import masses
 from meltemi.structure.members import blade_member, cells
-from meltemi.studies.scaling import first_fore_aft
 from meltemi.turbine import scale_turbine, typical_masses
 from meltemi.turbine.gearbox import size_gearbox
-from meltemi.turbine.scaling.factors import design_ratio
-from meltemi.turbine.scaling.machine import Inertia, inertia_of
 from meltemi_papers.wang2021.turbines import BOTH, NUMBERS, scaled_turbine
+from meltemi_reports.portrait import masses
+from meltemi_studies.scaling.factors import design_ratio
+from meltemi_studies.scaling.machine import Inertia, inertia_of
+from meltemi_studies.scaling.tower_frequency import first_fore_aft
 
 S = 1.4
 FREE = Environment(gravity=0.0)

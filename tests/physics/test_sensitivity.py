@@ -41,7 +41,7 @@ from meltemi.maths.generic import crossed
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
-from meltemi.studies.sensitivity import matched
+from meltemi_gradients.sensitivity import matched
 
 SECONDS = 40.0
 CHANNELS = ("rotor_speed", "root_moment_out_of_plane_1", "tower_base_moment_fore_aft", "pitch_1")

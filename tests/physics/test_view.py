@@ -26,15 +26,15 @@ from meltemi.core.errors import InputError
 from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.postprocess.files import read_netcdf, write_netcdf
-from meltemi.report import view, viewer
 from meltemi.simulation.campbell import campbell
 from meltemi.simulation.case import Case
-from meltemi.simulation.scene.modes import modes_scene
 from meltemi.simulation.scene.motion import POSITION_ERROR
 from meltemi.simulation.scene.record import Scene, packed, track_arrays, unpacked
 from meltemi.turbine.exchange import BladeFrame
 from meltemi.wind.fields import SteadyWind, WindSeries, wind_field
 from meltemi.wind.velocity import series_now, wind_velocity
+from meltemi_view import view, viewer
+from meltemi_view.mode_scenes import modes_scene
 
 DURATION = 8.0
 NOW = 6.3
@@ -364,7 +364,7 @@ def test_the_scripts_are_short() -> None:
 
 @needs_browser
 def test_a_widget_draws_the_same_and_shares_its_time(seen: Result, tmp_path: Path) -> None:
-    widget = pytest.importorskip("meltemi.report.widget")
+    widget = pytest.importorskip("meltemi_view.widget")
     made = seen.view(look=view.Look(begin=1.0)).widget
     values = json.dumps(
         {name: getattr(made, name) for name in ("spec", "content", "style", "licence", "time", "playing")}

@@ -16,7 +16,7 @@ from meltemi.control.actuators import yaw_advance
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.run import Run
-from meltemi.studies.sensitivity import finite_difference_runs
+from meltemi_gradients.sensitivity import finite_difference_runs
 
 Float = NDArray[np.float64]
 ALL_BUT_YAW = ("tower", "generator", "drivetrain", "blades")

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from meltemi.envs.settings import MODELS
+from meltemi_learning.settings import MODELS
 from meltemi_verification import bench
 from meltemi_verification.env_bench import LOADS, timed_environments
 from meltemi_verification.load_bench import load_benchmark, load_lines

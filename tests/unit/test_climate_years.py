@@ -13,7 +13,6 @@ import pytest
 from meltemi import Turbine
 from meltemi.environment.climate import MONTH_HOURS, load_climate
 from meltemi.environment.drops import water_content
-from meltemi.report.blocks import Table
 from meltemi_papers.palanimuthu2022.beyond import climate as part
 from meltemi_papers.palanimuthu2022.beyond.climate.response import (
     ICED,
@@ -35,6 +34,7 @@ from meltemi_papers.palanimuthu2022.beyond.climate.year import (
     years,
 )
 from meltemi_papers.study import Drawing
+from meltemi_reports.blocks import Table
 
 SETUP = Setup(seeds=(1, 2))
 SPEEDS, DENSITIES = np.array(SETUP.speeds), np.array(SETUP.densities)

@@ -13,17 +13,17 @@ import pytest
 from synthetic_base import small_plan, synthetic_base
 
 from meltemi.core.errors import InputError, Status
-from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads, design_tables
-from meltemi.loadbase.plan import Plan
-from meltemi.loadbase.report import write_design_loads
-from meltemi.loadbase.settings import DesignSettings
-from meltemi.loadbase.signals import tower_radius
-from meltemi.loadbase.ultimate import speed_shares
-from meltemi.loadbase.weights import HOURS
 from meltemi.postprocess.cycles import cycle_load, rainflow_cycles
-from meltemi.postprocess.extrapolation import simplified_extreme
-from meltemi.postprocess.lifetime import YEAR
 from meltemi.turbine.library import load_turbine
+from meltemi_loads.extrapolation import simplified_extreme
+from meltemi_loads.lifetime import YEAR
+from meltemi_loads.loadbase.design import DesignLoads, compare_bases, design_loads, design_tables
+from meltemi_loads.loadbase.plan import Plan
+from meltemi_loads.loadbase.report import write_design_loads
+from meltemi_loads.loadbase.settings import DesignSettings
+from meltemi_loads.loadbase.signals import tower_radius
+from meltemi_loads.loadbase.ultimate import speed_shares
+from meltemi_loads.loadbase.weights import HOURS
 
 MY = "tower_base_moment_fore_aft"
 MX = "tower_base_moment_side_side"

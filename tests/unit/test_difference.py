@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from meltemi import InputError, Result
-from meltemi.postprocess.difference import compare_results, most_different
-from meltemi.report.difference_plots import PANELS, difference_rows, plot_differences, short_difference_rows
 from meltemi.simulation.channels import Channel, Contents, catalogue
+from meltemi_studies.difference import compare_results, most_different
+from meltemi_studies.difference_plots import PANELS, difference_rows, plot_differences, short_difference_rows
 
 KNOWN = catalogue(Contents(nodes=6))
 LABELS = ("a", "b")

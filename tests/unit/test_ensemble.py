@@ -21,10 +21,10 @@ from meltemi.postprocess.ensemble import (
     rayleigh_weights,
     weibull_weights,
 )
-from meltemi.report.ensemble_tables import ensemble_rows
-from meltemi.report.spectra_plots import plot_spectra
 from meltemi.report.tables import rich_table, write_csv
 from meltemi.simulation.channels import standard
+from meltemi_reports.ensemble_tables import ensemble_rows
+from meltemi_reports.spectra_plots import plot_spectra
 
 VALUES = {
     1: {"one": {"std": 10.0, "DEL": 30.0}, "two": {"std": 8.0, "DEL": 24.0}},

@@ -10,7 +10,7 @@ from scipy.stats import gumbel_r, skew
 
 from meltemi import InputError
 from meltemi.postprocess.ensemble import rayleigh_weights
-from meltemi.postprocess.extrapolation import (
+from meltemi_loads.extrapolation import (
     FIFTY_YEARS,
     ExtremeFit,
     block_extremes,

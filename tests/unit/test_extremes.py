@@ -20,7 +20,7 @@ from meltemi.postprocess.extremes import (
     governing_rows,
 )
 from meltemi.postprocess.fatigue import damage_equivalent_load
-from meltemi.postprocess.roses import load_rose, rose_loads, sum_roses
+from meltemi_loads.roses import load_rose, rose_loads, sum_roses
 
 
 def random_loads(seed: int, n: int = 500) -> np.ndarray:

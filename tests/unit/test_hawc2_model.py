@@ -14,7 +14,7 @@ from meltemi.app.cli import app
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.structure.members import blade_member, cells
 from meltemi.turbine.definition import DampingTime
-from meltemi.turbine.hawc2.sections import section_matrices
+from meltemi_exchange.hawc2.sections import section_matrices
 
 
 def row(**given: float) -> np.ndarray:

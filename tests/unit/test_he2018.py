@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import InputError
 from meltemi.analysis import preview_of
-from meltemi.studies.compare import WHOLE
 from meltemi.wind.fields import WindBox
 from meltemi_papers.claim import rows_of
 from meltemi_papers.he2018.claims import KINDS, flap_slopes, probability, share_at, thin_airfoil
 from meltemi_papers.he2018.designs import LIDARS, Lidar, measured
 from meltemi_papers.he2018.runs import PAPER
 from meltemi_papers.he2018.search import Minutes, estimate_wind
+from meltemi_tuning.compare import WHOLE
 
 
 def test_a_flap_as_long_as_the_chord_has_the_lift_of_the_airfoil() -> None:

@@ -92,18 +92,36 @@ def test_edits_of_what_no_kernel_calls_change_nothing(fresh: Path, sources: Path
     assert folder() != before
 
 
+def test_an_edit_of_a_kernel_in_a_package_beside_gives_another_folder(fresh: Path, sources: Path) -> None:
+    beside = sources.parent / "package_learning"
+    beside.mkdir()
+    before = folder()
+    (beside / "__init__.py").write_text("")
+    (beside / "kernels.py").write_text("c = 1\n")
+    assert folder() == before
+    (beside / "__init__.py").write_text('KERNELS = ("kernels.py",)\n')
+    named = folder()
+    assert named != before
+    (beside / "other.py").write_text("c = 1\n")
+    assert folder() == named
+    (beside / "kernels.py").write_text("c = 2\n")
+    assert folder() not in (before, named)
+
+
 def test_no_kernel_stands_in_a_file_that_the_hash_leaves_out() -> None:
-    root = Path(kernel.__file__).parents[1]
-    left_out = kernel._leaves_out(root)
-    assert left_out(root / "turbine" / "definition.py")
-    assert not left_out(root / "turbine" / "exchange.py")
-    assert not left_out(root / "aero" / "bem.py")
-    for path in root.rglob("*.py"):
-        name = path.relative_to(root).as_posix()
-        if left_out(path):
-            text = path.read_text(encoding="utf-8")
-            assert "@kernel" not in text, name
-            assert "kernel_for" not in text, name
+    core = kernel.sources()[0]
+    left_out = kernel._leaves_out(core, None)
+    assert left_out(core / "turbine" / "definition.py")
+    assert not left_out(core / "turbine" / "exchange.py")
+    assert not left_out(core / "aero" / "bem.py")
+    for root in core.parent.glob("meltemi*/"):
+        left_out = kernel._leaves_out(root, None if root == core else ())
+        for path in root.rglob("*.py"):
+            name = path.relative_to(root.parent).as_posix()
+            if left_out(path):
+                text = path.read_text(encoding="utf-8")
+                assert "@kernel" not in text, name
+                assert "kernel_for" not in text, name
 
 
 def test_files_that_are_not_source_change_nothing(fresh: Path, sources: Path) -> None:

@@ -9,16 +9,16 @@ import pytest
 
 from meltemi import InputError
 from meltemi.postprocess.cycles import cycle_load, damage_sum, rainflow_cycles, sum_cycles
-from meltemi.postprocess.durations import (
+from meltemi.postprocess.ensemble import lifetime_del, rayleigh_weights, speed_exceedance, weibull_weights
+from meltemi.postprocess.fatigue import damage_equivalent_load
+from meltemi_loads.durations import (
     actuator_duty,
     count_stops,
     duration_load,
     load_duration,
     sum_durations,
 )
-from meltemi.postprocess.ensemble import lifetime_del, rayleigh_weights, speed_exceedance, weibull_weights
-from meltemi.postprocess.fatigue import damage_equivalent_load
-from meltemi.postprocess.lifetime import LIFETIME, YEAR, annual_energy, lifetime_weights, occurrence_weights
+from meltemi_loads.lifetime import LIFETIME, YEAR, annual_energy, lifetime_weights, occurrence_weights
 
 SPEEDS = np.arange(4.0, 25.0, 2.0)
 EDGES = np.arange(3.0, 26.0, 2.0)

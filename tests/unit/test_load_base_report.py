@@ -16,18 +16,19 @@ import pytest
 from synthetic_base import small_plan, synthetic_base
 
 from meltemi.core.errors import InputError, Status
-from meltemi.loadbase import report
-from meltemi.loadbase.axes import axes_of, sketches_of
-from meltemi.loadbase.design import DesignLoads, design_loads
-from meltemi.loadbase.engine import base_table
-from meltemi.loadbase.plan import Plan
-from meltemi.loadbase.project import read_project
-from meltemi.loadbase.report import LOADS, limit_ratios, verdict, write_report
-from meltemi.loadbase.report_comparison import write_base_comparison
-from meltemi.loadbase.report_loads import by_speed, slopes_of, title_of, unit_of_driver
-from meltemi.loadbase.settings import DesignSettings, read_settings
-from meltemi.loadbase.wording import event_words
-from meltemi.report.blocks import (
+from meltemi.turbine.library import load_turbine
+from meltemi_loads.loadbase import report
+from meltemi_loads.loadbase.axes import axes_of, sketches_of
+from meltemi_loads.loadbase.design import DesignLoads, design_loads
+from meltemi_loads.loadbase.engine import base_table
+from meltemi_loads.loadbase.plan import Plan
+from meltemi_loads.loadbase.project import read_project
+from meltemi_loads.loadbase.report import LOADS, limit_ratios, verdict, write_report
+from meltemi_loads.loadbase.report_comparison import write_base_comparison
+from meltemi_loads.loadbase.report_loads import by_speed, slopes_of, title_of, unit_of_driver
+from meltemi_loads.loadbase.settings import DesignSettings, read_settings
+from meltemi_loads.loadbase.wording import event_words
+from meltemi_reports.blocks import (
     Axis,
     Beside,
     Case,
@@ -45,11 +46,10 @@ from meltemi.report.blocks import (
     Table,
     Verdict,
 )
-from meltemi.report.html import html_of, rounded, stored
-from meltemi.report.turbine_facts import number
-from meltemi.report.word import write_word
-from meltemi.report.workbook import write_workbook
-from meltemi.turbine.library import load_turbine
+from meltemi_reports.html import html_of, rounded, stored
+from meltemi_reports.turbine_facts import number
+from meltemi_reports.word import write_word
+from meltemi_reports.workbook import write_workbook
 
 NASTY = 'blade <1> "struck" & </script> broke'
 TAG = re.compile(r"<[^>]*>")
@@ -290,7 +290,7 @@ def test_title_block_of_a_file(
     base: tuple[Plan, Path], design: DesignLoads, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("docx")
-    monkeypatch.setattr("meltemi.report.word._figures", lambda blocks: iter(()))  # drawn in the next test
+    monkeypatch.setattr("meltemi_reports.word._figures", lambda blocks: iter(()))  # drawn in the next test
     file = tmp_path / "project.yaml"
     file.write_text("project: Site A\nauthor: A. Smith\nrevision: 2\ndate: 2026-05-04\n")
     title = read_project(tmp_path)

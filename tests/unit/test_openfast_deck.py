@@ -15,8 +15,8 @@ import pytest
 import meltemi
 from meltemi import InputError, ModelOptions, UnsupportedError
 from meltemi.core.errors import MeltemiError
-from meltemi.turbine.openfast.keywords import ROWS, UNITS, row_of
-from meltemi.turbine.openfast.text import Entry, key, number, read_input, split
+from meltemi_exchange.openfast.keywords import ROWS, UNITS, row_of
+from meltemi_exchange.openfast.text import Entry, key, number, read_input, split
 from meltemi_verification.openfast_deck import deck_options, deck_turbine
 
 Deck = Callable[..., Path]

@@ -24,11 +24,11 @@ from meltemi import (
 from meltemi.environment import Air, Rain, TimeSeries, air_density
 from meltemi.io import write_openfast as write
 from meltemi.structure.beam import section_axes
-from meltemi.studies.openfast_writer.sections import principal
-from meltemi.studies.openfast_writer.template import fill
-from meltemi.studies.openfast_writer.writer import Written
-from meltemi.turbine.openfast import Deck, read_deck
-from meltemi.turbine.openfast.text import key, read_input
+from meltemi_exchange.openfast import Deck, read_deck
+from meltemi_exchange.openfast.text import key, read_input
+from meltemi_exchange.openfast_writer.sections import principal
+from meltemi_exchange.openfast_writer.template import fill
+from meltemi_exchange.openfast_writer.writer import Written
 from meltemi_verification.table import reference_table
 
 FILES = {

@@ -13,7 +13,6 @@ from meltemi import InputError
 from meltemi.app.cli import app
 from meltemi.control.power_control.rotor import rotor_tables
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
-from meltemi.report.blocks import Table
 from meltemi.report.plots import new_figure
 from meltemi.simulation.channels import standard
 from meltemi.simulation.performance import performance_of
@@ -44,6 +43,7 @@ from meltemi_papers.palanimuthu2022.runs import (
     staircase,
 )
 from meltemi_papers.study import Chapter, Drawing
+from meltemi_reports.blocks import Table
 
 DIFFER = {"pairs", "warm", "over", "rating", "extra"}
 """Reasons of the lines that differ: contradictions in the paper, and what depends on a coefficient it does not give."""

@@ -11,8 +11,8 @@ import meltemi
 from meltemi import Turbine
 from meltemi.core.errors import MeltemiError
 from meltemi.turbine import plausibility_warnings
-from meltemi.turbine.openfast import read_deck
 from meltemi.turbine.plausibility import bending_frequency
+from meltemi_exchange.openfast import read_deck
 
 
 @pytest.mark.parametrize("name", [n for n in meltemi.list_turbines() if not n.startswith("iea")])

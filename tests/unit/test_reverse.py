@@ -16,8 +16,8 @@ from meltemi.core.errors import InputError
 from meltemi.maths.generic import held, reverse
 from meltemi.maths.records import NODES, Array1, Array2, Float, Kind, Record
 from meltemi.maths.vectors import Vec
-from meltemi.studies.reverse.compiled import Compiled
-from meltemi.studies.reverse.memory import Memory
+from meltemi_gradients.reverse.compiled import Compiled
+from meltemi_gradients.reverse.memory import Memory
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="there is no compiled code")
 

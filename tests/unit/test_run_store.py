@@ -14,7 +14,9 @@ import pytest
 
 from meltemi import InputError, Run, Start, SteadyWind, build, load_turbine
 from meltemi.simulation.result import Result
-from meltemi.studies.run_store import (
+from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
+from meltemi_papers.study import drawn, failed_chapters, tabled
+from meltemi_tuning.run_store import (
     FOLDER,
     FailedResult,
     FailedResultError,
@@ -26,8 +28,6 @@ from meltemi.studies.run_store import (
     run_store,
     survivors,
 )
-from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
-from meltemi_papers.study import drawn, failed_chapters, tabled
 
 
 def cases(speeds: tuple[float, ...] = (8.0, 9.0, 10.0)) -> list[Run]:
@@ -131,7 +131,7 @@ import sys, time
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 from test_run_store import cases
-from meltemi.studies.run_store import cells, run_store
+from meltemi_tuning.run_store import cells, run_store
 
 def reduce(result):
     if result.meta["case"] == "10 m/s":

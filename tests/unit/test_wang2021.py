@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 from meltemi import InputError, Run, build, load_turbine
 from meltemi.app.cli import app
 from meltemi.control import YawProtection, yaw_threshold
-from meltemi.studies.run_store import FailedResult, FailedResultError
 from meltemi_papers.wang2021.beyond.grid import Found, Grid
 from meltemi_papers.wang2021.beyond.limits import JUDGED, Limits, find_limits
 from meltemi_papers.wang2021.beyond.report import limits_table, recheck_table, relative
@@ -21,6 +20,7 @@ from meltemi_papers.wang2021.claims import about_half
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, STOP, Gust, Gusts, spread
 from meltemi_papers.wang2021.table2 import POWER, Calibration, Table2, calibrate
 from meltemi_papers.wang2021.winds import GUST_BEGIN, GUST_RISE, gust, measured
+from meltemi_tuning.run_store import FailedResult, FailedResultError
 
 CHECKS = ((7.5, 52.5), (8.8, 48.6), (10.0, 45.0), (15.0, 42.0), (20.0, 39.0), (25.0, 36.0), (30.0, 33.0), (40.0, 30.0))
 """[m/s], [deg] of the interpolated law."""

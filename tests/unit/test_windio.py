@@ -17,8 +17,8 @@ from meltemi.app.cli import main
 from meltemi.core.yamlfile import parse
 from meltemi.io import import_windio, read_windio
 from meltemi.turbine.library import DATA, windio_file
-from meltemi.turbine.windio.tower import tube
-from meltemi.turbine.windio.tree import load, parse_quickly
+from meltemi_exchange.windio.tower import tube
+from meltemi_exchange.windio.tree import load, parse_quickly
 
 EXTRA = DATA / "iea15mw.yaml"
 

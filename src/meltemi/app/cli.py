@@ -15,19 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.bench_controller import bench_controller
 from meltemi.app.commands import Commands
-from meltemi.app.compare import HELP as COMPARE_HELP
-from meltemi.app.compare import compare
-from meltemi.app.diff import diff
 from meltemi.app.docs import docs
-from meltemi.app.export import export
-from meltemi.app.importing import HELP as IMPORT_HELP
-from meltemi.app.importing import import_
-from meltemi.app.inspect import inspect
-from meltemi.app.live import live
-from meltemi.app.loads import loads
-from meltemi.app.observe import observe
 from meltemi.app.options import (
     CHANNELS,
     TURBINES,
@@ -41,8 +30,6 @@ from meltemi.app.options import (
     with_options,
 )
 from meltemi.app.scans import finish, speeds_of
-from meltemi.app.stability import flutter, parked
-from meltemi.app.surrogate import surrogate
 from meltemi.app.terminal import (
     OutOption,
     folder_for,
@@ -53,7 +40,6 @@ from meltemi.app.terminal import (
     suggest,
     wrote,
 )
-from meltemi.app.view import view
 from meltemi.app.wind import wind
 from meltemi.controllers.names import controller_keys
 from meltemi.core.errors import InputError, MeltemiError
@@ -173,7 +159,7 @@ def run(
         result = simulation.result()
         files = _write(result, out, outb) + _library_files(Path(kept), out)
         if result.scene is not None:
-            from meltemi.report.view import view as view_of
+            from meltemi.plots import view as view_of
 
             files.append(view_of(result).write(out / "turbine.html"))
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
@@ -245,9 +231,8 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
     A controller library has the settings and the time step that the deck gives to its own.
     """
     from meltemi.core.yamlfile import validated
+    from meltemi.io import deck_case, read_deck
     from meltemi.loadcases.case import LoadCase
-    from meltemi.loadcases.openfast import deck_case
-    from meltemi.turbine.openfast import read_deck
 
     deck = read_deck(path)
     case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck")
@@ -437,20 +422,7 @@ def power_curve(
 
 
 app.command()(wind)
-app.command(help=COMPARE_HELP)(compare)
-app.command()(bench_controller)
-app.command("import", help=IMPORT_HELP)(import_)
-app.command()(inspect)
-app.command()(export)
-app.command()(diff)
-app.command()(observe)
-app.command()(view)
-app.command()(live)
-app.command()(flutter)
-app.command()(parked)
 app.command()(docs)
-app.add_typer(loads, name="loads")
-app.add_typer(surrogate, name="surrogate")
 
 
 SHOWN_POINTS = 6
@@ -521,7 +493,7 @@ def campbell(
     wrote(write_csv(out / "campbell.csv", *campbell_rows(diagram)))
     wrote(save(plot_campbell(diagram, described.name), out / "campbell.png"))
     if seen:
-        from meltemi.report.view import modes_view
+        from meltemi.plots import modes_view
 
         wrote(modes_view(model, diagram).write(out / "modes.html"))
     suggest("flutter", turbine, "--out", out)
@@ -536,7 +508,7 @@ def warmup() -> None:
     """Compile all kernels, on all cores."""
     import time
 
-    from meltemi.studies.warmup import STAGES, Stage, warmup
+    from meltemi.app.warmup import STAGES, Stage, warmup
 
     say(f"Compiling for this machine: this happens once. {len(STAGES)} stages, one process each ...")
     began = time.perf_counter()

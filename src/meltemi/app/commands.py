@@ -2,8 +2,9 @@
 
 These register them as entry points of the group ``meltemi.commands``.
 
-An entry point is a function as Typer takes it: its docstring is the help, its arguments are the options. The module it
-stands in is imported by ``meltemi --help``, so it leaves what is heavy to the function.
+An entry point is a function as Typer takes it, whose docstring is the help and whose arguments are the options, or a
+``Typer`` with commands of its own. The module it stands in is imported by ``meltemi --help``, so it leaves what is
+heavy to the function; another command does not import it.
 """
 
 from __future__ import annotations
@@ -83,13 +84,14 @@ class Commands(Group):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """A command by its name."""
         if cmd_name not in self.commands:
-            self._add_registered()
+            self._add_registered(name=cmd_name)
         return super().get_command(ctx, cmd_name)
 
-    def _add_registered(self) -> None:
+    def _add_registered(self, name: str | None = None) -> None:
         from importlib.metadata import entry_points
 
-        for entry in sorted(entry_points(group=GROUP)):
+        found = entry_points(group=GROUP)
+        for entry in sorted(found if name is None else found.select(name=name)):
             if entry.name not in self.commands:
                 self.add_command(_command(entry), entry.name)
 
@@ -105,6 +107,8 @@ def _command(entry: Any) -> Any:
             raise InputError(why)
 
         function.__doc__ = "Cannot be loaded."
+    if isinstance(function, typer.Typer):
+        return typer.main.get_group(function)
     alone = typer.Typer(add_completion=False, rich_markup_mode=None)
     alone.command(entry.name)(function)
     return typer.main.get_command(alone)

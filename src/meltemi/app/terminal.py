@@ -44,7 +44,7 @@ def progress_bar(
 
     if compiles and announce() and available_cores() > 1:  # said before the bar, which would wrap it
         # section loads, which a run needs last, are compiled by a second process meanwhile
-        command = [sys.executable, "-m", "meltemi.studies.warmup", "section loads"]
+        command = [sys.executable, "-m", "meltemi.app.warmup", "section loads"]
         _BESIDE.append(Popen(command, stdout=DEVNULL, stderr=DEVNULL))
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn

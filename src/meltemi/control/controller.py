@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.signals import CALLBACK, Demands, Measurements
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.kernel import kernel_for
+from meltemi.core.kernel import is_ours, kernel_for
 from meltemi.numbers.records import DUALS, NUMBERS
 
 Vector = NDArray[np.float64]
@@ -233,7 +233,7 @@ _ENTRIES: dict[Any, Any] = {}
 
 def of_vectors(update: Any, *, cached: bool = False) -> Update:
     """Function of vectors, not compiled, of a compiled update: user-defined ones get tables in their place."""
-    if update.__module__.startswith("meltemi."):
+    if is_ours(update.__module__):
         return update.py_func
     inner = numba.njit(cache=cached)(update.py_func)
 
@@ -245,7 +245,7 @@ def of_vectors(update: Any, *, cached: bool = False) -> Update:
 
 def _compiled(update: Any, signature: Any, *, cached: bool = True) -> Any:
     """Update compiled for the signature of an entry."""
-    make = kernel_for(signature) if update.__module__.startswith("meltemi.") else numba.njit(signature)
+    make = kernel_for(signature) if is_ours(update.__module__) else numba.njit(signature)
     return make(of_vectors(update, cached=cached))
 
 

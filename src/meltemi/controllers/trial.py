@@ -8,6 +8,7 @@ from typing import Any
 
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.kernel import is_ours
 from meltemi.simulation.model import Model
 from meltemi.simulation.rotors import default_step, operating_point
 from meltemi.simulation.run import Run
@@ -52,4 +53,4 @@ def try_controllers(controllers: Mapping[str, Controller], model: Model[Any]) ->
 
 def _ours(controller: Controller) -> bool:
     home = getattr(controller.update, "__module__", "")
-    return controller.fresh is None and home.startswith("meltemi.")
+    return controller.fresh is None and is_ours(home)

@@ -49,20 +49,38 @@ KERNELS = re.compile(r"^KERNELS = (\(.*\))$", re.MULTILINE)
 """Line of a package's ``__init__.py`` that names the files of the package, and of those in it, that kernels call."""
 
 
-def _leaves_out(root: Path) -> Callable[[Path], bool]:
-    """Whether nothing in a file is called by kernels: it stands at the root, or its package does not name it."""
+def sources() -> list[Path]:
+    """Folders of the packages whose kernels are hashed: the core, and those beside it that name ``KERNELS``."""
+    core = Path(__file__).parents[1]
+    beside = sorted(core.parent.glob(f"{core.name}_*/__init__.py"))
+    return [core, *(file.parent for file in beside if KERNELS.search(file.read_text(encoding="utf-8")))]
+
+
+@cache
+def is_ours(module: str) -> bool:
+    """Whether a module is of one of these packages, so that its machine code may be kept under their hash."""
+    return module.partition(".")[0] in {folder.name for folder in sources()}
+
+
+def _leaves_out(root: Path, others: tuple[str, ...] | None = ()) -> Callable[[Path], bool]:
+    """Whether nothing in a file of a package is called by kernels: no ``KERNELS`` names it, or it stands at the root.
+
+    Args:
+      root: folder of the package.
+      others: names of the files that are called where no package names them; None for all.
+    """
 
     @cache
     def called(folder: Path) -> tuple[str, ...] | None:
-        if folder == root:
-            return None
         file = folder / "__init__.py"
         line = KERNELS.search(file.read_text(encoding="utf-8")) if file.is_file() else None
-        return literal_eval(line[1]) if line else called(folder.parent)
+        if line:
+            return literal_eval(line[1])
+        return others if folder == root else called(folder.parent)
 
     def left_out(path: Path) -> bool:
         names = called(path.parent)
-        return path.parent == root or (names is not None and path.name not in names)
+        return path.parent == root if names is None else path.name not in names
 
     return left_out
 
@@ -70,14 +88,14 @@ def _leaves_out(root: Path) -> Callable[[Path], bool]:
 @cache
 def source_hash() -> str:
     """Hash of the source files on which the machine code depends."""
-    root = Path(__file__).parents[1]
-    left_out = _leaves_out(root)
     digest = hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        if left_out(path):
-            continue
-        digest.update(path.relative_to(root).as_posix().encode())
-        digest.update(path.read_bytes())
+    core, *_ = folders = sources()
+    for root in folders:
+        left_out = _leaves_out(root, None if root == core else ())
+        for path in sorted(root.rglob("*.py")):
+            if not left_out(path):
+                digest.update(path.relative_to(root.parent).as_posix().encode())
+                digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -201,14 +219,13 @@ def feature_of(data: dict[str, Any]) -> str:
     """Name of the feature to which a compiled function belongs."""
     if any("Dual" in type(a).__name__ or getattr(a, "kind", None) == "duals" for a in data["args"]):
         return "derivatives"
-    module = data["dispatcher"].py_func.__module__ or ""
-    if not module.startswith("meltemi."):
-        return f"{module}.{data['dispatcher'].py_func.__name__}"
-    while module:
+    function = data["dispatcher"].py_func
+    module = function.__module__ or ""
+    while module.startswith("meltemi"):
         if words := vars(sys.modules[module]).get("FEATURE"):
             return str(words)
         module = module.rpartition(".")[0]
-    return FEATURE
+    return FEATURE if is_ours(function.__module__ or "") else f"{function.__module__}.{function.__name__}"
 
 
 def kernel(function: F) -> F:

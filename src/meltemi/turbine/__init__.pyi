@@ -1,4 +1,3 @@
-from meltemi.studies.scaling import scale_turbine as scale_turbine
 from meltemi.turbine.definition import Flap as Flap
 from meltemi.turbine.definition import FlapIncrements as FlapIncrements
 from meltemi.turbine.definition import Turbine as Turbine
@@ -26,3 +25,4 @@ from meltemi.turbine.power_turbine import Shaft as Shaft
 from meltemi.turbine.power_turbine import TableCoefficient as TableCoefficient
 from meltemi.turbine.typical import ComponentMasses as ComponentMasses
 from meltemi.turbine.typical import typical_masses as typical_masses
+from meltemi_studies.scaling.tower_frequency import scale_turbine as scale_turbine

@@ -85,11 +85,11 @@ def load_turbine(name: str | Path) -> AnyTurbine:
         return _from_library(str(name))
     path = Path(name)
     if path.suffix == ".fst":
-        from meltemi.turbine.openfast import read_openfast
+        from meltemi.io import read_openfast
 
         return read_openfast(path)
     if path.suffix == ".htc":
-        from meltemi.turbine.hawc2 import read_hawc2_model
+        from meltemi.io import read_hawc2_model
 
         return read_hawc2_model(path)
     if path.suffix in (".yaml", ".yml") or path.exists():
@@ -107,13 +107,13 @@ def _from_library(name: str) -> AnyTurbine:
         where = f"{entry.file} with {library_entries()[entry.base].file}"
         return validated(merged(_from_library(entry.base).content(), read_mapping(DATA / entry.file)), Turbine, where)
     if entry.hawc2 is not None:
-        from meltemi.turbine.hawc2 import read_hawc2_model
+        from meltemi.io import read_hawc2_model
 
         model = read_hawc2_model(DATA / entry.hawc2).content()
         return validated(merged(model, read_mapping(DATA / entry.file)), Turbine, f"{entry.file} with {entry.hawc2}")
     if entry.windio is None:
         return read_turbine(DATA / entry.file)
-    from meltemi.turbine.windio import read_windio
+    from meltemi.io import read_windio
 
     return read_windio(windio_file(entry.windio, name), DATA / entry.file)
 

@@ -12,11 +12,8 @@ from numpy.typing import NDArray
 from meltemi.control.filters import response
 from meltemi.controllers.tuning import margins
 from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_interval, rayleigh_weights
-from meltemi.report.blocks import Table
 from meltemi.report.tables import number
 from meltemi.simulation.rotors import default_step
-from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, WHOLE, Comparison
-from meltemi.studies.run_store import FailedResult, guarded
 from meltemi_papers.he2018.claims import change, edgewise, likelihood, percent
 from meltemi_papers.he2018.designs import DECAY, LOST, SLOW
 from meltemi_papers.he2018.runs import (
@@ -31,6 +28,9 @@ from meltemi_papers.he2018.runs import (
     Runs,
     Variant,
 )
+from meltemi_reports.blocks import Table
+from meltemi_tuning.compare import BLADE_SLOPE, STEEL_SLOPE, WHOLE, Comparison
+from meltemi_tuning.run_store import FailedResult, guarded
 
 Float = NDArray[np.float64]
 

@@ -20,11 +20,11 @@ from meltemi.postprocess.spectra import decibels, spectral_peak
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.compare import WHOLE, Comparison, hub_moments
 from meltemi.turbine.flaps import naca64618_flap
 from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, reasons_of, rows_of
 from meltemi_papers.he2018.designs import WHOLE_LEAD
 from meltemi_papers.he2018.runs import CLASS_B, FAST_MODEL, PAPER, SPEED, Runs
+from meltemi_tuning.compare import WHOLE, Comparison, hub_moments
 
 Float = NDArray[np.float64]
 Stated = Mapping[str, str]

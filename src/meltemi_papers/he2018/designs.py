@@ -14,8 +14,8 @@ from meltemi.controllers.names import SCHEMES, Target
 from meltemi.controllers.tuning import LoopTuning, tune_loops
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel
-from meltemi.studies.preview import FREQUENCY, rotor_average
 from meltemi.wind.fields import WindBox
+from meltemi_studies.preview import FREQUENCY, rotor_average
 
 Float = NDArray[np.float64]
 

@@ -16,13 +16,13 @@ from meltemi.control.bladed.controller import BladedController
 from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
 from meltemi.controllers.names import SCHEMES
-from meltemi.report.blocks import Table
 from meltemi.simulation.rotors import build
-from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.he2018.claims import change, percent
 from meltemi_papers.he2018.runs import CLASS_B, PAPER, READINGS, SPEED, Bench, Setup, bench, paper_turbine, wind_of
 from meltemi_papers.study import Chapter, Progress
+from meltemi_reports.blocks import Table
+from meltemi_tuning.compare import WHOLE, Comparison, compare
 
 DISCON = "Test_Cases/NREL-5MW/DISCON.IN"
 OURS = ("cpc", "ipc", "ipc2", "cpfc")

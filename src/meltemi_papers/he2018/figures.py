@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import ABOVE, new_figure, panel
-from meltemi.report.spectra_plots import plot_spectra
-from meltemi.studies.compare import hub_moments
 from meltemi.turbine.flaps import DEFLECTION, naca64618_flap
 from meltemi.turbine.flaps import LIFT as LIFT_TABLE
 from meltemi_papers.claim import rows_of
@@ -20,6 +18,8 @@ from meltemi_papers.he2018.beyond import at_speed
 from meltemi_papers.he2018.claims import THREE, change, thin_airfoil
 from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, Runs
 from meltemi_papers.panels import Panel, channel, series
+from meltemi_reports.spectra_plots import plot_spectra
+from meltemi_tuning.compare import hub_moments
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

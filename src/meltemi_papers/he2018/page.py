@@ -10,9 +10,6 @@ import numpy as np
 
 from meltemi.controllers.names import SCHEMES
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report.blocks import Table
-from meltemi.report.tuning_plots import plot_tuning
-from meltemi.studies.run_store import guarded
 from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.he2018 import beyond, search
 from meltemi_papers.he2018.claims import ceilings, change, claims, edgewise, likelihood, minutes, percent, reasons
@@ -20,6 +17,9 @@ from meltemi_papers.he2018.designs import WHOLE_LEAD
 from meltemi_papers.he2018.figures import FIGURES, over_speeds
 from meltemi_papers.he2018.runs import BEST, CLASS_B, PREVIEWS, Runs, run_all
 from meltemi_papers.study import Chapter, Content, Contents, Draw, Study, tabled, worded
+from meltemi_reports.blocks import Table
+from meltemi_tuning.run_store import guarded
+from meltemi_tuning.tuning_plots import plot_tuning
 
 
 def ceiling_table(runs: Runs) -> Table:

@@ -17,9 +17,6 @@ from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.studies.compare import WHOLE, Comparison, compare
-from meltemi.studies.preview import preview_of, steady_pitch
-from meltemi.studies.run_store import FailedResult, attempt
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.library import load_turbine
@@ -28,6 +25,9 @@ from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulent import AnyWind
 from meltemi_papers.he2018.designs import LIDARS, Lidar, Tunings, designs, measured
 from meltemi_papers.study import Progress
+from meltemi_studies.preview import preview_of, steady_pitch
+from meltemi_tuning.compare import WHOLE, Comparison, compare
+from meltemi_tuning.run_store import FailedResult, attempt
 
 Made = Controller | Callable[[Wind], Controller]
 

@@ -24,12 +24,12 @@ from scipy.special import digamma
 from scipy.stats import chi2
 
 from meltemi.core.errors import InputError
-from meltemi.report.blocks import Table
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
-from meltemi.studies.compare import Comparison
 from meltemi_papers.he2018.claims import PAPER_CHANGES, in_minutes
 from meltemi_papers.he2018.runs import CLASS_B, GRID, READ_AS, Runs
+from meltemi_reports.blocks import Table
+from meltemi_tuning.compare import Comparison
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.site import STANDARD
-from meltemi.report.blocks import Table
 from meltemi_papers.claim import UNCHECKED, Claim, listed
 from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.machine import CALIBRATED, density, rotor
 from meltemi_papers.palanimuthu2022.paper import claim
 from meltemi_papers.palanimuthu2022.runs import INTERVAL, PLAIN, STEADY, Reading, Runs, Steps, power_ratio, ratio
+from meltemi_reports.blocks import Table
 
 Float = NDArray[np.float64]
 STATED = np.array([paper.GAINS[40.0], paper.GAINS[-10.0]])

@@ -10,8 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report.blocks import Table
-from meltemi.studies.run_store import attempt
 from meltemi.turbine.library import packages_of
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.palanimuthu2022 import beyond
@@ -43,6 +41,8 @@ from meltemi_papers.palanimuthu2022.run_claims import (
 )
 from meltemi_papers.palanimuthu2022.runs import PHYSICAL, PLAIN, QUICK, Runs, Setup, run_all
 from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, span, tabled, worded
+from meltemi_reports.blocks import Table
+from meltemi_tuning.run_store import attempt
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,10 +11,10 @@ from meltemi.environment.air import CELSIUS, R_DRY, R_VAPOUR, site_pressure, vap
 from meltemi.environment.drops import MM_PER_HOUR, WATER, drop_count, mean_diameter, spectrum_slope, water_content
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.environment.site import STANDARD
-from meltemi.report.blocks import Table
 from meltemi_papers.claim import rows_of
 from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
+from meltemi_reports.blocks import Table
 
 STATED = rows_of("palanimuthu2022", "readings.csv")
 """The paper's words and our reading, by number."""

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from meltemi.control.power_control.tables import NUMBER
 from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, mean_interval
-from meltemi.report.blocks import Table
 from meltemi.simulation.result import Result
 from meltemi_papers.claim import UNCHECKED, Claim, claim_group
 from meltemi_papers.palanimuthu2022 import paper
@@ -33,6 +32,7 @@ from meltemi_papers.palanimuthu2022.runs import (
     Runs,
     aero_power,
 )
+from meltemi_reports.blocks import Table
 
 Float = NDArray[np.float64]
 ENOUGH = 9.6

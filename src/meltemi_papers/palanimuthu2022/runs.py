@@ -22,7 +22,6 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
-from meltemi.studies.run_store import cells
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import AnyWind
@@ -38,6 +37,7 @@ from meltemi_papers.palanimuthu2022.machine import (
     turbine,
 )
 from meltemi_papers.study import Progress, told
+from meltemi_tuning.run_store import cells
 
 Float = NDArray[np.float64]
 

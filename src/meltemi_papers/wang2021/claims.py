@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.postprocess.ensemble import mean_interval
-from meltemi.studies.run_store import survivors
 from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, claims_of, listed, reasons_of
 from meltemi_papers.wang2021.gust import (
     DERATE,
@@ -27,6 +26,7 @@ from meltemi_papers.wang2021.loads import TOP_SHEAR
 from meltemi_papers.wang2021.runs import AS_SCALED, STOP_AT, Runs
 from meltemi_papers.wang2021.table2 import FITTED, MOMENT, POWER, Table2
 from meltemi_papers.wang2021.winds import measured
+from meltemi_tuning.run_store import survivors
 
 Float = NDArray[np.float64]
 claim = claims_of("wang2021")

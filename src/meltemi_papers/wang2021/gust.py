@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from meltemi.control.controller import LogEntry
 from meltemi.simulation.result import Result
-from meltemi.studies.run_store import FailedResult, FailedResultError
 from meltemi_papers.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION, extreme
 from meltemi_papers.wang2021.winds import GUST_BEGIN
+from meltemi_tuning.run_store import FailedResult, FailedResultError
 
 Float = NDArray[np.float64]
 STOP, DERATE, IGNORE = "S1 stop", "S2 derate", "S3 ignore"

@@ -10,9 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from meltemi.report.blocks import Table
-from meltemi.report.state_diagram import plot_states
-from meltemi.studies.run_store import FailedResult, guarded
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, listed, reason_lines
 from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, span, tabled, worded
 from meltemi_papers.wang2021 import figures
@@ -24,6 +21,9 @@ from meltemi_papers.wang2021.loads import YAW_BENDING, YAW_TORSION
 from meltemi_papers.wang2021.runs import CALIBRATED, QUICK, Runs, Setup, run_all
 from meltemi_papers.wang2021.table2 import FITTED, MOMENT, POWER
 from meltemi_papers.wang2021.winds import measured
+from meltemi_reports.blocks import Table
+from meltemi_reports.state_diagram import plot_states
+from meltemi_tuning.run_store import FailedResult, guarded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -19,7 +19,6 @@ from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.run_store import FailedResult, attempt, cells
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.study import Progress, span, told
 from meltemi_papers.wang2021 import winds
@@ -34,6 +33,7 @@ from meltemi_papers.wang2021.machines import (
     studied_turbine,
 )
 from meltemi_papers.wang2021.table2 import Calibration, Table2, calibrate, simulate_bins
+from meltemi_tuning.run_store import FailedResult, attempt, cells
 
 AS_SCALED, CALIBRATED = "as scaled", "calibrated"
 YAW_RATE = float(np.radians(0.5))

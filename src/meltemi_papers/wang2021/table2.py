@@ -18,10 +18,10 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.run_store import FailedResult, FailedResultError, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi_papers.wang2021.winds import SHEAR, MeasuredBin, bin_wind, measured
+from meltemi_tuning.run_store import FailedResult, FailedResultError, attempt, cells, survivors
 
 if TYPE_CHECKING:
     import pandas as pd

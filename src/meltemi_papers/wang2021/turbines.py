@@ -22,11 +22,11 @@ from typing import Any, Final
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.units import rpm
 from meltemi.core.yamlfile import validated
-from meltemi.studies.baseline_tuning import tune_baseline
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.gearbox import size_gearbox
 from meltemi.turbine.library import DATA, load_turbine, write_turbine
-from meltemi.turbine.scaling import scale_turbine
+from meltemi_studies.scaling.turbine import scale_turbine
+from meltemi_tuning.baseline_tuning import tune_baseline
 
 REFERENCE: Final = "nrel5mw"
 BOTH: dict[str, Any] = {

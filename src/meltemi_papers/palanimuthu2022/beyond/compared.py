@@ -8,8 +8,8 @@ from typing import TypeVar
 
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
-from meltemi.studies.run_store import FailedResult, FailedResultError, cells
 from meltemi_papers.study import Progress
+from meltemi_tuning.run_store import FailedResult, FailedResultError, cells
 
 Question = TypeVar("Question")
 

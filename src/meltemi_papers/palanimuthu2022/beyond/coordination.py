@@ -25,8 +25,6 @@ from meltemi.controllers.tuning import tune_ipc
 from meltemi.environment.grid import PowerGrid
 from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel, ensemble_table
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.report.blocks import Table
-from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -47,6 +45,8 @@ from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.beyond.compared import Setup, by_seed
 from meltemi_papers.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER, TURBINE, slow_base
 from meltemi_papers.study import Chapter, Draw, Progress, answered
+from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import scheme_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -23,8 +23,6 @@ from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
 from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel, ensemble_table
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.report.blocks import Table
-from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.options import ModelOptions
@@ -39,6 +37,8 @@ from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
 from meltemi_papers.palanimuthu2022.beyond.compared import Setup, by_seed
 from meltemi_papers.study import Chapter, Draw, Progress, answered
+from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import scheme_rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -21,7 +21,6 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.run_store import FailedResult, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind, WindBox
 from meltemi.wind.iec.gusts import ecd
@@ -33,6 +32,7 @@ from meltemi_papers.wang2021.gust import transitions
 from meltemi_papers.wang2021.loads import CHANNELS, LOADS, extreme, fatigue
 from meltemi_papers.wang2021.machines import strategy, with_yaw_rate
 from meltemi_papers.wang2021.winds import SHEAR
+from meltemi_tuning.run_store import FailedResult, attempt, cells, survivors
 
 if TYPE_CHECKING:
     import pandas as pd

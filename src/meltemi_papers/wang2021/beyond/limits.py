@@ -17,11 +17,11 @@ from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.run_store import FailedResult, attempt, cells, survivors
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.iec.winds import etm, ntm
 from meltemi_papers.wang2021.loads import CHANNELS, TOP_SHEAR, TOWER_BASE, YAW_BENDING, YAW_TORSION, extreme
 from meltemi_papers.wang2021.winds import SHEAR
+from meltemi_tuning.run_store import FailedResult, attempt, cells, survivors
 
 Float = NDArray[np.float64]
 BasePoints = tuple[Float, Float]

@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.postprocess.ensemble import mean_interval
-from meltemi.report.blocks import Table
 from meltemi.report.figure import MINUS
 from meltemi.report.palette import COLOURS, DIVERGING, GROWING, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.rotors import build
-from meltemi.studies.run_store import FailedResult, attempt
 from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
 from meltemi_papers.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid
 from meltemi_papers.wang2021.beyond.limits import JUDGED, Limits, find_limits
 from meltemi_papers.wang2021.beyond.year import FRONTS, Year, a_year, power_curve
 from meltemi_papers.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi_papers.wang2021.runs import Runs
+from meltemi_reports.blocks import Table
+from meltemi_tuning.run_store import FailedResult, attempt
 
 if TYPE_CHECKING:
     import pandas as pd

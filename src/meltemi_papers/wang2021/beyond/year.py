@@ -33,10 +33,10 @@ from meltemi.control.yaw import YawControl, YawControlState, wrap, yaw_settings,
 from meltemi.core.threads import available_cores
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.run_store import FailedResult, FailedResultError, attempt
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.wang2021.beyond.limits import BasePoints
 from meltemi_papers.wang2021.winds import measured
+from meltemi_tuning.run_store import FailedResult, FailedResultError, attempt
 
 Float = NDArray[np.float64]
 DAY, HOUR = 86400.0, 3600.0

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
-from meltemi.report.blocks import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi_papers.palanimuthu2022.beyond.climate.response import ICED, IN_PLANE, ROOT, SHED, SIDE, SLOPES, TOWER, WET
 from meltemi_papers.palanimuthu2022.beyond.climate.review import of_standard, review_table, said, share, verdict, words
 from meltemi_papers.palanimuthu2022.beyond.climate.year import SHED_SHARE, STEPS, Found
 from meltemi_papers.study import Chapter, Draw, answered
+from meltemi_reports.blocks import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -17,13 +17,13 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.run_store import FailedResult, FailedResultError, cells
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
 from meltemi_papers.palanimuthu2022.beyond.power import FAST
 from meltemi_papers.study import Progress
+from meltemi_tuning.run_store import FailedResult, FailedResultError, cells
 
 Float = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
-from meltemi.report.blocks import Table
 from meltemi_papers.palanimuthu2022.beyond.climate.response import ICED, SIDE
 from meltemi_papers.palanimuthu2022.beyond.climate.year import AIR, Found, Year
 from meltemi_papers.palanimuthu2022.rain_drops import rain_loads
+from meltemi_reports.blocks import Table
 
 Float = NDArray[np.float64]
 

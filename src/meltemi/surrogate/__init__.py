@@ -1,3 +1,0 @@
-"""Load surrogates: designs of site conditions, their runs, fits, and the loads of sites from them."""
-
-KERNELS = ()

@@ -1,0 +1,1 @@
+"""Turbines of other programs in and out: OpenFAST, HAWC2, windIO."""

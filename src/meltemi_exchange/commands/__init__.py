@@ -1,0 +1,1 @@
+"""``meltemi import`` and ``meltemi export``."""

@@ -1,0 +1,114 @@
+"""``meltemi export``: export of a turbine as an OpenFAST deck."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from meltemi.app.options import TURBINES, is_case
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
+from meltemi.core.errors import InputError
+
+if TYPE_CHECKING:
+    from meltemi.loadcases.case import LoadCase
+
+
+def export(
+    turbine: Annotated[
+        str,
+        typer.Argument(
+            help="A turbine's name or YAML file, a case file, or a deck (.fst) to be rewritten.",
+            autocompletion=TURBINES,
+        ),
+    ],
+    wind_speed: Annotated[float | None, typer.Option("--wind-speed", help="Steady wind [m/s] [12].")] = None,
+    wind_file: Annotated[Path | None, typer.Option("--wind-file", help="TurbSim field (.bts) instead.")] = None,
+    duration: Annotated[float | None, typer.Option("--duration", help="Duration of the simulation [s] [600].")] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--option", help="A model option: stall=static, flap_modes=1, locked=[yaw], time_step=0.005; repeatable."
+        ),
+    ] = None,
+    beamdyn: Annotated[bool, typer.Option("--beamdyn", help="BeamDyn computes the blades.")] = False,
+    library: Annotated[
+        str | None, typer.Option("--library", help="Bladed-style controller library, such as libdiscon.so.")
+    ] = None,
+    settings: Annotated[str, typer.Option("--settings", help="Input file of the library.")] = "DISCON.IN",
+    out: OutOption = Path("out"),
+) -> None:
+    """Export a turbine, or a case with its models, site and wind, as an OpenFAST 5 deck."""
+    from meltemi.core.yamlfile import validated
+    from meltemi.loadcases.case import FileCase, StartCase, case_turbine, case_wind
+    from meltemi.simulation.options import ModelOptions
+    from meltemi.turbine.power_turbine import aeroelastic
+    from meltemi.wind.fields import SteadyWind
+
+    if wind_speed is not None and wind_file is not None:
+        raise InputError("give one of --wind-speed, --wind-file")
+    if duration is not None and not duration > 0.0:
+        raise InputError(f"--duration {duration:g}: expected a time above zero")
+    case, folder = _case(turbine)
+    described = aeroelastic(case_turbine(case, folder), "meltemi export")
+    options = validated(case.options.model_dump() | _options(option or []), ModelOptions, "--option")
+    start = case.start if isinstance(case.start, StartCase) else None
+    if wind_speed is not None:
+        wind: Any = validated({"speed": wind_speed}, SteadyWind, "--wind-speed")
+    elif wind_file is not None or isinstance(case.wind, FileCase):
+        wind = wind_file or folder / case.wind.file  # type: ignore[union-attr]
+    else:
+        wind = case_wind(case, described, folder)
+    folder_for(out)
+    with progress_bar("export"):
+        from meltemi_exchange.openfast_writer import write_openfast
+
+        written = write_openfast(
+            described,
+            out,
+            options=options,
+            environment=case.environment,
+            wind=wind,
+            duration=duration or case.duration,
+            rotor_speed=None if start is None or start.rotor_speed == "idling" else start.rotor_speed,
+            pitch=start.pitch if start else None,
+            azimuth=start.azimuth if start else 0.0,
+            beamdyn=beamdyn,
+            library=library,
+            settings=settings,
+        )
+    rows = [[note.kind, note.what, note.why] for note in written.notes]
+    print_table(f"{described.name}: differences of the deck", ["", "what", "how"], rows, text_columns=3)
+    wrote(*written.files)
+    suggest("run", written.main, "--out", out / "check")
+
+
+def _case(target: str) -> tuple[LoadCase, Path]:
+    """The case to be exported, and the folder to which its paths are relative."""
+    from meltemi.core.yamlfile import validated
+    from meltemi.loadcases.case import LoadCase, read_case
+    from meltemi_exchange.deck_case import deck_case
+    from meltemi_exchange.openfast import read_deck
+
+    path = Path(target)
+    if path.suffix.lower() == ".fst":
+        return deck_case(read_deck(path), path.absolute(), started=True), Path()
+    if path.suffix in (".yaml", ".yml") and is_case(path):
+        return read_case(path), path.parent
+    data = {"turbine": target, "wind": {"kind": "steady", "speed": 12.0}, "duration": 600.0}
+    return validated(data, LoadCase, "command line"), Path()
+
+
+def _options(texts: Sequence[str]) -> dict[str, Any]:
+    """Keys and values of ``key=value``."""
+    from meltemi.core.yamlfile import parse
+
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise InputError(f"--option {text!r}: expected an option and its value, such as stall=static")
+        found |= parse(f"{name.strip()}: {value}", Path("--option"))
+    return found

@@ -1,0 +1,148 @@
+"""``meltemi import``: OpenFAST decks, HAWC2 models and windIO files as turbine file, case file and report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from meltemi.app.options import TURBINES
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, suggest, wrote
+from meltemi.core.errors import InputError
+
+if TYPE_CHECKING:
+    from meltemi_exchange.report import ImportedModel, ImportedTurbine, Kind
+
+SOURCES = {".yaml": "a windIO file", ".yml": "a windIO file", ".htc": "a HAWC2 model"}
+MOST_LINES = 20
+"""Notes printed of each kind; the report has all."""
+
+
+def import_(
+    source: Annotated[
+        Path,
+        typer.Argument(help="Main file of an OpenFAST deck (.fst) or HAWC2 model (.htc), or a windIO file (.yaml)."),
+    ],
+    blade: Annotated[
+        str, typer.Option("--blade", help="Sections of the blade: deck (those that it selects), elastodyn, beamdyn.")
+    ] = "deck",
+    fixed_base: Annotated[
+        bool, typer.Option("--fixed-base", help="Clamp the tower of a floating turbine at its base.")
+    ] = False,
+    momentum_wake: Annotated[
+        bool, typer.Option("--momentum-wake", help="Momentum theory in place of a vortex wake.")
+    ] = False,
+    discon: Annotated[
+        Path | None, typer.Option("--discon", help="Settings of ROSCO (DISCON.IN) in place of the deck's.")
+    ] = None,
+    control_of: Annotated[
+        str | None,
+        typer.Option(
+            "--control-of", help="Turbine whose control is taken, for other controllers.", autocompletion=TURBINES
+        ),
+    ] = None,
+    start: Annotated[
+        str,
+        typer.Option("--start", help="Initial state: operating (steady operation), or deck (as in OpenFAST or HAWC2)."),
+    ] = "operating",
+    extra: Annotated[
+        Path | None, typer.Option("--extra", help="YAML file with overriding values: drivetrain: {stiffness: 8.7e8}.")
+    ] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Convert an OpenFAST deck (.fst), a HAWC2 model (.htc) or a windIO file (.yaml) to a turbine file, with a report.
+
+    The files are the turbine, the case (not of windIO) and the report.
+    """
+    from meltemi.core.yamlfile import read_mapping, write_record
+    from meltemi.turbine.library import load_turbine, write_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
+    from meltemi_exchange.deck_case import deck_case
+    from meltemi_exchange.hawc2 import import_hawc2
+    from meltemi_exchange.openfast import read_deck
+    from meltemi_exchange.windio import import_windio
+
+    if start not in ("operating", "deck"):
+        raise InputError(f"--start {start!r}: expected operating or deck")
+    kind = SOURCES.get(source.suffix.lower(), "an OpenFAST deck")
+    of_decks = {"--blade": blade != "deck", "--fixed-base": fixed_base, "--momentum-wake": momentum_wake}
+    of_decks["--discon"] = discon is not None
+    of_models = {"--control-of": control_of is not None, "--start": start == "deck"}
+    for option, used in {**of_decks, **(of_models if kind == "a windIO file" else {})}.items():
+        if used and kind != "an OpenFAST deck":
+            owner = "OpenFAST decks" if option in of_decks else "OpenFAST decks and HAWC2 models"
+            raise InputError(f"{option} is for {owner}, {source} is {kind}")
+    if kind == "a windIO file":
+        imported = import_windio(source, extra)
+        _show(imported)
+        folder_for(out)
+        write_turbine(imported.turbine, out / "turbine.yaml")
+        _write_report(imported, source, out)
+        wrote(out / "turbine.yaml", out / "report.md")
+        suggest("run", out / "turbine.yaml", "--wind-speed", 12)
+        return
+    more: dict[str, Any] = {
+        "control_of": None if control_of is None else aeroelastic(load_turbine(control_of), "--control-of"),
+        "extra": None if extra is None else flat(read_mapping(extra)),
+    }
+    deck: ImportedModel
+    if kind == "a HAWC2 model":
+        deck = import_hawc2(source, **more)
+    else:
+        base, wake = fixed_base, momentum_wake
+        deck = read_deck(source, blade=_choice(blade), fixed_base=base, momentum_wake=wake, discon=discon, **more)
+    case = deck_case(deck, "turbine.yaml", started=start == "deck")
+    _show(deck)
+    if deck.wind is None:
+        print(f"the wind of the deck is not supported in a case file; the case has {case.wind.model_dump()} instead")
+    folder_for(out)
+    write_turbine(deck.turbine, out / "turbine.yaml")
+    write_record(case, out / "case.yaml")
+    _write_report(deck, source, out)
+    wrote(out / "turbine.yaml", out / "case.yaml", out / "report.md")
+    if any("PC_GS_KP" in note.what for note in deck.noted("approximated")):
+        say("the pitch gains of ROSCO's settings are approximated (see above); ROSCO itself controls the deck by")
+        given = "" if discon is None else f"@{discon}"
+        suggest("run", source, "--controller", f"rosco{given}")
+    else:
+        suggest("run", out / "case.yaml")
+
+
+def _show(imported: ImportedTurbine) -> None:
+    """Print approximated and ignored data, the number of notes, and implausible values."""
+    from meltemi.turbine.plausibility import plausibility_warnings
+    from meltemi_exchange.report import KINDS
+
+    heads: dict[Kind, str] = {"approximated": "how", "ignored": "why"}
+    for kind, head in heads.items():
+        if notes := imported.noted(kind):
+            rows = [[note.where, note.what, note.why] for note in notes[:MOST_LINES]]
+            print_table(kind.capitalize(), ["where", "what", head], rows, text_columns=3)
+    print(", ".join(f"{len(imported.noted(kind))} {kind}" for kind in KINDS) + ": see the report")
+    for words in plausibility_warnings(imported.turbine):
+        say(f"warning: {words}")
+
+
+def _write_report(imported: ImportedTurbine, source: Path, out: Path) -> None:
+    from meltemi.core.files import write_text
+    from meltemi_exchange.report import report_text
+
+    text = report_text(imported.notes, f"{source.name} as a turbine")
+    write_text(out / "report.md", text)
+
+
+def _choice(blade: str) -> Literal["deck", "elastodyn", "beamdyn"]:
+    if blade not in ("deck", "elastodyn", "beamdyn"):
+        raise InputError(f"--blade {blade!r}: expected deck, elastodyn or beamdyn")
+    return blade  # type: ignore[return-value]
+
+
+def flat(data: Any, path: str = "") -> dict[str, Any]:
+    """Flatten nested keys to key paths: ``{"drivetrain": {"stiffness": 1.0}}`` is ``{"drivetrain.stiffness": 1.0}``."""
+    if not isinstance(data, dict) or not data:
+        return {path: data}
+    found: dict[str, Any] = {}
+    for name, value in data.items():
+        found |= flat(value, f"{path}.{name}" if path else str(name))
+    return found

@@ -1,0 +1,191 @@
+"""Tower from ElastoDyn and AeroDyn, monopile from SubDyn."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.turbine.definition import Foundation
+from meltemi.turbine.pile import pile_foundation
+from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input
+from meltemi_exchange.openfast.values import Values
+from meltemi_exchange.report import ImportNote
+
+STEEL_SPEED = math.sqrt(210e9 / 8500.0)
+"""[m/s] of sound along a steel bar, with paint, bolts and flanges in its density (TP-500-38060)."""
+SHEAR_SHARE = 0.53
+"""Share of the area of a thin tube that carries shear (Cowper 1966 for a Poisson ratio of 0.3)."""
+
+
+def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict[str, Any]:
+    """Read the ElastoDyn tower, without its diameter.
+
+    Raises:
+      InputError: with file and line.
+    """
+    own = Values(notes)
+    own.read(file)
+    entry = file.require(["NTwInpSt"], "number of stations")
+    wanted = {
+        "position": "HtFract",
+        "mass": "TMassDen",
+        "fore_aft_stiffness": "TwFAStif",
+        "side_side_stiffness": "TwSSStif",
+    }
+    columns = file.table(entry, wanted)
+    length = values["tower_top"] - values["tower.base_height"]
+    if not length > 0.0:
+        raise InputError(f"{values.source['tower_top']}: TowerHt must be above TowerBsHt")
+    position = columns["position"] * length
+    for axis, what in (("fore_aft", "fore-aft"), ("side_side", "side-to-side")):
+        for target, mode in ((f"{axis}_tuner", 1), (f"{axis}_tuner_2", 2)):
+            why = f"tuning of {what} mode {mode}: modes follow from the stiffness"
+            own.differs("ignored", 1.0, **{target: why})
+        first = f"{axis}_damping"
+        own.like(f"{first}_2", first, f"both modes have that of the first, {own[first]:g}")
+    return {
+        "position": position,
+        "mass": columns["mass"] * own.given("mass_factor", 1.0),
+        "fore_aft_stiffness": columns["fore_aft_stiffness"] * own.given("fore_aft_factor", 1.0),
+        "side_side_stiffness": columns["side_side_stiffness"] * own.given("side_side_factor", 1.0),
+        "damping": {"fore_aft": own["fore_aft_damping"], "side_side": own["side_side_damping"]},
+        "mode_shapes": shapes(file, {"fore_aft": ("TwFAM1Sh", "TwFAM2Sh"), "side_side": ("TwSSM1Sh", "TwSSM2Sh")}),
+        "base_height": values["tower.base_height"],
+        "source": file.path.name,
+    }
+
+
+def shapes(file: InputFile, wanted: dict[str, tuple[str, ...]]) -> dict[str, Any] | None:
+    """Mode shape coefficients, if the file contains all of them."""
+    found: dict[str, Any] = {}
+    for kind, modes in wanted.items():
+        polynomials = []
+        for mode in modes:
+            entries = [file.find(f"{mode}({power})") for power in range(2, 7)]
+            if any(entry is None for entry in entries):
+                return None
+            polynomials.append(tuple(_coefficient(file, entry) for entry in entries if entry is not None))
+        found[kind] = tuple(polynomials)
+    return found
+
+
+def _coefficient(file: InputFile, entry: Entry) -> float:
+    value = number(entry.values[0])
+    if value is None:
+        raise InputError(f"{file.at(entry.line)}: {entry.name}: expected a number, found {entry.values[0]!r}")
+    return value
+
+
+def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: list[ImportNote]) -> None:
+    """Add tower diameter and drag from the AeroDyn file, or estimate the diameter from stiffness over mass.
+
+    Raises:
+      InputError: with file and line.
+    """
+    entry = aero.find("NumTwrNds")
+    count = aero.count(entry) if entry is not None else 0
+    if entry is not None and count >= 2:
+        table = aero.table(entry, {"height": "TwrElev", "diameter": "TwrDiam", "drag": "TwrCd"}, optional=("drag",))
+        height = tower["position"] + tower["base_height"]
+        tower["diameter"] = np.interp(height, table["height"], table["diameter"])
+        if "drag" in table:
+            drag = float(np.mean(table["drag"]))
+            tower["drag_coefficient"] = drag
+            if np.ptp(table["drag"]) > 1e-9:
+                notes.append(
+                    ImportNote(
+                        "approximated", f"{aero.path.name}:{entry.line}", "TwrCd", f"the mean, {drag:.3g}, everywhere"
+                    )
+                )
+        notes.append(
+            ImportNote(
+                "used", f"{aero.path.name}:{entry.line}", f"tower, {count} stations", "tower.diameter, interpolated"
+            )
+        )
+        return
+    # a thin tube has EI / m = (E / rho) d^2 / 8
+    ratio = tower["fore_aft_stiffness"] / tower["mass"]
+    tower["diameter"] = np.sqrt(8.0 * ratio) / STEEL_SPEED
+    notes.append(
+        ImportNote(
+            "approximated", aero.path.name, "tower without diameters", "steel tube with the stiffness over mass given"
+        )
+    )
+
+
+def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
+    """Read an upright pile of SubDyn as equivalent springs at the tower base.
+
+    Raises:
+      UnsupportedError: the structure is not one upright pile that is clamped at its foot.
+      InputError: with file and line.
+    """
+    Values(notes).read(file)
+    name = file.path.name
+
+    def table(count: str, wanted: dict[str, str]) -> dict[str, Float]:
+        return file.table(file.require([count], "a number of lines"), wanted)
+
+    joints = table("NJoints", {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"})
+    members = table("NMembers", {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"})
+    sets = table(
+        "NPropSets",
+        {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": "ShearG", "density": "MatDens"},
+    )
+    order = np.argsort(joints["z"], kind="stable")
+    height = joints["z"][order]
+    upright = np.ptp(joints["x"]) < 0.01 and np.ptp(joints["y"]) < 0.01 and len(members["a"]) == len(height) - 1
+    if not upright or np.any(np.diff(height) <= 0.0):
+        raise UnsupportedError(
+            f"{file.path}: the substructure has {len(height)} joints and {len(members['a'])} members that are not one "
+            "upright pile; only monopiles are modelled, or a fixed base (fixed_base=True, --fixed-base)"
+        )
+    joint_height = {int(j): float(z) for j, z in zip(joints["id"], joints["z"], strict=True)}
+    which = {int(i): k for k, i in enumerate(sets["id"])}
+    stations: list[tuple[float, int]] = []
+    for a, b, first, second in zip(members["a"], members["b"], members["first"], members["second"], strict=True):
+        for joint, prop in ((a, first), (b, second)):
+            if int(joint) not in joint_height or int(prop) not in which:
+                raise InputError(
+                    f"{file.path}: a member names joint {int(joint)} or property set {int(prop)}; it is not defined"
+                )
+            stations.append((joint_height[int(joint)], which[int(prop)]))
+    stations.sort()
+    z = np.array([s[0] for s in stations])
+    z += 1e-6 * np.arange(len(z))  # members that meet have two values there
+    k = np.array([s[1] for s in stations])
+    d, t = sets["d"][k], sets["t"][k]
+    inner = d - 2.0 * t
+    if np.any(inner < 0.0):
+        raise InputError(f"{file.path}: a wall thickness XsecT is more than half of its diameter XsecD")
+    area, second_moment = 0.25 * math.pi * (d**2 - inner**2), math.pi / 64.0 * (d**4 - inner**4)
+    E, G = sets["E"][k], sets["G"][k]
+    pile = pile_foundation(
+        z,
+        E * second_moment,
+        SHEAR_SHARE * G * area,
+        E * area,
+        2.0 * G * second_moment,
+        sets["density"][k] * area,
+        source=f"{name}: pile from {z[0]:g} to {z[-1]:g} m, clamped at its foot",
+    )
+    notes.append(
+        ImportNote("approximated", name, f"pile of {len(members['a'])} members", "springs and a mass at its top")
+    )
+    lumped = file.find("NCmass")
+    if lumped is not None and file.count(lumped):
+        notes.append(
+            ImportNote("ignored", f"{name}:{lumped.line}", f"{file.count(lumped)} lumped masses", "see foundation.mass")
+        )
+    return pile
+
+
+def read_substructure(main: InputFile, values: Values, notes: list[ImportNote]) -> Foundation | None:
+    """Read the foundation from SubDyn."""
+    path = values.file(main, "sub")
+    if path is None:
+        raise InputError(f"{main.path}: CompSub is 1, but SubFile names no file")
+    return read_pile(read_input(path, "SubDyn"), notes)

@@ -1,0 +1,147 @@
+"""Turbines from windIO files (IEA Wind Task 37, version 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from meltemi.core.errors import InputError
+from meltemi.core.record import set_keys
+from meltemi.core.yamlfile import merged, read_mapping, validated
+from meltemi.turbine.definition import Turbine
+from meltemi_exchange.report import ImportedTurbine
+from meltemi_exchange.windio.blade import read_blade
+from meltemi_exchange.windio.control import read_control, rotor_inertia
+from meltemi_exchange.windio.machine import (
+    given,
+    read_actuator,
+    read_drivetrain,
+    read_hub,
+    read_nacelle,
+    read_yaw,
+)
+from meltemi_exchange.windio.tower import read_pile, read_tower
+from meltemi_exchange.windio.tree import Tree, load
+
+Extra = Mapping[str, Any] | str | Path | None
+
+
+def read_windio(
+    path: str | Path,
+    extra: Extra = None,
+    *,
+    foundation: Literal["clamped", "pile"] = "clamped",
+    mudline: float | None = None,
+    reynolds: float | None = None,
+) -> Turbine:
+    """A turbine from a windIO 2 file.
+
+    Args:
+      path: the YAML file.
+      extra: what the file lacks, or what shall be different: a YAML file with keys as in a turbine file, or a
+        dictionary of the same or of key paths, ``{"yaw.stiffness": 6e9}``. It wins over the file.
+      foundation: the tower is clamped at its base, or stands on the file's monopile.
+      mudline: [m] height, below zero under water, where the monopile is clamped.
+      reynolds: where an airfoil has polars of several Reynolds numbers, the nearest is taken; by default the highest.
+
+    Raises:
+      InputError: the file is no windIO 2 turbine, or something is wrong or lacking; all that lacks is listed.
+    """
+    return import_windio(path, extra, foundation=foundation, mudline=mudline, reynolds=reynolds).turbine
+
+
+def import_windio(
+    path: str | Path,
+    extra: Extra = None,
+    *,
+    foundation: Literal["clamped", "pile"] = "clamped",
+    mudline: float | None = None,
+    reynolds: float | None = None,
+) -> ImportedTurbine:
+    """As :func:`read_windio`, with notes on the data that were used, approximated and ignored.
+
+    Raises:
+      InputError: as :func:`read_windio`.
+    """
+    if foundation not in ("clamped", "pile"):
+        raise InputError(f"read_windio: foundation must be 'clamped' or 'pile', found {foundation!r}")
+    tree = load(Path(path))
+    more = _extra(extra)
+    data = _content(tree, more, reynolds)
+    if foundation == "pile":
+        if mudline is None:
+            raise InputError(
+                f"{path}: foundation 'pile' needs mudline, the height [m] (negative under water) where the monopile is "
+                "clamped; windIO files do not contain it"
+            )
+        data["foundation"] = read_pile(tree, mudline)
+    elif tree.get("components.monopile") is not None or tree.get("components.floating_platform") is not None:
+        tree.note("ignored", "components.monopile", "substructure", "the tower is clamped at its base")
+    for name in ("jacket", "floating_platform", "mooring", "RNA"):
+        if tree.get(f"components.{name}") is not None:
+            tree.note("ignored", f"components.{name}", name, "not modelled")
+    turbine = _validated(merged(data, more), str(path), extra)
+    return ImportedTurbine(turbine, tuple(tree.notes))
+
+
+def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[str, Any]:
+    """Content of a turbine, as far as available in the file."""
+    if str(tree.get("assembly.rotor_orientation") or "upwind").lower() != "upwind":
+        raise InputError(f"{tree.where}: assembly.rotor_orientation: upwind rotors only")
+    blades = int(tree.number("assembly.number_of_blades") or 3)
+    blade, airfoils = read_blade(tree, reynolds)
+    hub, drivetrain = read_hub(tree), read_drivetrain(tree)
+    drive = drivetrain | more.get("drivetrain", {})
+    if "generator_efficiency" not in drive:
+        why = "no losses; give drivetrain.generator_efficiency"
+        tree.note("approximated", "components.drivetrain.generator.rpm_efficiency", "generator efficiency", why)
+    control = read_control(
+        tree,
+        rotor_inertia(blade, hub | more.get("hub", {}), blades),
+        drive.get("gear_ratio", 1.0),
+        drive.get("generator_inertia", 0.0),
+        drive.get("generator_efficiency", 1.0),
+    )
+    name = str(tree.get("name") or Path(tree.where).stem)
+    return {
+        "name": name,
+        "description": str(tree.get("comments") or name),
+        "source": f"{tree.source} (windIO {tree.get('windIO_version') or 2})",
+        "n_blades": blades,
+        **given(
+            rated_power=tree.number("assembly.rated_power") or tree.number("control.rated_power"),
+            cut_in=tree.number("assembly.cut_in_wind_speed"),
+            cut_out=tree.number("assembly.cut_out_wind_speed"),
+        ),
+        "blade": blade,
+        "airfoils": airfoils,
+        "hub": hub,
+        "nacelle": read_nacelle(tree),
+        "drivetrain": drivetrain,
+        "yaw": read_yaw(tree),
+        "tower": read_tower(tree),
+        "pitch_actuator": read_actuator(tree),
+        "control": control,
+    }
+
+
+def _extra(extra: Extra) -> dict[str, Any]:
+    """Supplementary data, as nested keys."""
+    if extra is None:
+        return {}
+    if isinstance(extra, (str, Path)):
+        return read_mapping(extra)
+    nested: dict[str, Any] = {}
+    for path, value in extra.items():
+        set_keys(nested, str(path), value)
+    return nested
+
+
+def _validated(data: dict[str, Any], where: str, extra: Extra) -> Turbine:
+    names = [Path(where).name] + ([Path(extra).name] if isinstance(extra, (str, Path)) else [])
+    try:
+        return validated(data, Turbine, " with ".join(names))
+    except InputError as error:
+        hint = "supply the missing data with extra, a YAML file or a dictionary of these keys"
+        raise InputError(f"{where}: incomplete turbine; {hint}:\n{error}") from None

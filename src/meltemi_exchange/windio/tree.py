@@ -1,0 +1,167 @@
+"""A windIO file as a tree of data."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.yamlfile import parse, read_text
+from meltemi_exchange.report import ImportNote
+
+Float = NDArray[np.float64]
+
+
+class Tree:
+    """Data of a windIO file by key paths, and the notes on them.
+
+    Attributes:
+      where: the file, for messages.
+      source: its name, for records.
+      notes: gathered while reading.
+    """
+
+    def __init__(self, data: dict[str, Any], where: str) -> None:
+        self.data, self.where = data, where
+        self.source = Path(where).name
+        self.notes: list[ImportNote] = []
+
+    def note(self, kind: Literal["used", "approximated", "ignored"], where: str, what: str, why: str = "") -> None:
+        """Add a note."""
+        self.notes.append(ImportNote(kind, where, what, why))
+
+    def get(self, path: str) -> Any:
+        """The value at a path, or None."""
+        found: Any = self.data
+        for key in path.split("."):
+            if not isinstance(found, dict) or key not in found:
+                return None
+            found = found[key]
+        return found
+
+    def need(self, path: str) -> Any:
+        """The value at a path; an error if it is missing.
+
+        Raises:
+          InputError: there is no value.
+        """
+        found: Any = self.data
+        for i, key in enumerate(path.split(".")):
+            if not isinstance(found, dict) or found.get(key) is None:
+                above = ".".join(path.split(".")[:i])
+                hint = did_you_mean(key, found) if isinstance(found, dict) else "a dictionary of keys is expected there"
+                raise InputError(f"{self.where}: {path} is missing; under {above or 'the top'} {hint}")
+            found = found[key]
+        return found
+
+    def number(self, path: str) -> float | None:
+        """A number, or None.
+
+        Raises:
+          InputError: the value is not a finite number.
+        """
+        found = self.get(path)
+        if found is None:
+            return None
+        if isinstance(found, bool) or not isinstance(found, (int, float)) or not np.isfinite(found):
+            raise InputError(f"{self.where}: {path}: expected a number, found {str(found)[:40]!r}")
+        return float(found)
+
+    def quantities(self, table: Mapping[str, tuple[str, float]]) -> dict[str, float]:
+        """Numbers in SI units by meltemi's names, from a table ``name: (path, factor)``; missing values are omitted.
+
+        Raises:
+          InputError: a value is not a finite number.
+        """
+        found = {name: (self.number(path), factor) for name, (path, factor) in table.items()}
+        return {name: value * factor for name, (value, factor) in found.items() if value is not None}
+
+    def numbers(self, path: str, count: int | None = None) -> Float:
+        """A list of numbers.
+
+        Raises:
+          InputError: it is missing, or no list of ``count`` numbers.
+        """
+        return as_numbers(self.need(path), f"{self.where}: {path}", count)
+
+    def curve(self, path: str, values: str = "values") -> tuple[Float, Float]:
+        """Grid and values of a distributed quantity.
+
+        Raises:
+          InputError: it is missing or not regular.
+        """
+        grid = self.numbers(f"{path}.grid")
+        if len(grid) < 2 or np.any(np.diff(grid) <= 0.0):
+            raise InputError(f"{self.where}: {path}.grid: expected two or more numbers that increase")
+        return grid, self.numbers(f"{path}.{values}", len(grid))
+
+    def at(self, path: str, grid: Float, values: str = "values") -> Float:
+        """A distributed quantity, interpolated linearly at other grid points."""
+        return np.interp(grid, *self.curve(path, values))
+
+
+def as_numbers(found: Any, where: str, count: int | None = None) -> Float:
+    """A list of numbers as an array.
+
+    Raises:
+      InputError: it is not one, or has another length.
+    """
+    try:
+        array = np.asarray(found, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.array(np.nan)
+    if array.ndim != 1 or not np.all(np.isfinite(array)):
+        raise InputError(f"{where}: expected a list of numbers, found {str(found)[:40]!r}")
+    if count is not None and len(array) != count:
+        raise InputError(f"{where}: expected {count} numbers like its grid, found {len(array)}")
+    return array
+
+
+LIST = re.compile(r"(?m)(?<= )\[([-+\d.eE,\s]*)\](?=[ \t\r]*$)")
+"""A list of numbers at the end of a line. They are nearly all of a file, and YAML takes seconds for them."""
+TOKEN = re.compile(r"~list(\d+)~")
+
+
+def parse_quickly(text: str, path: Path) -> dict[str, Any]:
+    """Parse YAML like :func:`~meltemi.core.yamlfile.parse`, but with a fast path for lists of numbers."""
+    lists: list[str] = []
+
+    def take(match: re.Match[str]) -> str:
+        lists.append(match[1])
+        return f"~list{len(lists) - 1}~" + "\n" * match[1].count("\n")  # lines keep their numbers
+
+    def put(found: Any) -> Any:
+        if isinstance(found, dict):
+            return {key: put(value) for key, value in found.items()}
+        if isinstance(found, list):
+            return [put(value) for value in found]
+        if isinstance(found, str) and (match := TOKEN.fullmatch(found)):
+            try:
+                return [float(word) for word in lists[int(match[1])].split(",") if word.strip()]
+            except ValueError:
+                return f"[{lists[int(match[1])]}]"
+        return found if not isinstance(found, str) else TOKEN.sub(lambda match: f"[{lists[int(match[1])]}]", found)
+
+    found: dict[str, Any] = put(parse(LIST.sub(take, text), path, "a windIO turbine"))
+    return found
+
+
+def load(path: Path) -> Tree:
+    """Parse a windIO file.
+
+    Raises:
+      InputError: the file is missing, is no YAML, or no windIO 2 turbine.
+    """
+    data = parse_quickly(read_text(path), path)
+    components = data.get("components")
+    if not isinstance(components, dict) or not isinstance(components.get("blade"), dict):
+        found = ", ".join(str(key) for key in list(data)[:6])
+        raise InputError(f"{path}: not a windIO turbine: components.blade is missing (found: {found})")
+    if "outer_shape_bem" in components["blade"]:
+        raise InputError(f"{path}: this is windIO 1; convert it to windIO 2 with windIO.converters.windIO2windIO first")
+    return Tree(data, str(path))

@@ -1,0 +1,3 @@
+"""Derivatives of runs: sensitivities with dual numbers, gradients by the adjoint, weights of statistics."""
+
+KERNELS = ()

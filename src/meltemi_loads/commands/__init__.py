@@ -1,0 +1,1 @@
+"""``meltemi loads`` and ``meltemi surrogate``."""

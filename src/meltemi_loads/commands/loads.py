@@ -1,0 +1,375 @@
+"""``meltemi loads``: load bases after the design load cases of IEC 61400-1."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import radians
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from meltemi.app.commands import Group
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, ControllerInputOption, controller_of_options
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.core.errors import InputError
+from meltemi.core.extras import missing
+
+if TYPE_CHECKING:
+    from meltemi_loads.loadbase.engine import BaseStatus, Progress
+    from meltemi_loads.loadbase.plan import Plan
+    from meltemi_loads.loadbase.timing import Cost
+
+BaseArgument = Annotated[Path, typer.Argument(help="Folder of a load base, as plan writes it.")]
+SettingsOption = Annotated[
+    Path | None, typer.Option("--settings", help="Settings of the evaluation (YAML), such as extrapolation: weibull.")
+]
+REPORTED = 30.0
+"""[s] between lines of progress where there is no terminal."""
+MOST_PROBLEMS = 20
+"""Cases that status lists."""
+
+loads = typer.Typer(
+    cls=Group,
+    help="Load bases: the design load cases of IEC 61400-1 for a turbine.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+@loads.callback()
+def group() -> None:
+    """Load bases: the design load cases of IEC 61400-1 for a turbine."""
+
+
+@loads.command("plan")
+def plan_(
+    turbine: Annotated[
+        str,
+        typer.Argument(
+            help="A turbine's name or YAML file, an OpenFAST deck (.fst), or the folder of a load base.",
+            autocompletion=TURBINES,
+        ),
+    ],
+    wind_class: Annotated[
+        str | None, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1, e.g. IB.")
+    ] = None,
+    edition: Annotated[int, typer.Option("--edition", help="Edition of IEC 61400-1: 3, 4.")] = 4,
+    table: Annotated[
+        Path | None, typer.Option("--table", help="Changes of the table: YAML, or Excel as --excel writes it.")
+    ] = None,
+    site: Annotated[
+        Path | None, typer.Option("--site", help="Site conditions (JSON form of IEC 61400-15-1) instead of a class.")
+    ] = None,
+    site_turbine: Annotated[str | None, typer.Option("--site-turbine", help="ID of the turbine in that form.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="One seed, three speeds: for a first test.")] = False,
+    seeds: Annotated[int | None, typer.Option("--seeds", help="Number of turbulence seeds [6].")] = None,
+    duration: Annotated[float | None, typer.Option("--duration", help="Evaluated duration [s] [600].")] = None,
+    transient: Annotated[float | None, typer.Option("--transient", help="Initial transient [s] [60].")] = None,
+    yaw_error: Annotated[float | None, typer.Option("--yaw-error", help="Usual yaw error [deg] [8].")] = None,
+    inclination: Annotated[float | None, typer.Option("--inclination", help="Flow inclination [deg] [8].")] = None,
+    rated_wind: Annotated[float | None, typer.Option("--rated-wind", help="V_r [m/s] [from steady operation].")] = None,
+    cut_in: Annotated[float | None, typer.Option("--cut-in", help="V_in [m/s] [that of the turbine].")] = None,
+    cut_out: Annotated[float | None, typer.Option("--cut-out", help="V_out [m/s] [that of the turbine].")] = None,
+    v_maint: Annotated[float | None, typer.Option("--v-maint", help="V_maint [m/s] [18].")] = None,
+    idle_pitch: Annotated[float | None, typer.Option("--idle-pitch", help="Pitch when parked [deg] [feather].")] = None,
+    extreme_wind: Annotated[
+        str | None, typer.Option("--extreme-wind", help="Extreme wind speed model: turbulent, steady [turbulent].")
+    ] = None,
+    years: Annotated[float | None, typer.Option("--years", help="Lifetime [years] [20].")] = None,
+    controller: Annotated[
+        str | None,
+        typer.Option("--controller", help=f"Controller: {CONTROLLER} [supervised].", autocompletion=CONTROLLERS),
+    ] = None,
+    controller_input: ControllerInputOption = None,
+    excel: Annotated[bool, typer.Option("--excel", help="Also write the table as table.xlsx.")] = False,
+    out: OutOption = Path("base"),
+) -> None:
+    """List all cases of a load base; writes campaign.yaml and plan.csv."""
+    angles = {"inclination": inclination, "idle_pitch": idle_pitch}
+    plain: dict[str, Any] = {"duration": duration, "transient": transient, "seeds": seeds, "yaw_error": yaw_error}
+    plain |= {"rated_wind": rated_wind, "cut_in": cut_in, "cut_out": cut_out, "v_maint": v_maint}
+    plain |= {"extreme_wind": extreme_wind, "years": years, "quick": quick or None}
+    given = {name: value for name, value in plain.items() if value is not None}
+    given |= {name: round(radians(value), 9) for name, value in angles.items() if value is not None}
+    if controller is not None or controller_input is not None:
+        named = {"--controller": controller, "--controller-input": controller_input}
+        given["controller"] = controller_of_options({k: v for k, v in named.items() if v is not None})
+    from meltemi_loads.loadbase.campaign import FILE, make_campaign, read_campaign, write_campaign
+    from meltemi_loads.loadbase.changes import read_changes
+    from meltemi_loads.loadbase.plan import plan, write_plan
+    from meltemi_loads.loadbase.timing import finished_cost, timed_cost
+
+    if (Path(turbine) / FILE).is_file():
+        named = {"--class": wind_class, "--table": table, "--site": site}
+        if given or any(value is not None for value in named.values()):
+            raise InputError(f"{turbine} is the folder of a load base; change its {FILE} instead of using options")
+        campaign, out = read_campaign(turbine), Path(turbine)
+    else:
+        if (wind_class is None) == (site is None):
+            raise InputError("give either --class (for instance --class IB) or --site FILE")
+        if site is not None:
+            from meltemi_loads.loadbase.site import read_site
+
+            given["site"] = read_site(site, site_turbine)
+            given = {"inclination": given["site"].inclination} | given
+        elif site_turbine is not None:
+            raise InputError("--site-turbine needs --site")
+        if table is not None:
+            given["changes"] = read_changes(table, edition)
+        with progress_bar("operating points of the plan"):
+            campaign = make_campaign(
+                turbine, given["site"].wind_class(edition) if wind_class is None else wind_class, edition, **given
+            )
+    planned = plan(campaign)
+    _show(planned)
+    folder_for(out)
+    with progress_bar("timing"):
+        cost = finished_cost(planned, out) or timed_cost(planned)
+    if cost:
+        print(f"{planned.hours:.0f} h of simulated time: {_duration_words(cost, planned.hours)}")
+    files = [write_campaign(campaign, out), write_plan(planned, out)]
+    if excel:
+        from meltemi_loads.loadbase.excel import write_excel
+
+        files.append(write_excel(planned.table, out / "table.xlsx"))
+    wrote(*files)
+    suggest("loads", "run", out)
+    if words := missing(("pandas", "pyarrow", "openpyxl")):
+        say(f"to run and report it needs {words}")
+
+
+def _duration_words(cost: Cost, hours: float) -> str:
+    """Processor and wall time of simulated hours, and how they were estimated."""
+    from meltemi.core.threads import available_cores
+
+    seconds, cores = 3600.0 * hours * cost.rate, available_cores()
+    processor, wall = spoken(seconds), spoken(seconds / cores)
+    where = f", {wall} on {cores} free cores" if cores > 1 else ""
+    return f"about {processor} of processor time{where} (estimate from {cost.source})"
+
+
+def spoken(seconds: float) -> str:
+    """A duration with two digits: 45 s, 3.7 min, 12 h."""
+    value, unit = next(
+        (seconds / size, unit)
+        for size, unit in ((3600.0, "h"), (60.0, "min"), (1.0, "s"))
+        if seconds >= size or size == 1.0
+    )
+    return f"{value:.1f} {unit}" if value < 10.0 and unit != "s" else f"{value:.0f} {unit}"
+
+
+def _show(plan: Plan) -> None:
+    """Print the rows of the plan, totals, and what cannot run."""
+    c, rows = plan.campaign, []
+    for row in plan.summary():
+        cannot = str(row.unsupported) if row.unsupported else ""
+        rows.append(
+            [row.name, row.situation, row.wind, row.type, row.factor, str(row.cases), f"{row.hours:.1f}", cannot]
+        )
+    all_hours = sum(row.hours for row in plan.summary())
+    lacking = sum(row.unsupported for row in plan.summary())
+    rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{all_hours:.1f}", str(lacking or "")])
+    head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours", "cannot run"]
+    where = c.site.name if c.site is not None else f"class {c.iec_class.name}"
+    title = f"{Path(c.turbine).name}: {plan.table.title}, {where}"
+    print_table(title, head, rows, text_columns=4)
+    print(
+        f"V_in {c.cut_in:g}, V_r {c.rated_wind:g}, V_out {c.cut_out:g}, V_ref {c.iec_class.v_ref:g} m/s; hours "
+        "simulated, initial transients included"
+    )
+    for why, names in plan.missing().items():
+        say(f"cannot run (DLC {', '.join(names)}): {why}")
+    assumed = len(plan.table.assumptions())
+    print(f"{assumed} values of the table come from practice, not from the standard (docs: load case tables)")
+
+
+@loads.command("run")
+def run_(
+    base: BaseArgument,
+    shard: Annotated[
+        str | None, typer.Option("--shard", help="Only every N-th case, beginning with the k-th: k/N, e.g. 3/16.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option("--workers", help="Threads [one for each core].")] = None,
+    dask: Annotated[
+        str | None, typer.Option("--dask", help="Address of a Dask scheduler, or: local (processes of this machine).")
+    ] = None,
+    device: Annotated[str, typer.Option("--device", help="cpu; cuda or cuda-single: a graphics card.")] = "cpu",
+    retry: Annotated[bool, typer.Option("--retry", help="Rerun failed cases.")] = False,
+) -> None:
+    """Run the missing cases of a load base."""
+    from meltemi_loads.loadbase.engine import run_base
+
+    planned = _planned(base)
+    folder_for(base)
+    with progress_bar("load cases", len(planned.cases), "cases") as bar:
+        found = run_base(
+            planned,
+            base,
+            shard=shard_of(shard),
+            workers=workers,
+            dask=dask,
+            device=device,
+            retry=retry,
+            progress=told(bar),
+        )
+    _show_status(found, base, planned)
+
+
+def _planned(base: Path) -> Plan:
+    from meltemi_loads.loadbase.campaign import read_campaign
+    from meltemi_loads.loadbase.plan import plan
+
+    return plan(read_campaign(base))
+
+
+def shard_of(text: str | None) -> tuple[int, int]:
+    """Number and count of shards of a text k/N."""
+    if text is None:
+        return 1, 1
+    k, _, n = text.partition("/")
+    if not (k.isdigit() and n.isdigit() and 1 <= int(k) <= int(n)):
+        raise InputError(f"--shard {text!r}: expected k/N with k from 1 to N, for instance 3/16")
+    return int(k), int(n)
+
+
+def told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
+    """Progress as a bar, and as lines where there is no terminal."""
+    from rich.console import Console
+
+    terminal, last = Console(stderr=True).is_terminal, [monotonic()]
+
+    def tell(progress: Progress) -> None:
+        bar(progress.share)
+        if not terminal and monotonic() - last[0] > REPORTED and progress.seconds_left is not None:
+            last[0] = monotonic()
+            left = f"{spoken(progress.seconds_left)} left"
+            say(f"{progress.done} of {progress.total} cases, {100.0 * progress.share:.0f} %, {left}")
+
+    return tell
+
+
+@loads.command()
+def status(base: BaseArgument) -> None:
+    """Show the completed, failed and missing cases of a load base."""
+    from meltemi_loads.loadbase.engine import base_status
+
+    planned = _planned(base)
+    _show_status(base_status(planned, base), base, planned)
+
+
+def _show_status(found: BaseStatus, base: Path, plan: Plan) -> None:
+    from meltemi_loads.loadbase.timing import finished_cost
+
+    columns = ("cases", "ok", "doubtful", "failed", "missing", "unsupported")
+    rows = [[row.dlc, *(str(getattr(row, name) or "") for name in columns)] for row in found.dlcs]
+    rows.append(["total", *(str(sum(getattr(row, name) for row in found.dlcs) or "") for name in columns)])
+    print_table("Load base", ["DLC", *columns[:-1], "cannot run"], rows, text_columns=1)
+    left = f"{found.done} of {found.total} cases done, {found.hours:.1f} h to be simulated"
+    cost = finished_cost(plan, base) if found.hours else None
+    print(f"{left}, {_duration_words(cost, found.hours)}" if cost else left)
+    suggest("loads", "run" if found.done < found.total else "report", base)
+    for name, why in list(found.problems.items())[:MOST_PROBLEMS]:
+        say(f"{name}: {why}")
+    if (more := len(found.problems) - MOST_PROBLEMS) > 0:
+        say(f"and {more} more")
+    for file, why in found.unreadable.items():
+        say(f"{file} counts as missing: {why}")
+    if found.outdated:
+        say(f"{found.outdated} results of other inputs, such as an earlier controller, are not used")
+
+
+@loads.command()
+def show(
+    base: BaseArgument,
+    case: Annotated[str, typer.Argument(help="Name of a case, e.g. dlc1.3-14-y0-s04.")],
+    plot: Annotated[bool, typer.Option("--plot", help="Also write a plot.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for the files [cases in that of the base].")] = None,
+) -> None:
+    """Simulate a case of a load base again; writes its series."""
+    from meltemi.postprocess.files import write_netcdf
+    from meltemi_loads.loadbase.engine import same_numbers, show_case
+
+    planned = _planned(base)
+    folder = folder_for(out or base / "cases")
+    seconds = planned.case(case).duration + planned.case(case).transient
+    with progress_bar(case, seconds, "s") as progress:
+        result = show_case(planned, case, progress)
+    files = [write_netcdf(result, folder / f"{case}.nc")]
+    if plot and len(result.time) > 1:
+        from meltemi.report.plots import plot as plot_result
+        from meltemi.report.plots import save
+
+        files.append(save(plot_result(result), folder / f"{case}.png"))
+    print(f"{case}: {result.status}{f', {result.message}' if result.message else ''}")
+    for entry in result.log:
+        print(f"{entry.time:8.2f} s  {entry.what}{f': {entry.reason}' if entry.reason else ''}")
+    for warning in result.warnings:
+        say(f"warning: {warning}")
+    same = same_numbers(planned, base, case, result)
+    words = {
+        None: "not in the load base",
+        True: "equal to the load base in all digits",
+        False: "NOT that of the load base",
+    }
+    print(f"result: {words[same]}")
+    wrote(*files)
+    suggest(*(("loads", "report", base) if same else ("loads", "status", base)))
+
+
+@loads.command()
+def report(
+    base: BaseArgument,
+    against: Annotated[
+        Path | None, typer.Option("--against", help="Another load base, to which utilisations refer.")
+    ] = None,
+    limits: Annotated[
+        Path | None, typer.Option("--limits", help="Limits of loads (YAML), to which utilisations refer.")
+    ] = None,
+    settings: SettingsOption = None,
+    project: Annotated[
+        Path | None,
+        typer.Option("--project", help="Project, author, revision, date (YAML) [project.yaml in the base's folder]."),
+    ] = None,
+    word: Annotated[bool, typer.Option("--word", help="Also write report.docx, with the same content.")] = False,
+) -> None:
+    """Write the report of a load base: one HTML file, its tables as Excel and CSV, on demand a Word file."""
+    from meltemi_loads.loadbase.design import design_loads
+    from meltemi_loads.loadbase.project import read_project
+    from meltemi_loads.loadbase.report import read_limits, write_report
+    from meltemi_loads.loadbase.settings import read_settings
+
+    if against is not None and limits is not None:
+        raise InputError("give either --against or --limits")
+    planned, given = _planned(base), None if limits is None else read_limits(limits)
+    title = read_project(base, project)
+    of = read_settings(settings)
+    other = None if against is None else (str(against), design_loads(_planned(against), against, of))
+    folder_for(base)
+    with progress_bar("report", compiles=False):
+        design = design_loads(planned, base, of)
+        files = write_report(planned, base, against=other, limits=given, design=design, project=title, word=word)
+    wrote(*files)
+    runnable = next((case.name for case in planned.cases if not case.unsupported), "")
+    suggest("loads", "show", base, runnable, "--plot")
+
+
+@loads.command()
+def compare(
+    base: BaseArgument,
+    other: Annotated[Path, typer.Argument(help="Folder of the other load base, the reference.")],
+    out: OutOption = Path("comparison"),
+    settings: SettingsOption = None,
+) -> None:
+    """Compare two load bases: two controllers, two turbines, or a change."""
+    from meltemi_loads.loadbase.report_comparison import write_base_comparison
+    from meltemi_loads.loadbase.settings import read_settings
+
+    bases = [(str(folder), _planned(folder)) for folder in (base, other)]
+    of = read_settings(settings)
+    folder_for(out)
+    with progress_bar("comparison", compiles=False):
+        files = write_base_comparison(bases[0], bases[1], out, of)
+    wrote(*files)
+    suggest("loads", "report", base, "--against", other)

@@ -1,0 +1,1 @@
+"""``meltemi diff``, ``meltemi observe``, ``meltemi flutter``, ``meltemi parked``."""

@@ -1,0 +1,1 @@
+"""Scaling of a reference turbine to main parameters."""

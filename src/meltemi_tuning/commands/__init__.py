@@ -1,0 +1,1 @@
+"""``meltemi compare`` and ``meltemi bench-controller``."""

@@ -1,0 +1,109 @@
+"""``meltemi bench-controller``: controllers through a fixed suite of cases, against a reference and limits."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.core.errors import InputError
+
+MOST_WORKERS = 1000
+
+
+def bench_controller(
+    controllers: Annotated[
+        list[str],
+        typer.Argument(
+            help=f"Controllers: {CONTROLLER}.",
+            autocompletion=CONTROLLERS,
+        ),
+    ],
+    turbine: Annotated[
+        str, typer.Option("--turbine", help="A turbine's name or YAML file.", autocompletion=TURBINES)
+    ] = ("nrel5mw"),
+    reference: Annotated[str, typer.Option("--reference", help="Controller against which changes are formed.")] = (
+        "baseline"
+    ),
+    wind_class: Annotated[str, typer.Option("--wind-class", "--class", help="Class of IEC 61400-1, e.g. IIB.")] = "IB",
+    limits: Annotated[
+        Path | None, typer.Option("--limits", help="YAML file with other limits, e.g. over_speed: 1.2.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Reduced suite, which takes about a minute.")] = False,
+    workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Test controllers in a fixed suite of cases against a reference; writes a page, tables and a leaderboard."""
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
+    from meltemi.controllers.names import labelled
+    from meltemi.controllers.specification import check_files, digest, specification
+    from meltemi.core.extras import need, skipped
+    from meltemi.core.yamlfile import read_record
+    from meltemi.wind.iec.classes import as_class
+    from meltemi_tuning.controller_bench.suite import BenchLimits
+
+    labelled(controllers)
+    absent = skipped({name: ("rosco",) for name in controllers if name.partition("@")[0] == "rosco"})
+    if reference.partition("@")[0] == "rosco" or len(absent) == len(controllers):
+        need("controller rosco", "rosco")
+    for words in absent.values():
+        say(words)
+    names = list(dict.fromkeys((reference, *(name for name in controllers if name not in absent))))
+    labels = list(labelled(names))
+    for name in names:
+        check_files(specification(name))
+    as_class(wind_class, None)
+    bounds = None if limits is None else read_record(limits, BenchLimits)
+    from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
+
+    described = aeroelastic(load_turbine(turbine), "meltemi bench-controller")
+    inputs = repr(("bench-controller", wind_class, quick, [(name, digest(specification(name))) for name in names]))
+    from meltemi_tuning.controller_bench import report, study, tables
+    from meltemi_tuning.run_store import run_store
+
+    began = time.perf_counter()
+    folder_for(out)
+    with run_store(out, inputs):
+        with progress_bar(f"{len(labels)} controllers") as progress:
+            bench = study.bench_controllers(
+                described,
+                names,
+                reference=labels[0],
+                quick=quick,
+                wind_class=wind_class,
+                limits=bounds,
+                workers=workers,
+                progress=progress,
+            )
+        import meltemi
+
+        repeat, footer = shlex.join(["meltemi", *sys.argv[1:]]), f"meltemi {meltemi.__version__}"
+        files = report.write_bench(bench, out, repeat=repeat, footer=footer)
+    print_table(f"{bench.turbine}, class {wind_class}", *tables.leaderboard_rows(bench.leaderboard(), bench.reference))
+    print(
+        "changes against the reference in the same winds, with 95 % intervals; speed over its reference, clearance over"
+    )
+    print("that of the undeflected blade: worst case; margins of the speed loop: smallest of all wind speeds")
+    found = bench.all_verdicts()
+    failing = {name: [v for v in own if v.passed is False] for name, own in found.items()}
+    print_table(
+        "Criteria that fail",
+        *tables.verdict_rows(failing),
+        text_columns=2,
+        all_rows=tables.verdict_rows(found),
+    )
+    seconds = sum(case.duration for case in bench.cases) * len(labels)
+    print(f"{seconds:.0f} s simulated in {time.perf_counter() - began:.0f} s")
+    wrote(*files)
+    suggest("compare", turbine, "--ntm", "--wind-class", wind_class, "--wind-speed", 18)
+    if bench.failures:
+        say(f"{len(bench.failures)} runs did not reach their end: see {out / 'bench.html'}")
+        raise typer.Exit(1)

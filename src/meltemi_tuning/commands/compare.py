@@ -1,0 +1,188 @@
+"""``meltemi compare``: comparison of control schemes in the same wind fields."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from meltemi.app.options import TurbineArgument, WindOptions, completing, wind_of_options, with_options
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.controllers.names import NAMES, labelled
+from meltemi.core.errors import InputError, did_you_mean
+
+if TYPE_CHECKING:
+    from meltemi.turbine.definition import Turbine
+    from meltemi.wind.turbulent import TurbulentWind
+
+MOST_SEEDS, MOST_WORKERS = 1000, 1000
+ACTUATORS = ("second_order", "ideal")
+HELP = "\n".join(
+    [
+        "Compare control schemes in the same wind fields.",
+        "",
+        "Each scheme runs in wind fields of several seeds; writes tables, figures and an HTML page.",
+        "",
+        "\b",
+        "Controllers:",
+        *(f"  {name:12s} {about}" for name, about in NAMES.items()),
+        "  own.py       a Python file with controller(turbine), module:function, or a library",
+    ]
+)
+
+
+@with_options
+def compare(
+    turbine: TurbineArgument,
+    options: WindOptions,
+    seeds: Annotated[int, typer.Option("--seeds", help="Number of wind fields.")] = 6,
+    seed: Annotated[int, typer.Option("--seed", help="First seed; the others follow.")] = 1,
+    duration: Annotated[float, typer.Option("--duration", help="Duration of each run [s].")] = 700.0,
+    transient: Annotated[float, typer.Option("--transient", help="Initial transient, not evaluated [s].")] = 100.0,
+    controllers: Annotated[
+        str,
+        typer.Option(
+            "--controllers",
+            help="Controllers, separated by commas; changes are relative to the first.",
+            autocompletion=completing(lambda: NAMES, several=True),
+        ),
+    ] = "cpc,ipc,cpfc",
+    pitch_actuator: Annotated[
+        str | None, typer.Option("--pitch-actuator", help="second_order, ideal [that of the turbine].")
+    ] = None,
+    workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Compare control schemes in the same wind fields."""
+    given = options.given()
+    names = [name.strip() for name in controllers.split(",") if name.strip()]
+    labelled(names)
+    if not 1 <= seeds <= MOST_SEEDS:
+        raise InputError(f"--seeds {seeds}: expected a number of seeds from 1 to {MOST_SEEDS}")
+    if not 0 <= seed < 2**63 - seeds:
+        raise InputError(f"--seed {seed}: expected a number from 0 to {2**63 - seeds - 1}")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
+    from meltemi.controllers.schemes import design_controllers, equipped
+    from meltemi.controllers.specification import digest, specification
+    from meltemi.controllers.trial import try_controllers
+    from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
+
+    described = equipped(_with_actuator(aeroelastic(load_turbine(turbine), "meltemi compare"), pitch_actuator), names)
+    winds = _winds(given, described, duration, range(seed, seed + seeds))
+    from meltemi.simulation.rotors import build
+    from meltemi_tuning import compare as study
+    from meltemi_tuning import comparison_report as report
+    from meltemi_tuning.run_store import run_store
+
+    study.check_duration(duration, transient)
+    began = time.perf_counter()
+    own = [digest(specification(name)) for name in names]
+    folder_for(out)
+    with run_store(out, repr(("compare", transient, own))):
+        model = build(described)
+        with progress_bar("tuning") as progress:
+            designed = design_controllers(
+                model, names, shear_exponent=min(max(winds[0].shear_exponent, 0.0), 0.99), progress=progress
+            )
+        try_controllers(designed.controllers, model)
+        tuned = time.perf_counter()
+        with progress_bar(
+            f"{len(names)} schemes, {seeds} winds, {duration:g} s", len(names) * seeds, "runs"
+        ) as progress:
+            comparison = study.compare(
+                model,
+                designed.controllers,
+                winds,
+                duration=duration,
+                transient=transient,
+                workers=workers,
+                progress=progress,
+            )
+        ran = time.perf_counter()
+        wind = _wind_label(given, winds[0])
+        files = report.write_comparison(
+            comparison,
+            out,
+            design=designed,
+            title=f"{described.name}: {', '.join(comparison.schemes)} in the same wind fields",
+            facts=_facts(described, wind, [w.seed for w in winds], duration, transient),
+            repeat=shlex.join(["meltemi", *sys.argv[1:]]),
+            footer=f"meltemi {_version()}",
+        )
+    head, rows, groups = report.main_rows(comparison)
+    spanned = [name for name, span in groups for _ in range(span)]
+    head = [f"{scheme}\n{name}" if scheme else name for scheme, name in zip(spanned, head, strict=True)]
+    print_table(f"{described.name}: {wind}, {len(comparison.winds)} seeds", head, rows, text_columns=2)
+    print(report.notes(comparison))
+    title = "Ideal removal of 1P and 2P (a reference, not a bound), and the share of its change reached by the schemes"
+    print_table(title, *report.ceiling_rows(comparison), text_columns=3)
+    total = len(names) * seeds
+    print(
+        f"{total} runs of {duration:g} s in {ran - tuned:.1f} s ({total * duration / (ran - tuned):.0f} times real "
+        f"time), tuning in {tuned - began:.1f} s"
+    )
+    wrote(*files)
+    suggest("loads", "plan", turbine, "--class", given.get("--wind-class", "IB"), "--quick")
+    for warning in comparison.warnings():
+        say(f"warning: {warning}")
+    if comparison.failures:
+        for failure in comparison.failures:
+            say(f"excluded: {study.failure_line(failure)}")
+        raise typer.Exit(1)
+
+
+compare.__doc__ = HELP  # with the names of controllers
+
+
+def _with_actuator(turbine: Turbine, kind: str | None) -> Turbine:
+    if kind is None:
+        return turbine
+    if kind not in ACTUATORS:
+        raise InputError(f"--pitch-actuator {kind}: {did_you_mean(kind, ACTUATORS)}")
+    return turbine.replace(**{"pitch_actuator.kind": kind})
+
+
+def _winds(given: Mapping[str, Any], turbine: Turbine, duration: float, seeds: range) -> list[TurbulentWind]:
+    """The wind with each seed."""
+    from meltemi.core.yamlfile import validated
+    from meltemi.loadcases.case import LoadCase, case_wind
+    from meltemi.wind.turbulent import TurbulentWind
+
+    described = wind_of_options(given)
+    data = {"turbine": turbine.name, "wind": described, "duration": duration}
+    found = case_wind(validated(data, LoadCase, "command line"), turbine, Path())
+    if not isinstance(found, TurbulentWind):
+        raise InputError(f"{found.label} is not turbulent, so seeds do not apply: use --ntm, --iec ETM or --turbulence")
+    return [found.replace(seed=each) for each in seeds]
+
+
+def _wind_label(given: Mapping[str, Any], wind: TurbulentWind) -> str:
+    """Label of the wind without its seed."""
+    model = [given["--iec"]] if "--iec" in given else []
+    model += [f"class {given['--wind-class']}"] if model and "--wind-class" in given else []
+    return ", ".join([*([" ".join(model)] if model else []), wind.label.rpartition(", seed")[0]])
+
+
+def _facts(turbine: Turbine, wind: str, seeds: list[int], duration: float, transient: float) -> list[tuple[str, str]]:
+    actuator = "ideal" if turbine.pitch_actuator.kind == "ideal" else "second order"
+    n = len(turbine.blade.flaps)
+    flaps = f", {n} flap{'s' * (n > 1)} per blade" if n else ""
+    return [
+        ("Turbine", f"{turbine.name}, pitch actuator {actuator}{flaps}"),
+        ("Wind", wind),
+        ("Seeds", str(seeds[0]) if len(seeds) == 1 else f"{seeds[0]} to {seeds[-1]}"),
+        ("Duration", f"{duration:g} s each, evaluated after {transient:g} s"),
+    ]
+
+
+def _version() -> str:
+    import meltemi
+
+    return meltemi.__version__

@@ -1,0 +1,102 @@
+"""``bench_controllers``: any controllers on the test bench, by name or as objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from meltemi.control.controller import Controller
+from meltemi.controllers.names import controller_keys, labelled
+from meltemi.controllers.schemes import equipped
+from meltemi.core.errors import InputError
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
+from meltemi.wind.iec.classes import as_class
+from meltemi_tuning.controller_bench.bench import ControllerBench
+from meltemi_tuning.controller_bench.contenders import Entry, contenders
+from meltemi_tuning.controller_bench.margins import Multisine
+from meltemi_tuning.controller_bench.runs import run_bench
+from meltemi_tuning.controller_bench.suite import BenchLimits, suite_of
+
+QUICK_SINE = Multisine(period=50.0, settling=150.0)
+"""Test signal of the margins in the reduced suite."""
+TUNING = 0.05
+"""Share of the time that the tuning of schemes takes, for the progress."""
+
+
+def bench_controllers(
+    turbine: AnyTurbine,
+    controllers: Mapping[str, Controller | Callable[[Turbine], Controller] | str] | Sequence[str],
+    *,
+    reference: str = "baseline",
+    quick: bool = False,
+    wind_class: str = "IB",
+    limits: BenchLimits | None = None,
+    options: ModelOptions | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> ControllerBench:
+    """Run controllers through the fixed suite of the test bench, in the same winds as a reference, and judge them.
+
+    Args:
+      turbine: for which the controllers are made; it receives flaps if a scheme needs them.
+      controllers: names and files (docs/guide/controller-names.md), or by label controllers, functions of the turbine
+        that return one, and names.
+      reference: label of one of them, or another name; changes are against it.
+      quick: the reduced suite.
+      wind_class: of IEC 61400-1.
+      limits: of the verdicts.
+      options: of the model.
+      workers: threads.
+      progress: callback with the completed fraction.
+
+    Raises:
+      InputError: a name or class is unknown, a file or function is missing or makes no controller, or no run at all
+        reached its end.
+      KeyboardInterrupt: Ctrl-C ended the runs.
+    """
+    given = entries_of(controllers, reference)
+    as_class(wind_class, None)
+    described = equipped(aeroelastic(turbine, "the test bench"), [e for e in given.values() if isinstance(e, str)])
+    suite, model = suite_of(described, quick=quick), build(described, options)
+    share = TUNING if progress else 0.0
+    made = contenders(given, model, progress=progress and (lambda x: progress(share * x)))
+    return run_bench(
+        model,
+        made,
+        suite,
+        wind_class=wind_class,
+        limits=limits,
+        sine=QUICK_SINE if quick else None,
+        workers=workers,
+        progress=progress and (lambda x: progress(share + (1.0 - share) * x)),
+    )
+
+
+def entries_of(controllers: Mapping[str, Entry] | Sequence[str], reference: str) -> dict[str, Entry]:
+    """Controllers by label, the reference first; their names are checked.
+
+    Raises:
+      InputError: there are none, one is no controller, a name is unknown, or two have the same label.
+    """
+    if isinstance(controllers, Mapping):
+        found = dict(controllers)
+    else:
+        found = dict(labelled([controllers] if isinstance(controllers, str) else list(controllers)))
+    for label, entry in found.items():
+        if not (isinstance(entry, Controller | str) or callable(entry)):
+            raise InputError(
+                f"controllers: {label!r}: expected a controller, a function of the turbine or a name, "
+                f"found {type(entry).__name__}"
+            )
+        if isinstance(entry, str):
+            controller_keys(entry)
+    if not found:
+        labelled([])
+    if reference in found:
+        return {reference: found.pop(reference), **found}
+    ((label, name),) = labelled([reference]).items()
+    if found.get(label, name) != name:
+        raise InputError(f"controllers: two of them are called {label!r}")
+    return {label: name, **found}

@@ -1,0 +1,348 @@
+"""Finished and failed runs of a long study, kept on disk so that the study can be resumed.
+
+Within ``with journal(out, inputs):`` each finished run of :func:`cells` is stored in a folder of ``out``. The same
+study, started again after Ctrl-C, a crash or a kill, reads them and continues with the rest. They are identified by a
+hash of the files of meltemi and of the package of the study, of the inputs of the study and of the case, so that
+changed runs are repeated.
+
+A failed cell does not end the study: :class:`FailedResult` takes the place of its result and raises an error with the
+reason when it is used. ``attempt`` makes cells of other computations, ``guarded`` replaces what depends on failed ones.
+A doubtful run counts and is listed, so that results outside the range of validity of the model are shown, too.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import fields, replace
+from functools import cache, partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.core.errors import MeltemiError, Status
+from meltemi.core.kernel import is_ours
+from meltemi.core.private import signed, user_key, verified
+from meltemi.loadcases.batch import Batch, Outcome
+from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
+
+T = TypeVar("T")
+HOUSE = ("meltemi", "meltemi_studies", "meltemi_tuning")
+"""Packages whose code every study may run; one of another package names it."""
+FOLDER = "finished-runs"
+"""Folder within the output folder, while the study runs."""
+_ANY_START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.0, generator_torque=0.0)
+
+
+class FailedResultError(MeltemiError):
+    """The result of a failed cell was used."""
+
+
+class FailedResult:
+    """Placeholder for the result of a failed cell; any use of it raises :class:`FailedResultError`.
+
+    Attributes:
+      why: cell and reason of the failure.
+    """
+
+    def __init__(self, why: str) -> None:
+        self.why = why
+
+    def _raise(self, *_: Any, **__: Any) -> Any:
+        raise FailedResultError(self.why)
+
+    __getattr__ = __getitem__ = __iter__ = __len__ = __call__ = __float__ = __contains__ = __array__ = _raise
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __neg__ = _raise
+
+    def __reduce__(self) -> Any:
+        return FailedResult, (self.why,)
+
+
+class RunStore:
+    """Finished and failed cells of one study.
+
+    Attributes:
+      failed: reasons by cell, in order of occurrence.
+      doubtful: findings by cell whose run left the range of validity of the model.
+      taken: number of finished runs that were read from disk.
+    """
+
+    def __init__(self, folder: Path | None = None, inputs: str = "", package: str = "") -> None:
+        self.failed: dict[str, str] = {}
+        self.doubtful: dict[str, str] = {}
+        self.taken = 0
+        self.path: tuple[str, ...] = ()
+        self._seal = b""
+        with suppress(OSError):
+            self._seal = user_key() if folder is not None else b""
+        self._folder = folder if self._seal else None
+        self._study = _hash_of_study(package, inputs) if self._seal else ""
+        self._seen: set[Path] = set()
+
+    def enter(self, cell: str, why: str, *, doubtful: bool = False) -> None:
+        """Enter a failed or doubtful cell, under its name and those of the enclosing cells."""
+        (self.doubtful if doubtful else self.failed).setdefault(": ".join((*self.path, cell)), why)
+
+    def problems(self) -> dict[str, Any]:
+        """Failed and doubtful cells so far."""
+        return {"failed": dict(self.failed), "doubtful": dict(self.doubtful)}
+
+    def waiting(self) -> int:
+        """Number of stored runs of this study."""
+        return 0 if self._folder is None else len(list(self._folder.glob(f"{self._study}-*")))
+
+    def file_of(self, name: str, case: Run) -> Path | None:
+        """File for the value of a case; None without a folder."""
+        if self._folder is None:
+            return None
+        prints = [_print(getattr(case, field.name)) for field in fields(case) if field.name not in ("name", "start")]
+        mark = hashlib.sha256(repr((self.path, name, prints)).encode()).hexdigest()[:20]
+        file = self._folder / f"{self._study}-{mark}"
+        if file in self._seen:
+            raise AssertionError(f"two cases of a study cannot be distinguished: {self.path}, {name}")
+        self._seen.add(file)
+        return file
+
+    def read(self, file: Path | None) -> tuple[Any] | None:
+        """Stored value, in a tuple; None if the file is missing, damaged, or not written by this user."""
+        with suppress(OSError):
+            data = None if file is None else verified(file.read_bytes(), self._seal)
+            if data is not None:
+                self.taken += 1
+                return (pickle.loads(data),)
+        return None
+
+    def keep(self, file: Path | None, value: Any) -> None:
+        """Store a value; the study continues if the disk is full."""
+        if file is None:
+            return
+        data = pickle.dumps(value, protocol=5)
+        with suppress(OSError):
+            file.parent.mkdir(exist_ok=True)
+            part = file.with_suffix(".part")
+            part.write_bytes(signed(data, self._seal))
+            part.replace(file)
+
+    def clear(self) -> None:
+        """Remove the stored values at the end of the study."""
+        if self._folder is not None and self._folder.is_dir():
+            for file in self._folder.iterdir():
+                with suppress(OSError):
+                    file.unlink()
+            with suppress(OSError):
+                self._folder.rmdir()
+
+
+_OPEN: ContextVar[RunStore] = ContextVar("journal", default=RunStore())  # noqa: B039 - it keeps nothing on disk
+
+
+def current() -> RunStore:
+    """The journal of the current study."""
+    return _OPEN.get()
+
+
+@contextmanager
+def run_store(out: Path, inputs: str, package: str = "") -> Iterator[RunStore]:
+    """Context with the journal of a study, in its output folder.
+
+    Stored values are removed when the study ends without a failed cell.
+
+    Args:
+      out: existing folder.
+      inputs: all inputs of the study other than the files of the packages, as text.
+      package: of the study.
+    """
+    book = RunStore(out / FOLDER, inputs, package)
+    if book.waiting():
+        _say(f"taking over {book.waiting()} finished runs from {out / FOLDER}")
+    token = _OPEN.set(book)
+    try:
+        yield book
+        if not book.failed:
+            book.clear()
+    except BaseException:
+        if book.waiting():
+            _say(f"{book.waiting()} finished runs are kept in {out / FOLDER}: the same command goes on with the rest")
+        raise
+    finally:
+        _OPEN.reset(token)
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def attempt(name: str, function: Callable[..., T], *arguments: Any, **keywords: Any) -> T:
+    """Cell of a study: the value of a function, or :class:`FailedResult` if it raises a ``MeltemiError``.
+
+    The names of cells inside it begin with its name.
+    """
+    book, before = current(), current().path
+    book.path = (*before, name)
+    try:
+        return function(*arguments, **keywords)
+    except MeltemiError as error:
+        if not isinstance(error, FailedResultError):  # the cell that failed first is listed already
+            book.path = before
+            book.enter(name, str(error))
+        return cast("T", FailedResult(str(error) if isinstance(error, FailedResultError) else f"{name}: {error}"))
+    finally:
+        book.path = before
+
+
+def guarded(function: Callable[[], T], instead: Callable[[str], T]) -> T:
+    """Value of a function of the results, or, if it fails, of a function of the reason.
+
+    After failed cells any error counts as their consequence; otherwise only a ``MeltemiError`` is caught.
+    """
+    try:
+        return function()
+    except Exception as error:
+        if isinstance(error, MeltemiError):
+            return instead(str(error))
+        if not current().failed:
+            raise
+        return instead(f"cells failed that it needs ({type(error).__name__}: {error})")
+
+
+def survivors(values: Iterable[T]) -> list[T]:
+    """Values of the cells that did not fail.
+
+    Raises:
+      LostError: all failed; with the reason of the first one.
+    """
+    values = list(values)
+    left = [value for value in values if not isinstance(value, FailedResult)]
+    if values and not left:
+        raise FailedResultError(cast("FailedResult", values[0]).why)
+    return left
+
+
+def cells(
+    cases: Iterable[Run],
+    *,
+    reduce: Callable[[Result], Any] | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Any]:
+    """Values of a batch's cases, :class:`FailedResult` for those that failed; arguments as of ``simulate_batch``.
+
+    Only runs that reached their end are reduced; of those, the open journal lists the doubtful ones.
+
+    Raises:
+      KeyboardInterrupt: Ctrl-C ended the runs.
+    """
+    book, values = current(), []
+    for outcome in resumed(cases, reduce=reduce, workers=workers, progress=progress):
+        complete = outcome.status.complete
+        if not outcome.ok:
+            book.enter(outcome.name, outcome.message, doubtful=complete)
+        values.append(outcome.value if complete else FailedResult(f"{outcome.name}: {outcome.message}"))
+    return values
+
+
+def resumed(
+    cases: Iterable[Run],
+    *,
+    reduce: Callable[[Result], Any] | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Outcome]:
+    """As ``simulate_batch``, without the runs that the open journal has already, and with the others entered there.
+
+    Raises:
+      KeyboardInterrupt: Ctrl-C ended the runs.
+    """
+    book = current()
+    there: dict[str, Outcome] = {}
+    files: dict[str, Path | None] = {}
+
+    def left() -> Iterator[Run]:
+        for i, case in enumerate(cases, start=1):
+            name = case.name or f"case_{i:04d}"
+            missing = next((x for f in fields(case) if isinstance(x := getattr(case, f.name), FailedResult)), None)
+            file = None if missing is not None else book.file_of(name, case)
+            if missing is not None:
+                there[name] = Outcome(name, Status.FAILED, missing.why, error=FailedResultError)
+            elif kept := book.read(file):
+                there[name] = Outcome(name, *kept[0])
+            else:
+                files[name] = file
+                yield replace(case, name=name)
+                continue
+            files[name] = None
+
+    def entered(result: Result) -> Any:
+        if not result.status.complete:
+            return None
+        value = result if reduce is None else reduce(result)
+        book.keep(files[str(result.meta["case"])], (result.status, result.message, value))
+        return value
+
+    def told(share: float) -> None:
+        assert progress is not None
+        progress(min(share + len(there) / max(_length(cases), 1), 1.0))
+
+    batch = Batch(
+        SizedCases(left, _length(cases)), reduce=entered, workers=workers, progress=told if progress else None
+    )
+    found = batch.run()
+    if batch.interrupted or any(outcome.status is Status.INTERRUPTED for outcome in found):
+        raise KeyboardInterrupt
+    there |= {outcome.name: outcome for outcome in found}
+    return [there[name] for name in files]
+
+
+def _length(cases: Iterable[Run]) -> int:
+    return len(cases) if isinstance(cases, Sized) else 0
+
+
+class SizedCases:
+    """A generator of known length, so that progress can be reported as a fraction."""
+
+    def __init__(self, make: Callable[[], Iterator[Run]], length: int) -> None:
+        self.make, self.length = make, length
+
+    def __iter__(self) -> Iterator[Run]:
+        return self.make()
+
+    def __len__(self) -> int:
+        return self.length
+
+
+def _print(value: Any) -> str:
+    """Identification of an argument of a case by its content; empty if that is unknown."""
+    if isinstance(value, Controller):
+        # a user-defined controller may count its starts
+        ours = is_ours(str(getattr(value.update, "__module__", ""))) and not value.fresh
+        state = value.initial_state(_ANY_START).tobytes() if ours else b""
+        return f"{value.name} {value.sample_time} {hashlib.sha256(state).hexdigest()}"
+    if hasattr(value, "content_hash"):
+        return str(value.content_hash())
+    if isinstance(value, partial):
+        return _print(value.args)
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return repr([_print(each) for each in value])
+    return repr(value) if isinstance(value, (bool, int, float, str, dict, type(None))) else ""
+
+
+def _hash_of_study(package: str, inputs: str) -> str:
+    hashes = [package_hash(name) for name in (*HOUSE, package) if name]
+    return hashlib.sha256("|".join([*hashes, inputs]).encode()).hexdigest()[:12]
+
+
+@cache
+def package_hash(package: str) -> str:
+    """Hash of all files of a package."""
+    (root,) = map(Path, import_module(package).__path__)
+    digest = hashlib.sha256()
+    for path in sorted(p for p in root.rglob("*") if p.is_file() and p.suffix != ".pyc"):
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

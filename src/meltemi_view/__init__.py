@@ -1,0 +1,1 @@
+"""The turbine in three dimensions: pages, notebook widget, and ``meltemi live``."""

@@ -1,0 +1,1 @@
+"""``meltemi view`` and ``meltemi live``."""
