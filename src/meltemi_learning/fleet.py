@@ -11,10 +11,12 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
-from meltemi.control.baseline import start_state
-from meltemi.control.controller import Controller, StartPoint
+from meltemi.control.controller import UPDATE, Controller, EntryPoint, StartPoint, compiled_entry
+from meltemi.controllers.schemes import fitted, make_controller
+from meltemi.controllers.specification import specification, uses_flaps
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
@@ -34,6 +36,7 @@ from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.turbulent import TurbulentWind
 from meltemi_learning.kernels import (
+    AGENT,
     COMMANDS,
     TERMS,
     WORDS,
@@ -88,8 +91,16 @@ class Machine:
         if task == "Yaw":
             options = options.replace(yaw="driven")
         self.options = options
-        given = settings.turbine
+        given, law = settings.turbine, specification(settings.controller)
+        if not isinstance(given, str) or uses_flaps(law):
+            given = fitted(load_turbine(given) if isinstance(given, str) else given, law)
         self.model = library_model(given, options) if isinstance(given, str) else build(given, options)
+        self.given, self.below = given, make_controller(law, self.model)
+        if not isinstance(self.below.update, Dispatcher) or self.below.sample_time is not None:
+            raise InputError(
+                f"controller {self.below.name}: the environments take controllers that are compiled (numba.njit) and "
+                "called at every time step"
+            )
         turbine: AnyTurbine = self.model.turbine
         self.turbine, self.dt = turbine, default_step(self.model)
         self.step, self.duration = settings.of(task, "step"), settings.of(task, "duration")
@@ -139,15 +150,15 @@ class Machine:
 
     @cached_property
     def shares(self) -> tuple[float, float]:
-        """Shares of the baseline in the demands of pitch and torque."""
+        """Shares of the controller below in the demands of pitch and torque."""
         absolute = self.settings.action == "absolute"
         asked = [bool(np.any(self.commands[rows, 1:])) for rows in (slice(0, 3), slice(3, 4))]
         return float(not (absolute and asked[0])), float(not (absolute and asked[1]))
 
     def point(self, speed: float) -> OperatingPoint:
         """Steady operation at a wind speed."""
-        if isinstance(self.settings.turbine, str):
-            return _library_point(self.settings.turbine, self.options, speed)
+        if isinstance(self.given, str):
+            return _library_point(self.given, self.options, speed)
         if speed not in self.points:
             self.points[speed] = operating_point(self.model, speed)
         return self.points[speed]
@@ -161,10 +172,17 @@ class Machine:
         """The controller through which the agent acts."""
         turbine = self.turbine
 
+        below, control = self.below, turbine.control
+        entry = EntryPoint(compiled_entry(below.update), UPDATE)
+
         def init(start: StartPoint) -> Float:
-            x = AgentState.zeros()
-            state = AgentState(x)
-            state.base = start_state(turbine.control, start)
+            x = np.concatenate([AgentState.zeros(), below.initial_state(start)])
+            state = AgentState(x[:AGENT])
+            state.wrapper, state.code = entry.wrapper, entry.code
+            state.reference_speed = control.pitch.reference_speed
+            state.maximum_torque, state.torque_rate = control.torque.maximum_torque, control.torque.rate_limit
+            state.minimum_pitch, state.maximum_pitch = control.pitch.minimum, control.pitch.maximum
+            state.pitch_rate, state.yaws = control.pitch.rate_limit, float(self.task == "Yaw")
             state.pitch_share = state.torque_share = 1.0
             state.leak, state.follows = self.settings.leak, float(self.task == "Power")
             state.efficiency = turbine.drivetrain.generator_efficiency
@@ -173,7 +191,7 @@ class Machine:
                 state.last_pitch[blade] = start.pitch
             return x
 
-        return Controller(update=update, init=init, name="environment", yaws=self.task == "Yaw")
+        return Controller(update=update, init=init, name="environment", yaws=self.task == "Yaw" or below.yaws)
 
     def reference(self, rng: np.random.Generator) -> PowerGrid | None:
         """Grid with the random power reference of an episode."""
@@ -267,7 +285,7 @@ class Episode:
             counter.cycles.slope = slope
             counters.append(counter.array)
         arrays = {
-            "law": case.controller_state,
+            "law": case.controller_state[:AGENT],
             "measured": case.measured,
             "clock": case.clock.array,
             "episode": episode.array,
@@ -281,7 +299,7 @@ class Episode:
         }
         self.slot, self.law, self.counters = (
             Slot("floats", arrays),
-            AgentState(case.controller_state),
+            AgentState(case.controller_state[:AGENT]),
             arrays["counters"],
         )
         self.records = (*run.loop.records, self.slot)

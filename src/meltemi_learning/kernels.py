@@ -1,7 +1,7 @@
 """The compiled part of the learning environments: demands of the agent, its sensors, its rewards, and the march.
 
-The agent acts through a controller that is called at every time step and adds its demands to those of the baseline
-controller. One compiled loop marches any number of turbines by one step of the environment each, and fills the rows of
+The agent acts through a controller that is called at every time step and adds its demands to those of another
+controller, by default the baseline one. One compiled loop marches any number of turbines by one step of the environment each, and fills the rows of
 their observations and rewards. The damage of an episode is that of :func:`meltemi.loads.rainflow_cycles`.
 """
 
@@ -18,7 +18,6 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from meltemi.control.baseline import BaselineState, law
 from meltemi.control.controller import ENTRY
 from meltemi.control.signals import Demands, Measurements
 from meltemi.control.yaw import wrap
@@ -43,11 +42,22 @@ component is -1."""
 
 
 class AgentState(Table, title="learning environment"):
-    """Controller of an environment: the baseline law, the agent's demands, signals derived from sensors, sums."""
+    """Controller of an environment: the agent's demands, signals derived from sensors, sums.
 
-    base: BaselineState = part(BaselineState, "the baseline controller")
-    pitch_share: float = number("-", "share of the baseline's pitch in the demand")
-    torque_share: float = number("-", "share of the baseline's torque in the demand")
+    The state of the controller below follows it in the same vector.
+    """
+
+    wrapper: float = number("-", "address of the controller below: its wrapper,")
+    code: float = number("-", "and its compiled code")
+    reference_speed: float = number("rad/s", "of the generator")
+    maximum_torque: float = number("N m", "largest torque")
+    torque_rate: float = number("N m/s", "largest rate of the torque")
+    minimum_pitch: float = number("rad", "smallest pitch")
+    maximum_pitch: float = number("rad", "largest pitch")
+    pitch_rate: float = number("rad/s", "largest rate of the pitch")
+    yaws: float = number("-", "1: the agent's yaw rate is the demand")
+    pitch_share: float = number("-", "share of the controller's pitch in the demand")
+    torque_share: float = number("-", "share of the controller's torque in the demand")
     pitch: Numbers = blades("rad", "the agent's part of the pitch demand")
     torque: float = number("N m", "the agent's part of the torque demand")
     yaw_rate: float = number("rad/s", "the agent's demand")
@@ -128,6 +138,25 @@ class Slot(Record):
     weights: Array1
 
 
+AGENT = len(AgentState)
+
+
+def _function(context: Any, builder: Any, kind: Any, addresses: Any) -> Any:
+    made = cgutils.create_struct_proxy(kind)(context, builder)
+    made.c_addr, made.py_addr, made.jit_addr = (builder.inttoptr(a, ir.IntType(8).as_pointer()) for a in addresses)
+    return made._getvalue()
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _entry_at(typing_context: Any, c: Any, py: Any, jit: Any) -> Any:
+    """The entry of a controller from its three addresses."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _function(context, builder, ENTRY, arguments)
+
+    return ENTRY(types.int64, types.int64, types.int64), generate
+
+
 # the controller -------------------------------------------------------------------------------------------
 
 
@@ -135,21 +164,23 @@ class Slot(Record):
 def update(state: Float, measurements: Float, demands: Float, dt: float) -> None:
     """One call of the controller of an environment."""
     x, measured, wanted = AgentState(state), Measurements(measurements), Demands(demands)
-    base, n = x.base, whole(measured.n_blades)
-    law(base, measured.generator_speed, measured, wanted, dt)
+    n = whole(measured.n_blades)
+    below = _entry_at(int(x.wrapper), 0, int(x.code))
+    below(state[AGENT:], measurements, demands, dt)
     torque = x.torque_share * wanted.generator_torque + x.torque
     if x.follows > 0.0:
         torque = min(torque, measured.power_reference / (x.efficiency * max(measured.generator_speed, 1.0)))
-    step = base.torque_rate * dt
-    torque = min(max(torque, 0.0, x.last_torque - step), base.maximum_torque, x.last_torque + step)
+    step = x.torque_rate * dt
+    torque = min(max(torque, 0.0, x.last_torque - step), x.maximum_torque, x.last_torque + step)
     wanted.generator_torque = torque
     x.last_torque = torque
-    step = base.pitch_rate * dt
+    step = x.pitch_rate * dt
     for b in range(n):
-        pitch = min(max(x.pitch_share * wanted.pitch[b] + x.pitch[b], base.minimum_pitch), base.maximum_pitch)
+        pitch = min(max(x.pitch_share * wanted.pitch[b] + x.pitch[b], x.minimum_pitch), x.maximum_pitch)
         wanted.pitch[b] = min(max(pitch, x.last_pitch[b] - step), x.last_pitch[b] + step)
         x.last_pitch[b] = wanted.pitch[b]
-    wanted.yaw_rate = x.yaw_rate
+    if x.yaws > 0.0:
+        wanted.yaw_rate = x.yaw_rate
     # signals
     decay = exp(-dt * x.leak)
     x.fore_aft_velocity = decay * x.fore_aft_velocity + dt * measured.fore_aft_acceleration
@@ -166,7 +197,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
     # sums
     x.calls += 1.0
     x.power_sum += measured.power
-    over = max(measured.generator_speed / base.reference_speed - 1.0, 0.0)
+    over = max(measured.generator_speed / x.reference_speed - 1.0, 0.0)
     x.speed_sum += over * over
     x.reference_sum += x.power_error * x.power_error
     x.yaw_sum += x.yaw_error * x.yaw_error
@@ -279,22 +310,6 @@ def _record_at(typing_context: Any, like: Any, address: Any) -> Any:
         return builder.inttoptr(arguments[1], ir.IntType(64).as_pointer())
 
     return like(like, types.int64), generate
-
-
-def _function(context: Any, builder: Any, kind: Any, addresses: Any) -> Any:
-    made = cgutils.create_struct_proxy(kind)(context, builder)
-    made.c_addr, made.py_addr, made.jit_addr = (builder.inttoptr(a, ir.IntType(8).as_pointer()) for a in addresses)
-    return made._getvalue()
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def _entry_at(typing_context: Any, c: Any, py: Any, jit: Any) -> Any:
-    """The entry of a controller from its three addresses."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _function(context, builder, ENTRY, arguments)
-
-    return ENTRY(types.int64, types.int64, types.int64), generate
 
 
 def loop_type(*records: Any) -> Any:

@@ -98,6 +98,8 @@ class EnvironmentSettings(Record):
     """Name in the turbine library, or a turbine."""
     model: Literal["full", "fast", "light"] | ModelOptions = "fast"
     """Options of the model, or one of those of docs/guide/learning.md."""
+    controller: Any = "baseline"
+    """On which the agent acts: a name or file of docs/guide/controller-names.md, or its record; compiled."""
     wind_speeds: tuple[float, float] = (8.0, 18.0)
     """[m/s] range of the mean wind speeds at hub height; each seed has its own."""
     wind_class: str = "IB"
@@ -115,9 +117,9 @@ class EnvironmentSettings(Record):
     duration: float | None = Field(default=None, gt=0.0)
     """[s] of an episode; by default 120 s, for yaw 300 s."""
     transient: float = Field(default=10.0, ge=0.0)
-    """[s] under the baseline controller before an episode."""
+    """[s] under the controller before an episode."""
     action: Literal["offset", "absolute"] = "offset"
-    """Actions add to the demands of the baseline controller, or are the demands themselves."""
+    """Actions add to the demands of the controller, or are the demands themselves."""
     pitch_range: float = Field(default=0.0524, ge=0.0)
     """[rad] largest offset of the pitch; 0: the action has no effect."""
     torque_range: float = Field(default=0.1, ge=0.0, le=1.0)

@@ -55,9 +55,12 @@ def test_environments_follow_the_rules_of_gymnasium(name: str) -> None:
     assert np.abs(first["observations"]).max() <= 1.0
 
 
-def test_no_action_is_the_baseline_controller() -> None:
+@pytest.mark.parametrize(
+    "controller", ["baseline", "supervised", pytest.param("ipc", marks=pytest.mark.slow(reason="it is tuned"))]
+)
+def test_no_action_is_the_controller(controller: str) -> None:
     channels = ("generator_speed", "pitch_1", "generator_torque", "root_moment_out_of_plane_2")
-    env = make(channels=channels)
+    env = make(channels=channels, controller=controller)
     episode(env, options={"wind_speed": 13.0})
     run = env.fleet.episodes[0].run
     ours = env.result()
@@ -69,6 +72,7 @@ def test_no_action_is_the_baseline_controller() -> None:
         channels=run.channels,
         output_step=run.output_step,
         transient=run.transient,
+        controller=meltemi.control.make_controller(controller, run.model),
     )
     assert len(ours.time) == len(theirs.time) > 100
     for name in ("tower_base_moment_fore_aft", *channels):
@@ -182,6 +186,7 @@ def test_training_and_test_seeds_have_none_in_common() -> None:
 
 
 CHANGES: dict[str, Any] = {
+    "controller": "fixed",
     "model": "full",
     "wind_speeds": (15.0, 17.0),
     "wind_class": "IC",
@@ -299,6 +304,7 @@ def test_overspeed_terminates() -> None:
         ({"wind_speeds": (12.0, 8.0)}, "lower one first"),
         ({"nois": 0.1}, "nois"),
         ({"duration": 4.05}, "not a multiple of the step"),
+        ({"controller": "superviced"}, "did you mean 'supervised'"),
     ],
 )
 def test_invalid_settings_are_refused(settings: dict[str, Any], words: str) -> None:

@@ -37,6 +37,8 @@ def controlled_point(model: Model[Any], controller: Controller, point: Operating
         late = run.between(float(run.time[-1]) - turn * math.ceil(length / turn), math.inf)
     means = point.means.copy()
     means[[point.places[name] for name in late.names]] = late.data.mean(axis=0)
-    mean = {name: float(late[name].mean()) for name in ("rotor_speed", "generator_speed", "generator_torque")}
+    mean: dict[str, Any] = {
+        name: float(late[name].mean()) for name in ("rotor_speed", "generator_speed", "generator_torque")
+    }
     warnings = (*point.warnings, *run.warnings)
     return replace(point, means=means, warnings=warnings, imbalance=0.0, pitch=float(late["pitch_1"].mean()), **mean)
