@@ -1,8 +1,9 @@
 """The compiled part of the learning environments: demands of the agent, its sensors, its rewards, and the march.
 
 The agent acts through a controller that is called at every time step and adds its demands to those of another
-controller, by default the baseline one. One compiled loop marches any number of turbines by one step of the environment each, and fills the rows of
-their observations and rewards. The damage of an episode is that of :func:`meltemi.loads.rainflow_cycles`.
+controller, by default the baseline one. One compiled loop marches any number of turbines by one step of the environment
+each, and fills the rows of their observations and rewards. The damage of an episode is that of
+:func:`meltemi.loads.rainflow_cycles`.
 """
 
 from __future__ import annotations
