@@ -87,7 +87,9 @@ def test_without_blades_only_the_constant_part_is_taken(turbine: meltemi.turbine
     friction = PitchFriction(inertia=1e4, torque=20.0, coefficient=0.004)
     machine = meltemi.load_turbine("pmsg20mw")
     actuator = turbine.pitch_actuator.replace(kind="second_order", friction=friction)
-    with pytest.raises((InputError, ValueError), match=r"friction\.coefficient: bearings are loaded by .* root moments"):
+    with pytest.raises(
+        (InputError, ValueError), match=r"friction\.coefficient: bearings are loaded by .* root moments"
+    ):
         machine.replace(pitch_actuator=actuator)
     performance = meltemi.analysis.performance_of(turbine)
     twin = meltemi.analysis.power_turbine_of(turbine.replace(pitch_actuator=actuator), performance)

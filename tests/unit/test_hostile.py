@@ -39,6 +39,7 @@ SINE = np.sin(np.arange(200.0))
         (lambda: loads.damage_equivalent_load([], duration=10.0, slope=4.0), "a row of at least 2 numbers"),
         (lambda: loads.damage_equivalent_load(np.ones((3, 3)), duration=10.0, slope=4.0), r"shape \(3, 3\)"),
         (lambda: loads.damage_equivalent_load(["a", "b"], duration=10.0, slope=4.0), r"found \['a', 'b'\]"),
+        (lambda: loads.damage_equivalent_load(1j * SINE, duration=10.0, slope=4.0), "expected numbers in a regular"),
         (lambda: loads.damage_equivalent_load(SINE, duration="10", slope=4.0), "duration must be positive, found '10'"),
         (lambda: loads.damage_equivalent_load(SINE, duration=10.0, slope=[4.0]), r"slope must be positive, found \[4"),
         (lambda: loads.damage_equivalent_load(SINE, duration=9.0, slope=4.0, bins=2.5), "bins must be a whole number"),

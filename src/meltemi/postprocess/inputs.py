@@ -19,7 +19,8 @@ def floats(values: Any, what: str) -> NDArray[np.float64]:
       InputError: they are none, or lie in lists of different lengths.
     """
     try:
-        return np.asarray(values, dtype=np.float64, order="C")
+        given = np.asarray(values, order="C")
+        return given.astype(np.float64, casting="unsafe" if given.dtype.kind != "c" else "safe", copy=False)
     except (TypeError, ValueError, OverflowError):
         shown = repr(values)
         shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
