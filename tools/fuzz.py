@@ -970,6 +970,7 @@ def _only_begin_what_is_long() -> None:
     """Studies say that they would begin; runs are short."""
     import meltemi
     from meltemi import analysis
+    from meltemi.app import docs, live_server
     from meltemi.controllers import schemes
     from meltemi.core.errors import RunError
     from meltemi.postprocess import difference
@@ -982,12 +983,15 @@ def _only_begin_what_is_long() -> None:
 
     _ = meltemi.simulate, analysis.operating_point  # as calls from Python find them
 
+    _server()  # of the messages; that of the command waits for a page
+
     def begun(*_: Any, **__: Any) -> None:
         raise RunError(ACCEPTED)
 
     long: list[tuple[Any, str]] = [
         (campbell, "campbell"), (flutter, "flutter"), (parked_modes, "parked_stability"), (bench, "benchmark"),
         (compare, "compare"), (schemes, "design_controllers"), (observer, "observer"),
+        (docs, "built_site"), (live_server, "LiveServer"),
         (inspection, "inspect_turbine"), (verification, "verification"), (warmup, "warmup"), (duel, "duel"),
         (study, "reproduce"),
     ]  # fmt: skip

@@ -219,8 +219,8 @@ class Entry:
                 answer = update(state, measured, wanted, dt)
                 if answer is not None and answer is not wanted:
                     raise InputError(
-                        f"update returns {type(answer).__name__}, which nobody reads; it sets what it wants in its third "
-                        "argument: demands.generator_torque = ..., demands.pitch[blade] = ..."
+                        f"update returns {type(answer).__name__}, which nobody reads; it sets what it wants in its "
+                        "third argument: demands.generator_torque = ..., demands.pitch[blade] = ..."
                     )
                 if len(vars(wanted)) > len(known):
                     name = min(vars(wanted).keys() - known)
