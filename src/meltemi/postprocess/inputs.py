@@ -39,6 +39,17 @@ def one_row(values: Any, what: str, least: int = 1) -> NDArray[np.float64]:
     return x
 
 
+def number(value: Any, what: str) -> float:
+    """A number.
+
+    Raises:
+      InputError: it is none.
+    """
+    if not _is_number(value):
+        raise InputError(f"{what} must be a number, found {value!r}")
+    return float(value)
+
+
 def positive(value: Any, what: str) -> float:
     """A number above zero.
 
