@@ -210,7 +210,7 @@ class Entry:
             address = ctypes.cast(self._callback, ctypes.c_void_p).value
             measurements[CALLBACK] = np.array([address], dtype=np.int64).view(np.float64)[0]
 
-    def _make_callback(self, update: Update, state: Vector, measurements: Vector, demands: Vector) -> Any:
+    def _make_callback(self, update: Any, state: Vector, measurements: Vector, demands: Vector) -> Any:
         measured, wanted = Measurements(measurements), Demands(demands)
         known = set(vars(wanted))
 
