@@ -22,10 +22,12 @@ import os
 import random
 import resource
 import shutil
+import socket
 import sys
 import tempfile
 import time
 import traceback
+import urllib.request
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -186,6 +188,59 @@ def deck(chance: random.Random, good: Path) -> list[str]:
         path.write_bytes(raw)
     main = next(iter(sorted(Path("deck").glob("*.fst"))))
     return ["import", str(main), "--control-of", "nrel5mw"] if chance.random() < 0.9 else ["run", str(main)]
+
+
+def hawc2(chance: random.Random, good: Path) -> list[str]:
+    """A HAWC2 model with one or two files damaged."""
+    shutil.copytree(good / "hawc2", "hawc2")
+    for path in chance.sample(sorted(Path("hawc2").iterdir()), chance.choice([1, 1, 2])):
+        path.write_bytes(_edited(path.read_bytes(), chance))
+    words = ["import", str(next(Path("hawc2").glob("*.htc")))]
+    return words if chance.random() < 0.9 else [*words, "--control-of", "nrel5mw"]
+
+
+def windio(chance: random.Random, good: Path) -> list[str]:
+    """A windIO file, or what is added to it, with keys or values damaged, or its text."""
+    names = ["windio.yaml", "extra.yaml"]
+    damaged = chance.choice([*names, names[0]])
+    for name in names:
+        if name == damaged and chance.random() < 0.7:
+            Path(name).write_text(json.dumps(_damaged(json.loads((good / name).read_text()), chance)))
+        else:
+            raw = (good / name).read_bytes()
+            Path(name).write_bytes(_edited(raw, chance) if name == damaged else raw)
+    return ["import", names[0], *(["--extra", names[1]] if chance.random() < 0.9 else [])]
+
+
+def discon(chance: random.Random, good: Path) -> list[str]:
+    """Settings of ROSCO with wrong values or text."""
+    raw = _edited((good / "DISCON.IN").read_bytes(), chance)
+    if chance.random() < 0.6:
+        lines = raw.split(b"\n")
+        for _ in range(chance.choice([1, 1, 3])):
+            i = chance.randrange(len(lines))
+            lines[i] = _bytes(chance.choice(JUNK)) + b" " + lines[i].partition(b"!")[2].rjust(1, b"!")
+        raw = b"\n".join(lines)
+    Path("DISCON.IN").write_bytes(raw)
+    return ["import", str(good / "deck" / "nrel5mw.fst"), "--discon", "DISCON.IN"]
+
+
+def csv(chance: random.Random, good: Path) -> list[str]:
+    """Measured signals, or the wind at a hub, with wrong heads, values or text."""
+    raw = (good / chance.choice(["signals.csv", "hub.csv"])).read_bytes()
+    lines = raw.split(b"\n")
+    for _ in range(chance.choice([0, 1, 1, 3])):
+        i = chance.choice([0, 0, 1, chance.randrange(len(lines))])
+        cells = lines[i].split(b",")
+        cells[chance.randrange(len(cells))] = chance.choice(
+            [_bytes(chance.choice(JUNK)), b"time [s]", b"wind_speed [ft/s]", b"rotor_speed", b"GenPwr [kW]", b" []"]
+        )
+        lines[i] = b",".join(cells)
+    raw = b"\n".join(lines)
+    Path("signals.csv").write_bytes(_edited(raw, chance) if chance.random() < 0.5 else raw)
+    uses = [["diff", "signals.csv", str(good / "result.nc")], ["observe", "signals.csv", "--turbine", "nrel5mw"]]
+    uses += [["wind", "--hub-series", "signals.csv", "--wind-speed", "9"], ["wind", "--from", "signals.csv"]]
+    return chance.choice([uses[0], *uses])
 
 
 def result(chance: random.Random, good: Path) -> list[str]:
@@ -380,6 +435,34 @@ def live(chance: random.Random, good: Path) -> Call:
     return Call([repr(messages)[:300]], obeyed)
 
 
+def server(chance: random.Random, good: Path) -> Call:
+    """Requests and frames of the live page that are none; a right request must be answered after them."""
+    server = _server()
+    path = server.url.partition(server.host)[2].encode()
+    host = server.host.encode()
+    opening = b"GET %ssocket HTTP/1.1\r\nHost: %s\r\nOrigin: http://%s\r\nUpgrade: websocket\r\n" % (path, host, host)
+    opening += (
+        b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+    )
+    text = chance.choice([b"[" * 120, b'{"reset": true}', b'{"set": "wind_speed", "value": 1e999}', b"\xff" * 9])
+    frame = bytes([chance.choice([0x81, 0x81, 0x82, 0x01, 0x88, 0x8A, 0xF1]), 0x80 | len(text), 0, 0, 0, 0]) + text
+    raw = chance.choice([b"GET %s HTTP/1.1\r\nHost: %s\r\n\r\n" % (path, host), opening, opening + frame])
+    raw = raw if chance.random() < 0.3 else chance.choice([_edited, _bitten])(raw, chance)
+
+    def talked() -> None:
+        where = (server.host.partition(":")[0], int(server.host.partition(":")[2]))
+        with socket.create_connection(where, timeout=5.0) as line, contextlib.suppress(ConnectionError):
+            line.sendall(raw)
+            line.shutdown(socket.SHUT_WR)
+            while line.recv(4096):
+                pass
+        list(server.received(0.0))
+        with urllib.request.urlopen(server.url, timeout=5.0) as answer:
+            assert answer.read() == b"page"
+
+    return Call([repr(raw)[:300]], talked)
+
+
 def api(chance: random.Random, good: Path) -> Call:
     """A function of Python with one or two arguments of another type, shape or size."""
     name, function, given = chance.choice(_functions(good))
@@ -390,8 +473,9 @@ def api(chance: random.Random, good: Path) -> Call:
 
 
 KINDS: dict[str, Callable[[random.Random, Path], list[str] | Call]] = {
-    "command": command, "case": case, "turbine": turbine, "text": text, "deck": deck, "result": result, "wind": wind,
-    "plan": plan, "xlsx": xlsx, "parquet": parquet, "surrogate": surrogate, "live": live, "api": api,
+    "command": command, "case": case, "turbine": turbine, "text": text, "deck": deck, "hawc2": hawc2, "windio": windio,
+    "discon": discon, "result": result, "csv": csv, "wind": wind, "plan": plan, "xlsx": xlsx, "parquet": parquet,
+    "surrogate": surrogate, "live": live, "server": server, "api": api,
 }  # fmt: skip
 
 
@@ -518,6 +602,13 @@ def _session() -> Any:
     from meltemi_view.live_session import Session
 
     return Session(meltemi.load_turbine("nrel5mw"), "baseline", wind_speed=8.0, turbulence=0.02)
+
+
+@cache
+def _server() -> Any:
+    from meltemi.app.live_server import LiveServer
+
+    return LiveServer(lambda: "page").__enter__()
 
 
 def _damage_file(source: Path, target: Path, chance: random.Random) -> None:
@@ -651,15 +742,17 @@ def make_good(folder: Path) -> None:
     from ruamel.yaml import YAML
 
     import meltemi
+    from meltemi.control.bladed.rosco import rosco_example
     from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import TEMPLATE
+    from meltemi.turbine.library import DATA, windio_file
     from meltemi.wind.fields import WindBox, WindSeries
     from meltemi_exchange.openfast_writer import write_openfast
 
     machine = meltemi.load_turbine("nrel5mw")
     model = meltemi.build(machine)
     found = meltemi.simulate(model, meltemi.SteadyWind(speed=12.0), duration=10.0)
-    for name in ("result.nc", "result.outb", "result.out"):
+    for name in ("result.nc", "result.outb", "result.out", "signals.csv"):
         meltemi.write_result(found, folder / name)
     noise = np.random.default_rng(1).normal(12.0, 1.0, (100, 8, 8, 3)).astype(np.float32)
     box = WindBox(noise, dt=0.5, dy=25.0, dz=25.0, bottom=10.0, speed=12.0, hub_height=90.0)
@@ -669,6 +762,11 @@ def make_good(folder: Path) -> None:
     meltemi.io.write_wind(series, folder / "gust.wnd")
     (folder / "deck").mkdir()
     write_openfast(machine, folder / "deck")
+    shutil.copytree(DATA / "iea10mw", folder / "hawc2")
+    reference = YAML(typ="safe").load(windio_file("IEA-15-240-RWT.yaml", "fuzzing").read_text())
+    (folder / "windio.yaml").write_text(json.dumps(_thin(reference), default=str))
+    (folder / "extra.yaml").write_text(json.dumps(YAML(typ="safe").load((DATA / "iea15mw.yaml").read_text())))
+    shutil.copy(rosco_example("Test_Cases/NREL-5MW/DISCON.IN"), folder)
     write_record(machine, folder / "turbine.yaml")
     (folder / "case.yaml").write_text(TEMPLATE)
     contents = [("turbine", machine), ("power", meltemi.load_turbine("pmsg20mw"))]
@@ -873,7 +971,7 @@ def _only_begin_what_is_long() -> None:
     """Studies say that they would begin; runs are short."""
     import meltemi
     from meltemi import analysis
-    from meltemi.app import warmup
+    from meltemi.app import docs, warmup
     from meltemi.controllers import schemes
     from meltemi.core.errors import RunError
     from meltemi.report import wind_plots
@@ -881,18 +979,22 @@ def _only_begin_what_is_long() -> None:
     from meltemi_papers import study
     from meltemi_papers.he2018 import duel
     from meltemi_reports import inspection
-    from meltemi_studies import difference, flutter, parked_modes
+    from meltemi_studies import difference, flutter, observer, parked_modes
     from meltemi_tuning import compare
     from meltemi_verification import bench, verification
+    from meltemi_view.commands import live_server
 
     _ = meltemi.simulate, analysis.operating_point  # as calls from Python find them
+
+    _server()  # of the messages; that of the command waits for a page
 
     def begun(*_: Any, **__: Any) -> None:
         raise RunError(ACCEPTED)
 
     long: list[tuple[Any, str]] = [
         (campbell, "campbell"), (flutter, "flutter"), (parked_modes, "parked_stability"), (bench, "benchmark"),
-        (compare, "compare"), (schemes, "design_controllers"),
+        (compare, "compare"), (schemes, "design_controllers"), (observer, "observer"),
+        (docs, "built_site"), (live_server, "LiveServer"),
         (inspection, "inspect_turbine"), (verification, "verification"), (warmup, "warmup"), (duel, "duel"),
         (study, "reproduce"),
     ]  # fmt: skip
@@ -972,7 +1074,7 @@ def main() -> int:
     options.add_argument("--from", dest="first", type=int, default=0, help="number of the first input of each kind")
     given = options.parse_args()
     kinds = given.kinds.split(",")
-    counts, slowest, found = Counter[tuple[str, str]](), Counter[str](), {}
+    counts, slowest, took, found = Counter[tuple[str, str]](), Counter[str](), Counter[str](), {}
     with tempfile.TemporaryDirectory(prefix="fuzz-good-") as folder:
         make_good(Path(folder))
         watch = Watch(Path(folder), given.seed)
@@ -984,7 +1086,9 @@ def main() -> int:
         began, i = time.perf_counter(), 0
         while i < given.inputs if given.inputs else time.perf_counter() - began < given.seconds:
             kind, number = kinds[i % len(kinds)], given.first + i // len(kinds)
+            asked = time.perf_counter()
             fate = watch.run(kind, number)
+            took[kind] += round(1e6 * (time.perf_counter() - asked))
             how = "found" if fate.finding else "refused" if fate.status == 2 else "accepted"
             counts[kind, how] += 1
             slowest[kind] = max(slowest[kind], round(fate.seconds))
@@ -994,10 +1098,12 @@ def main() -> int:
                 if len(known) == 1:
                     print(f"{kind}:{number} {fate.finding} {fate.where}", flush=True)
             i += 1
-    print(f"\n{'kind':10}{'inputs':>8}{'accepted':>10}{'refused':>9}{'findings':>10}{'slowest s':>11}")
+    print(f"\n{'kind':10}{'inputs':>8}{'accepted':>10}{'refused':>9}{'findings':>10}{'mean s':>8}{'slowest':>9}")
     for kind in kinds:
         n = [counts[kind, how] for how in ("accepted", "refused", "found")]
-        print(f"{kind:10}{sum(n):8}{n[0]:10}{n[1]:9}{n[2]:10}{slowest[kind]:11}")
+        print(
+            f"{kind:10}{sum(n):8}{n[0]:10}{n[1]:9}{n[2]:10}{1e-6 * took[kind] / max(sum(n), 1):8.2f}{slowest[kind]:9}"
+        )
     print(f"seed {given.seed}, {i} inputs in {time.perf_counter() - began:.0f} s, {len(found)} different findings")
     for (what, where), inputs in found.items():
         print(f"  {what} at {where}: {len(inputs)} times, such as --seed {given.seed} --only {inputs[0]}")

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
-from meltemi.postprocess.inputs import floats, one_row, positive
+from meltemi.postprocess.inputs import floats, number, one_row, positive
 
 Float = NDArray[np.float64]
 
@@ -166,7 +166,7 @@ def actuator_duty(position: ArrayLike, *, dt: float, threshold: float = 0.0) -> 
         or len(x) < 2
         or not np.all(np.isfinite(x))
         or not positive(dt, "actuator_duty: dt")
-        or not threshold >= 0.0
+        or not number(threshold, "actuator_duty: threshold") >= 0.0
     ):
         raise InputError("actuator_duty: at least two finite values are required, dt positive, threshold not negative")
     rate = np.diff(x) / dt
@@ -195,7 +195,7 @@ def count_stops(speed: ArrayLike, *, on: float, off: float) -> int:
     Raises:
       InputError: ``off`` does not lie below ``on``.
     """
-    if not off < on:
+    if not number(off, "count_stops: off") < number(on, "count_stops: on"):
         raise InputError(f"count_stops: off must lie below on, found {off!r} and {on!r}")
     x = one_row(speed, "count_stops: speed", least=0)
     state = np.where(x >= on, 1, np.where(x <= off, -1, 0))

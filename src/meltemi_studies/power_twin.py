@@ -18,13 +18,17 @@ def power_turbine_of(
 ) -> PowerTurbine:
     """Power-coefficient turbine with the rotor, inertia, actuators, yaw drive and control of an aeroelastic one.
 
+    Of the friction of pitch bearings the constant part stays: without blades there is no load on the bearings.
+
     Args:
       turbine: aeroelastic.
       performance: of its rotor; by default that of the rigid rotor as built, with tilt, cone and tower.
       flexible_shaft: keep the torsion of the drivetrain; without it, the time step may be ten times as long.
     """
     p = performance or performance_of(turbine)
-    d = turbine.drivetrain
+    d, actuator = turbine.drivetrain, turbine.pitch_actuator
+    if actuator.friction is not None:
+        actuator = actuator.replace(**{"friction.coefficient": 0.0})
     return PowerTurbine(
         name=f"{turbine.name}, power coefficient",
         description=f"{turbine.description or turbine.name}, by its power coefficient",
@@ -42,7 +46,7 @@ def power_turbine_of(
             brake_torque=d.brake_torque,
             source=d.source,
         ),
-        pitch_actuator=turbine.pitch_actuator,
+        pitch_actuator=actuator,
         yaw=YawDrive(rate=turbine.yaw.rate, acceleration=turbine.yaw.acceleration),
         **{name: getattr(turbine, name) for name in SAME},
     )

@@ -291,6 +291,13 @@ def test_a_browser_that_is_killed_closes_the_page(server: LiveServer) -> None:
     assert not server.open
 
 
+def test_what_fails_in_its_threads_prints_no_traceback(caplog: pytest.LogCaptureFixture) -> None:
+    """Connections that break off at a bad moment fail in websockets itself, which logs it; here the page fails."""
+    with LiveServer(lambda: {}["page"]) as server:
+        assert answer(server, server.url.partition(server.host)[2])[0] == 500
+    assert caplog.records == []
+
+
 def test_idle_connections_are_bounded(server: LiveServer) -> None:
     before, port = active_count(), int(server.host.partition(":")[2])
     lines = [socket.create_connection(("127.0.0.1", port)) for _ in range(5 * MOST_CONNECTIONS)]

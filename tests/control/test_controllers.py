@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Controller, InputError, Model, ModelOptions, Start, Status, SteadyWind, Turbine, simulate
+from meltemi import Controller, InputError, Model, ModelOptions, RunError, Start, Status, SteadyWind, Turbine, simulate
 from meltemi.control import signals as s
 from meltemi.core.kernel import statistics
 
@@ -99,6 +99,31 @@ def test_a_controller_says_what_it_noticed(model: Model) -> None:
     mute = Controller(damp, name="mute", warnings=lambda state: [state[9]])
     (line,) = simulate(model, WIND, duration=1.0, controller=mute, start=BEGIN).warnings
     assert line.startswith("warnings of the controller 'mute' raised IndexError")
+
+
+def scalar(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+    demands.generator_torque = np.ones(2)
+
+
+def row(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+    demands.pitch = [0.1] * 5
+
+
+def given_back(state: Any, measurements: Any, demands: Any, dt: float) -> dict[str, float]:
+    return {"generator_torque": 4e4}
+
+
+@pytest.mark.parametrize(
+    ("update", "words"),
+    [
+        (scalar, "'scalar' failed: generator_torque: expected a number, found array"),
+        (row, "'row' failed: pitch: expected 3 numbers, found"),
+        (given_back, "'given_back' failed: update returns dict, which nobody reads; it sets what it wants"),
+    ],
+)
+def test_what_no_demand_can_be_is_told(model: Model, update: Any, words: str) -> None:
+    with pytest.raises(RunError, match=words):
+        simulate(model, WIND, duration=1.0, controller=Controller(update), start=BEGIN)
 
 
 def test_a_controller_is_made_fresh_for_every_run_and_closed_after_it(model: Model) -> None:

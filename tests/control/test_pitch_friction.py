@@ -80,3 +80,17 @@ def test_the_load_on_the_bearing_makes_friction(turbine: meltemi.turbine.Turbine
 def test_friction_needs_an_actuator_with_a_spring(turbine: meltemi.turbine.Turbine) -> None:
     with pytest.raises((InputError, ValueError), match="second_order"):
         turbine.pitch_actuator.replace(kind="ideal", friction=PitchFriction(inertia=1e4))
+
+
+def test_without_blades_only_the_constant_part_is_taken(turbine: meltemi.turbine.Turbine) -> None:
+    """The load on the bearing is made by blades: refused, and left out of a turbine's power-coefficient twin."""
+    friction = PitchFriction(inertia=1e4, torque=20.0, coefficient=0.004)
+    machine = meltemi.load_turbine("pmsg20mw")
+    actuator = turbine.pitch_actuator.replace(kind="second_order", friction=friction)
+    with pytest.raises(
+        (InputError, ValueError), match=r"friction\.coefficient: bearings are loaded by .* root moments"
+    ):
+        machine.replace(pitch_actuator=actuator)
+    performance = meltemi.analysis.performance_of(turbine)
+    twin = meltemi.analysis.power_turbine_of(turbine.replace(pitch_actuator=actuator), performance)
+    assert twin.pitch_actuator.friction == friction.replace(coefficient=0.0)

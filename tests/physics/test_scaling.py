@@ -96,6 +96,8 @@ def test_without_numbers_it_is_the_reference(turbine: Turbine) -> None:
 def test_every_quantity_of_a_similar_turbine_goes_with_its_unit(turbine: Turbine) -> None:
     gearbox = size_gearbox(ratio=97.0, rated_torque=4.2e6)
     more = {"drivetrain.gearbox": gearbox, "yaw.acceleration": 0.01, "yaw.friction": 1e6, "yaw.brake_torque": 4e6}
+    rubbing = {"torque": 20.0, "coefficient": 0.004, "diameter": 3.0, "inertia": 1e4}
+    more |= {"pitch_actuator.kind": "second_order", "pitch_actuator.friction": rubbing}
     turbine = turbine.replace(**more)
     large = scale_turbine(turbine, rotor_diameter=S * turbine.rotor_diameter)
     scaled = {path: value for path, _, value in leaves(large)}

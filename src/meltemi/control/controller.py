@@ -210,13 +210,18 @@ class Entry:
             address = ctypes.cast(self._callback, ctypes.c_void_p).value
             measurements[CALLBACK] = np.array([address], dtype=np.int64).view(np.float64)[0]
 
-    def _make_callback(self, update: Update, state: Vector, measurements: Vector, demands: Vector) -> Any:
+    def _make_callback(self, update: Any, state: Vector, measurements: Vector, demands: Vector) -> Any:
         measured, wanted = Measurements(measurements), Demands(demands)
         known = set(vars(wanted))
 
         def call(dt: float) -> int:
             try:
-                update(state, measured, wanted, dt)
+                answer = update(state, measured, wanted, dt)
+                if answer is not None and answer is not wanted:
+                    raise InputError(
+                        f"update returns {type(answer).__name__}, which nobody reads; it sets what it wants in its "
+                        "third argument: demands.generator_torque = ..., demands.pitch[blade] = ..."
+                    )
                 if len(vars(wanted)) > len(known):
                     name = min(vars(wanted).keys() - known)
                     raise InputError(f"demands have no {name!r}: {did_you_mean(name, Demands.fields)}")

@@ -147,13 +147,17 @@ class Field:
         return self.kind(*table.array[self.row : self.row + self.count])
 
     def __set__(self, table: Table, value: Any) -> None:
-        if not self.fixed or self.table:
-            first = self.first(table.array)
-            table.array[first : first + self.extent(table.array)] = numbers_of(value)
-        elif self.kind is None and not self.shape:
-            table.array[self.row] = value
-        else:
-            table.array[self.row : self.row + self.count] = [*value] if self.kind else value
+        try:
+            if not self.fixed or self.table:
+                first = self.first(table.array)
+                table.array[first : first + self.extent(table.array)] = numbers_of(value)
+            elif self.kind is None and not self.shape:
+                table.array[self.row] = value
+            else:
+                table.array[self.row : self.row + self.count] = [*value] if self.kind else value
+        except (TypeError, ValueError):  # of a controller in Python, most often
+            many = "a number" if not self.shape and self.kind is None else f"{self.extent(table.array)} numbers"
+            raise InputError(f"{self.name}: expected {many}, found {value!r:.60}") from None
 
 
 class _Parts:

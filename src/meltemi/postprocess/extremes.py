@@ -246,8 +246,8 @@ def extremes_table(rows: Sequence[ExtremeRow]) -> pd.DataFrame:
 
 
 def _plane(plane: str) -> str:
-    if plane not in TRANSVERSE:
-        raise InputError(f"extreme loads: no plane {plane!r}: {did_you_mean(plane, TRANSVERSE)}")
+    if not isinstance(plane, str) or plane not in TRANSVERSE:
+        raise InputError(f"extreme loads: no plane {plane!r}: {did_you_mean(str(plane), TRANSVERSE)}")
     return plane
 
 

@@ -19,7 +19,8 @@ def floats(values: Any, what: str) -> NDArray[np.float64]:
       InputError: they are none, or lie in lists of different lengths.
     """
     try:
-        return np.asarray(values, dtype=np.float64, order="C")
+        given = np.asarray(values, order="C")
+        return given.astype(np.float64, casting="unsafe" if given.dtype.kind != "c" else "safe", copy=False)
     except (TypeError, ValueError, OverflowError):
         shown = repr(values)
         shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
@@ -36,6 +37,17 @@ def one_row(values: Any, what: str, least: int = 1) -> NDArray[np.float64]:
     if x.ndim != 1 or len(x) < least:
         raise InputError(f"{what}: expected a row of at least {least} numbers, found the shape {x.shape}")
     return x
+
+
+def number(value: Any, what: str) -> float:
+    """A number.
+
+    Raises:
+      InputError: it is none.
+    """
+    if not _is_number(value):
+        raise InputError(f"{what} must be a number, found {value!r}")
+    return float(value)
 
 
 def positive(value: Any, what: str) -> float:

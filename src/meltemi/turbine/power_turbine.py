@@ -195,6 +195,11 @@ class PowerTurbine(Machine):
     def _check(self) -> Self:
         ordered(self, "cut_in", "cut_out", "m/s")
         above_ground(self.hub_height, self.rotor_radius)
+        if (friction := self.pitch_actuator.friction) is not None and friction.coefficient > 0.0:
+            raise ValueError(
+                "pitch_actuator.friction.coefficient: bearings are loaded by the blades' root moments, which a "
+                "power-coefficient turbine has not; give friction.torque alone"
+            )
         return self
 
     @property

@@ -499,7 +499,7 @@ def unusual(wind: Any, *, produces: bool = True) -> list[str]:
     if produces and abs(worst) > 0.5 * np.pi:
         said.append(
             f"wind: it comes from behind the rotor, {np.degrees(abs(worst)):.3g} deg from its front, where sections "
-            "and wake have no model of a producing turbine; the direction is in rad"
+            "and wake have no model of a producing turbine; in Python and in files directions are in rad"
         )
     speed = float(getattr(wind, "speed", 0.0)) if intensity else 0.0
     extreme = 0.36 * (0.576 * (0.5 * speed - 4.0) + 10.0)

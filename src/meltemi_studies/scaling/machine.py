@@ -154,6 +154,10 @@ def scaled_actuator(reference: Turbine, factors: Factors) -> dict[str, Any]:
     """Content of ``Turbine.pitch_actuator``: time constants proportional to the time of a revolution."""
     content = reference.pitch_actuator.content()
     multiply(content, "rate_limit natural_frequency", 1.0 / factors.time)
+    if (friction := content["friction"]) is not None:  # sticks within the same angle
+        multiply(friction, "torque", factors.moment)
+        multiply(friction, "inertia", factors.moment * factors.time**2)
+        multiply(friction, "diameter", factors.length)
     return content
 
 

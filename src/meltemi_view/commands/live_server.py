@@ -9,6 +9,7 @@ dropped. Connections, messages that wait and their nesting are bounded.
 from __future__ import annotations
 
 import json
+import logging
 import secrets
 import socket
 from contextlib import suppress
@@ -82,6 +83,7 @@ class LiveServer:
             ping_interval=PATIENCE / 2.0,
             ping_timeout=PATIENCE,
             server_header=None,
+            logger=logging.Logger("meltemi live", logging.CRITICAL),  # no tracebacks of lines that others broke
         )
         self._server.handler = _at_most(MOST_CONNECTIONS, self._server.handler)
         self._thread = Thread(target=self._server.serve_forever, daemon=True)
