@@ -94,6 +94,7 @@ time.sleep(0.2)
     assert "Compiling __main__.own for this machine: this happens once ..." in ran.stderr
 
 
+@pytest.mark.slow
 def test_warmup_leaves_nothing_to_compile(command: Command) -> None:
     assert command("warmup").status == 0
     ran = command("warmup", "--json")

@@ -7,6 +7,7 @@ import importlib
 import json
 import re
 import shlex
+from functools import cache
 from importlib.util import find_spec
 from itertools import groupby
 from pathlib import Path
@@ -23,6 +24,12 @@ ROOT = Path(__file__).parents[2]
 DOCS = sorted((ROOT / "docs").rglob("*.md"))
 TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *DOCS)}
 NOTEBOOKS = sorted(path.stem for path in (ROOT / "examples" / "notebooks").glob("*.py"))
+
+
+@cache
+def commands() -> Any:
+    """The command line with all its commands."""
+    return typer.main.get_command(app)
 
 
 def blocks(page: str, kind: str) -> list[str]:
@@ -53,7 +60,7 @@ def calls(text: str) -> list[list[str]]:
 @pytest.mark.parametrize("page", [page for page, text in TEXTS.items() if calls(text)])
 def test_commands_and_options_exist(page: str) -> None:
     for words in calls(TEXTS[page]):
-        command: Any = typer.main.get_command(app)
+        command: Any = commands()
         rest = [word for word in words if word not in OF_ALL]
         if not rest or rest[0] == "COMMAND":
             continue
@@ -71,6 +78,7 @@ def test_the_finder_of_commands_finds() -> None:
     assert calls(text) == [["run", "x", "--out", "y"], ["turbines"]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_notebook_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With its reduced values."""

@@ -63,6 +63,7 @@ PAGES = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_code_on_the_page_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -124,6 +125,7 @@ def test_the_library_on_its_page_runs(tmp_path: Path, monkeypatch: pytest.Monkey
         assert library[name].mean() == pytest.approx(baseline[name].mean(), rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_lidar_on_its_page_runs() -> None:
     """In a controller, which scans in a run, and as a preview."""
     turbine = meltemi.load_turbine("nrel5mw")
@@ -233,6 +235,7 @@ def test_the_scaled_turbine_of_the_page_is_the_librarys(
 TUTORIAL = "docs/guide/own-controller.md"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiled", [False, True])
 def test_the_tutorials_controller_is_compared(
     compiled: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

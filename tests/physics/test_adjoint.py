@@ -79,7 +79,9 @@ CASES: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [case if i < 2 else pytest.param(case, marks=pytest.mark.slow) for i, case in enumerate(CASES)]
+)
 def test_random_weights_and_directions(case: str, turbine: Turbine, geared: Turbine) -> None:
     """The adjoint of random weights, times a direction, is the weighted sum of derivatives in it (J-5)."""
     if "electrical" in CASES[case]:
@@ -111,6 +113,7 @@ def test_through_an_event_and_from_initial_conditions(turbine: Turbine) -> None:
         check(run, ["controller.proportional_gain", "pitch_offset", "aerodynamics.air_density"])
 
 
+@pytest.mark.slow
 def test_power_coefficient_turbine() -> None:
     model = meltemi.build(meltemi.load_turbine("pmsg20mw"))
     check(Run(model, 10.0, duration=0.2), ["aerodynamics.air_density", "controller.torque"])
@@ -133,6 +136,7 @@ def own(update: Any) -> Controller:
     )
 
 
+@pytest.mark.slow
 def test_own_controller(turbine: Turbine) -> None:
     model = meltemi.build(turbine, ModelOptions(induction_tolerance=0.0))
     names = ["controller.set_speed", "controller.gain", "controller.pitch", "controller.torque"]
