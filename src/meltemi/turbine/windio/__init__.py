@@ -98,10 +98,10 @@ def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[s
     hub, drivetrain = read_hub(tree), read_drivetrain(tree)
     for part, inner in more.items():
         for key, value in inner.items() if part in ("hub", "drivetrain") and isinstance(inner, dict) else ():
-            if key in NUMBERS and not (isinstance(value, int | float) and 0.0 <= value < 1e30):
-                raise InputError(
-                    f"{part}.{key} beside {tree.where}: expected a number, not negative, found {value!r:.60}"
-                )
+            if key in NUMBERS and not (
+                isinstance(value, int | float) and 0.0 <= value < 1e30 and (value > 0.0 or "inertia" in key)
+            ):
+                raise InputError(f"{part}.{key} beside {tree.where}: expected a positive number, found {value!r:.60}")
     drive = drivetrain | more.get("drivetrain", {})
     if "generator_efficiency" not in drive:
         why = "no losses; give drivetrain.generator_efficiency"
