@@ -66,6 +66,13 @@ def test_slips_are_told(turbine: Turbine, key: str, factor: float, words: str) -
     assert any(sentence.startswith(words) for sentence in said), said
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_frequency_that_overflows_is_told_without_warnings_of_numpy(turbine: Turbine) -> None:
+    soft = 1e-300 * np.asarray(turbine.tower.fore_aft_stiffness) * 1e-12
+    said = plausibility_warnings(turbine.replace(**{"tower.fore_aft_stiffness": soft}))
+    assert any(sentence.startswith("tower: its stiffness") for sentence in said)
+
+
 def test_negative_drag_is_told(turbine: Turbine) -> None:
     name, airfoil = next(iter(turbine.airfoils.items()))
     airfoils = turbine.airfoils | {name: airfoil.replace(drag=-0.1 * airfoil.drag)}

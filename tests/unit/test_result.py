@@ -248,3 +248,9 @@ def test_extremes_of_the_first_seconds_are_told(result: Result) -> None:
     assert early_extremes(replace(early, meta=META | {"transient": 2.0})) == ""
     data[3, 2], data[3, 3] = 9.1e6, 30.0  # hardly more than later; a gust is wind
     assert early_extremes(early) == ""
+
+
+def test_times_that_are_none_are_told() -> None:
+    series = Result(np.arange(3.0), np.zeros((3, 0)), ())
+    with pytest.raises(InputError, match="between: expected two numbers"):
+        series.between("1", 2.0)  # type: ignore[arg-type]

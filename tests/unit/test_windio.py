@@ -379,3 +379,11 @@ def test_the_command_writes_turbine_and_report(
     assert f"next: meltemi run {out / 'turbine.yaml'}" in said.out
     assert "yaw.stiffness: missing" in said.err
     assert "--fixed-base is for OpenFAST decks" in said.err
+
+
+def test_extra_numbers_of_the_drivetrain_are_checked_before_they_are_used(path: Path, tmp_path: Path) -> None:
+    extra = tmp_path / "extra.yaml"
+    for value in ("{a: 1}", "0.0"):
+        extra.write_text(f"drivetrain: {{generator_efficiency: {value}}}\n", encoding="utf-8")
+        with pytest.raises(InputError, match=r"drivetrain.generator_efficiency .* expected a positive number"):
+            import_windio(path, extra)

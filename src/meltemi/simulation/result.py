@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.calls import explained
 from meltemi.core.display import rounded
 from meltemi.core.errors import InputError, RunError, Status
 from meltemi.core.shown import Shown, Viewed
@@ -107,10 +106,12 @@ class Result(Shown, Viewed):
     def __contains__(self, name: str) -> bool:
         return any(name.lower() == known.lower() for c in self.channels for known in c.names)
 
-    @explained
     def between(self, begin: float, end: float) -> Result:
         """The part of the series from ``begin`` to ``end`` [s], both included; none of it counts as transient."""
-        inside = (self.time >= begin - 1e-9) & (self.time <= end + 1e-9)
+        try:
+            inside = (self.time >= begin - 1e-9) & (self.time <= end + 1e-9)
+        except TypeError:
+            raise InputError(f"between: expected two numbers [s], found {begin!r} and {end!r}") from None
         meta = {name: value for name, value in self.meta.items() if name != "transient"}
         return Result(self.time[inside], self.data[inside], self.channels, self.status, self.message, meta)
 

@@ -47,6 +47,7 @@ class Ratio(NamedTuple):
     most: float
 
 
+@np.errstate(all="ignore")  # a frequency that overflows is outside of its range
 def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     """Warnings about turbine data that are implausible for its size, and about units in its control.
 

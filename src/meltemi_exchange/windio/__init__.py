@@ -85,6 +85,10 @@ def import_windio(
     return ImportedTurbine(turbine, tuple(tree.notes))
 
 
+NUMBERS = ("radius", "inertia", "gear_ratio", "generator_inertia", "generator_efficiency")
+"""Values of hub and drivetrain by which the control is scaled before all are checked."""
+
+
 def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[str, Any]:
     """Content of a turbine, as far as available in the file."""
     if str(tree.get("assembly.rotor_orientation") or "upwind").lower() != "upwind":
@@ -92,6 +96,12 @@ def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[s
     blades = int(tree.number("assembly.number_of_blades") or 3)
     blade, airfoils = read_blade(tree, reynolds)
     hub, drivetrain = read_hub(tree), read_drivetrain(tree)
+    for part, inner in more.items():
+        for key, value in inner.items() if part in ("hub", "drivetrain") and isinstance(inner, dict) else ():
+            if key in NUMBERS and not (
+                isinstance(value, int | float) and 0.0 <= value < 1e30 and (value > 0.0 or "inertia" in key)
+            ):
+                raise InputError(f"{part}.{key} beside {tree.where}: expected a positive number, found {value!r:.60}")
     drive = drivetrain | more.get("drivetrain", {})
     if "generator_efficiency" not in drive:
         why = "no losses; give drivetrain.generator_efficiency"
