@@ -240,10 +240,11 @@ def test_pitch_actuator_lags_and_ideal_does_not(turbine: Turbine) -> None:
     [
         ("iea15mw", {"torsion_modes": 0}, "needs torsion_modes of at least 1, found 0"),
         ("nrel5mw", {"mode_shapes": "given"}, "needs mode_shapes 'computed', found 'given'"),
+        ("iea15mw", {"torsion_modes": 3}, "needs at most 5/3/2 flap, edge and torsion modes, found 3/2/3"),
         ("rigid in torsion", {}, "needs a blade with torsion_stiffness or stiffness_matrix"),
     ],
 )
-def test_residual_modes_need_torsion(turbine: Turbine, name: str, options: dict[str, Any], said: str) -> None:
+def test_residual_modes_that_do_harm(turbine: Turbine, name: str, options: dict[str, Any], said: str) -> None:
     if name == "rigid in torsion":
         described = turbine.replace(**{"blade.structure.torsion_stiffness": None})
     else:

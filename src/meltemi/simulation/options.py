@@ -49,10 +49,11 @@ class ModelOptions(Record):
     """Edgewise modes of each blade; by default one, or two with 6 x 6 matrices."""
     torsion_modes: int | None = Field(default=None, ge=0, le=5)
     """Torsional modes of each blade; by default one if it has a torsional stiffness."""
-    residual_modes: int | None = Field(default=None, ge=0, le=4)
-    """Residual modes of each blade: what the natural modes leave out of its static deflection by a flapwise load and by
-    three distributions of moments about the span; by default all four with 6 x 6 matrices, otherwise none. With more
-    than five flapwise, three edgewise and two torsional modes use 0: the twist of the tip becomes worse with them."""
+    residual_modes: int | None = Field(default=None, ge=0, le=5)
+    """Residual modes of each blade: what the natural modes leave out of its static deflection by a flapwise load, by
+    three distributions of moments about the span, and by centrifugal force; by default four with 6 x 6 matrices,
+    otherwise none. More than five flapwise, three edgewise or two torsional modes need all five, the default then, or
+    none."""
     fore_aft_modes: int = Field(default=2, ge=0, le=5)
     """Fore-aft modes of the tower."""
     side_side_modes: int = Field(default=2, ge=0, le=5)

@@ -35,7 +35,7 @@ ELEMENTS = 40
 BASE_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 """Rigid motions of the tower base: along the inertial axes x, y, z and about them."""
 DIRECTIONS = ("flap", "edge", "torsion")
-MOST_RESIDUAL = 4
+MOST_RESIDUAL = 5
 LEAST_SHARE = 0.2
 """Smallest fraction of the kinetic energy of a mode in the direction of its name; stretching modes have none."""
 RIGID_TORSION, RIGID_STRETCH, RIGID_SHEAR = 1e4, 1e6, 1e8
@@ -330,11 +330,12 @@ def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | Dampi
 
 
 def _static_loads(mesh: Mesh, beam: Beam) -> Float:
-    """(6m, 4) loads on a mesh whose static deflection completes that of the natural modes.
+    """(6m, 5) loads on a mesh whose static deflection completes that of the natural modes.
 
     A flapwise force that grows with the distance from the root as the lift does, at the centres of mass, so that the
     reference axis does not matter; then moments about the span in proportion to the mass times the first, second and
-    fourth power of the distance.
+    fourth power of the distance; then a centrifugal force along the span. Natural modes hardly stretch the blade:
+    without the last load, residual modes that stretch a little would take the place of the stretch and twist the tip.
     """
     span = mesh.z / mesh.z[-1]
     step, inertia = np.gradient(mesh.z), beam.at(mesh.z, "mass")
@@ -343,6 +344,9 @@ def _static_loads(mesh: Mesh, beam: Beam) -> Float:
     load[:, :, 0] = (step * span / mass)[:, None] * inertia[:, :, 0]
     for i, power in enumerate((1, 2, 4)):
         load[:, 5, i + 1] = step * mass * span**power
+    along = np.zeros(load.shape[:2])
+    along[:, 2] = span
+    load[:, :, 4] = (mesh.mass @ along.reshape(-1)).reshape(along.shape)
     flat: Float = load.reshape(-1, MOST_RESIDUAL)
     return flat / np.abs(flat).sum(axis=0)
 

@@ -38,6 +38,7 @@ from meltemi.simulation.parts import parts_of
 from meltemi.structure.beam import Beam, section_axes
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.members import (
+    MOST_RESIDUAL,
     Member,
     MovingBase,
     NodeLayout,
@@ -54,6 +55,8 @@ from meltemi.turbine.imbalance import deviations
 
 Float = NDArray[np.float64]
 
+MOST_NATURAL = (5, 3, 2)
+"""Flap, edge and torsion modes that fewer than all residual modes may complete."""
 FLAP_FADE = np.radians(16.0)
 """[rad] beyond the angles of attack of a flap's data, over which its increments fade out."""
 POLAR_STEP = np.radians(0.25)
@@ -174,7 +177,8 @@ def build_bladed(
 def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
     """Numbers of flap, edge, torsion and residual modes of a blade: those of the options, or the defaults.
 
-    The defaults for 6 x 6 sections give the twist of blades that bend by a tenth of their length within 0.1 deg.
+    The defaults for 6 x 6 sections give the twist of blades that bend by a tenth of their length within 0.1 deg. Above
+    ``MOST_NATURAL`` modes all residual ones belong to them (docs/theory/structure.md).
     """
     structure = turbine.blade.structure
     usual = (3, 2, 1, 4) if structure.stiffness_matrix is not None else (2, 1, int(structure.twists), 0)
@@ -183,6 +187,9 @@ def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
     asked = (options.flap_modes, options.edge_modes, options.torsion_modes, options.residual_modes)
     kinds = ("flap", "edge", "torsion", "residual")
     counts = {kind: n if given is None else given for kind, n, given in zip(kinds, usual, asked, strict=True)}
+    many = any(counts[kind] > most for kind, most in zip(kinds, MOST_NATURAL, strict=False))
+    if many and usual[3] and options.residual_modes is None:
+        counts["residual"] = MOST_RESIDUAL
     if counts["residual"]:
         begin = f"{turbine.name}: options.residual_modes {counts['residual']} needs "
         if not structure.twists:
@@ -192,6 +199,12 @@ def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
         if not counts["torsion"]:
             raise InputError(
                 begin + "torsion_modes of at least 1, found 0: residual modes twist the blade; use 0, or a torsion mode"
+            )
+        if many and counts["residual"] < MOST_RESIDUAL:
+            most, natural = ("/".join(map(str, some)) for some in (MOST_NATURAL, [counts[k] for k in kinds[:3]]))
+            raise InputError(
+                begin + f"at most {most} flap, edge and torsion modes, found {natural}: with more, the tip would twist "
+                f"under centrifugal force; use 0, or {MOST_RESIDUAL}, with which it also stretches"
             )
     return counts
 
