@@ -17,36 +17,6 @@ from types import FunctionType
 from typing import Any
 
 NAMESPACES = ("wind", "control", "turbine", "environment", "events", "loads", "analysis", "io", "plots")
-RENAMED = {
-    "BatchCase": "Run",
-    "Ceiling": "loads.IdealRemoval",
-    "Design": "analysis.SchemeDesign",
-    "Differences": "analysis.ResultDifferences",
-    "Estimate": "loads.MeanEstimate",
-    "Grid": "wind.WindGrid",
-    "Imported": "io.ImportedTurbine",
-    "Masses": "turbine.ComponentMasses",
-    "Note": "io.ImportNote",
-    "Peak": "loads.SpectralPeak",
-    "Performance": "turbine.RotorPerformance",
-    "Tuning": "analysis.LoopTuning",
-    "baseline": "control.BaselineController",
-    "bladed_controller": "control.BladedController",
-    "ceiling": "loads.ideal_removal",
-    "coordinated": "control.CoordinatedController",
-    "differences": "analysis.finite_difference_runs",
-    "fixed": "control.ConstantController",
-    "grid_for": "wind.wind_grid_for",
-    "load_control": "control.LoadController",
-    "peak": "loads.spectral_peak",
-    "plausibility": "turbine.plausibility_warnings",
-    "power_control": "control.PowerController",
-    "revolution_means": "loads.azimuthal_averages",
-    "supervised": "control.SupervisedController",
-    "travel": "loads.actuator_travel",
-    "yaw_control": "control.YawController",
-}
-"""Former names at the root, and their places."""
 
 
 @cache
@@ -102,8 +72,6 @@ def _hint(name: str, namespace: str) -> str:
     from meltemi.core.errors import did_you_mean
 
     places = [place for each in ("", *NAMESPACES) if name in declared(place := f"meltemi.{each}".strip("."))]
-    if name in RENAMED:
-        places.append(f"meltemi.{RENAMED[name]}".rpartition(".")[0])
     if not places:
         return did_you_mean(name, declared(namespace))
-    return f"it is {places[0]}.{RENAMED.get(name, name).rpartition('.')[2]}"
+    return f"it is {places[0]}.{name}"

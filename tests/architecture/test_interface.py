@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import meltemi
-from meltemi.namespaces import NAMESPACES, RENAMED, declared
+from meltemi.namespaces import NAMESPACES, declared
 
 ROOT = Path(__file__).parents[2]
 ALL = ("meltemi", *(f"meltemi.{name}" for name in NAMESPACES))
@@ -52,8 +52,6 @@ def test_no_name_of_a_namespace_is_hidden_by_a_module() -> None:
     ("namespace", "name", "words"),
     [
         ("meltemi", "etm", "it is meltemi.wind.etm"),
-        ("meltemi", "travel", "it is meltemi.loads.actuator_travel"),
-        ("meltemi", "BatchCase", "it is meltemi.Run"),
         ("meltemi.wind", "simulate", "it is meltemi.simulate"),
         ("meltemi.loads", "rainflow_cycle", "did you mean 'rainflow_cycles'"),
     ],
@@ -61,12 +59,6 @@ def test_no_name_of_a_namespace_is_hidden_by_a_module() -> None:
 def test_a_name_that_is_elsewhere_is_told_where(namespace: str, name: str, words: str) -> None:
     with pytest.raises(AttributeError, match=rf"{namespace}' has no attribute '{name}': {re.escape(words)}"):
         getattr(import_module(namespace), name)
-
-
-def test_renamed_names_have_places() -> None:
-    for new in RENAMED.values():
-        namespace, _, name = f"meltemi.{new}".rpartition(".")
-        assert name in declared(namespace), new
 
 
 def test_names_of_pages_and_examples_are_public() -> None:
