@@ -44,11 +44,12 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
 
 
 def record(path: str) -> str:
-    """Keys of a record class, e.g. ``turbine.definition.Hub``."""
+    """Keys of a record class, e.g. ``turbine.definition.Hub``, or with its package ``meltemi_loads.loadbase.table.Row``."""
     from importlib import import_module
 
     module, name = path.rsplit(".", 1)
-    kind: type[BaseModel] = getattr(import_module(f"meltemi.{module}"), name)
+    home = import_module(module if module.startswith("meltemi_") else f"meltemi.{module}")
+    kind: type[BaseModel] = getattr(home, name)
     rows = []
     for key, field in kind.model_fields.items():
         if field.is_required():
