@@ -44,7 +44,7 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
 
 
 def record(path: str) -> str:
-    """Keys of a record class, e.g. ``turbine.definition.Hub``, or with its package ``meltemi_loads.loadbase.table.Row``."""
+    """Keys of a record class: ``turbine.definition.Hub``, or ``meltemi_loads.loadbase.table.Row`` with its package."""
     from importlib import import_module
 
     module, name = path.rsplit(".", 1)
