@@ -1,6 +1,6 @@
 """Finished and failed runs of a long study, kept on disk so that the study can be resumed.
 
-Within ``with journal(out, inputs):`` each finished run of :func:`cells` is stored in a folder of ``out``. The same
+Within ``with run_store(out, inputs):`` each finished run of :func:`cells` is stored in a folder of ``out``. The same
 study, started again after Ctrl-C, a crash or a kill, reads them and continues with the rest. They are identified by a
 hash of the files of meltemi and of the package of the study, of the inputs of the study and of the case, so that
 changed runs are repeated.
@@ -24,6 +24,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import MeltemiError, Status
 from meltemi.core.kernel import is_ours
@@ -44,8 +46,10 @@ class FailedResultError(MeltemiError):
     """The result of a failed cell was used."""
 
 
-class FailedResult:
+class FailedResult(NDArrayOperatorsMixin):
     """Placeholder for the result of a failed cell; any use of it raises :class:`FailedResultError`.
+
+    Results are records as well as numbers, so the operators of the mixin, which all call ``__array_ufunc__``, count.
 
     Attributes:
       why: cell and reason of the failure.
@@ -58,7 +62,7 @@ class FailedResult:
         raise FailedResultError(self.why)
 
     __getattr__ = __getitem__ = __iter__ = __len__ = __call__ = __float__ = __contains__ = __array__ = _raise
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __neg__ = _raise
+    __array_ufunc__ = _raise
 
     def __reduce__(self) -> Any:
         return FailedResult, (self.why,)
@@ -139,17 +143,17 @@ class RunStore:
                 self._folder.rmdir()
 
 
-_OPEN: ContextVar[RunStore] = ContextVar("journal", default=RunStore())  # noqa: B039 - it keeps nothing on disk
+_OPEN: ContextVar[RunStore] = ContextVar("run_store", default=RunStore())  # noqa: B039 - it keeps nothing on disk
 
 
 def current() -> RunStore:
-    """The journal of the current study."""
+    """The store of the current study."""
     return _OPEN.get()
 
 
 @contextmanager
 def run_store(out: Path, inputs: str, package: str = "") -> Iterator[RunStore]:
-    """Context with the journal of a study, in its output folder.
+    """Context with the store of a study, in its output folder.
 
     Stored values are removed when the study ends without a failed cell.
 
@@ -215,7 +219,7 @@ def survivors(values: Iterable[T]) -> list[T]:
     """Values of the cells that did not fail.
 
     Raises:
-      LostError: all failed; with the reason of the first one.
+      FailedResultError: all failed; with the reason of the first one.
     """
     values = list(values)
     left = [value for value in values if not isinstance(value, FailedResult)]
@@ -233,7 +237,7 @@ def cells(
 ) -> list[Any]:
     """Values of a batch's cases, :class:`FailedResult` for those that failed; arguments as of ``simulate_batch``.
 
-    Only runs that reached their end are reduced; of those, the open journal lists the doubtful ones.
+    Only runs that reached their end are reduced; of those, the open store lists the doubtful ones.
 
     Raises:
       KeyboardInterrupt: Ctrl-C ended the runs.
@@ -254,7 +258,7 @@ def resumed(
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Outcome]:
-    """As ``simulate_batch``, without the runs that the open journal has already, and with the others entered there.
+    """As ``simulate_batch``, without the runs that the open store has already, and with the others entered there.
 
     Raises:
       KeyboardInterrupt: Ctrl-C ended the runs.

@@ -172,6 +172,8 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
         for use in (
             lambda: start.pitch,
             lambda: start["x"],
+            lambda: start < 1.0,
+            lambda: start**2,
             lambda: 1.0 + start,
             lambda: np.sqrt(start),
             lambda: [*start],
