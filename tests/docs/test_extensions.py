@@ -132,7 +132,7 @@ def test_the_parts_of_the_page_run(package: Path) -> None:
     run(package, RUN, "floats", NUMBA_DISABLE_JIT="1")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("numbers", ["floats", "lanes", "duals"])
 def test_they_compile_for_every_number_type(package: Path, tmp_path: Path, numbers: str) -> None:
     run(package, RUN, numbers, MELTEMI_CACHE_DIR=str(tmp_path))
