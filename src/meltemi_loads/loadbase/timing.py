@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from meltemi.core.extras import missing
 from meltemi.core.threads import available_cores
 from meltemi_loads.loadbase.engine import OnThreads, base_table
 from meltemi_loads.loadbase.jobs import Job, Row, jobs_of
@@ -33,7 +34,9 @@ class Cost:
 
 
 def finished_cost(plan: Plan, folder: str | Path) -> Cost | None:
-    """Cost by the finished cases of a load base; None if it has none."""
+    """Cost by the finished cases of a load base; None if it has none, or cannot be read for want of a package."""
+    if missing(("pandas", "pyarrow")):
+        return None
     frame = base_table(plan, folder)
     simulated = float(frame["simulated"].sum()) if len(frame) else 0.0
     if simulated <= 0.0:
