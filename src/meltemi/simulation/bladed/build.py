@@ -40,7 +40,6 @@ from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.members import (
     MOST_RESIDUAL,
     Member,
-    MovingBase,
     NodeLayout,
     blade_member,
     cells,
@@ -76,14 +75,11 @@ def build_bladed(
     turbine: Turbine,
     options: ModelOptions | None = None,
     environment: Environment | None = None,
-    *,
-    base: MovingBase | None = None,
 ) -> BladedModel:
     """Make a model of a turbine with blades and tower.
 
     Args:
       turbine, options, environment: as of ``build``.
-      base: rigid motions of the tower base; without it the base stands still, or on the turbine's foundation.
 
     Raises:
       UnsupportedError: the turbine or the options request a feature that is not modelled.
@@ -106,9 +102,7 @@ def build_bladed(
     pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
     head = head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
     with _about(f"{turbine.name}: tower"):
-        tower = tower_member(
-            turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given, base=base
-        )
+        tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
     coordinates = _coordinates(turbine, blade, tower)
     position = blade_layout.position
     polars, section, polar_index = _polars_outside(
