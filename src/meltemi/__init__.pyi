@@ -24,7 +24,6 @@ from meltemi.plots import plot as plot
 from meltemi.simulation.model import Model as Model
 from meltemi.simulation.model import Stations as Stations
 from meltemi.simulation.options import BEDDOES as BEDDOES
-from meltemi.simulation.options import AdvancedOptions as AdvancedOptions
 from meltemi.simulation.options import ModelOptions as ModelOptions
 from meltemi.simulation.options import StallConstants as StallConstants
 from meltemi.simulation.result import Finding as Finding

@@ -60,7 +60,7 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
             ModelOptions(
                 yaw="driven",
                 inflow="constant",
-                advanced=meltemi.AdvancedOptions(stall_rotation="openfast", chord_angle="openfast"),
+                advanced={"stall_rotation": "openfast", "chord_angle": "openfast"},
             ),
         ),
         SteadyWind(speed=11.0, roughness=0.03, veer=1e-3, upflow=0.1),
@@ -107,9 +107,7 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
     "parameters": lambda t: simulate(
         meltemi.build(t).with_parameters(**{"aerodynamics.air_density": 1.1}), WIND, duration=1.0
     ),
-    "corrections": lambda t: simulate(
-        meltemi.build(t, ModelOptions(advanced=meltemi.AdvancedOptions(corrections=2))), WIND, duration=1.0
-    ),
+    "corrections": lambda t: simulate(meltemi.build(t, ModelOptions(advanced={"corrections": 2})), WIND, duration=1.0),
     "modes of the machine": lambda t: natural_modes(meltemi.build(t)),
     "performance": lambda t: meltemi.analysis.rotor_performance(t, [7.0], [0.0]),
 }

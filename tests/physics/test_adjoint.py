@@ -81,7 +81,7 @@ def test_adjoint_is_the_limit_of_differences(run: Run, found: Gradient) -> None:
     assert found.slopes[0] == pytest.approx(slope, rel=1e-5)
 
 
-EXACT = ModelOptions(advanced=meltemi.AdvancedOptions(induction_tolerance=0.0))
+EXACT = ModelOptions(advanced={"induction_tolerance": 0.0})
 CASES: dict[str, dict[str, Any]] = {
     "as by default": {},
     "corrections": {"advanced.corrections": 1},

@@ -197,7 +197,7 @@ def energy(geared: Turbine, dt: float) -> tuple[Float, float]:
     )
     options = ModelOptions(
         time_step=dt,
-        advanced=meltemi.AdvancedOptions(corrections=1),
+        advanced={"corrections": 1},
         drivetrain="multibody",
         locked=("blades", "tower"),
         torsion_modes=0,

@@ -50,7 +50,7 @@ STEADY: list[tuple[dict[str, Any], dict[str, Any], str, float]] = [
 
 
 def advanced(**options: Any) -> ModelOptions:
-    return ModelOptions(advanced=meltemi.AdvancedOptions(**options))
+    return ModelOptions(advanced=options)
 
 
 def deck(turbine: Turbine) -> Turbine:

@@ -15,12 +15,13 @@ import pytest
 import meltemi
 from meltemi import InputError, ModelOptions, UnsupportedError
 from meltemi.core.errors import MeltemiError
+from meltemi.simulation.options import AdvancedOptions
 from meltemi_exchange.openfast.keywords import ROWS, UNITS, row_of
 from meltemi_exchange.openfast.text import Entry, key, number, read_input, split
 from meltemi_verification.openfast_deck import deck_options, deck_turbine
 
 Deck = Callable[..., Path]
-OPENFAST = meltemi.AdvancedOptions(
+OPENFAST = AdvancedOptions(
     chord_angle="openfast", stall_fit="openfast", stall_rotation="openfast", reversed_flow="static"
 )
 
