@@ -16,7 +16,7 @@ from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.modes import natural_modes
-from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, simulate
@@ -287,6 +287,6 @@ def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: fl
 
 def energy_to_the_last_digit() -> Comparison:
     """Energy with half the time step and corrected velocities: the remaining error does not stem from the step."""
-    options = ModelOptions(time_step=0.005, corrections=1)
+    options = ModelOptions(time_step=0.005, advanced=AdvancedOptions(corrections=1))
     rows = _energy(load_turbine("nrel5mw"), "half step, corrected velocity", options, 0.5)
     return Comparison("energy", "Energy with a finer step", "closed form", rows)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from meltemi.simulation.case import Case
-from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.performance import RIGID, rotor_performance
 from meltemi.simulation.rotors import build
 from meltemi.structure.kinematics import GENERATOR
@@ -29,7 +29,9 @@ def momentum() -> Comparison:
     """Power of Glauert's optimum rotor, Betz's limit, thrust against the momentum of the wake."""
     turbine = load_turbine("nrel5mw")
     rows: list[Row] = []
-    plain = ModelOptions(tip_loss=False, hub_loss=False, blade_nodes=200, induction_iterations=40)
+    plain = ModelOptions(
+        tip_loss=False, hub_loss=False, blade_nodes=200, advanced=AdvancedOptions(induction_iterations=40)
+    )
     for ratio in RATIOS:
         rotor, exact = optimum_rotor(turbine, ratio)
         ours = rotor_performance(rotor, [ratio], [0.0], options=plain)
@@ -103,10 +105,9 @@ def _far_wake(turbine: Turbine, loss: bool) -> tuple[float, float]:
         inflow="quasi_steady",
         stall="static",
         tower_influence="none",
-        high_induction="none",
         tip_loss=loss,
         hub_loss=loss,
-        induction_iterations=40,
+        advanced=AdvancedOptions(high_induction="none", induction_iterations=40),
     )
     model = build(rigid, options)
     speed, ratio = 8.0, 7.0

@@ -40,7 +40,11 @@ AIRFOIL_CONSTANTS = {
 """Angle of zero lift [deg] and drag coefficient there, from the deck's airfoil files."""
 TOWER_DIAMETER = ((0.0, 85.268, 87.6), (6.0, 3.87, 3.87))
 """Heights and diameters [m] of the tower in the deck's AeroDyn file, linear between."""
-OPENFAST_STALL = {"stall_fit": "openfast", "stall_rotation": "openfast", "reversed_flow": "static"}
+OPENFAST_STALL = {
+    "advanced.stall_fit": "openfast",
+    "advanced.stall_rotation": "openfast",
+    "advanced.reversed_flow": "static",
+}
 BLADE_SHAPES = {
     "flap": ((0.0622, 1.7254, -3.2452, 4.7131, -2.2555), (-0.5809, 1.2067, -15.5349, 29.7347, -13.8255)),
     "edge": ((0.3627, 2.5337, -3.5772, 2.376, -0.6952),),
@@ -100,8 +104,8 @@ def deck_options(turbine: Turbine, aero: str, **changes: Any) -> ModelOptions:
         "torsion_modes": 0,
         "blade_model": "modal",
         "locked": ("yaw",),
-        "chord_angle": "openfast",
+        "advanced.chord_angle": "openfast",
         "tower_drag": False,
         "blade_nodes": tuple(turbine.blade.aerodynamics.position.tolist()),
     }
-    return ModelOptions(**{**common, **sets[aero], **changes})
+    return ModelOptions().replace(**{**common, **sets[aero], **changes})

@@ -18,7 +18,7 @@ from meltemi.report.palette import COLOURS, INK, SHADE
 from meltemi.report.plots import new_figure
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
-from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.performance import RIGID
 from meltemi.simulation.rotors import build
 from meltemi.structure.kinematics import GENERATOR
@@ -167,7 +167,8 @@ class SteadyLoads:
 
 def rigid_model(turbine: Turbine, **options: Any) -> BladedModel:
     """The rigid rotor with static polars and steady wake, other options as given."""
-    chosen = {"inflow": "quasi_steady", "stall": "static", "blade_nodes": 60, "induction_iterations": 20, **options}
+    converged = AdvancedOptions(induction_iterations=20)
+    chosen = {"inflow": "quasi_steady", "stall": "static", "blade_nodes": 60, "advanced": converged, **options}
     return build(turbine, ModelOptions(locked=RIGID, tower_influence="none", **chosen))
 
 

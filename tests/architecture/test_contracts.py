@@ -57,7 +57,11 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
     "other options": lambda t: simulate(
         meltemi.build(
             t.replace(**{"pitch_actuator.kind": "second_order"}),
-            ModelOptions(yaw="driven", inflow="constant", stall_rotation="openfast", chord_angle="openfast"),
+            ModelOptions(
+                yaw="driven",
+                inflow="constant",
+                advanced={"stall_rotation": "openfast", "chord_angle": "openfast"},
+            ),
         ),
         SteadyWind(speed=11.0, roughness=0.03, veer=1e-3, upflow=0.1),
         duration=1.0,
@@ -103,7 +107,7 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
     "parameters": lambda t: simulate(
         meltemi.build(t).with_parameters(**{"aerodynamics.air_density": 1.1}), WIND, duration=1.0
     ),
-    "corrections": lambda t: simulate(meltemi.build(t, ModelOptions(corrections=2)), WIND, duration=1.0),
+    "corrections": lambda t: simulate(meltemi.build(t, ModelOptions(advanced={"corrections": 2})), WIND, duration=1.0),
     "modes of the machine": lambda t: natural_modes(meltemi.build(t)),
     "performance": lambda t: meltemi.analysis.rotor_performance(t, [7.0], [0.0]),
 }

@@ -343,7 +343,7 @@ def test_other_options_do_not_go_with_a_case_file_either(
     [
         ((), "give one of --wind-speed, --iec (or --ntm), --wind-file"),
         (("--wind-speed", 10, "--bts", "a.bts"), "give one of --wind-speed, --wind-file"),
-        (("--wind-speed", -3), "wind.speed: expected greater than 0, found -3"),
+        (("--wind-speed", -3), "wind.speed: expected greater than or equal to 0, found -3"),
         (("--wind-speed", "nan"), "wind.speed: expected a finite number"),
         (("--wind-speed", 10, "--duration", 0), "duration: expected greater than 0, found 0"),
         (("--wind-speed", 10, "--duration", -1), "duration: expected greater than 0, found -1"),

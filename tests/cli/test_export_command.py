@@ -86,6 +86,8 @@ def test_a_deck_is_written_anew(name: str, command: Command, rosco_cases: Path, 
         (("nrel5mw", "--duration", "0"), "--duration 0"),
         (("nrel5mw", "--option", "stall"), "expected an option and its value, such as stall=static"),
         (("nrel5mw", "--option", "stal=static"), "did you mean 'stall'"),
+        (("nrel5mw", "--option", "stall_fit=openfast"), "did you mean 'advanced.stall_fit'"),
+        (("nrel5mw", "--option", "advanced.stall_fit=hanson"), "did you mean 'hansen'"),
         (("nrel5mw", "--option", "stall=hanson"), "did you mean 'hansen'"),
     ],
 )

@@ -289,6 +289,10 @@ def test_what_loads_builds_or_is_refused_in_words(content: Content) -> None:
 
 
 MOST_MODES = {"flap": 10, "edge": 10, "torsion": 5, "fore_aft": 5, "side_side": 5, "tower_torsion": 3}
+advanced = {
+    "blade_cells": st.none() | st.lists(st.floats(0.0, 61.5), max_size=8).map(lambda x: [0.0, *sorted(x), 61.5]),
+    "stall_fit": st.sampled_from(["hansen", "openfast"]),
+}
 options = st.fixed_dictionaries(
     {},
     optional={
@@ -296,9 +300,8 @@ options = st.fixed_dictionaries(
         "mode_shapes": st.sampled_from(["computed", "given"]),
         "locked": st.lists(st.sampled_from(["tower", "yaw", "generator", "blades", "1st flap"]), max_size=3),
         "blade_nodes": st.integers(4, 20) | st.lists(st.floats(0.0, 61.5), max_size=8).map(sorted),
-        "blade_cells": st.none() | st.lists(st.floats(0.0, 61.5), max_size=8).map(lambda x: [0.0, *sorted(x), 61.5]),
         "tower_nodes": st.integers(2, 20),
-        "stall_fit": st.sampled_from(["hansen", "openfast"]),
+        "advanced": st.fixed_dictionaries({}, optional=advanced),
         "inflow": st.sampled_from(["variable", "constant", "quasi_steady"]),
     },
 )

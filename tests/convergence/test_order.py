@@ -34,7 +34,7 @@ def response(turbine: Turbine, dt: float, **options: Any) -> Any:
 CHANGES: list[dict[str, Any]] = [
     {},
     {"inflow": "quasi_steady", "stall": "static"},
-    {"corrections": 1},
+    {"advanced": {"corrections": 1}},
     {"integration": "implicit"},
 ]
 

@@ -138,7 +138,7 @@ def test_they_compile_for_every_number_type(package: Path, tmp_path: Path, numbe
     run(package, RUN, numbers, MELTEMI_CACHE_DIR=str(tmp_path))
 
 
-@pytest.mark.parametrize("word", ["MovingBase(", "WakeTurbine("])
+@pytest.mark.parametrize("word", ["foundation = {", "WakeTurbine("])
 def test_the_programs_of_the_page_print_what_it_says(tmp_path: Path, word: str) -> None:
     """A motion of the base with the period of the closed form; a kind of rotor."""
     ((program, printed),) = [

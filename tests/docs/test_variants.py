@@ -36,7 +36,7 @@ def close(a, b, tolerance=1e-9):
 
 
 # stall: in steady flow the static polar, but for a product of interpolated columns
-oye, static = (settled(stall=name, stall_rotation="none") for name in ("oye", "static"))
+oye, static = (settled(stall=name, advanced=dict(stall_rotation="none")) for name in ("oye", "static"))
 lift = [case.view("flow")["lift"] for case in (oye, static)]
 close(*lift, tolerance=5e-3)
 # the derivative is that of the step

@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Controller, InputError, Model, ModelOptions, Result, Simulation, Start, Turbine, WindBox
+from meltemi import (
+    Controller,
+    InputError,
+    Model,
+    ModelOptions,
+    Result,
+    Simulation,
+    Start,
+    Turbine,
+    WindBox,
+)
 from meltemi.analysis import Gradient, gradient, sensitivity
 from meltemi.loads import del_weights, std_weights
 from meltemi.simulation.run import Run
@@ -71,9 +81,10 @@ def test_adjoint_is_the_limit_of_differences(run: Run, found: Gradient) -> None:
     assert found.slopes[0] == pytest.approx(slope, rel=1e-5)
 
 
+EXACT = ModelOptions(advanced={"induction_tolerance": 0.0})
 CASES: dict[str, dict[str, Any]] = {
     "as by default": {},
-    "corrections": {"corrections": 1},
+    "corrections": {"advanced.corrections": 1},
     "electrical, gearbox": {"electrical": "averaged", "drivetrain": "multibody"},
     "modal blades, static polars": {"torsion_modes": 0, "stall": "static", "inflow": "quasi_steady"},
 }
@@ -89,7 +100,7 @@ def test_random_weights_and_directions(case: str, turbine: Turbine, geared: Turb
         system = meltemi.turbine.size_electrical(law.torque.rated_power, law.pitch.reference_speed)
         turbine = geared.replace(electrical=system)
     # lanes end the iterations of the induction at a tolerance, duals do not
-    model = meltemi.build(turbine, ModelOptions(induction_tolerance=0.0, **CASES[case]))
+    model = meltemi.build(turbine, EXACT.replace(**CASES[case]))
     check(Run(model, 15.0, duration=0.2), [name for name in PARAMETERS if not name.startswith("turbine")])
 
 
@@ -106,7 +117,7 @@ def check(run: Run, parameters: list[str]) -> None:
 
 
 def test_through_an_event_and_from_initial_conditions(turbine: Turbine) -> None:
-    model = meltemi.build(turbine, ModelOptions(induction_tolerance=0.0))
+    model = meltemi.build(turbine, EXACT)
     stuck = [{"at": 0.1, "type": "pitch_stuck", "blade": 2}]
     start = Start(rotor_speed=1.2, pitch=0.15, generator_torque=4e4, coordinates={})
     for run in (Run(model, 15.0, duration=0.2, events=stuck), Run(model, 15.0, duration=0.2, start=start)):
@@ -138,7 +149,7 @@ def own(update: Any) -> Controller:
 
 @pytest.mark.slow
 def test_own_controller(turbine: Turbine) -> None:
-    model = meltemi.build(turbine, ModelOptions(induction_tolerance=0.0))
+    model = meltemi.build(turbine, EXACT)
     names = ["controller.set_speed", "controller.gain", "controller.pitch", "controller.torque"]
     check(Run(model, 15.0, duration=0.2, controller=own(nonlinear)), names)
 

@@ -196,7 +196,11 @@ def energy(geared: Turbine, dt: float) -> tuple[Float, float]:
         },
     )
     options = ModelOptions(
-        time_step=dt, corrections=1, drivetrain="multibody", locked=("blades", "tower"), torsion_modes=0
+        time_step=dt,
+        advanced={"corrections": 1},
+        drivetrain="multibody",
+        locked=("blades", "tower"),
+        torsion_modes=0,
     )
     model = meltemi.build(described, options, Environment(gravity=0.0, air_density=1e-12))
     calm = SteadyWind(speed=0.0)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from meltemi import ModelOptions, UnsupportedError, load_turbine
+from meltemi import InputError, ModelOptions, build, load_turbine
 from meltemi.analysis import linearise, natural_modes, operating_point
-from meltemi.simulation.bladed.build import build_bladed
 from meltemi.simulation.plan import model_channels
-from meltemi.structure.members import BASE_MOTIONS, MovingBase
+from meltemi.structure.members import BASE_MOTIONS
 from meltemi.turbine.definition import Foundation, Turbine
 
 MASS = 5.0e6
@@ -25,15 +24,16 @@ def turbine() -> Turbine:
     return found
 
 
-def base(*motions: str, mass: float = MASS) -> MovingBase:
-    return MovingBase(motions, np.diag([mass, mass, mass, 1e-3, 1e-3, 1e-3]), STIFFNESS, np.zeros((6, 6)))
+def on(turbine: Turbine, *motions: str) -> Turbine:
+    mass = np.diag([MASS, MASS, MASS, 1e-3, 1e-3, 1e-3])
+    return turbine.replace(foundation={"motions": motions, "mass": mass, "stiffness": STIFFNESS})
 
 
 @pytest.mark.parametrize("motion", ["surge", "sway", "heave"])
 def test_a_translation_moves_the_whole_turbine(turbine: Turbine, motion: str) -> None:
     """Frequency of a mass on a spring; blades, tower and nacelle are rigid."""
     rigid = ModelOptions(locked=("tower", "blades", "yaw", "generator", "drivetrain"))
-    model = build_bladed(turbine, rigid, base=base(motion))
+    model = build(on(turbine, motion), rigid)
     assert model.coordinates[4] == f"base {motion}"
     (mode,) = natural_modes(model)
     tower, blade = turbine.tower, turbine.blade.structure
@@ -48,9 +48,9 @@ def test_a_foundation_may_be_described_by_motions_of_the_base(turbine: Turbine) 
     """Springs and a mass below the tower, once within the tower's modes and once as coordinates of their own."""
     on_springs = turbine.replace(foundation=Foundation(stiffness=STIFFNESS, mass=MASS).content())
     many = ModelOptions(fore_aft_modes=4, side_side_modes=4)
-    within = natural_modes(build_bladed(on_springs, many))
-    beside = natural_modes(build_bladed(turbine, many, base=base("surge", "sway", "roll", "pitch")))
-    fixed = natural_modes(build_bladed(turbine, many))
+    within = natural_modes(build(on_springs, many))
+    beside = natural_modes(build(on(turbine, "surge", "sway", "roll", "pitch"), many))
+    fixed = natural_modes(build(turbine, many))
     first = [[mode.frequency for mode in modes[:8]] for modes in (within, beside, fixed)]
     np.testing.assert_allclose(first[1][:2], first[0][:2], rtol=1e-4)
     np.testing.assert_allclose(first[1], first[0], rtol=5e-3)  # by other shapes of the tower
@@ -58,7 +58,7 @@ def test_a_foundation_may_be_described_by_motions_of_the_base(turbine: Turbine) 
 
 
 def test_states_have_the_units_of_their_channels(turbine: Turbine) -> None:
-    model = build_bladed(turbine, ModelOptions(locked=("tower", "blades")), base=base("surge", "pitch"))
+    model = build(on(turbine, "surge", "pitch"), ModelOptions(locked=("tower", "blades")))
     linear = linearise(model, operating_point(model, 9.0), (), ())
     units = {name: unit for name, unit in zip(linear.states, linear.state_units, strict=True) if " base " in name}
     assert units == {"q base surge": "m", "q base pitch": "rad", "v base surge": "m/s", "v base pitch": "rad/s"}
@@ -66,7 +66,25 @@ def test_states_have_the_units_of_their_channels(turbine: Turbine) -> None:
     assert all(channels[name].unit == unit for name, unit in units.items())
 
 
-def test_a_base_does_not_move_on_a_foundation(turbine: Turbine) -> None:
-    on_springs = turbine.replace(foundation=Foundation(stiffness=STIFFNESS).content())
-    with pytest.raises(UnsupportedError, match="its foundation belongs to the stiffness of the base"):
-        build_bladed(on_springs, base=base("surge"))
+def test_a_damper_of_the_foundation_damps_the_tower(turbine: Turbine) -> None:
+    """Within the modes of the tower and beside them alike."""
+    many, gain = ModelOptions(fore_aft_modes=4, side_side_modes=4), []
+    for motions in ((), ("surge", "sway", "roll", "pitch")):
+        foundation = {"motions": motions, "mass": MASS, "stiffness": STIFFNESS}
+        free, damped = (
+            natural_modes(build(turbine.replace(foundation={**foundation, "damping": damping}), many))[0].damping
+            for damping in (0.0, 2e7)
+        )
+        gain.append(damped - free)
+    assert gain[0] > 1e-4
+    assert gain[1] == pytest.approx(gain[0], rel=0.05)
+
+
+def test_what_a_foundation_cannot_be_is_refused() -> None:
+    for change, said in (
+        ({"mass": -1.0}, "mass must be symmetric and positive semidefinite"),
+        ({"damping": np.eye(5)}, r"damping must have shape \(6, 6\)"),
+        ({"motions": ("surge", "surge")}, "motions must differ"),
+    ):
+        with pytest.raises(InputError, match=said):
+            Foundation(**{"stiffness": STIFFNESS, **change})

@@ -47,7 +47,7 @@ WINDS: dict[str, Callable[[], Any]] = {
 
 def disturbed(turbine: Turbine, options: dict[str, Any], wind: Any, numbers: Kind) -> Case:
     """A deflected, moving machine after three steps of the states of the air, with all of its loads."""
-    model = meltemi.build(turbine, ModelOptions(**options))
+    model = meltemi.build(turbine, ModelOptions().replace(**options))
     case = Case(model, wind, Stations((10.0, 30.0), (40.0,)), numbers=numbers)
     rng = np.random.default_rng(5)
     n, generator = len(model.coordinates), model.coordinates.index("generator")
@@ -80,21 +80,21 @@ CHANGES: dict[str, tuple[dict[str, Any], str]] = {
             "skew": ("none",),
             "inflow": ("constant", "quasi_steady"),
             "stall": ("static",),
-            "stall_rotation": ("openfast", "none"),
-            "chord_angle": ("openfast",),
+            "advanced.stall_rotation": ("openfast", "none"),
+            "advanced.chord_angle": ("openfast",),
             "rotational_augmentation": ("snel", "chaviaropoulos_hansen"),
             "tower_influence": ("lower_half", "powles", "eames", "none"),
             "tower_drag": (False,),
             "torsion_modes": (0, 2),
             "flap_modes": (0,),
             "locked": (("tower", "drivetrain"),),
-            "induction_iterations": (2, 20),
-            "induction_tolerance": (0.0, 1e-5),
+            "advanced.induction_iterations": (2, 20),
+            "advanced.induction_tolerance": (0.0, 1e-5),
         }.items()
         for value in values
     },
     # in the light load of strong wind: without the correction a heavy load may have no solution
-    "high_induction none": ({"high_induction": "none"}, "logarithmic"),
+    "high_induction none": ({"advanced.high_induction": "none"}, "logarithmic"),
     "positions": ({"blade_nodes": (0.0, 10.0, 20.0, 35.0, 50.0, 61.5)}, "sheared, yawed"),
     "quasi-steady, static": ({"inflow": "quasi_steady", "stall": "static", "wake": "none"}, "box"),
 }
@@ -156,7 +156,7 @@ def test_nodes_that_fill_lanes_have_no_weight(turbine: Turbine) -> None:
 
 def compared(turbine: Turbine, speed: float, duration: float, options: dict[str, Any]) -> tuple[Float, Float]:
     """(time, channels) of floats, and of lanes, in turbulence; without those that are nothing but rounding."""
-    model = meltemi.build(turbine, ModelOptions(**options))
+    model = meltemi.build(turbine, ModelOptions().replace(**options))
     wind = turbulent(speed, 0.16, duration)
     found = []
     for numbers in ("floats", "lanes"):
@@ -211,8 +211,8 @@ SITUATIONS: dict[str, tuple[float, float, dict[str, Any]]] = {
     "9 m/s": (9.0, 0.3, {}),
     "14 m/s": (14.0, 1.1, {}),
     "20 m/s": (20.0, 2.0, {}),
-    "variants": (16.0, 4.0, {"inflow": "constant", "stall_rotation": "openfast", "tower_influence": "none"}),
-    "no wake": (12.0, 5.0, {"wake": "none", "stall_rotation": "none", "skew": "none"}),
+    "variants": (16.0, 4.0, {"inflow": "constant", "advanced.stall_rotation": "openfast", "tower_influence": "none"}),
+    "no wake": (12.0, 5.0, {"wake": "none", "advanced.stall_rotation": "none", "skew": "none"}),
     "static": (12.0, 5.0, {"stall": "static", "inflow": "quasi_steady", "torsion_modes": 0}),
     "gears": (11.0, 3.0, {"drivetrain": "multibody", "stall": "static", "torsion_modes": 0}),
 }
@@ -260,7 +260,7 @@ def test_derivatives_are_those_of_differences(geared: Turbine, what: str) -> Non
       and there the derivative must be that of the difference to the inner side.
     """
     speed, azimuth, options = SITUATIONS[what]
-    model = meltemi.build(geared.replace(**{"pitch_actuator.kind": "second_order"}), ModelOptions(**options))
+    model = meltemi.build(geared.replace(**{"pitch_actuator.kind": "second_order"}), ModelOptions().replace(**options))
     point = meltemi.operating_point(model, SteadyWind(speed=speed, shear_exponent=0.14, direction=0.1))
     case = linear.linear_case(model, point)
     channels = model_channels(model)

@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import BEDDOES, Environment, ModelOptions, Result, SteadyWind, Turbine, operating_point, simulate
+from meltemi import (
+    BEDDOES,
+    Environment,
+    ModelOptions,
+    Result,
+    SteadyWind,
+    Turbine,
+    operating_point,
+    simulate,
+)
 from meltemi.environment import Air
 
 STEADY: list[tuple[dict[str, Any], dict[str, Any], str, float]] = [
@@ -24,9 +33,9 @@ STEADY: list[tuple[dict[str, Any], dict[str, Any], str, float]] = [
     ({"tower_drag": False}, {}, "tower_base_moment_fore_aft", -1.0),
     ({"torsion_modes": 0}, {}, "rotor_aero_thrust", +1.0),
     # blades bent downwind beyond their cone: cambered by the curved flow, and drag as OpenFAST has it
-    ({"stall_rotation": "none"}, {}, "rotor_aero_thrust", -1.0),
-    ({"stall_rotation": "openfast"}, {}, "generator_power", -1.0),
-    ({"chord_angle": "openfast"}, {}, "rotor_aero_thrust", -1.0),
+    ({"advanced": {"stall_rotation": "none"}}, {}, "rotor_aero_thrust", -1.0),
+    ({"advanced": {"stall_rotation": "openfast"}}, {}, "generator_power", -1.0),
+    ({"advanced": {"chord_angle": "openfast"}}, {}, "rotor_aero_thrust", -1.0),
     ({"stall": "static"}, {}, "rotor_aero_thrust", 0.0),
     ({"mode_shapes": "given", "torsion_modes": 0}, {"torsion_modes": 0}, "tip_out_of_plane_1", 0.0),
     ({"flap_modes": 1}, {}, "tip_out_of_plane_1", 0.0),
@@ -38,6 +47,10 @@ STEADY: list[tuple[dict[str, Any], dict[str, Any], str, float]] = [
     ({"locked": ("blades",)}, {}, "tower_base_moment_fore_aft", 0.0),
     ({"locked": ("tower",)}, {}, "yaw_moment_x", 0.0),
 ]
+
+
+def advanced(**options: Any) -> ModelOptions:
+    return ModelOptions(advanced=options)
 
 
 def deck(turbine: Turbine) -> Turbine:
@@ -60,7 +73,7 @@ def test_in_steady_operation(
 
 def test_high_induction_correction_raises_thrust_of_a_heavily_loaded_rotor(turbine: Turbine) -> None:
     thrust = [
-        meltemi.analysis.rotor_performance(turbine, [12.0], [-0.035], options=ModelOptions(high_induction=kind)).thrust[
+        meltemi.analysis.rotor_performance(turbine, [12.0], [-0.035], options=advanced(high_induction=kind)).thrust[
             0, 0
         ]
         for kind in ("buhl", "none")
@@ -160,16 +173,16 @@ def test_dynamic_stall_lags_behind_static_polars(turbine: Turbine) -> None:
 
 def test_stall_fit_of_openfast_differs(turbine: Turbine) -> None:
     wind = SteadyWind(speed=18.0, direction=np.radians(30.0))
-    a, b = (run(deck(turbine), ModelOptions(stall_fit=fit), wind)["RtFldFxh"] for fit in ("hansen", "openfast"))
+    a, b = (run(deck(turbine), advanced(stall_fit=fit), wind)["RtFldFxh"] for fit in ("hansen", "openfast"))
     assert np.max(np.abs(a - b)) > 10.0
 
 
 def test_corrections_and_iterations_and_step_change_little(turbine: Turbine) -> None:
     base = run(turbine, ModelOptions())["RootMyc1"]
     for options, least, most in (
-        (ModelOptions(corrections=1), 1e-9, 2e-3),
-        (ModelOptions(induction_iterations=12, induction_tolerance=0.0), 1e-13, 1e-8),
-        (ModelOptions(induction_tolerance=1e-4), 1e-12, 1e-6),
+        (advanced(corrections=1), 1e-9, 2e-3),
+        (advanced(induction_iterations=12, induction_tolerance=0.0), 1e-13, 1e-8),
+        (advanced(induction_tolerance=1e-4), 1e-12, 1e-6),
         (ModelOptions(time_step=0.005), 1e-9, 2e-3),
     ):
         change = np.max(np.abs(run(turbine, options)["RootMyc1"] / base - 1.0))

@@ -100,7 +100,7 @@ def test_words_of_a_parked_rotor(model: Model, held: Model) -> None:
 
 def test_an_unstable_standing_rotor_says_so() -> None:
     """Wind from behind turns the sections about their trailing edges, if the lift has no lag."""
-    options = ModelOptions(locked=("generator",), reversed_flow="static")
+    options = ModelOptions(locked=("generator",), advanced={"reversed_flow": "static"})
     held = meltemi.build(meltemi.load_turbine("nrel5mw"), options)
     wind = SteadyWind(speed=40.0, direction=math.pi)
     (warning,) = parked_point(held, wind).warnings

@@ -40,7 +40,7 @@ def test_edgewise_vibrations_as_in_openfast(
 @pytest.mark.parametrize(("reversed_flow", "unstable"), [("static", True), ("lagged", False)])
 def test_wind_from_behind_excites_torsion_only_without_the_lag_of_the_wake(reversed_flow: str, unstable: bool) -> None:
     """The lift at 3/4 chord follows the twist at once; behind the wake it follows late, which damps."""
-    model = meltemi.build(meltemi.load_turbine("nrel5mw"), ModelOptions(reversed_flow=reversed_flow))
+    model = meltemi.build(meltemi.load_turbine("nrel5mw"), ModelOptions(advanced={"reversed_flow": reversed_flow}))
     wind = SteadyWind(speed=50.0, shear_exponent=0.11)
     found = parked_stability(model, [np.pi], [FEATHER], wind=wind, azimuths=(0.0,))
     assert (found.damping[0, 0] < -0.03) == unstable == ("torsion" in found.coordinate[0][0])

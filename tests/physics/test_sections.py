@@ -71,7 +71,7 @@ def test_angle_of_the_chord_is_that_of_the_rotated_section(turbine: Turbine, bla
 
 
 def test_openfasts_angle_of_the_chord_is_the_last_of_sweep_flap_and_twist(turbine: Turbine) -> None:
-    flow, case = bent(prebent(turbine, 0.08), 0.08, chord_angle="openfast")
+    flow, case = bent(prebent(turbine, 0.08), 0.08, advanced={"chord_angle": "openfast"})
     np.testing.assert_allclose(flow["theta"][0], -sections_of(case, 0.2).as_euler("XYZ")[:, 2], rtol=0.0, atol=1e-14)
 
 
@@ -123,7 +123,7 @@ def test_a_bent_blade_turns_about_its_span_but_does_not_pitch(turbine: Turbine) 
 def test_momentum_balances_the_lift_in_curved_flow(turbine: Turbine, variant: Any, least: float, most: float) -> None:
     # a / (1 - a) = sigma' C_x / (4 F sin^2 phi) on a coned rotor in steady operation
     coned = turbine.replace(**{"hub.precone": -0.15, "nacelle.tilt": 0.0})
-    options = ModelOptions(stall_rotation=variant, tower_influence="none", tip_loss=False, hub_loss=False)
+    options = ModelOptions(advanced={"stall_rotation": variant}, tower_influence="none", tip_loss=False, hub_loss=False)
     model = meltemi.build(coned, options.replace(locked=("blades", "tower", "drivetrain", "yaw")))
     case = Case(model, SteadyWind(speed=8.0))
     for _ in range(3):

@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Environment, ModelOptions, Start, Stations, SteadyWind, Turbine, UnsupportedError, simulate
+from meltemi import (
+    Environment,
+    ModelOptions,
+    Start,
+    Stations,
+    SteadyWind,
+    Turbine,
+    UnsupportedError,
+    simulate,
+)
 from meltemi.control import signals as s
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.vibrations import equilibrium, vacuum_case
@@ -170,7 +179,7 @@ def energy_range(turbine: Turbine, blades: int, time_step: float, **more: Any) -
             "yaw.damping": 0.0,
         },
     )
-    options = ModelOptions(time_step=time_step, corrections=1, **more)
+    options = ModelOptions(time_step=time_step, advanced={"corrections": 1}, **more)
     model = meltemi.build(described, options).with_parameters(**{"aerodynamics.air_density": 0.0})
     start = Start(rotor_speed=1.267, coordinates={"blade 1 1st flap": 2.0, "tower 1st side-side": 0.3, "yaw": 0.001})
     run = meltemi.Simulation(

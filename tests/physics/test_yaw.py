@@ -26,7 +26,7 @@ CHANNELS = ["nacelle_yaw", "v yaw", "yaw_drive_torque", "yaw_friction_torque", "
 
 def in_vacuum(turbine: Turbine, options: dict[str, Any], **changes: Any) -> Model:
     described = turbine.replace(**{f"yaw.{name}": value for name, value in changes.items()})
-    model = meltemi.build(described, ModelOptions(**{"time_step": 0.0025, "corrections": 1} | options))
+    model = meltemi.build(described, ModelOptions(**{"time_step": 0.0025, "advanced": {"corrections": 1}} | options))
     return model.with_parameters(**{"aerodynamics.air_density": 0.0})
 
 

@@ -56,6 +56,8 @@ MODEL = meltemi.build(TURBINE)
         (lambda: setattr(meltemi.SteadyWind(speed=3.0), "speed", 4.0), r"frozen .*replace\(speed=...\)"),
         (lambda: TURBINE.replace(**{"electrical.machine.rated_power": 5e-324}), "too small or too large to compute"),
         (lambda: meltemi.turbine.size_electrical(5e-324, 100.0), "rated_power must lie between"),
+        (lambda: meltemi.ModelOptions(corrections=1), "unknown key; did you mean 'advanced.corrections'?"),  # type: ignore[call-arg]
+        (lambda: meltemi.ModelOptions().replace(corrections=1), "has no 'corrections': did you mean 'advanced.corr"),
         (lambda: meltemi.ModelOptions(stall_constants={"a2": 1e9}), "stall_constants.a2: expected less than"),  # type: ignore[arg-type]
         (lambda: meltemi.ModelOptions(stall_constants={"a1": 0.9, "a2": 0.9}), "at most 1, found 1.8"),  # type: ignore[arg-type]
     ],

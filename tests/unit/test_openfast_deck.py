@@ -15,11 +15,15 @@ import pytest
 import meltemi
 from meltemi import InputError, ModelOptions, UnsupportedError
 from meltemi.core.errors import MeltemiError
+from meltemi.simulation.options import AdvancedOptions
 from meltemi_exchange.openfast.keywords import ROWS, UNITS, row_of
 from meltemi_exchange.openfast.text import Entry, key, number, read_input, split
 from meltemi_verification.openfast_deck import deck_options, deck_turbine
 
 Deck = Callable[..., Path]
+OPENFAST = AdvancedOptions(
+    chord_angle="openfast", stall_fit="openfast", stall_rotation="openfast", reversed_flow="static"
+)
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +125,7 @@ def test_options_are_those_of_the_comparison(master: Path, turbine: meltemi.Turb
         ("AeroDyn.dat", "0   DBEMT_Mod", "2 DBEMT_Mod", "inflow", "variable"),
         ("AeroDyn.dat", "0   DBEMT_Mod", "1 DBEMT_Mod", "inflow", "constant"),
         ("AeroDyn.dat", "0   UA_Mod", "4 UA_Mod", "stall", "hansen"),
-        ("AeroDyn.dat", "0   UA_Mod", "4 UA_Mod", "stall_fit", "openfast"),
+        ("AeroDyn.dat", "0   UA_Mod", "4 UA_Mod", "advanced", OPENFAST),
         ("AeroDyn.dat", "1   TwrPotent", "0 TwrPotent", "tower_influence", "none"),
         ("AeroDyn.dat", "True          TwrAero", "False TwrAero", "tower_drag", False),
         ("AeroDyn.dat", "True          TipLoss", "False TipLoss", "tip_loss", False),

@@ -96,6 +96,6 @@ def test_nodes_of_a_turbine(turbine: Turbine, name: RotationalAugmentation) -> N
 
 
 def test_openfast_fit_is_refused(turbine: Turbine) -> None:
-    options = ModelOptions(rotational_augmentation="snel", stall_fit="openfast")
+    options = ModelOptions(rotational_augmentation="snel", advanced={"stall_fit": "openfast"})
     with pytest.raises(meltemi.InputError, match="stall_fit"):
         meltemi.build(turbine, options)

@@ -56,7 +56,7 @@ def test_limit_of_a_vibration_in_dynamic_stall_is_sensitive() -> None:
     turbine, found = deck_turbine(load_turbine("nrel5mw")), []
     for rotation, lag in (("openfast", 3.0), ("none", 3.0), ("none", 2.9)):
         constants = BEDDOES.replace(separation_lag=lag)
-        model = elastodyn_model(turbine, s["set"], stall_rotation=rotation, stall_constants=constants)
+        model = elastodyn_model(turbine, s["set"], stall_constants=constants, **{"advanced.stall_rotation": rotation})
         result = run(s, model, [f"{EDGEWISE.channel}{b}" for b in (1, 2, 3)])
         found.append(vibration(result.time, result.data.T, EDGEWISE.band, (12.0, 24.0)))
     (row,) = reference_table("parked_vibration", case=s["case"])

@@ -9,7 +9,7 @@ a batch has a :class:`Status`; one that leaves the range of validity of the mode
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from enum import Enum, IntEnum
 from typing import Any
 
@@ -92,6 +92,17 @@ def closest(name: str, valid: Iterable[str], n: int = 3) -> list[str]:
         return (-match.ratio(), candidate)
 
     return [by_lower[m] for m in sorted(near, key=rank)[:n]]
+
+
+def place_of(name: str, inside: Mapping[str, Iterable[str]]) -> str:
+    """Hint for an unknown key: where it stands one level further down, or the closest of the valid ones.
+
+    Args:
+      name: the key.
+      inside: keys one level further down of each valid key.
+    """
+    deeper = [repr(f"{key}.{name}") for key, names in inside.items() if name in names]
+    return f"did you mean {' or '.join(deeper)}?" if deeper else did_you_mean(name, inside)
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from meltemi.core.deferred import without_deferral
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.errors import InputError, did_you_mean, place_of
 from meltemi.core.units import ANGULAR, in_degrees, unit_of
 
 Keys = tuple[int | str, ...]
@@ -58,7 +58,9 @@ def _message(problem: Any, kind: type[BaseModel]) -> str:
     location, what, value = problem["loc"], problem["type"], problem["input"]
     if what == "extra_forbidden":
         parent = _record_at(kind, location[:-1])
-        return f"unknown key; {did_you_mean(str(location[-1]), parent.model_fields if parent else [])}"
+        fields = parent.model_fields if parent else {}
+        inside = {key: [n for r in _records(field.annotation) for n in r.model_fields] for key, field in fields.items()}
+        return f"unknown key; {place_of(str(location[-1]), inside)}"
     if what == "missing":
         parent = _record_at(kind, location[:-1])
         doc = parent.model_fields[str(location[-1])].description if parent else None
@@ -145,7 +147,7 @@ def _record_at(kind: type[BaseModel], location: Sequence[int | str]) -> type[Bas
 
 def _alternatives_at(kind: type[BaseModel], location: Sequence[int | str]) -> list[type[BaseModel]]:
     """The record classes a key path may lead to."""
-    return [c for c in _annotations_at(kind, location) if isinstance(c, type) and issubclass(c, BaseModel)]
+    return [c for found in _annotations_at(kind, location) for c in _records(found)]
 
 
 def _annotations_at(kind: type[BaseModel], location: Sequence[int | str]) -> list[Any]:
@@ -157,7 +159,7 @@ def _annotations_at(kind: type[BaseModel], location: Sequence[int | str]) -> lis
 
 def _tagged(found: list[Any], part: int | str) -> list[Any]:
     """The alternative with this tag or name, which pydantic inserts into the path; None for a key."""
-    records = [c for c in found if isinstance(c, type) and issubclass(c, BaseModel)]
+    records = [c for one in found for c in _records(one)]
     return [c for c in records if c.__name__ == part or (len(records) > 1 and part in _literals(c))]
 
 
@@ -175,6 +177,10 @@ def _alternatives(annotation: Any) -> list[Any]:
     if get_origin(annotation) in (Union, UnionType):
         return [inner for member in get_args(annotation) for inner in _alternatives(member)]
     return [annotation]
+
+
+def _records(annotation: Any) -> list[type[BaseModel]]:
+    return [c for c in _alternatives(annotation) if isinstance(c, type) and issubclass(c, BaseModel)]
 
 
 def _literals(record: type[BaseModel]) -> list[str]:

@@ -27,7 +27,7 @@ from pydantic import (
 )
 
 from meltemi.core.display import brief, is_default, one_line
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.errors import InputError, place_of
 from meltemi.core.problems import Keys, explain
 from meltemi.core.shown import Shown
 from meltemi.core.units import angular_unit, from_text
@@ -206,7 +206,9 @@ class Record(Shown, BaseModel):
             for key in path.split("."):
                 target, last = target[last], key
                 if not isinstance(target, dict) or key not in target:
-                    hint = did_you_mean(key, target) if isinstance(target, dict) else f"nothing can hold {key!r}"
+                    hint = f"nothing can hold {key!r}"
+                    if isinstance(target, dict):
+                        hint = place_of(key, {k: v if isinstance(v, dict) else () for k, v in target.items()})
                     raise InputError(f"{type(self).__name__} has no {path!r}: {hint}")
             target[last] = value.model_dump(mode="python", context=COPY) if isinstance(value, Record) else value
         return type(self).model_validate(data)

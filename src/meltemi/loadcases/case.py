@@ -45,21 +45,10 @@ from meltemi.wind.iec.models import IecWind, iec_wind
 from meltemi.wind.turbulent import AnyWind, TurbulentWind
 
 
-class SteadyCase(Record):
+class SteadyCase(SteadyWind):
     """Constant wind with shear."""
 
     kind: Literal["steady"] = "steady"
-    speed: float = Field(gt=0.0, le=100.0)
-    """[m/s] at hub height."""
-    shear_exponent: float = Field(default=0.0, gt=-1.0, lt=1.0)
-    roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
-    """[m]; logarithmic profile instead of the power law when above zero."""
-    direction: float = Field(default=0.0, ge=-3.2, le=3.2)
-    """[rad] clockwise from above."""
-    veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
-    """[rad/m]."""
-    upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
-    """[rad]."""
 
 
 class TurbulenceCase(TurbulentWind):

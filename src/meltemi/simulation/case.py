@@ -155,7 +155,7 @@ class Case:
         turbine, options, measured = self.model.turbine, self.model.options, self.control.measured
         measured.n_blades, measured.grid, measured.power_limit = self.model.n_blades, 1.0, np.inf
         self.clock.every_output = self.clock.every_control = 1
-        self.clock.corrections = options.corrections
+        self.clock.corrections = options.advanced.corrections
         self.settings.efficiency = turbine.drivetrain.generator_efficiency
         self.view("drive")["brake_speed"] = LEAST_BRAKE_SPEED
         self.view("drive")["yaw_held"] = float(options.yaw != "free")

@@ -39,6 +39,35 @@ BEDDOES = StallConstants(a1=0.3, a2=0.7, b1=0.14, b2=0.53, pressure_lag=1.7, sep
 """Constants of Beddoes and Leishman, OpenFAST's default."""
 
 
+class AdvancedOptions(Record):
+    """Options for comparisons with other codes and for studies of convergence; load calculations need none of them."""
+
+    high_induction: Literal["buhl", "none"] = "buhl"
+    """Correction of momentum theory for heavily loaded rotors."""
+    stall_fit: Literal["hansen", "openfast"] = "hansen"
+    """Degree of attachment and fully separated lift from the polar: as the model's authors define them, so that
+    the static lift is recovered exactly, or as in OpenFAST 5."""
+    stall_rotation: Literal["camber", "openfast", "none"] = "camber"
+    """Effect of the rotation of a section about its span with dynamic stall: the rotation of a coned or bent blade with
+    the rotor curves the flow and acts like camber, and pitching and torsion also add apparent-mass lift; or the whole
+    rotation does both and tilts the lift, as in OpenFAST 5; or none."""
+    reversed_flow: Literal["lagged", "static"] = "lagged"
+    """Dynamic stall model with the trailing edge ahead, within 45 degrees from the chord: the static polar behind the
+    lag of the shed wake, or, as in OpenFAST 5, the static polar."""
+    chord_angle: Literal["section", "openfast"] = "section"
+    """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or from the order
+    of rotations in OpenFAST 5."""
+
+    blade_cells: tuple[float, ...] | None = Field(default=None, min_length=2, max_length=201)
+    """In place of ``blade_nodes``: edges [m] from the root of blade pieces with a node in the middle of each."""
+    corrections: int = Field(default=0, ge=0, le=5)
+    """Additional evaluations in each step, with corrected velocities."""
+    induction_iterations: int = Field(default=5, ge=2, le=100)
+    """Largest number of evaluations of the momentum balance at each node and step."""
+    induction_tolerance: float = Field(default=1e-6, ge=0.0, le=1e-4)
+    """Residual of the momentum balance, over the relative wind, at which they end; with 0 at 1e-12."""
+
+
 class ModelOptions(Record):
     """Degrees of freedom, aerodynamic models, discretisation."""
 
@@ -82,8 +111,6 @@ class ModelOptions(Record):
     blade_nodes: int | tuple[float, ...] = 20
     """Number of nodes along a blade (midpoint rule, denser towards the tip), or their distances [m] from
     the root, including root and tip (trapezoidal rule)."""
-    blade_cells: tuple[float, ...] | None = None
-    """In place of ``blade_nodes``: edges [m] from the root of blade pieces with a node in the middle of each."""
     tower_nodes: int = Field(default=21, ge=3, le=200)
     """Number of nodes along the tower."""
 
@@ -93,8 +120,6 @@ class ModelOptions(Record):
 
     wake: Literal["momentum", "none"] = "momentum"
     """Induction by blade-element momentum, or none."""
-    high_induction: Literal["buhl", "none"] = "buhl"
-    """Correction of momentum theory for heavily loaded rotors."""
     tip_loss: bool = True
     """Prandtl's tip loss."""
     hub_loss: bool = True
@@ -115,25 +140,12 @@ class ModelOptions(Record):
     stall: StallModel = "hansen"
     """Dynamic stall, or static polars."""
     stall_constants: StallConstants = StallConstants()
-    stall_fit: Literal["hansen", "openfast"] = "hansen"
-    """Degree of attachment and fully separated lift from the polar: as the model's authors define them, so that
-    the static lift is recovered exactly, or as in OpenFAST 5."""
     deep_stall: Literal["given", "plate"] = "given"
     """Polars in deep stall, beyond 30 to 45 degrees from the chord: as the description gives them, or those of a plate
     with their drag at 90 degrees, which has no suction along the chord."""
-    stall_rotation: Literal["camber", "openfast", "none"] = "camber"
-    """Effect of the rotation of a section about its span with dynamic stall: the rotation of a coned or bent blade with
-    the rotor curves the flow and acts like camber, and pitching and torsion also add apparent-mass lift; or the whole
-    rotation does both and tilts the lift, as in OpenFAST 5; or none."""
-    reversed_flow: Literal["lagged", "static"] = "lagged"
-    """Dynamic stall model with the trailing edge ahead, within 45 degrees from the chord: the static polar behind the
-    lag of the shed wake, or, as in OpenFAST 5, the static polar."""
     rotational_augmentation: RotationalAugmentation = "none"
     """Correction of two-dimensional polars for the rotation of the blade, which delays stall at small radii: none, as
     the polars of a turbine usually contain it; after Snel; or after Chaviaropoulos and Hansen."""
-    chord_angle: Literal["section", "openfast"] = "section"
-    """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or from the order
-    of rotations in OpenFAST 5."""
     tower_influence: TowerInfluence = "potential"
     """Potential flow around the tower, at all heights below its top or only for blades that point down; with the wake
     of the tower after Powles or after Eames, for rotors downwind of it; or none."""
@@ -148,12 +160,9 @@ class ModelOptions(Record):
     integration: Literal["explicit", "implicit"] = "explicit"
     """Stiffness and structural damping in the time integration: explicit except for modes that are stiff, such as the
     shaft of a direct drive; or implicit for all coordinates, exact for their own vibrations, with longer steps."""
-    corrections: int = Field(default=0, ge=0, le=5)
-    """Additional evaluations in each step, with corrected velocities."""
-    induction_iterations: int = Field(default=5, ge=2, le=100)
-    """Largest number of evaluations of the momentum balance at each node and step."""
-    induction_tolerance: float = Field(default=1e-6, ge=0.0, le=1e-4)
-    """Residual of the momentum balance, over the relative wind, at which they end; with 0 at 1e-12."""
+
+    advanced: AdvancedOptions = AdvancedOptions()
+    """Conventions of other codes and accuracy of the method, for comparisons and studies of convergence."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -162,6 +171,4 @@ class ModelOptions(Record):
                 raise ValueError(f"blade_nodes must be between 5 and 200, found {self.blade_nodes}")
         elif not 5 <= len(self.blade_nodes) <= 200:
             raise ValueError(f"blade_nodes: from 5 to 200 positions are needed, found {len(self.blade_nodes)}")
-        if self.blade_cells is not None and len(self.blade_cells) > 201:
-            raise ValueError(f"blade_cells: at most 201 edges are possible, found {len(self.blade_cells)}")
         return self

@@ -271,7 +271,7 @@ class Modes:
 
 
 def natural_modes(
-    mesh: Mesh, n: int, *, tip_mass: Float | None = None, base_stiffness: Float | None = None, base_mass: float = 0.0
+    mesh: Mesh, n: int, *, tip_mass: Float | None = None, base: tuple[Float, Float] | None = None
 ) -> Modes:
     """The ``n`` lowest modes of a beam, clamped at its first node or on springs.
 
@@ -279,16 +279,15 @@ def natural_modes(
       mesh: finite elements.
       n: number of modes.
       tip_mass: (6, 6) inertia of a rigid body carried by the last node, about that node.
-      base_stiffness: (6, 6) springs under the first node; None clamps it.
-      base_mass: [kg] that moves with the first node.
+      base: (6, 6) stiffness of springs under the first node and mass that moves with it; None clamps it.
     """
     G, M = mesh.flexibility, mesh.mass.copy()
     alone = mesh.mass.copy()
-    if base_stiffness is not None:
-        ground = np.linalg.cholesky(np.linalg.inv(base_stiffness))
+    if base is not None:
+        ground = np.linalg.cholesky(np.linalg.inv(base[0]))
         G = np.hstack([_carried(mesh.points, mesh.points[0], ground), G])
-        M[:3, :3] += base_mass * np.eye(3)
-        alone[:3, :3] += base_mass * np.eye(3)
+        M[:6, :6] += base[1]
+        alone[:6, :6] += base[1]
     if tip_mass is not None:
         M[-6:, -6:] += tip_mass
     # with x = w G y the problem K x = w^2 M x is G^T M G y = y / w^2: no inverse is needed, the lowest modes are

@@ -6,7 +6,8 @@ Host side, NumPy and SciPy. A missing stiffness (torsion, stretch, shear) counts
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
 import scipy.linalg
@@ -26,14 +27,13 @@ from meltemi.structure.beam import (
     section_mass,
     transfer,
 )
-from meltemi.turbine.definition import BladeStructure, Damping, DampingTime, Foundation, Tower
+from meltemi.turbine.definition import BaseMotion, BladeStructure, Damping, DampingTime, Foundation, Tower
 
 Float = NDArray[np.float64]
 
 ELEMENTS = 40
 """Smallest number of finite elements of a member; errors are then 2e-5 in bending frequencies, 6e-4 in torsion."""
-BASE_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-"""Rigid motions of the tower base: along the inertial axes x, y, z and about them."""
+BASE_MOTIONS = get_args(BaseMotion)
 DIRECTIONS = ("flap", "edge", "torsion")
 MOST_RESIDUAL = 5
 LEAST_SHARE = 0.2
@@ -97,24 +97,6 @@ class Member:
                 for c in range(3):
                     result[i, j, :, c] = np.interp(z, self.modes.z, self.second[i, j, :, c])
         return result
-
-
-@dataclass(frozen=True)
-class MovingBase:
-    """A tower base with rigid motions of its own, as on a floater.
-
-    Attributes:
-      motions: those of :data:`BASE_MOTIONS` that are free; each is a coordinate, ``"base surge"``.
-      mass: (6, 6) [kg, kg m, kg m^2] of all that moves with the base, about the tower base, inertial axes; of a floater
-        with the added mass of the water.
-      stiffness: (6, 6) [N/m, N, N m/rad] of water and mooring, about the tower base.
-      damping: (6, 6) [N s/m, N s, N m s/rad] the same.
-    """
-
-    motions: tuple[str, ...]
-    mass: Float
-    stiffness: Float
-    damping: Float
 
 
 def blade_beam(blade: BladeStructure) -> Beam:
@@ -228,26 +210,24 @@ def tower_member(
     layout: NodeLayout,
     *,
     given: bool = False,
-    base: MovingBase | None = None,
 ) -> Member:
     """Modal member of the tower with given numbers of fore-aft, side-to-side and torsion modes.
 
     Args:
       tip_mass: (6, 6) inertia that the tower carries, about its top.
+      foundation: its motions, if it has any, become further modes, ``"base surge"``.
       given: use the mode shapes of the description instead of natural modes.
-      base: rigid motions of the base, which become further modes.
 
     Raises:
-      UnsupportedError: modes or shapes that the tower does not have, or a base that moves on a foundation.
+      UnsupportedError: modes or shapes that the tower does not have.
     """
-    if base is not None and foundation is not None:
-        raise UnsupportedError("the tower base moves: its foundation belongs to the stiffness of the base")
+    springs = None if foundation is None or foundation.motions else foundation
     if counts["torsion"] and tower.torsion_stiffness is None:
         raise UnsupportedError("tower_torsion_modes needs a tower with torsion_stiffness")
     beam = tower_beam(tower)
     mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
     if given:
-        if tower.mode_shapes is None or foundation is not None:
+        if tower.mode_shapes is None or springs is not None:
             raise UnsupportedError("mode_shapes 'given': the tower has no mode_shapes, or has a foundation")
         one, zero = np.ones(len(tower.position)), np.zeros(len(tower.position))
         directions = {
@@ -257,13 +237,12 @@ def tower_member(
         }
         named = {name.replace("_", "-"): count for name, count in counts.items()}
         modes, names = _given_modes(beam, mesh, named, directions)
-        return _on_base(_member(modes, names, beam, tower.damping), mesh, base)
+        return _on_foundation(_member(modes, names, beam, tower.damping), mesh, foundation)
     modes = natural_modes(
         mesh,
         12 + 4 * sum(counts.values()),
         tip_mass=tip_mass,
-        base_stiffness=None if foundation is None else foundation.stiffness,
-        base_mass=0.0 if foundation is None else foundation.mass,
+        base=None if springs is None else (springs.stiffness, springs.matrix("mass")),
     )
     wanted = {
         "fore-aft": (0, counts["fore_aft"]),
@@ -271,14 +250,18 @@ def tower_member(
         "torsion": (2, counts["torsion"]),
     }
     picked, names = _pick(modes, mesh, wanted)
-    return _on_base(_member(picked, names, beam, tower.damping), mesh, base)
+    return _on_foundation(_member(picked, names, beam, tower.damping), mesh, foundation)
 
 
-def _on_base(tower: Member, mesh: Mesh, base: MovingBase | None) -> Member:
-    """The tower, whose modes are those on a fixed base, with the motions of the base as rigid shapes after them."""
-    if base is None:
+def _on_foundation(tower: Member, mesh: Mesh, foundation: Foundation | None) -> Member:
+    """The tower with the damping of its foundation; motions of the base are rigid shapes after its modes."""
+    if foundation is None:
         return tower
-    free = [BASE_MOTIONS.index(name) for name in base.motions]
+    mass, stiffness, damping = (foundation.matrix(name) for name in ("mass", "stiffness", "damping"))
+    if not foundation.motions:
+        base = tower.modes.shape[:, 0]
+        return replace(tower, damping=tower.damping + base @ damping @ base.T)
+    free = [BASE_MOTIONS.index(name) for name in foundation.motions]
     some, modes = np.ix_(free, free), tower.modes
     rigid = np.zeros((6, len(mesh.z), 6))
     for i in range(6):
@@ -287,11 +270,11 @@ def _on_base(tower: Member, mesh: Mesh, base: MovingBase | None) -> Member:
             rigid[i, :, :3] = np.cross(np.eye(3)[i - 3], mesh.points - mesh.points[0])
     shape = np.concatenate([modes.shape, rigid[free]])
     flat = shape.reshape(len(shape), -1)
-    M = flat @ mesh.mass @ flat.T + scipy.linalg.block_diag(np.zeros_like(modes.mass), base.mass[some])
-    K = scipy.linalg.block_diag(modes.stiffness, base.stiffness[some])
+    M = flat @ mesh.mass @ flat.T + scipy.linalg.block_diag(np.zeros_like(modes.mass), mass[some])
+    K = scipy.linalg.block_diag(modes.stiffness, stiffness[some])
     moving = Modes(mesh.z, mesh.points, shape, K, M, M)
-    names = (*tower.names, *(f"base {name}" for name in base.motions))
-    C = scipy.linalg.block_diag(tower.damping, base.damping[some])
+    names = (*tower.names, *(f"base {name}" for name in foundation.motions))
+    C = scipy.linalg.block_diag(tower.damping, damping[some])
     return Member(names, moving, C, second_order(moving), tower.beam)
 
 

@@ -12,6 +12,7 @@ import math
 from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from meltemi.core.deferred import deferred
@@ -32,6 +33,8 @@ else:
     ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
 
 HALF_TURN = math.pi
+BaseMotion = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
+"""Rigid motions of the tower base: along the inertial axes x, y, z and about them."""
 
 
 class ModeShapes(Record):
@@ -488,21 +491,42 @@ class Tower(Record):
 
 
 class Foundation(Record):
-    """Springs between the tower base and the ground; without this record the base is clamped."""
+    """What carries the tower base, fixed or floating; without this record the base is clamped.
+
+    Matrices are of motions along the inertial axes x, y, z at the tower base and about them.
+    """
 
     stiffness: Array
-    """(6, 6) [N/m, N/rad, N m/rad] forces and moments (x, y, z, about x, y, z) on the ground from motion."""
-    mass: float = Field(default=0.0, ge=0.0)
-    """[kg] that moves with the tower base."""
+    """(6, 6) [N/m, N/rad, N m/rad] forces and moments on the ground, or on water and moorings, from motion."""
+    mass: float | Array = 0.0
+    """[kg] that moves with the tower base, a point; or (6, 6) [kg, kg m, kg m^2], of a floater with added mass."""
+    damping: float | Array = 0.0
+    """[N s/m] of the translations; or (6, 6) [N s/m, N s, N m s]."""
+    motions: tuple[BaseMotion, ...] = ()
+    """Motions of the base that are coordinates of their own, as of a floater: surge, sway, heave, roll, pitch, yaw;
+    the others are fixed. Without any the base moves with the modes of the tower on its springs."""
     source: str = ""
+
+    def matrix(self, name: Literal["stiffness", "mass", "damping"]) -> NDArray[np.float64]:
+        """(6, 6) stiffness, mass or damping; a number is that of the translations."""
+        value = np.asarray(getattr(self, name))
+        return value if value.ndim else np.diag([float(value)] * 3 + [0.0] * 3)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        K = self.stiffness
-        if K.shape != (6, 6):
-            raise ValueError(f"stiffness must have shape (6, 6), but has {K.shape}")
-        if not np.allclose(K, K.T, rtol=1e-6) or np.linalg.eigvalsh(K)[0] <= 0.0:
-            raise ValueError("stiffness must be symmetric and positive definite")
+        if len(set(self.motions)) < len(self.motions):
+            raise ValueError(f"motions must differ, found {', '.join(self.motions)}")
+        for name in ("stiffness", "mass", "damping"):
+            matrix = self.matrix(name)
+            if matrix.shape != (6, 6):
+                raise ValueError(f"{name} must have shape (6, 6), but has {matrix.shape}")
+            least = np.linalg.eigvalsh(matrix)[0]
+            if name == "stiffness":  # water and weight may tilt a floater
+                bad, definite = least <= 0.0 and not self.motions, "definite"
+            else:
+                bad, definite = least < -1e-9 * np.abs(matrix).max(), "semidefinite"
+            if bad or not np.allclose(matrix, matrix.T, rtol=1e-6):
+                raise ValueError(f"{name} must be symmetric and positive {definite}")
         return self
 
 

@@ -53,7 +53,7 @@ def export(
         raise InputError(f"--duration {duration:g}: expected a time above zero")
     case, folder = _case(turbine)
     described = aeroelastic(case_turbine(case, folder), "meltemi export")
-    options = validated(case.options.model_dump() | _options(option or []), ModelOptions, "--option")
+    options = validated(_options(case.options.content(), option or []), ModelOptions, "--option")
     start = case.start if isinstance(case.start, StartCase) else None
     if wind_speed is not None:
         wind: Any = validated({"speed": wind_speed}, SteadyWind, "--wind-speed")
@@ -101,14 +101,15 @@ def _case(target: str) -> tuple[LoadCase, Path]:
     return validated(data, LoadCase, "command line"), Path()
 
 
-def _options(texts: Sequence[str]) -> dict[str, Any]:
-    """Keys and values of ``key=value``."""
+def _options(content: dict[str, Any], texts: Sequence[str]) -> dict[str, Any]:
+    """The content of options with those of ``key=value``, or ``advanced.key=value``, in place of its own."""
+    from meltemi.core.record import set_keys
     from meltemi.core.yamlfile import parse
 
-    found: dict[str, Any] = {}
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals:
             raise InputError(f"--option {text!r}: expected an option and its value, such as stall=static")
-        found |= parse(f"{name.strip()}: {value}", Path("--option"))
-    return found
+        for key, found in parse(f"{name.strip()}: {value}", Path("--option")).items():
+            set_keys(content, key, found)
+    return content

@@ -455,17 +455,17 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
         "inflow": {2: "variable", 1: "constant", 3: "constant"}.get(_dynamic(aero, momentum_wake), "quasi_steady"),
         "inflow_time": aero.given("wake_time", 4.0),
         "stall": "static" if aero.given("unsteady", 0) == 0 else "hansen",
-        "chord_angle": "openfast",
         "tower_influence": _influence(aero),
         "tower_drag": aero.given("tower_drag", False),
         "blade_nodes": tuple(np.asarray(turbine.blade.aerodynamics.position).tolist()),
     }
+    advanced = options["advanced"] = {"chord_angle": "openfast"}
     if options["stall"] != "static":
-        options |= {"stall_constants": polars.constants, "stall_rotation": "openfast"}
-        options["reversed_flow"] = "static"
+        options["stall_constants"] = polars.constants
+        advanced |= {"stall_rotation": "openfast", "reversed_flow": "static"}
         lifting = [airfoil for airfoil in turbine.airfoils.values() if airfoil.dynamic_stall]
         if all(None not in (airfoil.zero_lift_angle, airfoil.zero_lift_drag) for airfoil in lifting):
-            options["stall_fit"] = "openfast"
+            advanced["stall_fit"] = "openfast"
     if options["inflow"] != "constant":
         del options["inflow_time"]
     if not flexible:

@@ -145,8 +145,9 @@ def scaled_foundation(foundation: Foundation, factors: Factors) -> dict[str, Any
     s = factors.length
     arm = np.array([1.0, 1.0, 1.0, s, s, s])
     content = foundation.content()
-    content["stiffness"] = s * arm[:, None] * arm * np.asarray(foundation.stiffness)
-    content["mass"] *= s**3
+    for power, name in enumerate(("stiffness", "damping", "mass"), 1):
+        value = np.asarray(content[name])
+        content[name] = (s**power * arm[:, None] * arm if value.ndim else s**power) * value
     return content
 
 

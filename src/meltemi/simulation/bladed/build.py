@@ -40,7 +40,6 @@ from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.members import (
     MOST_RESIDUAL,
     Member,
-    MovingBase,
     NodeLayout,
     blade_member,
     cells,
@@ -76,14 +75,11 @@ def build_bladed(
     turbine: Turbine,
     options: ModelOptions | None = None,
     environment: Environment | None = None,
-    *,
-    base: MovingBase | None = None,
 ) -> BladedModel:
     """Make a model of a turbine with blades and tower.
 
     Args:
       turbine, options, environment: as of ``build``.
-      base: rigid motions of the tower base; without it the base stands still, or on the turbine's foundation.
 
     Raises:
       UnsupportedError: the turbine or the options request a feature that is not modelled.
@@ -106,9 +102,7 @@ def build_bladed(
     pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
     head = head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
     with _about(f"{turbine.name}: tower"):
-        tower = tower_member(
-            turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given, base=base
-        )
+        tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
     coordinates = _coordinates(turbine, blade, tower)
     position = blade_layout.position
     polars, section, polar_index = _polars_outside(
@@ -238,12 +232,13 @@ def _refuse(turbine: Turbine, options: ModelOptions) -> None:
 
 def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
     length = turbine.blade.length
-    given = options.blade_cells if options.blade_cells is not None else options.blade_nodes
+    edges = options.advanced.blade_cells
+    given = options.blade_nodes if edges is None else edges
     if isinstance(given, int):
         j = np.arange(given + 1) / given
         return cells(length * (0.5 * j + 0.5 * np.sin(0.5 * np.pi * j)))
     position = np.array(given, dtype=float)
-    name = "blade_nodes" if options.blade_cells is None else "blade_cells"
+    name = "blade_nodes" if edges is None else "advanced.blade_cells"
     if (
         np.any(np.diff(position) <= 0.0)
         or abs(position[0]) > 1e-3 * length
@@ -253,7 +248,7 @@ def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
             f"{name} must increase from 0 to the blade length {length:g} m, found {position[0]:g} to {position[-1]:g}"
         )
     position[0], position[-1] = 0.0, length
-    return points(position) if options.blade_cells is None else cells(position)
+    return points(position) if edges is None else cells(position)
 
 
 def _coordinates(turbine: Turbine, blade: Member, tower: Member) -> tuple[str, ...]:
@@ -437,32 +432,32 @@ def _tower_nodes(tower: Member, layout: NodeLayout) -> Float:
 def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, options: ModelOptions) -> Float:
     array = AeroParameters.zeros()
     v = View(AeroParameters, array)
-    c = options.stall_constants
+    c, advanced = options.stall_constants, options.advanced
     v["air_density"] = environment.density
     v["tip_factor"] = turbine.rotor_radius / (turbine.hub.radius + layout.position[-1])
-    v["induction_tolerance"] = options.induction_tolerance
+    v["induction_tolerance"] = advanced.induction_tolerance
     v["inflow_lead"], v["inflow_time"], v["skew_factor"] = INFLOW_LEAD, options.inflow_time, SKEW_FACTOR
     v["axial_drag"], v["tangential_drag"] = float(options.axial_drag), float(options.tangential_drag)
     v["fade_begin"], v["fade_end"] = FADE_BEGIN, FADE_END
     v["stall_a1"], v["stall_a2"], v["stall_b1"], v["stall_b2"] = c.a1, c.a2, c.b1, c.b2
     v["stall_pressure"], v["stall_separation"] = c.pressure_lag, c.separation_lag
-    v["chord_angle"] = float(options.chord_angle == "openfast")
+    v["chord_angle"] = float(advanced.chord_angle == "openfast")
     return array
 
 
 def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
-    array = np.zeros(len(AeroOptions), dtype=np.int64)
+    array, advanced = np.zeros(len(AeroOptions), dtype=np.int64), options.advanced
     chosen = {
         "wake": ("none", "momentum").index(options.wake),
-        "high_induction": ("none", "buhl").index(options.high_induction),
+        "high_induction": ("none", "buhl").index(advanced.high_induction),
         "skew": ("none", "glauert").index(options.skew),
         "inflow": number(variants.InflowModel, options.inflow),
         "stall": number(variants.StallModel, options.stall),
-        "stall_rotation": ("none", "camber", "openfast").index(options.stall_rotation),
-        "reversed_flow": ("static", "lagged").index(options.reversed_flow),
+        "stall_rotation": ("none", "camber", "openfast").index(advanced.stall_rotation),
+        "reversed_flow": ("static", "lagged").index(advanced.reversed_flow),
         "tower": number(variants.TowerInfluence, options.tower_influence),
         "tower_drag": int(options.tower_drag),
-        "iterations": options.induction_iterations,
+        "iterations": advanced.induction_iterations,
         "skew_momentum": ("axial", "glauert", "cylinder").index(options.skew_momentum),
     }
     for name, value in chosen.items():
@@ -548,7 +543,7 @@ def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tupl
                 dynamic = min(section[SectionConstants.index("dynamic")], constants[SectionConstants.index("dynamic")])
                 section = (1.0 - w) * section + w * constants
                 section[SectionConstants.index("dynamic")] = dynamic
-                if dynamic > 0.0 and options.stall_fit == "hansen":  # fitted to the blend, which it then recovers
+                if dynamic > 0.0 and options.advanced.stall_fit == "hansen":  # the fit to the blend, which it recovers
                     polar, section = _stall_columns(grid, polar, section)
             polars.append(polar)
             sections.append(section)
@@ -562,8 +557,8 @@ def _augmented(
     turbine: Turbine, layout: NodeLayout, options: ModelOptions, grid: Float, polars: list[Float], sections: list[Float]
 ) -> tuple[Float, Float, NDArray[np.int64]]:
     """The same with a polar of its own for each node, corrected for the rotation of the blade."""
-    if options.stall_fit != "hansen":
-        raise InputError("rotational_augmentation needs stall_fit 'hansen': OpenFAST's fit is that of the airfoil")
+    if options.advanced.stall_fit != "hansen":
+        raise InputError("rotational_augmentation needs advanced.stall_fit 'hansen': OpenFAST's is that of the airfoil")
     a, s = turbine.blade.aerodynamics, layout.position
     ratio = np.interp(s, a.position, a.chord) / (turbine.hub.radius + s)
     twist = np.interp(s, a.position, a.twist)
@@ -588,11 +583,11 @@ def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float,
     if not airfoil.dynamic_stall or np.ptp(airfoil.lift) < 0.01:
         return polar, section
     section[SectionConstants.index("dynamic")] = 1.0
-    if options.stall_fit == "hansen":
+    if options.advanced.stall_fit == "hansen":
         return _stall_columns(grid, polar, section)
     if airfoil.zero_lift_angle is None or airfoil.zero_lift_drag is None:
         raise InputError(
-            "stall_fit 'openfast' needs zero_lift_angle and zero_lift_drag of every airfoil with dynamic stall"
+            "advanced.stall_fit 'openfast' needs zero_lift_angle and zero_lift_drag of every airfoil with dynamic stall"
         )
     t = stall_tables.openfast(
         airfoil.angle_of_attack, airfoil.lift, airfoil.drag, airfoil.zero_lift_angle, airfoil.zero_lift_drag
