@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from meltemi import InputError, Run, Start, SteadyWind, build, load_turbine
+from meltemi.core.physics import code_identity
 from meltemi.simulation.result import Result
 from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
 from meltemi_papers.study import drawn, failed_chapters, tabled
@@ -24,7 +25,6 @@ from meltemi_tuning.run_store import (
     cells,
     current,
     guarded,
-    package_hash,
     run_store,
     survivors,
 )
@@ -108,7 +108,7 @@ def test_a_guests_study_is_computed_anew_when_the_guest_has_changed(
 
     for content in ("", "", "change = 1"):
         file.write_text(content, encoding="utf-8")
-        package_hash.cache_clear()
+        code_identity.cache_clear()
         with pytest.raises(RuntimeError):
             study()
     assert taken == [0, 1, 0]
