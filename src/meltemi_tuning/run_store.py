@@ -24,7 +24,8 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.core.errors import MeltemiError, Status
+from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.files import keep_bytes
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.kernel import is_ours
 from meltemi.core.physics import code_identity
@@ -120,14 +121,9 @@ class RunStore:
 
     def keep(self, file: Path | None, value: Any) -> None:
         """Store a value; the study continues if the disk is full."""
-        if file is None:
-            return
-        data = pickle.dumps(value, protocol=5)
-        with suppress(OSError):
-            file.parent.mkdir(exist_ok=True)
-            part = file.with_suffix(".part")
-            part.write_bytes(signed(data, self._seal))
-            part.replace(file)
+        if file is not None:
+            with suppress(InputError):
+                keep_bytes(file, signed(pickle.dumps(value, protocol=5), self._seal))
 
     def clear(self) -> None:
         """Remove the stored values at the end of the study."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
@@ -124,6 +125,19 @@ def test_a_file_that_is_not_whole_and_ours_is_not_unpacked(tmp_path: Path, damag
     with run_store(tmp_path, "study") as book:
         cells(cases((8.0,)), reduce=count(ran), workers=1)
         assert book.taken == 0 and ran == ["8 m/s"]
+
+
+def test_a_full_disk_ends_no_study_and_leaves_nothing_half_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(handle: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with run_store(tmp_path, "study") as book:
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "fsync", full)
+            (power,) = cells(cases((8.0,)), reduce=count([]), workers=1)
+        assert power > 0.0 and book.waiting() == 0 and not list((tmp_path / FOLDER).iterdir())
 
 
 KILLED = """
