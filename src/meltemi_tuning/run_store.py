@@ -1,6 +1,6 @@
 """Finished and failed runs of a long study, kept on disk so that the study can be resumed.
 
-Within ``with journal(out, inputs):`` each finished run of :func:`cells` is stored in a folder of ``out``. The same
+Within ``with run_store(out, inputs):`` each finished run of :func:`cells` is stored in a folder of ``out``. The same
 study, started again after Ctrl-C, a crash or a kill, reads them and continues with the rest. They are identified by the
 code of the study's package (:func:`~meltemi.core.physics.code_identity`), and by the inputs of the study and of the
 case, so that changed runs are repeated.
@@ -211,7 +211,7 @@ def survivors(values: Iterable[T]) -> list[T]:
     """Values of the cells that did not fail.
 
     Raises:
-      LostError: all failed; with the reason of the first one.
+      FailedResultError: all failed; with the reason of the first one.
     """
     values = list(values)
     left = [value for value in values if not isinstance(value, FailedResult)]
