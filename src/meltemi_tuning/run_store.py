@@ -2,7 +2,7 @@
 
 Within ``with run_store(out, inputs):`` each finished run of :func:`cells` is stored in a folder of ``out``. The same
 study, started again after Ctrl-C, a crash or a kill, reads them and continues with the rest. They are identified by the
-code of the study's package (:func:`~meltemi.core.physics.code_identity`), and by the inputs of the study and of the
+code of the study's package (:func:`~meltemi.core.stores.code_identity`), and by the inputs of the study and of the
 case, so that changed runs are repeated.
 
 A failed cell does not end the study: :class:`FailedResult` takes the place of its result and raises an error with the
@@ -25,11 +25,10 @@ from typing import Any, TypeVar, cast
 
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import InputError, MeltemiError, Status
-from meltemi.core.files import keep_bytes
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.kernel import is_ours
-from meltemi.core.physics import code_identity
 from meltemi.core.private import signed, user_key, verified
+from meltemi.core.stores import code_identity, keep_bytes
 from meltemi.loadcases.batch import Batch, Outcome
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run

@@ -10,7 +10,8 @@ import pytest
 
 import meltemi
 from meltemi import Run, SteadyWind
-from meltemi.core.physics import PHYSICS, code_identity
+from meltemi.core.physics import PHYSICS
+from meltemi.core.stores import code_identity
 from meltemi.loadcases import batch
 
 
@@ -65,7 +66,7 @@ def test_batches_run_again_after_an_edit_of_a_file_that_no_kernel_calls(
     """Of a copy of the file that writes results, in the place of meltemi."""
     own = packages / "own_study" / "netcdf.py"
     found_at = {"meltemi": "own_study"}
-    monkeypatch.setattr("meltemi.core.physics.find_spec", lambda name: find_spec(found_at.get(name, name)))
+    monkeypatch.setattr("meltemi.core.stores.find_spec", lambda name: find_spec(found_at.get(name, name)))
     case = Run(meltemi.build(meltemi.load_turbine("pmsg20mw")), SteadyWind(speed=8.0), duration=1.0)
     found = []
     for content in ("a = 1", "a = 1", "a = 2"):

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from meltemi import InputError, Run, Start, SteadyWind, build, load_turbine
-from meltemi.core.physics import code_identity
+from meltemi.core.stores import code_identity
 from meltemi.simulation.result import Result
 from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
 from meltemi_papers.study import drawn, failed_chapters, tabled

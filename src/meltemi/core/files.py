@@ -102,29 +102,6 @@ def write_text(path: Path, text: str) -> Path:
     return path
 
 
-def keep_bytes(path: Path, data: bytes) -> Path:
-    """Write a file atomically, and its folder where it is missing, so that it outlasts a crash of the machine.
-
-    Raises:
-      InputError: the file cannot be written; nothing of it is then there.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-    with replacing(path) as (partial,), partial.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    with suppress(OSError):  # the new name, too, where folders can be opened
-        folder = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
-    return path
-
-
 def check_name(path: Path) -> None:
     """Reject output file names with control characters or invalid text.
 

@@ -24,9 +24,9 @@ from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import sources
-from meltemi.core.physics import code_identity
 from meltemi.core.representation import Card, badge
 from meltemi.core.shown import Shown
+from meltemi.core.stores import code_identity
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.loadcases import card
 from meltemi.postprocess.files import read_netcdf, write_netcdf

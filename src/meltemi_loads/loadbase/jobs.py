@@ -16,7 +16,8 @@ import meltemi
 from meltemi.control.controller import Controller, LogEntry
 from meltemi.controllers.specification import hashed, specification, uses_flaps
 from meltemi.core.errors import InputError, Status
-from meltemi.core.physics import PHYSICS, code_identity
+from meltemi.core.physics import PHYSICS
+from meltemi.core.stores import code_identity
 from meltemi.core.yamlfile import validated
 from meltemi.loadcases.case import LoadCase, case_controller, case_run, case_turbine
 from meltemi.simulation.bladed.rotor import BladedModel

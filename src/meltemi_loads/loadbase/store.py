@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, Status, did_you_mean
 from meltemi.core.extras import need
-from meltemi.core.files import keep_bytes
+from meltemi.core.stores import keep_bytes
 from meltemi.postprocess.cycles import Cycles
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
 from meltemi_loads.loadbase.jobs import Row
