@@ -1,9 +1,9 @@
 """Finished and failed runs of a long study, kept on disk so that the study can be resumed.
 
 Within ``with run_store(out, inputs):`` each finished run of :func:`cells` is stored in a folder of ``out``. The same
-study, started again after Ctrl-C, a crash or a kill, reads them and continues with the rest. They are identified by a
-hash of the files of meltemi and of the package of the study, of the inputs of the study and of the case, so that
-changed runs are repeated.
+study, started again after Ctrl-C, a crash or a kill, reads them and continues with the rest. They are identified by the
+code of the study's package (:func:`~meltemi.core.stores.code_identity`), and by the inputs of the study and of the
+case, so that changed runs are repeated.
 
 A failed cell does not end the study: :class:`FailedResult` takes the place of its result and raises an error with the
 reason when it is used. ``attempt`` makes cells of other computations, ``guarded`` replaces what depends on failed ones.
@@ -19,24 +19,24 @@ from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import fields, replace
-from functools import cache, partial
-from importlib import import_module
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.core.errors import MeltemiError, Status
+from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.fingerprint import fingerprint
 from meltemi.core.kernel import is_ours
 from meltemi.core.private import signed, user_key, verified
+from meltemi.core.stores import code_identity, keep_bytes
 from meltemi.loadcases.batch import Batch, Outcome
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
 T = TypeVar("T")
-HOUSE = ("meltemi", "meltemi_studies", "meltemi_tuning")
-"""Packages whose code every study may run; one of another package names it."""
+OWN = "meltemi_tuning"
 FOLDER = "finished-runs"
 """Folder within the output folder, while the study runs."""
 _ANY_START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.0, generator_torque=0.0)
@@ -77,7 +77,7 @@ class RunStore:
       taken: number of finished runs that were read from disk.
     """
 
-    def __init__(self, folder: Path | None = None, inputs: str = "", package: str = "") -> None:
+    def __init__(self, folder: Path | None = None, inputs: str = "", package: str = OWN) -> None:
         self.failed: dict[str, str] = {}
         self.doubtful: dict[str, str] = {}
         self.taken = 0
@@ -86,7 +86,7 @@ class RunStore:
         with suppress(OSError):
             self._seal = user_key() if folder is not None else b""
         self._folder = folder if self._seal else None
-        self._study = _hash_of_study(package, inputs) if self._seal else ""
+        self._study = f"{fingerprint(code_identity(package), inputs)}" if self._seal else ""
         self._seen: set[Path] = set()
 
     def enter(self, cell: str, why: str, *, doubtful: bool = False) -> None:
@@ -124,14 +124,9 @@ class RunStore:
 
     def keep(self, file: Path | None, value: Any) -> None:
         """Store a value; the study continues if the disk is full."""
-        if file is None:
-            return
-        data = pickle.dumps(value, protocol=5)
-        with suppress(OSError):
-            file.parent.mkdir(exist_ok=True)
-            part = file.with_suffix(".part")
-            part.write_bytes(signed(data, self._seal))
-            part.replace(file)
+        if file is not None:
+            with suppress(InputError):
+                keep_bytes(file, signed(pickle.dumps(value, protocol=5), self._seal))
 
     def clear(self) -> None:
         """Remove the stored values at the end of the study."""
@@ -152,7 +147,7 @@ def current() -> RunStore:
 
 
 @contextmanager
-def run_store(out: Path, inputs: str, package: str = "") -> Iterator[RunStore]:
+def run_store(out: Path, inputs: str, package: str = OWN) -> Iterator[RunStore]:
     """Context with the store of a study, in its output folder.
 
     Stored values are removed when the study ends without a failed cell.
@@ -160,7 +155,7 @@ def run_store(out: Path, inputs: str, package: str = "") -> Iterator[RunStore]:
     Args:
       out: existing folder.
       inputs: all inputs of the study other than the files of the packages, as text.
-      package: of the study.
+      package: of the study; by default this one.
     """
     book = RunStore(out / FOLDER, inputs, package)
     if book.waiting():
@@ -334,19 +329,3 @@ def _print(value: Any) -> str:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return repr([_print(each) for each in value])
     return repr(value) if isinstance(value, (bool, int, float, str, dict, type(None))) else ""
-
-
-def _hash_of_study(package: str, inputs: str) -> str:
-    hashes = [package_hash(name) for name in (*HOUSE, package) if name]
-    return hashlib.sha256("|".join([*hashes, inputs]).encode()).hexdigest()[:12]
-
-
-@cache
-def package_hash(package: str) -> str:
-    """Hash of all files of a package."""
-    (root,) = map(Path, import_module(package).__path__)
-    digest = hashlib.sha256()
-    for path in sorted(p for p in root.rglob("*") if p.is_file() and p.suffix != ".pyc"):
-        digest.update(path.relative_to(root).as_posix().encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from meltemi import InputError, Run, Start, SteadyWind, build, load_turbine
+from meltemi.core.stores import code_identity
 from meltemi.simulation.result import Result
 from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
 from meltemi_papers.study import drawn, failed_chapters, tabled
@@ -24,7 +26,6 @@ from meltemi_tuning.run_store import (
     cells,
     current,
     guarded,
-    package_hash,
     run_store,
     survivors,
 )
@@ -108,7 +109,7 @@ def test_a_guests_study_is_computed_anew_when_the_guest_has_changed(
 
     for content in ("", "", "change = 1"):
         file.write_text(content, encoding="utf-8")
-        package_hash.cache_clear()
+        code_identity.cache_clear()
         with pytest.raises(RuntimeError):
             study()
     assert taken == [0, 1, 0]
@@ -124,6 +125,19 @@ def test_a_file_that_is_not_whole_and_ours_is_not_unpacked(tmp_path: Path, damag
     with run_store(tmp_path, "study") as book:
         cells(cases((8.0,)), reduce=count(ran), workers=1)
         assert book.taken == 0 and ran == ["8 m/s"]
+
+
+def test_a_full_disk_ends_no_study_and_leaves_nothing_half_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(handle: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with run_store(tmp_path, "study") as book:
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "fsync", full)
+            (power,) = cells(cases((8.0,)), reduce=count([]), workers=1)
+        assert power > 0.0 and book.waiting() == 0 and not list((tmp_path / FOLDER).iterdir())
 
 
 KILLED = """

@@ -23,9 +23,10 @@ from meltemi.core.display import brief
 from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.interrupts import on_interrupt
-from meltemi.core.kernel import source_hash
+from meltemi.core.kernel import sources
 from meltemi.core.representation import Card, badge
 from meltemi.core.shown import Shown
+from meltemi.core.stores import code_identity
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.loadcases import card
 from meltemi.postprocess.files import read_netcdf, write_netcdf
@@ -324,10 +325,11 @@ def simulate_batch(batch: Batch) -> list[Outcome]:
 
 
 def _inputs(case: Run) -> str | None:
-    """Hash of all inputs of a case, including this package; None if an input has no reproducible hash."""
+    """Hash of all inputs of a case and of the code; None if an input has no reproducible hash."""
     if isinstance(case.controller, Controller) and case.controller.fresh is not None:
         return None  # depends on a library or another process
-    return fingerprint(source_hash(), replace(case, name="", progress=None, partial=False))
+    code = code_identity(*(folder.name for folder in sources()))  # with the packages whose kernels it may call
+    return fingerprint(code, replace(case, name="", progress=None, partial=False))
 
 
 def _finished(path: Path, inputs: str | None) -> Result | None:

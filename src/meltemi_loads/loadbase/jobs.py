@@ -17,6 +17,7 @@ from meltemi.control.controller import Controller, LogEntry
 from meltemi.controllers.specification import hashed, specification, uses_flaps
 from meltemi.core.errors import InputError, Status
 from meltemi.core.physics import PHYSICS
+from meltemi.core.stores import code_identity
 from meltemi.core.yamlfile import validated
 from meltemi.loadcases.case import LoadCase, case_controller, case_run, case_turbine
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -143,7 +144,7 @@ def case_key(
     if controller["kind"] in WITH_FILES:
         controller = hashed(specification(controller), once)
     own = once(f"{turbine} {controlled}", lambda: _turbine_hash(turbine, controlled))
-    given = [PHYSICS, REDUCTION, cycles, content | {"turbine": own, "controller": controller}]
+    given = [*code_identity(), REDUCTION, cycles, content | {"turbine": own, "controller": controller}]
     given += [slopes] if slopes else []
     return hashlib.sha256(json.dumps(given, sort_keys=True).encode()).hexdigest()[:24]
 

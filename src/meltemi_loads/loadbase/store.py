@@ -8,8 +8,6 @@ A case is identified by its key: found twice, it counts once.
 from __future__ import annotations
 
 import hashlib
-import os
-import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -21,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, Status, did_you_mean
 from meltemi.core.extras import need
+from meltemi.core.stores import keep_bytes
 from meltemi.postprocess.cycles import Cycles
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
 from meltemi_loads.loadbase.jobs import Row
@@ -269,32 +268,7 @@ def write_file(table: pa.Table, folder: Path) -> Path:
         table, sink, compression="zstd", use_dictionary=[*texts, "version"], use_byte_stream_split=numbers
     )
     data = sink.getvalue()
-    path = folder / f"{hashlib.sha256(data).hexdigest()[:32]}.parquet"
-    partial = folder / f".{uuid.uuid4().hex}.part"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with partial.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-        _sync(folder)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-    finally:
-        with suppress(OSError):
-            partial.unlink()
-    return path
-
-
-def _sync(folder: Path) -> None:
-    """Bring the new name to the disk; only where folders can be opened."""
-    with suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+    return keep_bytes(folder / f"{hashlib.sha256(data).hexdigest()[:32]}.parquet", data)
 
 
 def read_file(path: Path, columns: Sequence[str] | None = None) -> pa.Table:

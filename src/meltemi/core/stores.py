@@ -1,0 +1,66 @@
+"""What stores of results share: identity of the code behind a result, and files that outlast a crash."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from contextlib import suppress
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+from meltemi.core.errors import InputError
+from meltemi.core.files import replacing
+from meltemi.core.physics import PHYSICS
+
+BESIDE = re.compile(rb"^\s*(?:from|import) (meltemi_\w+)", re.MULTILINE)
+"""Import of a package beside meltemi."""
+
+
+@cache
+def code_identity(*packages: str) -> tuple[int | str, ...]:
+    """Identity of the code that made a result; a stored result with another one is not used.
+
+    Args:
+      packages: packages of which each file counts, data included, with meltemi and the packages beside it that they
+        import. Without any, the version of the physics counts alone: results outlive edits that do not move them.
+    """
+    if not packages:
+        return (PHYSICS,)
+    digest, names = hashlib.sha256(), [*dict.fromkeys(("meltemi", *packages))]
+    for name in names:  # it grows by what each one imports
+        found = find_spec(name)
+        assert found is not None and found.submodule_search_locations, name
+        (root,) = map(Path, found.submodule_search_locations)
+        for path in sorted(p for p in root.rglob("*") if p.is_file() and p.suffix != ".pyc"):
+            content = path.read_bytes()
+            digest.update(path.relative_to(root.parent).as_posix().encode())
+            digest.update(content)
+            if path.suffix == ".py":
+                imported = {match.decode() for match in BESIDE.findall(content)}
+                names += sorted(each for each in imported.difference(names) if find_spec(each))
+    return PHYSICS, digest.hexdigest()
+
+
+def keep_bytes(path: Path, data: bytes) -> Path:
+    """Write a file atomically, and its folder where it is missing, so that it outlasts a crash of the machine.
+
+    Raises:
+      InputError: the file cannot be written; nothing of it is then there.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    with replacing(path) as (partial,), partial.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    with suppress(OSError):  # the new name, too, where folders can be opened
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+    return path
