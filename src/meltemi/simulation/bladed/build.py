@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero import stall_tables, variants
-from meltemi.aero.deep_stall import plate_polar
 from meltemi.aero.flaps import ALPHAS, DELTAS
 from meltemi.aero.flaps import STEP as INCREMENT_STEP
 from meltemi.aero.rotational_augmentation import augmented
@@ -578,6 +577,8 @@ def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float,
         polar[:, PolarPoint.index(name)] = np.interp(grid, airfoil.angle_of_attack, getattr(airfoil, name))
     lift, drag = PolarPoint.index("lift"), PolarPoint.index("drag")
     if options.deep_stall == "plate" and np.ptp(airfoil.lift) >= 0.01:
+        from meltemi.aero.deep_stall import plate_polar
+
         polar[:, lift], polar[:, drag] = plate_polar(grid, polar[:, lift], polar[:, drag])
     section = np.zeros(len(SectionConstants))
     if not airfoil.dynamic_stall or np.ptp(airfoil.lift) < 0.01:
