@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import uuid
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import time
@@ -42,6 +42,7 @@ NESTED = {
     "extremes": ("interface", "driver", "time", *COMPONENTS),
     "durations": ("load", "low", "high", "time", "revolutions"),
     "duties": ("drive", "travel", "time", "moving", "starts", "reversals", "rms_rate", "largest_rate"),
+    "equivalent": ("channel", "range"),
 }
 """Tables of which each case has several rows, and their columns; the first ones are texts."""
 CYCLES = ("range", "mean", "count")
@@ -116,7 +117,7 @@ class Store:
 
         Args:
           keys: names of the cases with each key.
-          what: ``cases``, ``statistics``, ``extremes``, ``durations``, ``duties`` or ``cycles``.
+          what: ``cases``, ``statistics``, ``extremes``, ``durations``, ``duties``, ``equivalent`` or ``cycles``.
           channels: only these, for statistics and cycles.
 
         Raises:
@@ -245,11 +246,12 @@ def _duties(reduced: Any) -> list[Any]:
     return [list(reduced.duties), *([getattr(duty, f) for duty in reduced.duties.values()] for f in fields)]
 
 
-_NESTED = {
+_NESTED: dict[str, Callable[[Any], list[Any]]] = {
     "statistics": lambda reduced: [list(reduced.channels), *reduced.statistics.T],
     "extremes": _extremes,
     "durations": _durations,
     "duties": _duties,
+    "equivalent": lambda reduced: [list(reduced.equivalent), list(reduced.equivalent.values())],
 }
 
 
