@@ -145,7 +145,8 @@ def _generate(
     from meltemi.wind.turbulent import TurbulentWind
 
     used = load_turbine(turbine)
-    onto = {n: settings.pop(n) for n in ("sign", "begin", "years") if field.gust is not None and n in settings}
+    of_gust: tuple[str, ...] = () if field.gust is None else ("sign", "begin", "years")
+    onto = {n: settings.pop(n) for n in of_gust if n in settings}
     if name in MODELS:  # otherwise the error reports it
         _check_options(MODELS[name], settings)
         if field.hub_series is not None and MODELS[name].kind == "turbulent" and "steady" not in settings:
@@ -158,9 +159,9 @@ def _generate(
     if isinstance(made, TurbulentWind):
         added, kind = None, file_format or "bts"
         if field.gust is not None:
-            same = {n: settings[n] for n in ("wind_class", "edition", "intensity") if n in settings}
-            given = {**onto, **same, "speed": made.speed}
-            added = _gust(field.gust.upper(), used, given, seconds, "periodic" in settings)
+            onto |= {n: settings[n] for n in ("wind_class", "edition", "intensity") if n in settings}
+            onto["speed"] = made.speed
+            added = _gust(field.gust.upper(), used, onto, seconds, "periodic" in settings)
         folder_for(out)
         box = _field(made, used, seconds, field.width, added)
         _look(replace(box, source=f"{name}, {box.label}"), used, out, kind, made if added is None else None)
@@ -267,7 +268,7 @@ def _field(
     from meltemi.wind.turbulence.grid import wind_grid_for
 
     grid = wind_grid_for(turbine, described.points, width=width)
-    with progress_bar(described.label, compiles=False) as progress:
+    with progress_bar(described.label) as progress:
         box = generate_field(described, grid, duration, progress)
     return box if gust is None else with_gust(box, gust)
 
