@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from meltemi.app.options import completing
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import need, skipped
 
@@ -56,7 +56,7 @@ def reproduce(
     for words in skipped(page.STUDY.parts_need).values():
         say(words)
     folder_for(out)
-    with progress_bar(study) as progress:
+    with simulation_bar(study) as progress:
         found = skeleton.reproduce(
             page.STUDY, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
         )
@@ -97,7 +97,7 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
         from meltemi_papers.he2018.duel import brief, chapter, duel, duel_tables, findings
         from meltemi_papers.he2018.runs import QUICK, Setup
 
-        with progress_bar("he2018 compared with ROSCO") as progress:
+        with simulation_bar("he2018 compared with ROSCO") as progress:
             found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
         files = chapter(found).write("duel", out)
     for table in map(brief, duel_tables(found)):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from meltemi.app.terminal import OutOption, folder_for, print_table, print_values, progress_bar, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, print_values, say, simulation_bar, suggest, wrote
 
 if TYPE_CHECKING:
     from meltemi_verification.table import Comparison
@@ -31,7 +31,7 @@ def verify(
     made: list[Comparison] = []
     suggest(*(("verify", "--out", out) if quick or measured else ("bench",)))
     try:
-        with progress_bar("verification") as progress:
+        with simulation_bar("verification") as progress:
             verification(
                 quick=quick, measured=measured, reference=reference, progress=progress, say=say, done=made.append
             )

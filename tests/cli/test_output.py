@@ -137,7 +137,7 @@ def test_rates() -> None:
 
 PROGRESS = """
 from meltemi.app.terminal import progress_bar
-with progress_bar("work", 100, "runs", compiles=False) as progress:
+with progress_bar("work", 100, "runs") as progress:
     for i in range(5):
         __import__("time").sleep(0.15); progress((i + 1) / 5)
 """

@@ -12,9 +12,9 @@ import pytest
 from terminal import Command
 
 from meltemi import InputError, MeltemiError, Model, SteadyWind, simulate
-from meltemi.app import terminal, warmup
+from meltemi.app import warmup
 from meltemi.app.cli import main
-from meltemi.core import kernel, threads
+from meltemi.core import kernel
 from meltemi.core.kernel import COLD
 
 
@@ -30,8 +30,8 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
         monkeypatch.setattr(kernel, "_looked", False)
         if cold:
             monkeypatch.setattr(kernel, "is_cold", lambda: True)
-            monkeypatch.setattr(threads, "available_cores", lambda: 2)
-            monkeypatch.setattr(terminal, "Popen", lambda command, **how: beside.append(command))
+            monkeypatch.setattr(warmup, "available_cores", lambda: 2)
+            monkeypatch.setattr(warmup, "Popen", lambda command, **how: beside.append(command))
         else:
             monkeypatch.undo()  # the real one: everything is compiled
             monkeypatch.setattr(sys, "argv", arguments)

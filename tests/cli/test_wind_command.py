@@ -341,7 +341,7 @@ def test_a_truncated_field(command: Command, tmp_path: Path, bts: Callable[..., 
 def test_a_file_is_looked_at_as_it_is(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     out = tmp_path / "out"
     ran = command("wind", "--from", bts(), "--class", "IIB", "--shear", 0, "--unscaled", "--width", 3, "--out", out)
-    refused(ran, out, "--shear, --unscaled, --wind-class, --width: a wind file is used unchanged; omit these options")
+    refused(ran, out, "--wind-class, --shear, --unscaled, --width: a wind file is used unchanged; omit these options")
     refused(command("wind", "--from", bts(), "--steady", "--out", out), out, "--steady: a wind file")
     refused(command("wind", "--from", bts(), "--format", "uniform", "--out", out), out, "field.bts is a field")
 

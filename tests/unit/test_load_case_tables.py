@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,10 +17,10 @@ from meltemi.controllers.specification import LibraryCase
 from meltemi.core.errors import InputError
 from meltemi.loadcases.case import case_wind
 from meltemi.turbine.library import load_turbine
-from meltemi.wind.fields import unusual
+from meltemi.wind.fields import WindBox, unusual
 from meltemi.wind.iec.gusts import EDC_TIME, EOG_TIME, EWS_TIME, RISE_TIME
 from meltemi_loads.loadbase.campaign import Campaign, make_campaign, read_campaign, write_campaign
-from meltemi_loads.loadbase.jobs import Workshop, jobs_of
+from meltemi_loads.loadbase.jobs import Job, Workshop, jobs_of
 from meltemi_loads.loadbase.plan import plan
 from meltemi_loads.loadbase.ranges import numbers
 from meltemi_loads.loadbase.situations import OPERATING
@@ -286,3 +288,12 @@ def test_schemes_and_python_files_in_a_load_base(tmp_path: Path, monkeypatch: py
     mine.write_text("def controller(turbine):\n    return turbin\n")
     with pytest.raises(InputError, match=r"controller\(turbine\) raised NameError: name 'turbin'"):
         campaign(controller=str(mine))
+
+
+def test_the_field_of_a_case_has_the_key_of_the_case_and_a_shared_one_keeps_its_hash() -> None:
+    box = WindBox(np.full((3, 2, 2, 3), 8.0), dt=1.0, dy=100.0, dz=100.0, bottom=20.0, speed=8.0)
+    job, turbine = Job("a", "key of a", {"duration": 1.0}, cycles=False), load_turbine("nrel5mw")
+    found: Any = Workshop()._wind(job, SimpleNamespace(wind=box, start=None), turbine)  # type: ignore[arg-type]
+    assert found.content_hash() == "key of a"
+    assert found.velocity is box.velocity
+    assert box.content_hash() == replace(box).content_hash()

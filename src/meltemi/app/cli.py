@@ -37,6 +37,7 @@ from meltemi.app.terminal import (
     progress_bar,
     remove_empty_folders,
     say,
+    simulation_bar,
     suggest,
     wrote,
 )
@@ -153,7 +154,7 @@ def run(
     with TemporaryDirectory() as kept, _named(path if written else None):
         folder_for(out)
         described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
-        with progress_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
+        with simulation_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
             simulation = Simulation(described)
             march(simulation, progress)
         result = simulation.result()
@@ -399,7 +400,7 @@ def power_curve(
     folder_for(out)
     model = build(described if named is None else fitted(described, named))
     law = None if named is None else make_controller(named, model)
-    with progress_bar("operating points", size, "points") as progress:
+    with simulation_bar("operating points", size, "points") as progress:
         try:
             for i, (speed, point) in enumerate(points_of(model, wanted, law), 1):
                 if isinstance(point, str):
@@ -463,7 +464,7 @@ def campbell(
 
     winds = winds or whole_speeds(described)
     folder_for(out)
-    with progress_bar("Campbell diagram", len(turns or winds), "points") as progress:
+    with simulation_bar("Campbell diagram", len(turns or winds), "points") as progress:
         model = build(described)
         diagram = diagram_of(
             model,
@@ -513,7 +514,7 @@ def warmup() -> None:
     say(f"Compiling for this machine: this happens once. {len(STAGES)} stages, one process each ...")
     began = time.perf_counter()
     rows: list[list[str]] = []
-    with progress_bar("stages", len(STAGES), "stages", compiles=False) as progress:
+    with progress_bar("stages", len(STAGES), "stages") as progress:
 
         def done(stage: Stage) -> None:
             rows.append([stage.name, str(stage.signatures), str(stage.compiled), f"{stage.seconds:.1f}"])

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from datetime import timedelta
 from io import StringIO
 from pathlib import Path
-from subprocess import DEVNULL, Popen
 from time import monotonic
 from typing import Annotated, Any
 
@@ -23,29 +22,29 @@ from meltemi.core.files import check_name
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 
-_BESIDE: list[Popen[bytes]] = []
-"""Processes that compile for this one."""
+
+@contextmanager
+def simulation_bar(what: str, amount: float = 0.0, unit: str = "") -> Iterator[Callable[[float], None]]:
+    """A :func:`progress_bar` of work that simulates: a first compilation is announced above it, and shared."""
+    from meltemi.core.kernel import announce
+
+    if announce():
+        from meltemi.app.warmup import compile_beside
+
+        compile_beside("section loads")  # which a run needs last
+    with progress_bar(what, amount, unit) as done:
+        yield done
 
 
 @contextmanager
-def progress_bar(
-    what: str, amount: float = 0.0, unit: str = "", *, compiles: bool = True
-) -> Iterator[Callable[[float], None]]:
+def progress_bar(what: str, amount: float = 0.0, unit: str = "") -> Iterator[Callable[[float], None]]:
     """A progress bar with rate and time left on a terminal, otherwise none; without a share it shows that work goes on.
 
     Args:
       what: shown beside the bar.
       amount: of the whole work, in ``unit``, for the rate; 0 shows no rate.
       unit: what is counted, such as runs; ``s`` is simulated time.
-      compiles: announce the first compilation.
     """
-    from meltemi.core.kernel import announce
-    from meltemi.core.threads import available_cores
-
-    if compiles and announce() and available_cores() > 1:  # said before the bar, which would wrap it
-        # section loads, which a run needs last, are compiled by a second process meanwhile
-        command = [sys.executable, "-m", "meltemi.app.warmup", "section loads"]
-        _BESIDE.append(Popen(command, stdout=DEVNULL, stderr=DEVNULL))
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 

@@ -7,13 +7,13 @@ they share the compiled kernels through the cache.
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
+from subprocess import DEVNULL, Popen, run
 from typing import Any
 
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
@@ -75,10 +75,23 @@ def warmup(
     return folder
 
 
+def compile_beside(name: str) -> None:
+    """Compile a stage in a second process while this one goes on; with a single core, not at all."""
+    if available_cores() > 1:
+        _BESIDE.append(Popen(_command(name), stdout=DEVNULL, stderr=DEVNULL))
+
+
+_BESIDE: list[Popen[bytes]] = []
+"""Processes that compile for this one."""
+
+
+def _command(name: str) -> list[str]:
+    return [sys.executable, "-m", "meltemi.app.warmup", name]
+
+
 def _process(name: str) -> Stage:
     began = time.perf_counter()
-    command = [sys.executable, "-m", "meltemi.app.warmup", name]
-    ended = subprocess.run(command, capture_output=True, text=True)
+    ended = run(_command(name), capture_output=True, text=True)
     if ended.returncode:
         words = ended.stderr.strip().splitlines()
         raise MeltemiError(f"warmup: {name}: {words[-1] if words else f'exit status {ended.returncode}'}")

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import IEC_MODELS, TURBINES, ClassOption, DirectionOption, EditionOption, SpectrumOption
+from meltemi.app.options import (
+    IEC_MODELS,
+    TURBINES,
+    ClassOption,
+    DirectionOption,
+    EditionOption,
+    SpectrumOption,
+    with_options,
+)
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
 from meltemi.core.errors import InputError
 from meltemi.core.formats import suffixes
@@ -28,7 +36,61 @@ FIGURES = ("series", "spectra", "coherence", "section", "profile")
 """Names of all figures of a wind."""
 
 
+@dataclass(frozen=True)
+class IecOptions:
+    """Options of a wind of IEC 61400-1, under the names of its settings."""
+
+    wind_class: ClassOption = None
+    speed: Annotated[float | None, typer.Option("--speed", "--wind-speed", help="Mean at hub height [m/s].")] = None
+    seed: Annotated[int | None, typer.Option(help="Of the turbulence [1].")] = None
+    edition: EditionOption = None
+    intensity: Annotated[
+        float | None, typer.Option(help="Turbulence intensity, e.g. 0.14, in place of the class's.")
+    ] = None
+    spectrum: SpectrumOption = None
+    coherent: Annotated[str | None, typer.Option(help="Components coherent across the rotor: u, all [u].")] = None
+    shear_exponent: Annotated[float | None, typer.Option("--shear", help="Power-law exponent [that of the model].")] = (
+        None
+    )
+    direction: DirectionOption = None
+    points: Annotated[int | None, typer.Option(help="Grid points across [25].")] = None
+    dt: Annotated[float | None, typer.Option(help="Between planes [s] [0.1].")] = None
+    periodic: Annotated[bool, typer.Option("--periodic", help="Periodic, as long as the simulation.")] = False
+    unscaled: Annotated[bool, typer.Option("--unscaled", help="Do not scale to the exact deviation.")] = False
+    sign: Annotated[int | None, typer.Option(help="Of a direction change or shear: 1, -1 [1].")] = None
+    begin: Annotated[float | None, typer.Option(help="Of a transient [s] [60].")] = None
+    years: Annotated[int | None, typer.Option(help="Of the gusts of edition 2: 1, 50.")] = None
+    steady: Annotated[bool, typer.Option("--steady", help="EWM: steady in place of turbulent.")] = False
+
+    def settings(self) -> dict[str, Any]:
+        """The given settings, in SI units."""
+        found = {name: value for name, value in asdict(self).items() if value is not None and value is not False}
+        if found.pop("unscaled", False):
+            found["scaled"] = False
+        return found | ({"direction": radians(found["direction"])} if "direction" in found else {})
+
+
+@dataclass(frozen=True)
+class FieldOptions:
+    """Options of a turbulent field."""
+
+    duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [600].")] = None
+    width: Annotated[float | None, typer.Option(help="Of the grid [m] [1.2 diameters].")] = None
+    hub_series: Annotated[
+        Path | None, typer.Option(help="CSV file with the wind at the hub, which the field reproduces.")
+    ] = None
+    gust: Annotated[
+        str | None, typer.Option(help="Gust superimposed on the turbulence: EOG, ECD, ECG, EDC, EWSH, EWSV.")
+    ] = None
+
+    def given(self) -> list[str]:
+        """The given options as on the command line."""
+        return [_option(name) for name, value in asdict(self).items() if value is not None]
+
+
+@with_options
 def wind(
+    *,
     model: Annotated[
         str | None,
         typer.Argument(help="NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH, EWSV.", autocompletion=IEC_MODELS),
@@ -36,38 +98,11 @@ def wind(
     source: Annotated[
         Path | None, typer.Option("--from", help=f"Evaluate a wind file instead: {suffixes(FORMATS)}.")
     ] = None,
-    wind_class: ClassOption = None,
-    speed: Annotated[float | None, typer.Option("--speed", "--wind-speed", help="Mean at hub height [m/s].")] = None,
+    iec: IecOptions,
+    field: FieldOptions,
     turbine: Annotated[
         str | None, typer.Option("--turbine", help="A turbine's name or YAML file [nrel5mw].", autocompletion=TURBINES)
     ] = None,
-    seed: Annotated[int | None, typer.Option("--seed", help="Of the turbulence [1].")] = None,
-    duration: Annotated[float | None, typer.Option("--duration", help="Duration of the simulation [s] [600].")] = None,
-    edition: EditionOption = None,
-    intensity: Annotated[
-        float | None, typer.Option("--intensity", help="Turbulence intensity, e.g. 0.14, in place of the class's.")
-    ] = None,
-    spectrum: SpectrumOption = None,
-    coherent: Annotated[
-        str | None, typer.Option("--coherent", help="Components coherent across the rotor: u, all [u].")
-    ] = None,
-    shear: Annotated[float | None, typer.Option("--shear", help="Power-law exponent [that of the model].")] = None,
-    direction: DirectionOption = None,
-    points: Annotated[int | None, typer.Option("--points", help="Grid points across [25].")] = None,
-    dt: Annotated[float | None, typer.Option("--dt", help="Between planes [s] [0.1].")] = None,
-    width: Annotated[float | None, typer.Option("--width", help="Of the grid [m] [1.2 diameters].")] = None,
-    periodic: Annotated[bool, typer.Option("--periodic", help="Periodic, as long as the simulation.")] = False,
-    unscaled: Annotated[bool, typer.Option("--unscaled", help="Do not scale to the exact deviation.")] = False,
-    hub_series: Annotated[
-        Path | None, typer.Option("--hub-series", help="CSV file with the wind at the hub, which the field reproduces.")
-    ] = None,
-    gust: Annotated[
-        str | None, typer.Option("--gust", help="Gust superimposed on the turbulence: EOG, ECD, ECG, EDC, EWSH, EWSV.")
-    ] = None,
-    sign: Annotated[int | None, typer.Option("--sign", help="Of a direction change or shear: 1, -1 [1].")] = None,
-    begin: Annotated[float | None, typer.Option("--begin", help="Of a transient [s] [60].")] = None,
-    years: Annotated[int | None, typer.Option("--years", help="Of the gusts of edition 2: 1, 50.")] = None,
-    steady: Annotated[bool, typer.Option("--steady", help="EWM: steady in place of turbulent.")] = False,
     file_format: Annotated[
         str | None,
         typer.Option("--format", help=f"Of a field: {', '.join(FIELDS)} [bts]; of a series: {', '.join(SERIES)}."),
@@ -75,72 +110,68 @@ def wind(
     out: OutOption = Path("out"),
 ) -> None:
     """Generate a wind of IEC 61400-1 or evaluate a wind file: table, plots, field."""
-    settings = {
-        "seed": seed,
-        "spectrum": spectrum,
-        "coherent": coherent,
-        "shear_exponent": shear,
-        "direction": None if direction is None else radians(direction),
-        "points": points,
-        "dt": dt,
-        "periodic": periodic or None,
-        "scaled": False if unscaled else None,
-    }
-    named = {"wind_class": wind_class, "edition": edition, "speed": speed, "intensity": intensity}
-    transient = {"sign": sign, "begin": begin, "years": years}
-    every = settings | named | transient | {"steady": steady or None}
-    options: dict[str, Any] = {name: v for name, v in every.items() if v is not None}
-    fields = {"--duration": duration, "--width": width, "--hub-series": hub_series, "--gust": gust}
-    of_field = [option for option, value in fields.items() if value is not None]
-    if (model is None) == (source is None):
+    if model is not None and source is None:
+        options = _generate(model.upper(), iec.settings(), field, turbine or "nrel5mw", file_format, out)
+    elif source is not None and model is None:
+        if given := [*map(_option, iec.settings()), *field.given()]:
+            raise InputError(f"{', '.join(given)}: a wind file is used unchanged; omit these options")
+        options = _evaluate(source, turbine, file_format, out)
+    else:
         raise InputError("specify either a model (such as NTM) or --from FILE")
+    suggest("run", turbine or "nrel5mw", *options, "--out", f"{out}-run")
+
+
+def _evaluate(source: Path, turbine: str | None, file_format: str | None, out: Path) -> tuple[object, ...]:
+    """Evaluate a wind file; returns the options of a run in it."""
     from meltemi.turbine.library import load_turbine
 
-    if source is not None:
-        if given := [*(_option(n) for n in options), *of_field]:
-            raise InputError(f"{', '.join(given)}: a wind file is used unchanged; omit these options")
-        found = _read(source)
-        _check_format(file_format, found)
-        described = load_turbine(turbine) if turbine else None
-        folder_for(out)
-        _look(found, described, out, file_format)
-        whole = source.suffix.lower() != ".csv"  # a run takes no hub-height series
-        wind_options = ("--wind-file", source) if whole else ("--wind-speed", 12, "--turbulence", 0.14)
-        suggest("run", turbine or "nrel5mw", *wind_options, "--out", f"{out}-run")
-        return
-    assert model is not None
-    used = load_turbine(turbine or "nrel5mw")
+    found = _read(source)
+    _check_format(file_format, found)
+    described = load_turbine(turbine) if turbine else None
+    folder_for(out)
+    _look(found, described, out, file_format)
+    whole = source.suffix.lower() != ".csv"  # a run takes no hub-height series
+    return ("--wind-file", source) if whole else ("--wind-speed", 12, "--turbulence", 0.14)
+
+
+def _generate(
+    name: str, settings: dict[str, Any], field: FieldOptions, turbine: str, file_format: str | None, out: Path
+) -> tuple[object, ...]:
+    """Generate a wind of IEC 61400-1; returns the options of a run in it."""
+    from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
+    from meltemi.wind.files import read_hub_csv
     from meltemi.wind.iec.models import MODELS, iec_wind
     from meltemi.wind.turbulent import TurbulentWind
 
-    onto = {n: options.pop(n) for n in transient if gust is not None and n in options}
-    name = model.upper()
+    used = load_turbine(turbine)
+    of_gust: tuple[str, ...] = () if field.gust is None else ("sign", "begin", "years")
+    onto = {n: settings.pop(n) for n in of_gust if n in settings}
     if name in MODELS:  # otherwise the error reports it
-        _check_options(MODELS[name], options)
-    if hub_series is not None and name in MODELS and MODELS[name].kind == "turbulent" and not steady:
-        from meltemi.wind.files import read_hub_csv
-
-        options["hub_series"] = read_hub_csv(hub_series)
-    made: SteadyWind | WindSeries | TurbulentWind = iec_wind(name, turbine=used, **options)
-    if of_field and not isinstance(made, TurbulentWind):
-        raise InputError(f"{of_field[0]}: {name} does not generate a turbulent field; remove the option")
+        _check_options(MODELS[name], settings)
+        if field.hub_series is not None and MODELS[name].kind == "turbulent" and "steady" not in settings:
+            settings["hub_series"] = read_hub_csv(field.hub_series)
+    made = iec_wind(name, turbine=used, **settings)
+    if field.given() and not isinstance(made, TurbulentWind):
+        raise InputError(f"{field.given()[0]}: {name} does not generate a turbulent field; remove the option")
     _check_format(file_format, made)
-    seconds = 600.0 if duration is None else duration
-    added = None
-    if gust is not None and isinstance(made, TurbulentWind):
-        onto |= {n: options[n] for n in named if n in options} | {"speed": made.speed}
-        added = _gust(gust.upper(), used, onto, seconds, periodic)
-    folder_for(out)
+    seconds = 600.0 if field.duration is None else field.duration
     if isinstance(made, TurbulentWind):
-        box = _field(made, used, seconds, width, added)
-        box = replace(box, source=f"{name}, {box.label}")
-        _look(box, used, out, file_format or "bts", made if added is None else None)
+        added, kind = None, file_format or "bts"
+        if field.gust is not None:
+            onto |= {n: settings[n] for n in ("wind_class", "edition", "intensity") if n in settings}
+            onto["speed"] = made.speed
+            added = _gust(field.gust.upper(), used, onto, seconds, "periodic" in settings)
+        folder_for(out)
+        box = _field(made, used, seconds, field.width, added)
+        _look(replace(box, source=f"{name}, {box.label}"), used, out, kind, made if added is None else None)
     else:
-        _look(made, used, out, "uniform")
-    file = out / f"wind{SUFFIXES[file_format or 'bts' if isinstance(made, TurbulentWind) else 'uniform']}"
-    of_run = ("--wind-file", file) if not isinstance(made, SteadyWind) else ("--wind-speed", f"{made.speed:g}")
-    suggest("run", turbine or "nrel5mw", *of_run, "--duration", f"{seconds:g}", "--out", f"{out}-run")
+        kind = "uniform"
+        folder_for(out)
+        _look(made, used, out, kind)
+    file = out / f"wind{SUFFIXES[kind]}"
+    of_run = ("--wind-speed", f"{made.speed:g}") if isinstance(made, SteadyWind) else ("--wind-file", file)
+    return (*of_run, "--duration", f"{seconds:g}")
 
 
 UNREACHABLE = ("roughness", "veer")
@@ -237,7 +268,7 @@ def _field(
     from meltemi.wind.turbulence.grid import wind_grid_for
 
     grid = wind_grid_for(turbine, described.points, width=width)
-    with progress_bar(described.label, compiles=False) as progress:
+    with progress_bar(described.label) as progress:
         box = generate_field(described, grid, duration, progress)
     return box if gust is None else with_gust(box, gust)
 

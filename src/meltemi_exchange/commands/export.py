@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meltemi.app.options import TURBINES, is_case
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def export(
     else:
         wind = case_wind(case, described, folder)
     folder_for(out)
-    with progress_bar("export"):
+    with simulation_bar("export"):
         from meltemi_exchange.openfast_writer import write_openfast
 
         written = write_openfast(

@@ -12,7 +12,7 @@ import typer
 
 from meltemi.app.commands import Group
 from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, ControllerInputOption, controller_of_options
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 from meltemi.core.extras import missing
 
@@ -118,14 +118,14 @@ def plan_(
             raise InputError("--site-turbine needs --site")
         if table is not None:
             given["changes"] = read_changes(table, edition)
-        with progress_bar("operating points of the plan"):
+        with simulation_bar("operating points of the plan"):
             campaign = make_campaign(
                 turbine, given["site"].wind_class(edition) if wind_class is None else wind_class, edition, **given
             )
     planned = plan(campaign)
     _show(planned)
     folder_for(out)
-    with progress_bar("timing"):
+    with simulation_bar("timing"):
         cost = finished_cost(planned, out) or timed_cost(planned)
     if cost:
         print(f"{planned.hours:.0f} h of simulated time: {_duration_words(cost, planned.hours)}")
@@ -203,7 +203,7 @@ def run_(
 
     planned = _planned(base)
     folder_for(base)
-    with progress_bar("load cases", len(planned.cases), "cases") as bar:
+    with simulation_bar("load cases", len(planned.cases), "cases") as bar:
         found = run_base(
             planned,
             base,
@@ -294,7 +294,7 @@ def show(
     planned = _planned(base)
     folder = folder_for(out or base / "cases")
     seconds = planned.case(case).duration + planned.case(case).transient
-    with progress_bar(case, seconds, "s") as progress:
+    with simulation_bar(case, seconds, "s") as progress:
         result = show_case(planned, case, progress)
     files = [write_netcdf(result, folder / f"{case}.nc")]
     if plot and len(result.time) > 1:
@@ -347,7 +347,7 @@ def report(
     of = read_settings(settings)
     other = None if against is None else (str(against), design_loads(_planned(against), against, of))
     folder_for(base)
-    with progress_bar("report", compiles=False):
+    with progress_bar("report"):
         design = design_loads(planned, base, of)
         files = write_report(planned, base, against=other, limits=given, design=design, project=title, word=word)
     wrote(*files)
@@ -369,7 +369,7 @@ def compare(
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
     of = read_settings(settings)
     folder_for(out)
-    with progress_bar("comparison", compiles=False):
+    with progress_bar("comparison"):
         files = write_base_comparison(bases[0], bases[1], out, of)
     wrote(*files)
     suggest("loads", "report", base, "--against", other)

@@ -10,7 +10,17 @@ import typer
 
 from meltemi.app.commands import Group
 from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, controller_of_options
-from meltemi.app.terminal import OutOption, folder_for, print_table, print_values, progress_bar, say, suggest, wrote
+from meltemi.app.terminal import (
+    OutOption,
+    folder_for,
+    print_table,
+    print_values,
+    progress_bar,
+    say,
+    simulation_bar,
+    suggest,
+    wrote,
+)
 from meltemi.core.errors import InputError
 from meltemi.core.extras import missing
 from meltemi_loads.commands.loads import shard_of, told
@@ -142,7 +152,7 @@ def run(
 
     n = len(read_surrogate_campaign(folder)[1])
     folder_for(folder)
-    with progress_bar("points", n, "runs") as bar:
+    with simulation_bar("points", n, "runs") as bar:
         options: dict[str, Any] = {"workers": workers, "dask": dask, "device": device, "retry": retry}
         done, failed, missing = run_surrogate(folder, shard=shard_of(shard), progress=told(bar), **options)
     print(f"{done} of {n} runs done, {failed} failed, {missing} missing")
@@ -165,7 +175,7 @@ def fit(
     from meltemi_loads.surrogate.report import fit_rows, influence_rows, plot_surrogate
 
     folder_for(folder)
-    with progress_bar("fit", compiles=False):
+    with progress_bar("fit"):
         campaign, points, found = surrogate_loads(folder)
         made = fit_surrogate(campaign, points, found, kind)
         files = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from time import thread_time
 from typing import Any, TypeVar, cast
@@ -145,7 +145,7 @@ def case_key(
         controller = hashed(specification(controller), once)
     own = once(f"{turbine} {controlled}", lambda: _turbine_hash(turbine, controlled))
     given = [*code_identity(), REDUCTION, cycles, content | {"turbine": own, "controller": controller}]
-    given += [slopes] if slopes else []
+    given += [{"equivalent": slopes}] if slopes else []
     return hashlib.sha256(json.dumps(given, sort_keys=True).encode()).hexdigest()[:24]
 
 
@@ -157,6 +157,20 @@ def _turbine_hash(name: str, controlled: bool) -> str:
         kept = (path.split(".") for path in WITHOUT_CONTROL)
         content["control"] = {f"{group}.{field}": control[group][field] for group, field in kept}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True, repr=False)
+class CaseField(WindBox):
+    """The wind of a case, known by the key of the case."""
+
+    key: str = ""
+
+    def __post_init__(self) -> None:
+        """It was checked when it was made."""
+
+    def content_hash(self) -> str:
+        """The key of its case."""
+        return self.key
 
 
 class Workshop:
@@ -208,8 +222,8 @@ class Workshop:
         found = realised(wind, turbine, job.seconds)
         if isinstance(wind, TurbulentWind):
             self.first[job.name] = first_wind(found, steady_wind(wind, turbine.hub_height), run.start, turbine)
-        if not self.hashed:
-            vars(found)["_digest"] = job.key
+        if isinstance(found, WindBox) and not self.hashed:
+            found = CaseField(**{each.name: getattr(found, each.name) for each in fields(found)}, key=job.key)
         self.begun[job.name] = (job, turbine, began, thread_time() - began)
         return found
 

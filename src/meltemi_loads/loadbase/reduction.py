@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import cos, radians, sin
 from typing import Any
 
@@ -44,15 +44,17 @@ class Reduced:
       durations: by load, rows of level from, level to, time [s], revolutions.
       duties: by drive, see ``ActuatorDuty``.
       stops: number of stops.
+      equivalent: by channel, the range that does its damage at 1 Hz, where that is all that is kept of a load.
     """
 
     channels: tuple[str, ...]
     statistics: Float
-    extremes: dict[str, tuple[Float, Float]]
-    cycles: dict[str, Cycles]
-    durations: dict[str, Float]
-    duties: dict[str, Any]
-    stops: int
+    extremes: dict[str, tuple[Float, Float]] = field(default_factory=dict)
+    cycles: dict[str, Cycles] = field(default_factory=dict)
+    durations: dict[str, Float] = field(default_factory=dict)
+    duties: dict[str, Any] = field(default_factory=dict)
+    stops: int = 0
+    equivalent: dict[str, float] = field(default_factory=dict)
 
 
 def reduced(result: Result, interfaces: Sequence[Interface], *, rated_speed: float, cycles: bool) -> Reduced:
@@ -75,7 +77,7 @@ def reduced(result: Result, interfaces: Sequence[Interface], *, rated_speed: flo
     loads += [name for name in series if "@" in name or name.startswith(("root_moment_flap", "root_moment_edge"))]
     return Reduced(
         tuple(series),
-        np.array([(x.mean(), x.std(), x.min(), x.max()) for x in series.values()]),
+        _statistics(series.values()),
         {each.name: _extremes(part.time, series, each) for each in interfaces},
         {name: large_cycles(series[name]) for name in loads} if cycles else {},
         dict(found for each in interfaces if each.speed for found in _durations(part, series, each)),
@@ -93,10 +95,7 @@ def equivalent(result: Result, slopes: Mapping[str, float]) -> Reduced:
     """
     part = result.evaluated
     loads = equivalent_loads(part, list(slopes), slopes=slopes)
-    seconds = np.array([part.time[-1] - part.time[0]])
-    cycles = {name: Cycles(np.array([x]), np.array([part[name].mean()]), seconds) for name, x in loads.items()}
-    statistics = np.array([(x.mean(), x.std(), x.min(), x.max()) for x in part.data.T])
-    return Reduced(tuple(part.names), statistics, {}, cycles, {}, {}, 0)
+    return Reduced(tuple(part.names), _statistics(part.data.T), equivalent=loads)
 
 
 def large_cycles(series: Float) -> Cycles:
@@ -104,6 +103,10 @@ def large_cycles(series: Float) -> Cycles:
     found = bin_cycles(rainflow_cycles(series))
     kept = found.ranges >= SMALL * found.ranges.max(initial=0.0)
     return Cycles(*(each[kept] for each in found))
+
+
+def _statistics(series: Iterable[Float]) -> Float:
+    return np.array([(x.mean(), x.std(), x.min(), x.max()) for x in series])
 
 
 def _step(result: Result) -> float:

@@ -8,7 +8,7 @@ A case is identified by its key: found twice, it counts once.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import time
@@ -41,6 +41,7 @@ NESTED = {
     "extremes": ("interface", "driver", "time", *COMPONENTS),
     "durations": ("load", "low", "high", "time", "revolutions"),
     "duties": ("drive", "travel", "time", "moving", "starts", "reversals", "rms_rate", "largest_rate"),
+    "equivalent": ("channel", "range"),
 }
 """Tables of which each case has several rows, and their columns; the first ones are texts."""
 CYCLES = ("range", "mean", "count")
@@ -115,7 +116,7 @@ class Store:
 
         Args:
           keys: names of the cases with each key.
-          what: ``cases``, ``statistics``, ``extremes``, ``durations``, ``duties`` or ``cycles``.
+          what: ``cases``, ``statistics``, ``extremes``, ``durations``, ``duties``, ``equivalent`` or ``cycles``.
           channels: only these, for statistics and cycles.
 
         Raises:
@@ -244,11 +245,12 @@ def _duties(reduced: Any) -> list[Any]:
     return [list(reduced.duties), *([getattr(duty, f) for duty in reduced.duties.values()] for f in fields)]
 
 
-_NESTED = {
+_NESTED: dict[str, Callable[[Any], list[Any]]] = {
     "statistics": lambda reduced: [list(reduced.channels), *reduced.statistics.T],
     "extremes": _extremes,
     "durations": _durations,
     "duties": _duties,
+    "equivalent": lambda reduced: [list(reduced.equivalent), list(reduced.equivalent.values())],
 }
 
 

@@ -307,13 +307,12 @@ def surrogate_loads(folder: str | Path) -> tuple[SurrogateCampaign, SurrogateDes
     for row, key in enumerate(keys):
         if key in store.places and store.places[key].status.complete:
             rows.setdefault(key, []).append(str(row))
-    single = {name: np.full(len(design), np.nan) for names in channels.values() for name in names}
-    for channel, cases, place, cycles in store.cycles(rows):
-        single[channel][np.array(cases, dtype=int)[place]] = cycles.ranges
+    table = store.table(rows, "equivalent").astype({"case": int})
+    ranges = table.pivot(index="case", columns="channel", values="range").reindex(range(len(design)))
     found = np.empty((len(design), len(channels)))
     for i, (load, names) in enumerate(channels.items()):
         m = campaign.loads[load]
-        found[:, i] = np.mean([single[name] ** m for name in names], axis=0) ** (1.0 / m)
+        found[:, i] = (ranges.reindex(columns=names) ** m).mean(axis=1, skipna=False) ** (1.0 / m)
     there = np.all(np.isfinite(found), axis=1)
     if not there.any():
         raise InputError(f"{folder}: no results; 'meltemi surrogate run {folder}' computes them")

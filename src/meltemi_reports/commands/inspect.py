@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from meltemi.app.options import TurbineArgument
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 
 
 def inspect(
@@ -21,7 +21,7 @@ def inspect(
     from meltemi_reports.inspection import inspect_turbine
     from meltemi_reports.turbine_facts import fact_rows
 
-    with progress_bar(described.name) as progress:
+    with simulation_bar(described.name) as progress:
         seen, files = inspect_turbine(described, out, progress=progress)
     print_table(described.name, ["", "what", "value"], fact_rows(seen), text_columns=3)
     wrote(*files)

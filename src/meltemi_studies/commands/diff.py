@@ -34,7 +34,7 @@ def diff(
     from meltemi_studies.difference import compare_results
 
     first, second = read_result(ours), read_result(theirs)
-    with progress_bar("differences", compiles=False) as progress:
+    with progress_bar("differences") as progress:
         found = compare_results(first, second, wanted, begin=begin, end=end, progress=progress)
     from meltemi.report.plots import save
     from meltemi.report.tables import write_csv

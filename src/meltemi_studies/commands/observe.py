@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from meltemi.app.options import TURBINES
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 
 
@@ -61,7 +61,7 @@ def observe(
     from meltemi_studies.observer_plots import estimate_rows, load_rows, plot_estimate
 
     folder_for(out)
-    with progress_bar(f"observer of {described.name}") as progress:
+    with simulation_bar(f"observer of {described.name}") as progress:
         model = build(described, environment=air)
         made = observer(model, turbulence=ExpectedTurbulence(intensity), shear_exponent=shear, progress=progress)
     found = made.estimate(measured, samples=samples)

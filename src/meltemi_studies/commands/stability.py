@@ -10,7 +10,7 @@ import typer
 
 from meltemi.app.options import TurbineArgument
 from meltemi.app.scans import angles_of, finish, speeds_of
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 
 
@@ -43,7 +43,7 @@ def flutter(
     from meltemi_studies.stability import flutter_rows, limit_text, plot_flutter
 
     folder_for(out)
-    with progress_bar("flutter", len(turns or ()), "points") as progress:
+    with simulation_bar("flutter", len(turns or ()), "points") as progress:
         found = stability_over_speed(described, turns, wind=wind, pitch=angle, progress=progress)
     rows = [
         [number(speed * 30.0 / pi), number(100.0 * least)]
@@ -87,7 +87,7 @@ def parked(
     from meltemi_studies.stability import parked_rows, plot_parked
 
     folder_for(out)
-    with progress_bar("parked", len(yaws) * len(pitches), "points") as progress:
+    with simulation_bar("parked", len(yaws) * len(pitches), "points") as progress:
         found = parked_stability(
             described,
             [radians(angle) for angle in yaws],

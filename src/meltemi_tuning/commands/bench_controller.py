@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 
 MOST_WORKERS = 1000
@@ -72,7 +72,7 @@ def bench_controller(
     began = time.perf_counter()
     folder_for(out)
     with run_store(out, inputs):
-        with progress_bar(f"{len(labels)} controllers") as progress:
+        with simulation_bar(f"{len(labels)} controllers") as progress:
             bench = study.bench_controllers(
                 described,
                 names,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meltemi.app.options import TurbineArgument, WindOptions, completing, wind_of_options, with_options
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.controllers.names import NAMES, labelled
 from meltemi.core.errors import InputError, did_you_mean
 
@@ -87,13 +87,13 @@ def compare(
     folder_for(out)
     with run_store(out, repr(("compare", transient, own))):
         model = build(described)
-        with progress_bar("tuning") as progress:
+        with simulation_bar("tuning") as progress:
             designed = design_controllers(
                 model, names, shear_exponent=min(max(winds[0].shear_exponent, 0.0), 0.99), progress=progress
             )
         try_controllers(designed.controllers, model)
         tuned = time.perf_counter()
-        with progress_bar(
+        with simulation_bar(
             f"{len(names)} schemes, {seeds} winds, {duration:g} s", len(names) * seeds, "runs"
         ) as progress:
             comparison = study.compare(

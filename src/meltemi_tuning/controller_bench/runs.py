@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,10 +28,12 @@ from meltemi_tuning.controller_bench.disturbance import disturbed
 from meltemi_tuning.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
 from meltemi_tuning.controller_bench.suite import EVENT, BenchCase, BenchLimits, Situation, cases_of
 from meltemi_tuning.controller_bench.verdicts import SLOPES
-from meltemi_tuning.run_store import SizedCases, current, resumed
+from meltemi_tuning.run_store import current, resumed
 
 STOPPED = 0.2
 """Share of the reference speed below which a stop is complete."""
+SIGNS = (1.0, -1.0)
+"""Of the test signal of the margins."""
 
 
 def run_bench(
@@ -65,99 +68,99 @@ def run_bench(
     if not entries:
         raise InputError("controllers: at least one controller is needed")
     sine, turbine = sine or Multisine(), model.turbine
-    mean_speed = 0.2 * as_class(wind_class, None).v_ref
-    cases = tuple(cases_of(suite))
     speeds = next(s.speeds for s in suite if s.group == "production")
-    plants = {s.name: s.plant(turbine) for s in suite}
-    models: dict[str | None, BladedModel] = {None: model}
-    by_situation: dict[str, BladedModel] = {}
-    for s in suite:
-        plant = plants[s.name]
-        key = None if plant is turbine else plant.content_hash()
-        by_situation[s.name] = models[key] = models.get(key) or build(plant, model.options)
-    about = {f"{case.name}: {e.name}": (case, e.name) for case in cases for e in entries}
-    flaps = [f"flap_{j + 1}_angle_{b + 1}" for j in range(model.n_flaps) for b in range(model.n_blades)]
-    blades = range(1, model.n_blades + 1)
-    channels = ["generator_speed", "generator_power", *SLOPES, *flaps]
-    channels += [f"{name}_{b}" for name in ("pitch", "tip_clearance") for b in blades]
-    feather = turbine.pitch_actuator.maximum
+    in_suite = suite_runs(model, suite, entries, wind_class)
+    probed = probe_runs(model, speeds, entries, sine)
+    about = {run.name: case for (case, _), run in in_suite.items()}
+    clear, reference = undeflected_clearance(model), turbine.control.pitch.reference_speed
 
-    def runs() -> Iterator[Run]:
-        for case in cases:
-            s = case.situation
-            wind = SharedField(case.wind(turbine, wind_class), model, case.duration, len(entries))
+    def reduce(result: Result) -> Any:
+        case = about.get(str(result.meta["case"]))
+        return result["generator_speed"].copy() if case is None else numbers_of(result, case, reference, clear)
+
+    runs = [*in_suite.values(), *probed.values()]
+    outcomes = {o.name: o for o in resumed(runs, reduce=reduce, workers=workers, progress=progress)}
+    done, failed = {}, {}
+    for (case, controller), run in in_suite.items():
+        outcome = outcomes[run.name]
+        if outcome.status.complete and outcome.value is not None:
+            done[case.name, controller] = outcome.value
+        else:
+            failed[case.name, controller] = outcome.message
+            current().enter(run.name, outcome.message)
+    if not done:
+        raise InputError(f"controllers: no run reached its end; the first: {next(iter(failed.values()))}")
+    pairs = {(v, name): [outcomes[probed[v, name, sign].name] for sign in SIGNS] for v, name, _ in probed}
+    return ControllerBench(
+        turbine=turbine.name,
+        wind_class=wind_class,
+        controllers=tuple(e.name for e in entries),
+        about={e.name: e.about for e in entries},
+        supervised=frozenset(e.name for e in entries if e.operating is not e.controller),
+        cases=tuple(dict.fromkeys(case for case, _ in in_suite)),
+        numbers=done,
+        failures=failed,
+        loops={e.name: tuple(_loop(v, sine, *pairs[v, e.name]) for v in speeds) for e in entries},
+        speeds=speeds,
+        mean_speed=0.2 * as_class(wind_class, None).v_ref,
+        limits=limits or BenchLimits(),
+    )
+
+
+def suite_runs(
+    model: BladedModel, suite: Iterable[Situation], entries: Sequence[Contender], wind_class: str
+) -> dict[tuple[BenchCase, str], Run]:
+    """Runs of the suite by case and controller; those of a case share its wind, equal plants a model."""
+    flaps = [f"flap_{j + 1}_angle_{b + 1}" for j in range(model.n_flaps) for b in range(model.n_blades)]
+    channels = ["generator_speed", "generator_power", *SLOPES, *flaps]
+    channels += [f"{name}_{b + 1}" for name in ("pitch", "tip_clearance") for b in range(model.n_blades)]
+    idling = Start(rotor_speed="idling", pitch=model.turbine.pitch_actuator.maximum)
+    models = {model.turbine: model}
+    found = {}
+    for s in suite:
+        plant = s.plant(model.turbine)
+        models[plant] = own = models.get(plant) or build(plant, model.options)
+        for case in cases_of([s]):
+            wind = SharedField(case.wind(model.turbine, wind_class), model, case.duration, len(entries))
             for entry in entries:
                 controller = entry.operating if s.group == "operation" else entry.controller
                 if s.noise or s.delay:
                     controller = disturbed(controller, noise=s.noise, delay=s.delay, seed=case.seed or 1)
-                yield Run(
-                    by_situation[s.name],
+                found[case, entry.name] = Run(
+                    own,
                     wind,
                     duration=case.duration,
                     controller=controller,
                     channels=channels,
                     transient=s.settling,
                     events=s.events,
-                    start=Start(rotor_speed="idling", pitch=feather) if s.starts else None,
+                    start=idling if s.starts else None,
                     name=f"{case.name}: {entry.name}",
                 )
-        for v in speeds:
-            for entry in entries:
-                for sign in (1.0, -1.0):
-                    signal = Multisine(sine.period, sine.settling, sign)
-                    yield Run(
-                        model,
-                        SteadyWind(speed=v),
-                        duration=signal.duration,
-                        controller=disturbed(entry.controller, probe=signal),
-                        channels=["generator_speed"],
-                        output_step=STEP,
-                        name=_sine_name(v, entry.name, sign),
-                    )
-
-    clear, reference = undeflected_clearance(model), turbine.control.pitch.reference_speed
-
-    def reduce(result: Result) -> Any:
-        name = str(result.meta["case"])
-        if name not in about:
-            return result["generator_speed"].copy()
-        return numbers_of(result, about[name][0], reference, clear)
-
-    total = len(about) + 2 * len(speeds) * len(entries)
-    outcomes = {o.name: o for o in resumed(SizedCases(runs, total), reduce=reduce, workers=workers, progress=progress)}
-    done, failed = {}, {}
-    for name, (case, controller) in about.items():
-        outcome = outcomes[name]
-        if outcome.status.complete and outcome.value is not None:
-            done[case.name, controller] = outcome.value
-        else:
-            failed[case.name, controller] = outcome.message
-            current().enter(name, outcome.message)
-    if not done:
-        raise InputError(f"controllers: no run reached its end; the first: {next(iter(failed.values()))}")
-    loops = {e.name: tuple(_loop(v, e.name, sine, outcomes) for v in speeds) for e in entries}
-    return ControllerBench(
-        turbine.name,
-        wind_class,
-        tuple(e.name for e in entries),
-        {e.name: e.about for e in entries},
-        frozenset(e.name for e in entries if e.operating is not e.controller),
-        cases,
-        done,
-        failed,
-        loops,
-        speeds,
-        mean_speed,
-        limits or BenchLimits(),
-    )
+    return found
 
 
-def _sine_name(speed: float, controller: str, sign: float) -> str:
-    return f"margins, {speed:g} m/s, {'up' if sign > 0.0 else 'down'}: {controller}"
+def probe_runs(
+    model: BladedModel, speeds: Iterable[float], entries: Sequence[Contender], sine: Multisine
+) -> dict[tuple[float, str, float], Run]:
+    """Runs with the test signal of the margins, by wind speed, controller and sign."""
+    return {
+        (v, entry.name, sign): Run(
+            model,
+            SteadyWind(speed=v),
+            duration=sine.duration,
+            controller=disturbed(entry.controller, probe=replace(sine, sign=sign)),
+            channels=["generator_speed"],
+            output_step=STEP,
+            name=f"margins, {v:g} m/s, {'up' if sign > 0.0 else 'down'}: {entry.name}",
+        )
+        for v in speeds
+        for entry in entries
+        for sign in SIGNS
+    }
 
 
-def _loop(speed: float, controller: str, sine: Multisine, outcomes: Mapping[str, Outcome]) -> SpeedLoop:
-    up, down = (outcomes[_sine_name(speed, controller, sign)] for sign in (1.0, -1.0))
+def _loop(speed: float, sine: Multisine, up: Outcome, down: Outcome) -> SpeedLoop:
     if not (up.status.complete and down.status.complete):
         nothing = np.full(len(sine.lines), complex(math.nan, math.nan))
         return SpeedLoop(speed, 2.0 * math.pi * sine.lines, nothing, math.inf)
