@@ -19,7 +19,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import meltemi
 from meltemi import Model, Turbine
-from meltemi.app.warmup import warmup
+from meltemi.app.warmup import STAGES, warmup
 from meltemi.core import kernel
 
 
@@ -37,11 +37,15 @@ if threading.current_thread() is threading.main_thread() and signal.getsignal(si
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile what is missing before the workers start, which would all compile the same."""
+    """Compile what is missing before the workers start, which would all compile the same.
+
+    Derivatives, whose machine code takes twice the time of all else, belong to the slow tests.
+    """
     workers = getattr(session.config.option, "numprocesses", None)
-    if workers and not hasattr(session.config, "workerinput") and kernel.is_cold():
+    fast = "not slow" in str(session.config.option.markexpr)
+    if workers and not hasattr(session.config, "workerinput") and (kernel.is_cold() or not fast):
         began = time.perf_counter()
-        warmup(workers=int(workers))
+        warmup([name for name in STAGES if not (fast and name == "derivatives")], workers=int(workers))
         print(f"compiled the kernels in {time.perf_counter() - began:.0f} s, before the workers start", flush=True)
 
 

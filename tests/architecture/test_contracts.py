@@ -216,7 +216,7 @@ np.save(r"{tmp_path}/NAME.npy", meltemi.simulate(model, wind, duration=60.0).dat
     assert not np.array_equal(host, generic)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_node_functions_pass_without_compilation() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-x", "-k", "node_", str(ROOT / "tests" / "unit")],

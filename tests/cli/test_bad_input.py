@@ -59,6 +59,7 @@ def described(turbine: Turbine, tmp_path: Path) -> Callable[[Callable[[Content],
     return write
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "key", "said"),
     [
@@ -312,6 +313,7 @@ def test_a_missing_case_file_is_named(command: Command, tmp_path: Path) -> None:
     refused(ran, tmp_path / "out", "caes.yaml: no such file; did you mean 'case.yaml'?")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text", ["{turbine: nrel5mw, wind: {kind: steady, speed: 10.0}, duration: 5.0}", "'turbine': nrel5mw\n'wind': 3\n"]
 )
@@ -480,6 +482,7 @@ def test_a_wind_field_must_cover_the_run(
     refused(command("run", *given, "--out", out), out, "mine.bts: the wind field does not cover the run: ", said)
 
 
+@pytest.mark.slow
 def test_the_longest_run_in_a_field_is_said_and_possible(
     command: Command, tmp_path: Path, bts: Callable[..., Path]
 ) -> None:
@@ -534,6 +537,7 @@ def test_the_output_folder_must_be_one(command: Command, tmp_path: Path, argumen
     assert (tmp_path / "file").read_text() == "mine"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "taken",
     [
@@ -551,6 +555,7 @@ def test_a_file_that_cannot_be_written_is_named(command: Command, tmp_path: Path
     assert not list(tmp_path.glob(".*"))  # no remains of a file under way
 
 
+@pytest.mark.slow
 def test_results_of_an_earlier_run_survive_a_refused_one(command: Command, tmp_path: Path) -> None:
     command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--out", tmp_path)
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
@@ -563,6 +568,7 @@ def test_results_of_an_earlier_run_survive_a_refused_one(command: Command, tmp_p
 # runs that stop
 
 
+@pytest.mark.slow
 def test_a_step_too_large_stops_the_run_and_keeps_what_was_computed(command: Command, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(STEADY + "options: {time_step: 0.1}\noutput_step: 0.1\n")
     out = tmp_path / "out"
@@ -587,6 +593,7 @@ def test_a_step_too_large_stops_the_run_and_keeps_what_was_computed(command: Com
     assert result["rotor_speed"][0] == pytest.approx(1.19, rel=0.01)
 
 
+@pytest.mark.slow
 def test_no_plot_of_another_run_is_left_beside_a_result(command: Command, tmp_path: Path) -> None:
     command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--out", tmp_path)
     ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 0.01, "--out", tmp_path)
@@ -596,6 +603,7 @@ def test_no_plot_of_another_run_is_left_beside_a_result(command: Command, tmp_pa
 # tracebacks
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", ["none", "first", "last"])
 def test_a_traceback_is_there_for_those_who_ask(place: str) -> None:
     given = ["run", "nrel5wm", "--wind-speed", "10"]

@@ -31,6 +31,7 @@ def tiny(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     return asked
 
 
+@pytest.mark.slow
 def test_two_controllers_and_limits_of_a_file(
     command: Command, tiny: list[bool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -52,6 +53,7 @@ def test_two_controllers_and_limits_of_a_file(
     assert "meltemi bench-controller" in (tmp_path / "page" / "bench.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_failed_run_is_reported_and_stops_no_other(
     command: Command, tiny: list[bool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

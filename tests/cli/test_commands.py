@@ -56,6 +56,7 @@ def succeeded(ran: Ran, folder: Path, *names: str) -> None:
 RUN = ("result.nc", "statistics.csv", "result.png", "case.yaml")
 
 
+@pytest.mark.slow
 def test_run_in_steady_wind(command: Command, tmp_path: Path, model: Model) -> None:
     out = tmp_path / "new" / "folder"
     ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--out", out)
@@ -104,6 +105,7 @@ def test_further_names_of_openfast_are_the_same_channels(command: Command, tmp_p
     assert meltemi.read_result(tmp_path / "result.nc").names == ["tip_out_of_plane_1", "station_1_moment_y_2"]
 
 
+@pytest.mark.slow
 def test_a_run_is_written_for_tools_for_openfast(command: Command, tmp_path: Path) -> None:
     ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--outb", "--out", tmp_path)
     succeeded(ran, tmp_path, *RUN, "result.outb")
@@ -113,6 +115,7 @@ def test_a_run_is_written_for_tools_for_openfast(command: Command, tmp_path: Pat
     assert "nrel5mw: steady wind 10 m/s" in packed.meta["description"]
 
 
+@pytest.mark.slow
 def test_events_of_a_case_happen_and_are_told(command: Command, tmp_path: Path) -> None:
     events = "events:\n  - {at: 2, type: grid_loss}\n  - {at: 1.5, until: 3, type: pitch_stuck, blade: 3}\n"
     case = f"turbine: nrel5mw\nwind: {{kind: steady, speed: 14.0}}\nduration: 4.0\nchannels: [GenTq]\n{events}"
@@ -127,6 +130,7 @@ def test_events_of_a_case_happen_and_are_told(command: Command, tmp_path: Path) 
     assert again.status == 0
 
 
+@pytest.mark.slow
 def test_turbulence_repeats_with_its_seed(command: Command, tmp_path: Path) -> None:
     winds = []
     for i, seed in enumerate((7, 7, 8)):
@@ -139,12 +143,14 @@ def test_turbulence_repeats_with_its_seed(command: Command, tmp_path: Path) -> N
     assert np.std(winds[0]) > 0.1
 
 
+@pytest.mark.slow
 def test_shear_reaches_the_wind(command: Command, tmp_path: Path) -> None:
     ran = command("run", "nrel5mw", "--wind-speed", 8, "--shear", 0.14, "--duration", 5, "--out", tmp_path)
     succeeded(ran, tmp_path, *RUN)
     assert "steady wind 8 m/s, shear exponent 0.14" in ran.out
 
 
+@pytest.mark.slow
 def test_run_in_a_turbsim_field(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     out = tmp_path / "out"
     succeeded(command("run", "nrel5mw", "--bts", bts(), "--duration", 9, "--out", out), out, *RUN)
@@ -155,6 +161,7 @@ def test_run_in_a_turbsim_field(command: Command, tmp_path: Path, bts: Callable[
     assert result.meta["wind"] == "field.bts"
 
 
+@pytest.mark.slow
 def test_run_in_a_uniform_wind_file(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "gust.wnd").write_text("! time speed\n0 10 0 0 0 0.2 0 0\n4 12 0 0 0 0.2 0 0\n")
     monkeypatch.chdir(tmp_path)
@@ -165,6 +172,7 @@ def test_run_in_a_uniform_wind_file(command: Command, tmp_path: Path, monkeypatc
     assert wind[-1] == pytest.approx(12.0)
 
 
+@pytest.mark.slow
 def test_warnings_of_a_run_are_shown(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     law = BaselineController(meltemi.load_turbine("nrel5mw"))
     wary = replace(law, warnings=lambda state: ["pitch: look at it"])
@@ -174,6 +182,7 @@ def test_warnings_of_a_run_are_shown(command: Command, tmp_path: Path, monkeypat
     assert meltemi.io.read_netcdf(tmp_path / "result.nc").warnings == ("pitch: look at it",)
 
 
+@pytest.mark.slow
 def test_statistics_leave_the_transient_out(command: Command, tmp_path: Path) -> None:
     ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 3, "--transient", 1, "--out", tmp_path / "out")
     assert ran.status == 0
@@ -189,6 +198,7 @@ def test_statistics_leave_the_transient_out(command: Command, tmp_path: Path) ->
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.slow
 def test_a_doubtful_run_says_so(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(validity, "OVERSPEED", 0.5)
     ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 1, "--out", tmp_path)
@@ -198,6 +208,7 @@ def test_a_doubtful_run_says_so(command: Command, tmp_path: Path, monkeypatch: p
     assert meltemi.io.read_netcdf(tmp_path / "result.nc").status is Status.DOUBTFUL
 
 
+@pytest.mark.slow
 def test_a_turbine_that_may_be_a_slip_is_told(command: Command, tmp_path: Path) -> None:
     light = meltemi.load_turbine("nrel5mw").replace(**{"nacelle.mass": 240.0})
     meltemi.io.write_turbine(light, tmp_path / "light.yaml")
@@ -214,6 +225,7 @@ def test_run_a_case(command: Command, tmp_path: Path) -> None:
     assert result.time[-1] == 5.0
 
 
+@pytest.mark.slow
 def test_paths_in_a_case_are_relative_to_its_file(
     command: Command, tmp_path: Path, bts: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -225,6 +237,7 @@ def test_paths_in_a_case_are_relative_to_its_file(
     succeeded(command("run", "../a.yaml", "--out", "out"), Path("out"), *RUN)
 
 
+@pytest.mark.slow
 def test_the_written_case_repeats_the_run(command: Command, tmp_path: Path) -> None:
     options = ("--wind-speed", 9, "--turbulence", 0.1, "--duration", 5)
     command("run", "nrel5mw", *options, "--out", tmp_path / "a")
@@ -234,6 +247,7 @@ def test_the_written_case_repeats_the_run(command: Command, tmp_path: Path) -> N
     assert a.meta["wind_hash"] == b.meta["wind_hash"]
 
 
+@pytest.mark.slow
 def test_the_written_case_repeats_a_run_with_files(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     bts()
     (tmp_path / "a.yaml").write_text("turbine: nrel5mw\nwind: {kind: bts, file: field.bts}\nduration: 5.0\n")
@@ -242,6 +256,7 @@ def test_the_written_case_repeats_a_run_with_files(command: Command, tmp_path: P
     assert ran.status == 0, ran.err
 
 
+@pytest.mark.slow
 def test_a_run_leaves_its_own_case_file_alone(command: Command, tmp_path: Path) -> None:
     case = tmp_path / "case.yaml"
     case.write_text("# my notes\n" + STEADY)
@@ -249,6 +264,7 @@ def test_a_run_leaves_its_own_case_file_alone(command: Command, tmp_path: Path) 
     assert case.read_text() == "# my notes\n" + STEADY
 
 
+@pytest.mark.slow
 def test_the_template_of_a_case_runs(command: Command, tmp_path: Path) -> None:
     path, out = tmp_path / "case.yaml", tmp_path / "out"
     ran = command("template", "case", "--out", path)
@@ -278,6 +294,7 @@ def test_what_the_template_has_in_comments_is_valid(command: Command, tmp_path: 
     assert case.controller.kind == "power"
 
 
+@pytest.mark.slow
 def test_the_templates_other_winds_are_valid(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     bts()
     (tmp_path / "gust.wnd").write_text("0 10 0 0 0 0.2 0 0\n")
@@ -293,6 +310,7 @@ def test_the_templates_other_winds_are_valid(command: Command, tmp_path: Path, b
         assert ran.status == 0, ran.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "label"),
     [
@@ -327,6 +345,7 @@ def test_a_case_takes_a_measured_series(command: Command, tmp_path: Path) -> Non
     np.testing.assert_allclose(wind.data[2:, 0], expected[2:], rtol=0.0, atol=0.01)
 
 
+@pytest.mark.slow
 def test_the_template_of_a_turbine_runs(command: Command, tmp_path: Path) -> None:
     path, out = tmp_path / "mine.yaml", tmp_path / "out"
     assert command("template", "turbine", "--out", path).files == [path]
@@ -396,6 +415,7 @@ def test_channels_of_nodes_and_stations_are_explained_too(command: Command, name
     assert name in ran.out
 
 
+@pytest.mark.slow
 def test_power_curve(command: Command, tmp_path: Path) -> None:
     ran = command("power-curve", "nrel5mw", "--wind-speeds", "8,12", "--out", tmp_path)
     succeeded(ran, tmp_path, "power_curve.csv", "power_curve.png")
@@ -407,6 +427,7 @@ def test_power_curve(command: Command, tmp_path: Path) -> None:
     assert power == pytest.approx([1770.0, 5000.0], rel=0.03)
 
 
+@pytest.mark.slow
 def test_power_curve_over_a_range(command: Command, tmp_path: Path) -> None:
     ran = command("power-curve", "nrel5mw", "--wind-speeds", "14:15:0.5", "--out", tmp_path)
     assert ran.status == 0
@@ -414,6 +435,7 @@ def test_power_curve_over_a_range(command: Command, tmp_path: Path) -> None:
     assert [float(u) for u in speeds] == [14.0, 14.5, 15.0]
 
 
+@pytest.mark.slow
 def test_campbell_at_standstill_is_the_published_table(command: Command, tmp_path: Path) -> None:
     ran = command("campbell", "nrel5mw", "--rotor-speeds", "0", "--out", tmp_path)
     succeeded(ran, tmp_path, "campbell.csv", "campbell.png")
@@ -509,6 +531,7 @@ def test_python_m_meltemi_is_the_same() -> None:
     assert (ran.returncode, ran.stdout, ran.stderr) == (0, f"meltemi {meltemi.__version__}\n", "")
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_keeps_what_it_computed(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

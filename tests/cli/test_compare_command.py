@@ -74,6 +74,7 @@ def wrote(ran: Ran, out: Path, *names: str) -> None:
     assert sorted(ran.files) == sorted(out / name for name in names) == sorted(out.iterdir())
 
 
+@pytest.mark.long
 def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Model) -> None:
     out, mine = tmp_path / "new" / "out", own(tmp_path)
     options = (*SHORT, "--spectrum", "vonkarman", "--seeds", 2, "--seed", 3)
@@ -113,6 +114,7 @@ def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Mod
         assert text in page
 
 
+@pytest.mark.slow
 def test_one_scheme_and_one_seed_leave_nothing_of_an_earlier_comparison(command: Command, tmp_path: Path) -> None:
     for name in WITH_LOOPS:
         (tmp_path / name).write_text("old")
@@ -123,6 +125,7 @@ def test_one_scheme_and_one_seed_leave_nothing_of_an_earlier_comparison(command:
     assert "of all seeds" not in ran.out
 
 
+@pytest.mark.slow
 def test_a_wind_that_one_scheme_does_not_survive_is_left_out_for_all(command: Command, tmp_path: Path) -> None:
     mine, out = tmp_path / "own.py", tmp_path / "out"
     mine.write_text(FAILS_ONCE)
@@ -136,6 +139,7 @@ def test_a_wind_that_one_scheme_does_not_survive_is_left_out_for_all(command: Co
     assert "scheme &#x27;own&#x27; in wind 1" in (out / "comparison.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_scheme_that_fails_in_every_wind_is_left_out(command: Command, tmp_path: Path) -> None:
     """The others are compared all the same, and a second try takes their runs over."""
     mine, out = own(tmp_path, "demands[s.PITCH_DEMAND] = float('nan') if measured[s.TIME] > 1 else 0"), tmp_path / "out"
@@ -161,6 +165,7 @@ def test_no_wind_is_left(command: Command, tmp_path: Path) -> None:
     assert not out.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", ["_thread.interrupt_main(); time.sleep(1.0)", "raise KeyboardInterrupt"])
 def test_interrupted_comparisons_leave_nothing(command: Command, tmp_path: Path, body: str) -> None:
     mine, out = (

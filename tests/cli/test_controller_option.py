@@ -34,6 +34,7 @@ def test_a_library_controls_the_run(command: Command, library: Path, tmp_path: P
     assert meltemi.io.read_netcdf(again / "result.nc")["generator_torque"][-1] == 101.0
 
 
+@pytest.mark.slow
 def test_a_crash_ends_the_run_with_a_message(command: Command, library: Path, tmp_path: Path) -> None:
     order = tmp_path / "order.in"
     order.write_text("crash 0.5")
@@ -147,6 +148,7 @@ def controller(turbine):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["supervised", "A2", "feedforward", "mine.py", "mine:controller"])
 def test_every_name_runs_and_its_case_file_again(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str

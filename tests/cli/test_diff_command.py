@@ -73,6 +73,7 @@ def test_channels_and_the_end(command: Command, tmp_path: Path, pair: tuple[Path
         assert [row["OpenFAST"] for row in csv.DictReader(file)] == ["RootMyc1", "Azimuth"]
 
 
+@pytest.mark.slow
 def test_files_of_one_name_are_told_apart(command: Command, tmp_path: Path) -> None:
     paths = []
     for folder in ("a", "b"):

@@ -128,6 +128,7 @@ def loaded(load: Callable[[], Any], where: str) -> Any:
     return None
 
 
+@pytest.mark.long
 @fuzz(1000)
 @given(data=st.data(), what=whats)
 def test_damaged_content_is_refused_in_words_or_valid(path: Path, data: st.DataObject, what: str) -> None:
@@ -139,6 +140,7 @@ def test_damaged_content_is_refused_in_words_or_valid(path: Path, data: st.DataO
         assert read_record(path, kind) == record
 
 
+@pytest.mark.slow
 def test_damage_is_neither_always_fatal_nor_always_harmless() -> None:
     # what the tests above and below see
     fates = {"turbine": [0, 0], "case": [0, 0]}
@@ -206,6 +208,7 @@ def texts_of(path: Path) -> dict[str, bytes]:
 READ: dict[str, Callable[[Path], Any]] = {"turbine": meltemi.load_turbine, "case": meltemi.io.read_case}
 
 
+@pytest.mark.slow
 @fuzz(300)
 @given(changes=edits, what=whats)
 def test_damaged_text_is_refused_in_words_or_valid(
@@ -224,6 +227,7 @@ def test_noise_is_refused(path: Path, content: bytes) -> None:
             read(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99])
 def test_the_reference_turbine_cut_off_anywhere_is_refused(path: Path, share: float) -> None:
     whole = (Path(meltemi.__file__).parent / "turbine" / "data" / "nrel5mw.yaml").read_bytes()
@@ -249,6 +253,7 @@ words = st.text(st.characters(codec="utf-8"), max_size=20)
 foundations = st.floats(1e6, 1e12).map(lambda k: {"stiffness": (k * np.eye(6)).tolist(), "mass": k / 3.0})
 
 
+@pytest.mark.long
 @fuzz(100)
 @given(
     content=changed(st.floats(0.98, 1.02), 20),
@@ -279,6 +284,7 @@ LIGHT = ModelOptions(
 )
 
 
+@pytest.mark.slow
 @fuzz(100)
 @given(content=changed(st.sampled_from([0.0, -1.0, 1e-6, 0.1, 0.5, 2.0, 10.0, 1e6]), 4))
 def test_what_loads_builds_or_is_refused_in_words(content: Content) -> None:
@@ -307,6 +313,7 @@ options = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.slow
 @fuzz(20)
 @given(options=options)
 def test_options_that_load_build_or_are_refused_in_words(options: Content) -> None:

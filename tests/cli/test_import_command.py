@@ -21,6 +21,7 @@ def deck(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return meltemi.io.write_openfast(turbine, folder, wind=meltemi.SteadyWind(speed=9.0), duration=2.0).main
 
 
+@pytest.mark.slow
 def test_import_gives_turbine_case_and_report(command: Command, deck: Path, tmp_path: Path) -> None:
     ran = command("import", deck, "--control-of", "nrel5mw", "--out", tmp_path / "mine")
     assert ran.status == 0 and ran.err == ""
@@ -34,6 +35,7 @@ def test_import_gives_turbine_case_and_report(command: Command, deck: Path, tmp_
     assert meltemi.io.read_netcdf(tmp_path / "run" / "result.nc")["wind_x"].mean() == pytest.approx(9.0)
 
 
+@pytest.mark.slow
 def test_a_slip_of_a_unit_is_told(command: Command, deck: Path, tmp_path: Path) -> None:
     (tmp_path / "extra.yaml").write_text("drivetrain: {stiffness: 8.7e5}\n")  # in kN m/rad
     extra = ("--control-of", "nrel5mw", "--extra", tmp_path / "extra.yaml")
@@ -86,6 +88,7 @@ def master(openfast_deck: Path, tmp_path: Path) -> Path:
     return main_file
 
 
+@pytest.mark.slow
 def test_a_deck_with_rosco_runs_as_it_is(command: Command, master: Path, tmp_path: Path) -> None:
     main_file = master
     assert command("run", main_file, "--out", tmp_path / "run").status == 0
@@ -101,6 +104,7 @@ def case_of(command: Command, master: Path, out: Path, *arguments: object) -> me
     return meltemi.io.read_case(out / "case.yaml")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arguments", "changes"),
     [
@@ -137,6 +141,7 @@ def test_another_wind_replaces_the_wind_only(
     assert standard.wind.wind_class == "IIB" and standard.options == as_it_is.options
 
 
+@pytest.mark.slow
 def test_a_start_as_openfast_makes_it(command: Command, master: Path, tmp_path: Path) -> None:
     """At the deck's rotor speed, pitch and azimuth, with straight blades; trimmed without the option."""
     file = master.parent / "ElastoDyn.dat"

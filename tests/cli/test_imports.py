@@ -40,6 +40,7 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
     assert imported_by("import meltemi; dir(meltemi); meltemi.__version__") == set()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -65,6 +66,7 @@ def test_quick_commands_import_nothing_heavy(arguments: str) -> None:
     assert imported_by(COMMAND, *arguments.split()) == set()
 
 
+@pytest.mark.slow
 def test_the_test_sees_what_is_imported() -> None:
     assert {"numba", "scipy"} <= imported_by("from meltemi import simulate")
 
@@ -112,6 +114,7 @@ def test_a_misspelt_public_name_gets_the_closest() -> None:
         meltemi.load_turbin  # noqa: B018
 
 
+@pytest.mark.slow
 def test_nothing_in_the_core_imports_what_is_built_on_it() -> None:
     code = "import importlib, sys\nfor name in sys.argv[1:]: importlib.import_module(name)\n"
     ours = [name for name in MODULES if name.startswith("meltemi.") and name not in REGISTERS]

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
 from terminal import Command
 
 from meltemi import Turbine
 from meltemi.io import write_turbine
 
 
+@pytest.mark.long
 def test_it_draws_and_prints(command: Command, tmp_path: Path) -> None:
     ran = command("inspect", "nrel5mw", "--out", tmp_path / "a" / "b")
     assert ran.status == 0 and ran.err == ""
@@ -22,6 +24,7 @@ def test_it_draws_and_prints(command: Command, tmp_path: Path) -> None:
     assert not re.search(r'(?:src|href)="(?!data:|#)', page), "it opens offline"
 
 
+@pytest.mark.long
 def test_what_is_missing_is_said(command: Command, tmp_path: Path, turbine: Turbine) -> None:
     write_turbine(turbine.replace(n_blades=4), tmp_path / "mine.yaml")
     ran = command("inspect", tmp_path / "mine.yaml", "--out", tmp_path)

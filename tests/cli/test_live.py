@@ -67,6 +67,7 @@ def means(session: Session, seconds: float) -> dict[str, float]:
 # ---------------------------------------------------------------- session
 
 
+@pytest.mark.slow
 def test_wind_speed_and_yaw_error_change_the_power(session: Session) -> None:
     first = means(session, 10.0)
     assert first["wind_x"] == pytest.approx(8.0, rel=0.05)
@@ -127,6 +128,7 @@ def test_faults_act_at_once_and_end(session: Session) -> None:
     assert session.state()["log"][-1][2] == "grid lost: over"
 
 
+@pytest.mark.slow
 def test_a_supervised_turbine_follows_limit_and_stop(session: Session) -> None:
     session.obey({"set": "wind_speed", "value": 14})
     session.obey({"controller": "supervised"})
@@ -142,7 +144,7 @@ def test_a_supervised_turbine_follows_limit_and_stop(session: Session) -> None:
     assert "emergency stop" in session.state()["log"][-1][2]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_load_control_reduces_the_scatter_of_root_moments(session: Session) -> None:
     session.obey({"set": "wind_speed", "value": 14})
 
@@ -363,6 +365,7 @@ def test_an_error_never_ends_it(session: Session, monkeypatch: pytest.MonkeyPatc
     assert "IndexError" in said[2]
 
 
+@pytest.mark.slow
 def test_it_runs_at_the_speed_and_ends_with_its_page(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command, "GRACE", 0.2)
     with LiveServer(lambda: "") as server:
@@ -445,6 +448,7 @@ def until(page: Any, expression: str) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium or google-chrome")
 def test_a_browser_draws_it_moves_a_slider_and_ends_it() -> None:
     play = pytest.importorskip("playwright.sync_api", reason="needs playwright")

@@ -18,6 +18,7 @@ def rows_of(base: Path) -> list[dict[str, str]]:
     return list(csv.DictReader((base / "plan.csv").read_text(encoding="utf-8").splitlines()))
 
 
+@pytest.mark.long
 def test_a_plan_is_printed_and_written_and_planned_again(command: Command, tmp_path: Path) -> None:
     ran = command("loads", "plan", "nrel5mw", *QUICK, "--out", tmp_path / "base")
     assert ran.status == 0 and ran.err == ""
@@ -33,6 +34,7 @@ def test_a_plan_is_printed_and_written_and_planned_again(command: Command, tmp_p
     assert again.status == 0 and read_campaign(tmp_path / "base").seeds == 2
 
 
+@pytest.mark.slow
 def test_options_reach_the_campaign(command: Command, tmp_path: Path) -> None:
     changes = tmp_path / "changes.yaml"
     changes.write_text('without: ["2.1"]\nrows: {"1.3x": {like: "1.3", seeds: 24}}\n')
@@ -53,6 +55,7 @@ def test_options_reach_the_campaign(command: Command, tmp_path: Path) -> None:
     assert not any(name.startswith("dlc2.1") for name in names)
 
 
+@pytest.mark.slow
 def test_a_deck_is_planned_with_its_options(command: Command, tmp_path: Path, openfast_deck: Path) -> None:
     (deck,) = openfast_deck.glob("*.fst")
     ran = command("loads", "plan", deck, *QUICK, "--rated-wind", 11.4, "--out", tmp_path / "base")
@@ -65,6 +68,7 @@ def test_a_deck_is_planned_with_its_options(command: Command, tmp_path: Path, op
     )
 
 
+@pytest.mark.long
 def test_a_controller_library_stops_but_does_not_start(command: Command, tmp_path: Path, library: Path) -> None:
     ran = command(
         "loads", "plan", "nrel5mw", *QUICK, "--rated-wind", 11.4, "--controller", library, "--out", tmp_path / "base"
@@ -96,6 +100,7 @@ def test_wrong_input_is_told_and_leaves_no_folder(
     assert not (tmp_path / "base").exists()
 
 
+@pytest.mark.slow
 def test_the_options_of_a_base_are_in_its_file(command: Command, tmp_path: Path) -> None:
     command("loads", "plan", "nrel5mw", *QUICK, "--rated-wind", 11.4, "--out", tmp_path / "base")
     ran = command("loads", "plan", tmp_path / "base", "--seeds", 2)

@@ -92,6 +92,7 @@ def test_json_has_numbers_with_units_and_nothing_else_is_printed(command: Comman
     check_next(f"next: {found['next']}")
 
 
+@pytest.mark.slow
 def test_json_of_scans_has_all_points(command: Command, tmp_path: Path) -> None:
     ran = command("power-curve", "pmsg20mw", "--wind-speeds", "8,12", "--out", tmp_path, "--json")
     (table,) = json.loads(ran.out)["tables"]
@@ -143,6 +144,7 @@ with progress_bar("work", 100, "runs") as progress:
 """
 
 
+@pytest.mark.slow
 def test_progress_shows_rate_and_time_left_on_a_terminal_only() -> None:
     quiet = subprocess.run([sys.executable, "-c", PROGRESS], capture_output=True, text=True, check=True)
     assert (quiet.stdout, quiet.stderr) == ("", "")
@@ -169,6 +171,7 @@ def completed(*words: str) -> list[str]:
     return subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True).stdout.split()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "expected"),
     [

@@ -18,6 +18,8 @@ from meltemi.simulation import rotors
 from meltemi.simulation.power_curve import curve_size, power_curve, whole_speeds
 from meltemi_reports.portrait import power_portrait
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_power_curve_has_a_row_for_a_speed_that_fails(command: Command, tmp_path: Path) -> None:
     # beyond 18.7 m/s 25 degrees of pitch do not bring the formula of pmsg20mw down to rated power
@@ -133,6 +135,7 @@ def test_one_word_for_the_class_and_a_direction_for_every_wind(command: Command,
     assert -result["wind_y"][0] / result["wind_x"][0] == pytest.approx(0.14054, rel=1e-3)  # tan 8 deg
 
 
+@pytest.mark.long
 def test_flutter_writes_damping_over_rotor_speed(command: Command, tmp_path: Path) -> None:
     ran = command("flutter", "nrel5mw-offsets", "--rotor-speeds", "17,19", "--out", tmp_path)
     assert ran.status == 0, ran

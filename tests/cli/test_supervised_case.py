@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from terminal import Command
 
 from meltemi.io import read_case
 
 
+@pytest.mark.slow
 def test_it_starts_from_standstill_and_shows_its_log(command: Command, supervised_case: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(supervised_case, encoding="utf-8")

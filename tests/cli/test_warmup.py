@@ -18,6 +18,7 @@ from meltemi.core import kernel
 from meltemi.core.kernel import COLD
 
 
+@pytest.mark.slow
 def test_a_cold_start_says_what_happens_and_that_it_happens_once(
     model: Model, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -76,6 +77,7 @@ def test_each_feature_that_compiles_long_is_announced_once(
     ]
 
 
+@pytest.mark.slow
 def test_a_function_that_compiles_long_says_so() -> None:
     """In a process of its own, with an empty cache."""
     code = """
@@ -94,7 +96,7 @@ time.sleep(0.2)
     assert "Compiling __main__.own for this machine: this happens once ..." in ran.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_warmup_leaves_nothing_to_compile(command: Command) -> None:
     assert command("warmup").status == 0
     ran = command("warmup", "--json")
@@ -127,6 +129,7 @@ print(*statistics())
     assert COLD not in ran.stderr
 
 
+@pytest.mark.slow
 def test_a_stage_that_fails_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match=r"no stage 'run'.*'runs'"):
         warmup.warmup(["run"])

@@ -59,6 +59,7 @@ def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 # fields
 
 
+@pytest.mark.slow
 def test_a_field_of_the_standard(command: Command, tmp_path: Path, turbine: Turbine) -> None:
     out = tmp_path / "new" / "folder"
     ran = command(*NTM, "--seed", 1, "--out", out)
@@ -106,6 +107,7 @@ def test_a_written_field_has_the_same_statistics(
                 assert float(again[key][name]) == pytest.approx(float(row[name]), rel=2e-3, abs=2e-3), (key, name)
 
 
+@pytest.mark.slow
 def test_a_turbsim_file_needs_no_turbine(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     out = tmp_path / "out"
     ran = command("wind", "--from", bts(), "--format", "netcdf", "--out", out)
@@ -203,6 +205,7 @@ def test_transients(
             assert float(again[key][name]) == pytest.approx(float(row[name]), rel=1e-3, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "speed"),
     [

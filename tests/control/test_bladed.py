@@ -199,6 +199,7 @@ def test_a_warning_of_the_library_is_one_of_the_result(make: Any, model: Model) 
     assert result.warnings == ("oil is low",)
 
 
+@pytest.mark.slow
 def test_a_batch_goes_on(make: Any, model: Model) -> None:
     orders = ["count", "crash 0.2", "count", "hang 0.2", "count", "fail 0.2", "count", "exit 0.2"]
     cases = [
@@ -249,6 +250,7 @@ def test_a_kept_folder_has_what_was_printed(make: Any, model: Model, tmp_path: P
     assert log.read_text() == "hello from the library\n"
 
 
+@pytest.mark.slow
 def test_a_child_ends_with_its_parent(library: Path) -> None:
     """Even when the library never returns and the parent is killed."""
     order = library.with_name("hang.in")

@@ -43,6 +43,7 @@ def test_swapping_compiled_controllers_compiles_nothing_else(model: Model) -> No
     assert result.status is Status.OK
 
 
+@pytest.mark.slow
 def test_a_second_process_finds_all_in_the_cache() -> None:
     code = """
 import json, meltemi, numba
@@ -295,6 +296,7 @@ def test_baseline_holds_the_speed_above_rated(model: Model) -> None:
     assert result["BldPitch1"].std() > 0.01
 
 
+@pytest.mark.slow
 def test_options_of_a_controller_reach_it(turbine: Turbine) -> None:
     slow = turbine.replace(**{"control.pitch.rate_limit": 0.002})
     wind = meltemi.TurbulentWind(speed=14.0, intensity=0.15)

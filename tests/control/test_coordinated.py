@@ -138,6 +138,7 @@ def test_individual_pitch_and_numbers_on_an_aeroelastic_turbine() -> None:
         assert np.all(np.abs(change - exact).max(axis=0) / size < 1e-4), name
 
 
+@pytest.mark.slow
 def test_a_reference_is_one_of_power_into_the_grid() -> None:
     """C-86b: losses of machine, converters and filter are added to what the shaft has to give."""
     turbine, _, performance = machine()

@@ -115,6 +115,7 @@ def test_every_kind_of_event_is_tested() -> None:
     }  # by the electrical tests
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CASES)
 def test_it_changes_what_it_should_from_its_instant_on_and_nothing_before(
     machine: Model, plain: Result, kind: str

@@ -271,6 +271,7 @@ def test_loops_that_are_unstable_stay_within_the_limits(flap_model: Model, loop:
         assert np.ptp(pitch[:, 800:]) > 15.0 * DEGREE
 
 
+@pytest.mark.slow
 def test_ten_times_the_gain_is_noticed(flap_model: Model) -> None:
     """1P pitch, 10 times its gain, in turbulence; a comparison passes the words on."""
     wild = LoadController(flap_model.turbine, one(PITCH, integral_gain=10.0 * PITCH_GAIN))
@@ -281,6 +282,7 @@ def test_ten_times_the_gain_is_noticed(flap_model: Model) -> None:
     assert re.match(r"scheme 'wild' in 2 of 2 winds: pitch: demands at their limits \d\d % of the time", line)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "intensity"), [(6.0, 0.2), (11.4, 0.2), (24.0, 0.16)])
 def test_sound_gains_have_no_warning(flap_model: Model, speed: float, intensity: float) -> None:
     """Below rated the pitch rests on its lower limit nearly always, which does not count."""

@@ -29,6 +29,7 @@ class State(Table, title="individual pitch"):
     yaw: Integrator = part(Integrator)
 
 
+@pytest.mark.slow
 def test_individual_pitch_takes_the_shear_out_of_the_blade_moments() -> None:
     """Steady wind of 18 m/s with a shear exponent of 0.2: less than a third of the amplitude is left after a minute."""
     turbine = meltemi.load_turbine("nrel5mw")

@@ -54,6 +54,7 @@ def test_a_slow_demand_is_followed_by_sticking_and_slipping() -> None:
     assert np.all(moved(0.08, 0.6, np.full(500, 0.9 * width)) == 0.0)
 
 
+@pytest.mark.slow
 def test_the_load_on_the_bearing_makes_friction(turbine: meltemi.turbine.Turbine) -> None:
     """A small change of pitch is not followed under load; it is with an unloaded bearing, and without friction."""
     rub = {"inertia": 3e4, "diameter": 3.0, "coefficient": 0.005}

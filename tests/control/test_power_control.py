@@ -191,6 +191,7 @@ def test_the_optimal_gain_is_the_formula(machine: PowerTurbine) -> None:
     assert lower_speed(x, gain, 15e6) == pytest.approx(0.6534, abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("celsius", "humidity", "fixed"), [(40.0, 0.0, 9.24), (-10.0, 0.0, 9.79), (35.0, 1.0, None)])
 def test_fixed_density_leaves_the_best_ratio_and_a_measured_one_keeps_it(
     machine: PowerTurbine, celsius: float, humidity: float, fixed: float | None
@@ -272,6 +273,7 @@ def test_the_lowest_speed_for_15_megawatts_at_a_held_pitch(machine: PowerTurbine
     assert (15e6 / gain) ** (1.0 / 3.0) == pytest.approx(speed, rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("torque", ["optimal", "tip_speed_ratio"])
 def test_each_scheme_holds_its_speed_in_a_steady_wind(machine: PowerTurbine, torque: str) -> None:
     """15 MW of 20 at 11 m/s: A0 at the lower speed, A1 at rated speed, A2 and A3 between."""

@@ -25,6 +25,7 @@ def machine(turbine: Turbine) -> Model:
     return build(equipped(turbine.replace(**{"pitch_actuator.kind": "second_order"}), SCHEMES))
 
 
+@pytest.mark.slow
 def test_all_schemes_have_controllers(machine: Model) -> None:
     design = design_controllers(machine, list(SCHEMES))
     assert list(design.controllers) == list(SCHEMES)
@@ -44,6 +45,7 @@ def test_all_schemes_have_controllers(machine: Model) -> None:
     assert "ipc, feedback: 1P pitch" in design.tunings  # the same loops, tuned once
 
 
+@pytest.mark.slow
 def test_flaps_are_added_only_where_they_are_needed(turbine: Turbine) -> None:
     assert not equipped(turbine, ["cpc", "ipc", "own.py"]).blade.flaps
     flapped = equipped(turbine, ["cpc", "cpfc"])

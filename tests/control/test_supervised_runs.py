@@ -67,6 +67,7 @@ def series(time: list[float], speed: list[float]) -> WindSeries:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loops", [(), (HarmonicLoop(harmonic=1, integral_gain=1e-9),)], ids=["law", "loops"])
 def test_production_is_load_control_to_the_bit(model: Model, loops: Any) -> None:
     load = LoadControl(loops=loops)
@@ -81,6 +82,7 @@ def test_production_is_load_control_to_the_bit(model: Model, loops: Any) -> None
     assert other["operating_state"].min() >= 4.0
 
 
+@pytest.mark.slow
 def test_start_from_standstill(model: Model) -> None:
     """To the operation of a run that begins near it, without much overshoot.
 
@@ -97,6 +99,7 @@ def test_start_from_standstill(model: Model) -> None:
     assert result["TwrBsMyt"].max() < 60e6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [11.4, 24.0])
 def test_grid_loss(model: Model, speed: float) -> None:
     """No torque from the instant on; over-speed stays below 10 %, and the turbine comes back when the grid does."""
@@ -252,6 +255,7 @@ def test_derivatives_go_through_the_supervisor(model: Model) -> None:
 # case files ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_starts_of_cases(model: Model, supervised_case: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     for words, state, speed in (("standstill", 1, 0.0), ("idling", 9, 0.0), ("operating", 4, None)):

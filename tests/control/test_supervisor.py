@@ -149,6 +149,7 @@ def test_protections_that_are_refused(changes: dict[str, Any], words: str) -> No
 # the moving mean -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @often
 @given(st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=120), st.integers(1, 40))
 def test_moving_mean_is_that_of_the_window(signal: list[float], samples: int) -> None:
@@ -243,6 +244,7 @@ yaw_scripts = st.lists(
 )
 
 
+@pytest.mark.slow
 @some
 @given(
     yaw_scripts,

@@ -152,6 +152,7 @@ def test_settings_that_cannot_work_are_refused() -> None:
 # in a run -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_turbine_turns_into_the_wind(turbine: Turbine) -> None:
     model = meltemi.build(turbine.replace(**{"yaw.rate": 0.01}), ModelOptions(yaw="driven"))
     controller = YawController(model.turbine, YawControl(average_time=5.0, start_time=2.0))

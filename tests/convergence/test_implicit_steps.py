@@ -133,6 +133,7 @@ def turbulent(integration: Any, h: float | None) -> Any:
     )
 
 
+@pytest.mark.slow
 def test_long_implicit_steps_keep_loads_in_turbulence() -> None:
     fine, rough, other = turbulent("implicit", 0.0025), turbulent("implicit", None), turbulent("explicit", 0.0025)
     assert rough.meta["time_step"] == pytest.approx(0.05 / 3)
@@ -147,6 +148,7 @@ def test_long_implicit_steps_keep_loads_in_turbulence() -> None:
         assert (rough[name] - fine[name]).std() < 2e-3 * fine[name].std(), name
 
 
+@pytest.mark.slow
 def test_a_torque_held_between_calls_does_not_lead() -> None:
     """Without the mean at the calls of the controller, the speed differs by 0.3 % of its deviation."""
     turbine, runs = meltemi.load_turbine("iea15mw"), []

@@ -39,6 +39,7 @@ CHANGES: list[dict[str, Any]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", CHANGES, ids=str)
 def test_time_integration_is_of_second_order(turbine: Turbine, options: dict[str, Any]) -> None:
     runs = [response(turbine, dt, **options) for dt in STEPS]
@@ -57,6 +58,7 @@ def test_default_step_resolves_the_highest_mode(turbine: Turbine) -> None:
         assert abs(0.05 / dt - round(0.05 / dt)) < 1e-9
 
 
+@pytest.mark.slow
 def test_default_step_is_converged_in_turbulence(turbine: Turbine) -> None:
     wind = meltemi.TurbulentWind(speed=14.0, intensity=0.14, seed=3)
     names = ["RootMyc1", "RootMxc1", "TwrBsMyt", "RotSpeed", "RotTorq"]
@@ -70,6 +72,7 @@ def test_default_step_is_converged_in_turbulence(turbine: Turbine) -> None:
         assert np.sqrt(np.mean((rough - fine) ** 2)) < 0.03 * fine.std(), name
 
 
+@pytest.mark.slow
 def test_steady_loads_converge_with_the_nodes(turbine: Turbine) -> None:
     names = ("generator_power", "rotor_aero_thrust", "root_moment_out_of_plane_1", "tip_out_of_plane_1")
     found = []

@@ -161,6 +161,7 @@ def test_the_twin_of_the_power_turbines_page() -> None:
     assert found["twin"].rated_power == pytest.approx(5e6, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_bench_of_its_page(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -128,6 +128,7 @@ def run(package: Path, text: str, *arguments: str, **environment: str) -> str:
     return found.stdout
 
 
+@pytest.mark.slow
 def test_the_parts_of_the_page_run(package: Path) -> None:
     run(package, RUN, "floats", NUMBA_DISABLE_JIT="1")
 
@@ -138,6 +139,7 @@ def test_they_compile_for_every_number_type(package: Path, tmp_path: Path, numbe
     run(package, RUN, numbers, MELTEMI_CACHE_DIR=str(tmp_path))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("word", ["foundation = {", "WakeTurbine("])
 def test_the_programs_of_the_page_print_what_it_says(tmp_path: Path, word: str) -> None:
     """A motion of the base with the period of the closed form; a kind of rotor."""

@@ -108,6 +108,7 @@ def test_the_plan_on_its_page(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == "".join(blocks(page, 'text title="printed"'))
 
 
+@pytest.mark.slow
 def test_the_library_on_its_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Compiled by the line on the page, it holds power and speed."""
     page = "docs/guide/bladed-controllers.md"

@@ -117,11 +117,12 @@ def run(package: Path, numbers: str, **environment: str) -> None:
     assert found.returncode == 0, found.stderr[-3000:]
 
 
+@pytest.mark.slow
 def test_the_models_of_the_page_run(package: Path) -> None:
     run(package, "floats", NUMBA_DISABLE_JIT="1")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("numbers", ["floats", "lanes", "duals"])
 def test_they_compile_for_every_number_type(package: Path, tmp_path: Path, numbers: str) -> None:
     run(package, numbers, MELTEMI_CACHE_DIR=str(tmp_path))

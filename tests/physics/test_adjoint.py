@@ -26,7 +26,10 @@ from meltemi.loads import del_weights, std_weights
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
 
-pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="derivatives exist in compiled code only")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="derivatives exist in compiled code only"),
+]
 
 SECONDS = 4.0
 TOWER, ROOT = "tower_base_moment_fore_aft", "root_moment_out_of_plane_1"
@@ -58,6 +61,7 @@ def found(run: Run) -> Gradient:
     return gradient(run, objective, PARAMETERS)
 
 
+@pytest.mark.slow
 def test_adjoint_equals_duals(run: Run, found: Gradient) -> None:
     by = sensitivity(run, PARAMETERS)
     expected = by.std(TOWER)[1] + by.fatigue(ROOT, 10.0)[1]
@@ -91,7 +95,7 @@ CASES: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize(
-    "case", [case if i < 2 else pytest.param(case, marks=pytest.mark.slow) for i, case in enumerate(CASES)]
+    "case", [case if i < 2 else pytest.param(case, marks=pytest.mark.long) for i, case in enumerate(CASES)]
 )
 def test_random_weights_and_directions(case: str, turbine: Turbine, geared: Turbine) -> None:
     """The adjoint of random weights, times a direction, is the weighted sum of derivatives in it (J-5)."""
@@ -154,6 +158,7 @@ def test_own_controller(turbine: Turbine) -> None:
     check(Run(model, 15.0, duration=0.2, controller=own(nonlinear)), names)
 
 
+@pytest.mark.long
 def test_controllers_without_derivatives_are_refused(model: Model) -> None:
     @numba.njit
     def allocates(state: Any, measurements: Any, demands: Any, dt: float) -> None:

@@ -10,12 +10,15 @@ from meltemi import InputError, Turbine
 from meltemi.analysis import BaselineTuning, tune_baseline
 from meltemi.turbine.library import library_entries
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def tuning(turbine: Turbine) -> BaselineTuning:
     return tune_baseline(turbine)
 
 
+@pytest.mark.long
 def test_the_nrel5mw_gets_its_published_gains(turbine: Turbine, tuning: BaselineTuning) -> None:
     # TP-500-38060, Tables 7-1 and 7-2; the deviations: +2.0 %, +2.0 %, -1.8 %, 5.76 instead of 6.30 deg, +0.1 %
     published, found = turbine.control.pitch, tuning.control.pitch
@@ -36,7 +39,6 @@ def test_the_optimal_gain_is_that_of_the_flexible_rotor(turbine: Turbine, tuning
     assert tuning.control.torque.optimal_gain == pytest.approx(gain, rel=1e-3)
 
 
-@pytest.mark.slow
 def test_the_optimal_gain_holds_the_ratio_that_is_asked_for(turbine: Turbine) -> None:
     asked = tune_baseline(turbine, tip_speed_ratio=7.55)
     assert asked.tip_speed_ratio == 7.55

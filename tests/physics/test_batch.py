@@ -50,6 +50,7 @@ def raising(state: Any, measurements: Any, demands: Any, dt: float) -> None:
         raise RuntimeError("sensor lost")
 
 
+@pytest.mark.slow
 def test_a_batch_gives_the_bits_of_single_runs(model: Model) -> None:
     other = model.with_parameters(**{"aerodynamics.air_density": 1.1})
     slow = meltemi.control.BaselineController(model.turbine, sample_time=0.1)
@@ -183,6 +184,7 @@ def test_files_appear_as_soon_as_a_case_is_done(model: Model, tmp_path: Path) ->
     assert not (tmp_path / "up.nc").exists()
 
 
+@pytest.mark.slow
 def test_only_as_many_winds_as_workers_are_in_memory(model: Model) -> None:
     alive = most = 0
     lock = threading.Lock()
@@ -291,6 +293,7 @@ def test_who_raises_what_the_keyboard_raises_ends_the_batch(model: Model) -> Non
     assert ([o.error for o in batch.run()], batch.interrupted) == ([KeyboardInterrupt], True)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C cannot be sent to one process")
 def test_interrupt_keeps_what_is_done() -> None:
     done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=60, check=True)
@@ -300,6 +303,7 @@ def test_interrupt_keeps_what_is_done() -> None:
     assert all(status == Status.INTERRUPTED and 100 < rows < 100_000 for status, rows in others)
 
 
+@pytest.mark.slow
 def test_finished_cases_are_kept(tmp_path: Path) -> None:
     model = meltemi.build(meltemi.load_turbine("pmsg20mw"))
 

@@ -12,6 +12,8 @@ from meltemi import InputError, Model
 from meltemi.analysis import Campbell, campbell
 from meltemi_verification.table import reference_table
 
+pytestmark = pytest.mark.slow
+
 RPM = np.pi / 30.0
 
 

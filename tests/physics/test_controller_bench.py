@@ -30,6 +30,8 @@ from meltemi_tuning.controller_bench.suite import (
 )
 from meltemi_tuning.controller_bench.tables import criteria_table, leaderboard_rows
 
+pytestmark = pytest.mark.slow
+
 SINE = Multisine(period=20.0, settling=20.0)
 PRODUCTION = Situation("normal turbulence", "NTM", "production", "NTM", (14.0, 18.0), 2, 15.0, 5.0)
 

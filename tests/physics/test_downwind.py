@@ -43,6 +43,7 @@ def passes(turbine: meltemi.turbine.Turbine) -> dict[str, meltemi.Result]:
     return found
 
 
+@pytest.mark.slow
 def test_the_wake_is_passed_once_a_revolution(passes: dict[str, meltemi.Result]) -> None:
     azimuth = np.mod(passes["none"]["azimuth"], 2.0 * math.pi)
     late = passes["none"].time > 6.0

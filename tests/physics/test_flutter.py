@@ -14,6 +14,8 @@ from meltemi.simulation.operating_point import steady_wind
 from meltemi.simulation.orbit import SETTLED
 from meltemi_studies.flutter import diverging
 
+pytestmark = pytest.mark.slow
+
 RPM = np.pi / 30.0
 REPORTED = 18.3 * RPM, 3.7 * 2.0 * np.pi
 """Flutter limit of the NREL 5 MW by a strip theory with Wagner's function."""
@@ -24,6 +26,7 @@ def limits() -> Flutter:
     return flutter(meltemi.load_turbine("nrel5mw-offsets"), RPM * np.array([12.0, 16.0, 17.0, 19.0, 20.0]))
 
 
+@pytest.mark.long
 def test_the_limit_of_the_reference_turbine(limits: Flutter) -> None:
     assert limits.limit is not None
     speed, frequency = REPORTED
@@ -43,6 +46,7 @@ def test_curves_hold_the_least_damped_mode(limits: Flutter) -> None:
     assert np.nanmin(limits.damping[blades], axis=0)[:3] == pytest.approx(limits.least[:3])
 
 
+@pytest.mark.long
 def test_few_modes_overestimate_it(limits: Flutter) -> None:
     turbine, few = meltemi.load_turbine("nrel5mw-offsets"), ModelOptions(flap_modes=2, edge_modes=1, torsion_modes=1)
     assert limits.limit is not None
@@ -73,6 +77,7 @@ def test_speeds_must_increase(model: Model, speeds: list[float]) -> None:
         flutter(model, speeds)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("wind", "rpm"), [(8.0, 21.0), (8.0, 26.0), (1.0, 22.0)])
 def test_overspeed_has_a_periodic_motion(model: Model, wind: float, rpm: float) -> None:
     """At 21 rpm and 8 m/s, three per revolution meet the edgewise frequency while the density of the air rises."""

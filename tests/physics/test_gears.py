@@ -243,6 +243,7 @@ def test_energy_of_gears_that_vibrate_is_kept(geared: Turbine) -> None:
     assert np.ptp(fine) < 0.1 * np.ptp(rough)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["quasi_static", "multibody"])
 def test_time_integration_remains_of_second_order(geared: Turbine, kind: str) -> None:
     """At the default step no mode of the gears is resolved; what everything else does converges all the same."""
@@ -289,6 +290,7 @@ def stopped(geared: Turbine, kind: str) -> Result:
     )
 
 
+@pytest.mark.slow
 def test_stiff_modes_are_stable_through_an_emergency_stop(geared: Turbine) -> None:
     two, static, free = (stopped(geared, kind) for kind in ("two_mass", "quasi_static", "multibody"))
     for run in (static, free):
@@ -307,6 +309,7 @@ def test_stiff_modes_are_stable_through_an_emergency_stop(geared: Turbine) -> No
 # kinds of numbers ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["quasi_static", "multibody"])
 def test_lanes_give_what_floats_give(geared: Turbine, kind: str) -> None:
     found = []

@@ -19,6 +19,8 @@ from meltemi.structure.kinematics import blade_motion
 from meltemi.turbine.exchange import BladeFrame
 from meltemi_verification.far_bending import compare
 
+pytestmark = pytest.mark.slow
+
 Float = NDArray[np.float64]
 EXACT, SECOND = "geometrically_exact", "modal"
 
@@ -35,6 +37,7 @@ def model_of(turbine: Turbine, **options: Any) -> BladedModel:
 # statics ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["iea15mw", "iea22mw"])
 def test_statics_are_those_of_the_exact_beam(name: str) -> None:
     for row in compare(name, shares=(0.1, 0.2)):
@@ -48,6 +51,7 @@ def test_second_order_blades_are_wrong_where_exact_ones_are_right() -> None:
     assert abs(twist.deviation) > 1.0
 
 
+@pytest.mark.long
 def test_twist_converges_with_the_modes() -> None:
     """The defaults are within 0.1 deg of many modes, at a deflection of a tenth of the length; fewer are not."""
 

@@ -106,6 +106,7 @@ def sections_with_ice(turbine: Turbine) -> Turbine:
     return turbine.replace(**{"blade.structure": {**s.content(), **fine, "mode_shapes": None}})
 
 
+@pytest.mark.slow
 def test_power_under_ice(turbine: Turbine) -> None:
     wind = 10.0
     clean, one, all_, heavy = (
@@ -148,6 +149,7 @@ def test_a_rotor_that_stalls_at_fine_pitch_is_found_at_rated_power(turbine: Turb
     assert point.pitch > 0.15
 
 
+@pytest.mark.slow
 def test_unlike_blades_settle_near_the_reference_speed() -> None:
     """Just below rated power torque hardly depends on the speed: the balance is that of blades that have settled."""
     iced = with_ice(meltemi.load_turbine("iea22mw"), Icing(blades=(2, 3)))

@@ -38,6 +38,7 @@ def test_the_force_of_a_heavy_blade_turns_with_it(turbine: Turbine) -> None:
     assert np.allclose(nodes["mass"][1], (1.0 + excess) * nodes["mass"][0], rtol=1e-14)
 
 
+@pytest.mark.slow
 def test_a_pitch_offset_turns_the_blade_and_not_its_encoder(turbine: Turbine) -> None:
     model = meltemi.build(turbine.replace(imbalance=Imbalance(pitch=(0.01, -0.01))))
     channels = ["pitch_1", "pitch_2", "pitch_3", "generator_power", "rotor_speed", "tower_base_moment_side_side"]

@@ -17,6 +17,8 @@ from meltemi.analysis import LinearModel, OperatingPoint, linearise
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import standard
 
+pytestmark = pytest.mark.slow
+
 Float = NDArray[np.float64]
 WIND = 14.0
 INPUTS = ("generator_torque", "pitch", "wind_speed")

@@ -33,6 +33,8 @@ from meltemi_loads.loadbase.store import Store
 from meltemi_loads.loadbase.table import load_table
 from meltemi_studies.preview import rotor_average
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("pyarrow")
 
 ROWS = ("1.2", "6.4")

@@ -105,6 +105,7 @@ def check(case: PlannedCase, r: Result, rated: float) -> None:
         assert np.mean(power[r.time > event]) > 0.0 and not stops
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "seconds"), chosen(QUICK))
 def test_a_case_does_what_its_row_says(name: str, seconds: float) -> None:
     case = planned("nrel5mw").case(name)
@@ -118,6 +119,7 @@ def test_the_other_rows(name: str, seconds: float) -> None:
     check(case, simulated(case, seconds), RATED["nrel5mw"])
 
 
+@pytest.mark.slow
 def test_a_deck_stops_under_its_options(openfast_deck: Path) -> None:
     (deck,) = openfast_deck.glob("*.fst")
     made = make_campaign(deck, "IB", rated_wind=11.4, transient=10.0, begin=5.0, quick=True)
@@ -126,6 +128,7 @@ def test_a_deck_stops_under_its_options(openfast_deck: Path) -> None:
     check(case, simulated(case, 50.0), RATED["nrel5mw"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["dlc4.1-11.4", "dlc5.1-25-s01", "dlc2.1-25-grid_loss-s01"])
 def test_other_controllers_stop_too(name: str) -> None:
     made = make_campaign(

@@ -57,6 +57,7 @@ def test_a_foundation_may_be_described_by_motions_of_the_base(turbine: Turbine) 
     assert first[2][0] > 1.02 * first[1][0]
 
 
+@pytest.mark.slow
 def test_states_have_the_units_of_their_channels(turbine: Turbine) -> None:
     model = build(on(turbine, "surge", "pitch"), ModelOptions(locked=("tower", "blades")))
     linear = linearise(model, operating_point(model, 9.0), (), ())

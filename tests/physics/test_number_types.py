@@ -19,6 +19,8 @@ from meltemi.simulation.plan import model_channels
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 
+pytestmark = pytest.mark.slow
+
 Float = NDArray[np.float64]
 LAST = 3.06
 
@@ -178,6 +180,7 @@ def worst(one: Float, two: Float) -> float:
     return float(np.max(np.abs(two - one) / size))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("torsion", [0, 1])
 @pytest.mark.parametrize("speed", [8.0, 18.0])
 def test_a_minute_of_turbulence(turbine: Turbine, speed: float, torsion: int) -> None:
@@ -244,6 +247,7 @@ class Difference:
 BY_HAND = ("9 m/s", "20 m/s")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "what", [pytest.param(what, marks=pytest.mark.long) if what in BY_HAND else what for what in SITUATIONS]
 )

@@ -28,6 +28,8 @@ from meltemi_studies.observer import (
     stationary,
 )
 
+pytestmark = pytest.mark.slow
+
 SIGNALS = ("generator_speed", "generator_torque", "generator_power", "pitch_1", "azimuth")
 SIGNALS += ("tower_top_acceleration_x", "tower_top_acceleration_y", "tower_base_moment_fore_aft")
 
@@ -186,6 +188,7 @@ def test_density_shifts_the_wind(model: Model, steady: Result) -> None:
     assert wind == pytest.approx(9.0 * 1.225 ** (1 / 3), rel=0.02)  # the same power
 
 
+@pytest.mark.long
 def test_rigid_blades_shift_the_wind_where_torsion_is_large(large: Model) -> None:
     stiff = large.options.replace(flap_modes=0, edge_modes=0, torsion_modes=0, residual_modes=0)
     rigid = meltemi.build(large.turbine, stiff, large.environment)
@@ -275,6 +278,7 @@ def test_moments_once_a_revolution_have_the_lag_of_wake_and_stall(model: Model) 
     assert abs(np.angle(mine / true)) < np.radians(2.0)
 
 
+@pytest.mark.long
 def test_every_option_changes_the_observer(model: Model) -> None:
     usual = narrow(model, 9.0, 11.0, 2.0)
     others = {

@@ -59,6 +59,7 @@ def deck(turbine: Turbine) -> Turbine:
     return deck_turbine(turbine)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("change", "base", "channel", "sign"), STEADY, ids=lambda v: str(v)[:40])
 def test_in_steady_operation(
     turbine: Turbine, change: dict[str, Any], base: dict[str, Any], channel: str, sign: float
@@ -128,6 +129,7 @@ def undershoot(thrust: Any) -> tuple[float, float]:
     return float((final - low) / (before - final)), float(np.argmax(late > 0.5 * (low + final)))
 
 
+@pytest.mark.slow
 def test_skewed_momentum_lowers_the_induction_of_a_yawed_rotor(turbine: Turbine) -> None:
     """Power falls with the cosine of the yaw error to a power of 2.7, and of 1.2 to 1.5 with more flow through it."""
     speed = 10.3 * np.pi / 30.0
@@ -156,6 +158,7 @@ def test_dynamic_inflow_undershoots_and_recovers_with_its_time(turbine: Turbine)
     assert quick[1] < variable[1]
 
 
+@pytest.mark.slow
 def test_dynamic_stall_lags_behind_static_polars(turbine: Turbine) -> None:
     # at 30 deg of yaw in strong wind the angle of attack swings: lift follows late and less
     wind = SteadyWind(speed=18.0, direction=np.radians(30.0))
@@ -171,12 +174,14 @@ def test_dynamic_stall_lags_behind_static_polars(turbine: Turbine) -> None:
     assert np.max(np.abs(series["beddoes"] - series["hansen"])) > 1e-3
 
 
+@pytest.mark.slow
 def test_stall_fit_of_openfast_differs(turbine: Turbine) -> None:
     wind = SteadyWind(speed=18.0, direction=np.radians(30.0))
     a, b = (run(deck(turbine), advanced(stall_fit=fit), wind)["RtFldFxh"] for fit in ("hansen", "openfast"))
     assert np.max(np.abs(a - b)) > 10.0
 
 
+@pytest.mark.slow
 def test_corrections_and_iterations_and_step_change_little(turbine: Turbine) -> None:
     base = run(turbine, ModelOptions())["RootMyc1"]
     for options, least, most in (
@@ -212,6 +217,7 @@ def test_points_know_what_surrounds_them(name: str) -> None:
         assert [point[c] for c in outside] == pytest.approx([begin[c][0] for c in outside], rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drivetrain", "generator", "yaw", "flap", "edge", "torsion", "tower", "blades"])
 def test_locked_coordinates_do_not_move(turbine: Turbine, name: str) -> None:
     model = meltemi.build(turbine, ModelOptions(locked=(name,)))

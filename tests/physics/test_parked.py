@@ -31,6 +31,7 @@ def run(model: Model, wind: SteadyWind, start: Start, duration: float = 40.0) ->
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [Start(pitch=FEATHER), Start(rotor_speed="idling", pitch=FEATHER)])
 def test_a_feathered_rotor_in_a_storm_has_no_false_extreme(model: Model, start: Start) -> None:
     """Undeflected it began with twice the mean fore-aft moment of the tower base."""
@@ -50,6 +51,7 @@ def test_an_idling_rotor_begins_at_its_speed(model: Model) -> None:
     assert np.abs(result["rotor_aero_torque"]).max() < 2e5 < 3e6 < abs(parked_point(model, STORM).imbalance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", [-0.5, 0.35, 1.571])
 def test_in_oblique_wind_a_free_rotor_stays_where_its_torque_balances(model: Model, direction: float) -> None:
     """There it comes to from elsewhere, too."""

@@ -47,6 +47,7 @@ def test_wind_from_behind_excites_torsion_only_without_the_lag_of_the_wake(rever
     assert unstable or found.damping[0, 0] > 0.004
 
 
+@pytest.mark.slow
 def test_a_map_of_yaw_and_pitch() -> None:
     model = meltemi.build(meltemi.load_turbine("nrel5mw"))
     shares: list[float] = []

@@ -266,6 +266,7 @@ def test_a_stiffer_blade_of_the_same_mass_swings_faster(turbine: Turbine, small:
     assert masses(stiff) == masses(small)
 
 
+@pytest.mark.slow
 def test_a_tower_gets_its_frequency(turbine: Turbine) -> None:
     for asked in (0.22, 0.30):
         tall = scale_turbine(turbine, **SMALL, tower_height=100.0, tower_frequency=asked)
@@ -340,6 +341,7 @@ def test_the_librarys_scaled_turbines_are_those_of_the_paper(name: str) -> None:
     assert (flap, edge) == pytest.approx((3.2, 5.2), abs=0.1)  # P at rated speed; the NREL 5 MW has 3.4 and 5.4
 
 
+@pytest.mark.slow
 def test_steady_operation_never_pitches_below_the_smallest_pitch(turbine: Turbine) -> None:
     """Close below rated wind, where the power hardly depends on pitch, a search by pitch finds what is not there."""
     numbers = BOTH | NUMBERS["ct30-155"] | {"blade_stiffness": 1.0}

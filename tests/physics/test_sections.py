@@ -138,6 +138,7 @@ def test_momentum_balances_the_lift_in_curved_flow(turbine: Turbine, variant: An
     assert least <= error < most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("yaw", [0.0, 60.0, 85.0, 90.0, 95.0, 150.0, 180.0])
 @pytest.mark.parametrize("speed", [1.2, 0.3, -1.2])
 def test_momentum_is_balanced_at_any_yaw_and_speed(turbine: Turbine, yaw: float, speed: float) -> None:

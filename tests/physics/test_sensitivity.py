@@ -43,6 +43,8 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
 from meltemi_gradients.sensitivity import matched
 
+pytestmark = pytest.mark.slow
+
 SECONDS = 40.0
 CHANNELS = ("rotor_speed", "root_moment_out_of_plane_1", "tower_base_moment_fore_aft", "pitch_1")
 PARAMETERS = (
@@ -143,6 +145,7 @@ def test_values_are_those_of_the_usual_functions(found: Sensitivity) -> None:
     assert found.fatigue("RootMyc1", 10.0, skip=20.0)[0] == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.long
 def test_near_rated_with_smoothing(model: Model) -> None:
     wind, law = box(11.4, 4), meltemi.control.BaselineController(model.turbine, smoothing=0.01)
     assert simulate(model, wind, duration=SECONDS)["pitch_1"].min() == 0.0

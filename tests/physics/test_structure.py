@@ -107,6 +107,7 @@ def test_many_modes_of_a_kind_are_of_this_kind(turbine: Turbine) -> None:
     assert result.status is meltemi.Status.OK
 
 
+@pytest.mark.slow
 def test_frequencies_converge_with_the_elements(turbine: Turbine) -> None:
     from meltemi.structure.beam import natural_modes as beam_modes
 
@@ -204,6 +205,7 @@ def energy_range(turbine: Turbine, blades: int, time_step: float, **more: Any) -
     return float(np.ptp(kinetic + elastic + weight) / np.ptp(elastic))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blades", [2, 3])
 def test_energy_is_kept(turbine: Turbine, blades: int) -> None:
     # 0.1 % is left however small the step: kinematics are complete to second order, energy shows the third
@@ -211,6 +213,7 @@ def test_energy_is_kept(turbine: Turbine, blades: int) -> None:
     assert energy_range(turbine, blades, 0.00125) < 1.5e-3
 
 
+@pytest.mark.slow
 def test_energy_is_kept_with_implicit_steps(turbine: Turbine) -> None:
     assert energy_range(turbine, 3, 0.005, integration="implicit") < 5e-3
     assert energy_range(turbine, 3, 0.0125, integration="implicit") < 5e-3
@@ -346,6 +349,7 @@ def test_a_mass_below_the_yaw_bearing_loads_the_tower_only(turbine: Turbine) -> 
     np.testing.assert_allclose(below["YawBrFzp"] - above["YawBrFzp"], mass * 9.80665, rtol=2e-2)
 
 
+@pytest.mark.slow
 def test_free_and_driven_yaw(turbine: Turbine) -> None:
     wind = SteadyWind(speed=12.0, direction=np.radians(10.0))
     channels = ["nacelle_yaw", "YawBrMzp"]
@@ -419,6 +423,7 @@ def test_brake_stops_a_parked_rotor(turbine: Turbine) -> None:
     assert np.max(np.abs(jumps)) < 0.02 * np.ptp(result["rotor_torque"][late])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("yaw", [0.0, 60.0, 120.0, 180.0])
 @pytest.mark.parametrize("speed", [0.0, -0.5])
 def test_parked_and_turning_backwards_at_any_yaw_angle(turbine: Turbine, yaw: float, speed: float) -> None:

@@ -33,6 +33,7 @@ TOWER = ["tower_base_moment_torsion"]
 SIDE = "tower_base_moment_side_side"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wind_speed", [5.0, 8.0, 11.0, 12.0, 18.0, 24.0])
 def test_settled_from_the_second_revolution(model: Model, wind_speed: float) -> None:
     rated = operating_point(model, 11.4)
@@ -68,6 +69,7 @@ def test_operating_point_is_the_mean_of_a_long_run(model: Model) -> None:
         assert means[-5:].mean() == pytest.approx(point[name], rel=3e-3), name
 
 
+@pytest.mark.slow
 def test_power_curve_has_its_regions(model: Model) -> None:
     power = {u: operating_point(model, u)["generator_power"] for u in (5.0, 8.0, 11.0, 13.0, 20.0)}
     assert power[5.0] < power[8.0] < power[11.0] < 5.0e6
@@ -92,6 +94,7 @@ def test_prescribed_speed_and_pitch(model: Model) -> None:
     assert abs(point.imbalance) > 1e3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [11.4, 11.5, 11.7, 12.0, 13.0])
 def test_the_library_turbine_is_stable_under_its_law(model: Model, speed: float) -> None:
     wind = SteadyWind(speed=speed)
@@ -115,6 +118,7 @@ def test_a_time_step_of_nearly_nothing_is_refused(model: Model, monkeypatch: pyt
         rotors.default_step(model)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rpm", [20.0, 24.0])
 def test_overspeed(model: Model, rpm: float) -> None:
     """At 24 rpm the corrections of the plain search grow without bound."""
@@ -125,6 +129,7 @@ def test_overspeed(model: Model, rpm: float) -> None:
     assert abs(point["tip_out_of_plane_1"]) < 10.0
 
 
+@pytest.mark.slow
 def test_continuation_finds_what_the_plain_search_finds(model: Model) -> None:
     wind = SteadyWind(speed=13.0, shear_exponent=0.2)
     plain = trim._search(Orbit(model, wind), None, None)
@@ -152,6 +157,7 @@ def test_hurricane(model: Model) -> None:
     assert abs(point.imbalance) < 1e3
 
 
+@pytest.mark.slow
 def test_the_cause_is_named_where_there_is_no_steady_operation(model: Model) -> None:
     with pytest.raises(InputError, match=r"speed of 3\d\.?\d? rpm .* aeroelastically unstable there, its"):
         operating_point(model, 12.0, rotor_speed=40.0 * math.pi / 30.0)
@@ -175,6 +181,7 @@ def test_prescribed_values_in_other_units_are_refused(name: str, prescribed: dic
         meltemi.operating_point(meltemi.build(meltemi.load_turbine(name)), 8.0, **prescribed)
 
 
+@pytest.mark.slow
 def test_an_unstable_point_at_a_prescribed_speed_has_a_warning() -> None:
     options = ModelOptions(flap_modes=4, edge_modes=2, torsion_modes=2)
     machine = meltemi.build(meltemi.load_turbine("nrel5mw-offsets"), options)
@@ -185,6 +192,7 @@ def test_an_unstable_point_at_a_prescribed_speed_has_a_warning() -> None:
     assert "steady operation is unstable: its mode at 3." in unstable[0]
 
 
+@pytest.mark.slow
 def test_blades_that_twist_too_easily_are_unstable(turbine: Turbine) -> None:
     """With a twentieth of the stiffness lift twists them further than they can hold."""
     stiffness = turbine.blade.structure.torsion_stiffness

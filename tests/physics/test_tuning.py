@@ -27,6 +27,8 @@ from meltemi.controllers.tuning import (
 from meltemi.simulation.rotors import default_step
 from meltemi.turbine import with_flaps
 
+pytestmark = pytest.mark.slow
+
 Complex = NDArray[np.complex128]
 WIND = 18.0
 SETTLING, JUDGED = 60.0, 120.0
@@ -82,6 +84,7 @@ def amplitude(result: Result, harmonic: int, w: float) -> complex:
     return complex((window * M * np.exp(-1j * w * part.time)).sum() / window.sum())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("actuator", ["pitch", "flap"])
 def test_plants_are_those_of_the_machine_in_time(machine: Model, linear: list[LinearModel], actuator: Any) -> None:
     up, down = (shaken(machine, actuator, sign) for sign in (1.0, -1.0))
@@ -148,6 +151,7 @@ def test_loops_together_keep_the_margins(machine: Model, linear: list[LinearMode
     assert narrow.filter_damping == 0.5 and narrow.integral_gain < alone.loop.integral_gain
 
 
+@pytest.mark.long
 def test_all_schemes_keep_the_margins_at_all_frequencies(
     machine: Model, linear: list[LinearModel], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -60,6 +60,7 @@ def test_blades_in_the_tower(turbine: Turbine) -> None:
         result.raise_for_status()
 
 
+@pytest.mark.slow
 def test_findings_stand_wherever_the_result_goes(overspeed: Result, model: Model, tmp_path: Path) -> None:
     assert f"{overspeed.status}" == str(overspeed.status) == "DOUBTFUL"
     assert "DOUBTFUL; rotor faster" in repr(overspeed)
@@ -116,6 +117,7 @@ def test_a_blade_of_a_third_of_its_stiffness_strikes_the_tower(model: Model) -> 
     assert any("blade: its stiffness" in words for words in result.warnings)
 
 
+@pytest.mark.slow
 def test_an_extreme_between_outputs_is_seen(model: Model) -> None:
     often = run(model, SteadyWind(speed=20.0), 3.0, start=Start(rotor_speed=5.0))
     seldom = run(model, SteadyWind(speed=20.0), 3.0, start=Start(rotor_speed=5.0), output_step=1.0)

@@ -121,6 +121,7 @@ def test_only_runs_that_ask_for_it_record_it(model: Model, seen: Result) -> None
         view.result_view({"a": seen, "b": seen, "c": seen})
 
 
+@pytest.mark.slow
 def test_what_has_a_view(seen: Result, model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     winds = [SteadyWind(speed=9.0), meltemi.TurbulentWind(speed=9.0, intensity=0.1, points=5)]
     titles = [thing.view().spec["title"] for thing in (seen, model, model.turbine, *winds)]
@@ -296,6 +297,7 @@ def pixels(found: dict[str, Any]) -> Any:
     return matplotlib.image.imread(BytesIO(base64.b64decode(found["picture"].split(",")[1])))
 
 
+@pytest.mark.slow
 @needs_browser
 def test_a_browser_draws_the_tips_where_the_simulation_has_them(seen: Result, model: Model, tmp_path: Path) -> None:
     page = view.result_view({"run": seen}, look=view.Look("light"))
@@ -343,6 +345,7 @@ frames.forEach((frame) => {
 </script></body>"""
 
 
+@pytest.mark.slow
 @needs_browser
 def test_on_a_phone_the_picture_has_the_whole_width(seen: Result, tmp_path: Path) -> None:
     bare = re.sub("<script.*</script>", "", seen.view().html, flags=re.DOTALL)
@@ -362,6 +365,7 @@ def test_the_scripts_are_short() -> None:
     assert sum(len(file.read_text("utf-8").splitlines()) for file in own) < 1500
 
 
+@pytest.mark.long
 @needs_browser
 def test_a_widget_draws_the_same_and_shares_its_time(seen: Result, tmp_path: Path) -> None:
     widget = pytest.importorskip("meltemi_view.widget")
@@ -382,7 +386,7 @@ def test_a_widget_draws_the_same_and_shares_its_time(seen: Result, tmp_path: Pat
 
 
 @needs_browser
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_browser_draws_pairs_modes_and_winds(seen: Result, model: Model, tmp_path: Path) -> None:
     pages = {
         "pair": view.result_view({"a": seen, "b": replace(seen)}, look=view.Look(state={"pairs": "over"})),

@@ -99,6 +99,7 @@ def test_while_it_turns_the_drive_carries_the_friction(turbine: Turbine) -> None
 # brake and friction -------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["held", "driven"])
 def test_the_brake_slips_at_its_limit(turbine: Turbine, kind: Any) -> None:
     wind = SteadyWind(speed=12.0, direction=0.3)

@@ -105,7 +105,7 @@ def test_the_page_of_the_documentation_is_the_one_that_is_written() -> None:
         assert page.count(f"| {turbine} |") == len(WAYS)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_environments_are_timed_and_their_models_compared() -> None:
     found = timed_environments(seeds=(2001, 2002))
     assert found["light"]["per_second"] > found["fast"]["per_second"] > found["full"]["per_second"] > 1000.0

@@ -118,6 +118,7 @@ print("agreed")
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("numba_cuda") is None, reason="needs numba-cuda: meltemi[cuda]")
 def test_a_batch_in_the_simulator_of_a_card_agrees_with_the_processor() -> None:
     environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1"}
@@ -148,7 +149,7 @@ def test_evaluations_are_rounded_to_single_precision() -> None:
     assert [line.split(" = ")[0].strip() for line in lines if "fpext" in line] == ["%y", "%z", "%1"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_equivalent_loads_in_single_precision(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend("tools")
     tool = importlib.import_module("single_precision")

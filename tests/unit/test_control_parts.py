@@ -38,6 +38,8 @@ from meltemi.core.kernel import FAST_MATH
 from meltemi.maths.tables import Entries, Numbers, Table, blades, number, part, parts
 from meltemi.numbers.duals import N_DERIVATIVES
 
+pytestmark = pytest.mark.slow
+
 Float = NDArray[np.float64]
 ROTOR = 1.2671
 """[rad/s] 12.1 revolutions per minute."""
@@ -478,6 +480,7 @@ def run_of_all(slopes: tuple[Any, ...] | None, *arrays: Float) -> None:
     call(march, *arrays, kind="floats" if slopes is None else "duals", slopes=slopes)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="duals exist in compiled code only")
 def test_derivatives_by_gains_equal_differences() -> None:
     """By centre, damping, offset, two gains, tracking time, shear and noise: the eight derivatives at once."""

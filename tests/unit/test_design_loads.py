@@ -167,6 +167,7 @@ def height(case: Any) -> float:
     return 100.0 + case.variant.speed - 10.0 * np.log(-np.log(q))
 
 
+@pytest.mark.slow
 def test_all_ways_of_extrapolation(extrapolated: tuple[Plan, Path]) -> None:
     of, folder = extrapolated
     design = evaluated(folder, of)

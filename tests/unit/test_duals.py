@@ -131,6 +131,7 @@ def applied(
     return out, d_out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OPERATIONS)
 def test_chain_rule(name: str) -> None:
     o = OPERATIONS[name]
@@ -155,6 +156,7 @@ def test_chain_rule(name: str) -> None:
     assert smooth.mean() > 0.97
 
 
+@pytest.mark.slow
 def test_conventions_where_the_slope_is_infinite_or_jumps() -> None:
     d = RNG.normal(size=(1, K))
     none = np.zeros((1, K))

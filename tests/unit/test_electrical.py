@@ -173,6 +173,7 @@ def test_a_sized_system_that_is_not_used_is_a_misunderstanding() -> None:
 # exact steps ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("w", [0.0, 60.0, 314.16])
 def test_a_step_of_the_circuit_is_exact(w: float) -> None:
     R, L, h, rate = 0.044, 0.0021, 4e-4, 628.0
@@ -212,6 +213,7 @@ def test_current_follows_its_reference_with_the_bandwidth_at_every_step(h: float
 # steady operation -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_steady_operation_is_that_of_phasors() -> None:
     bench = Bench()
     begun = bench.x.copy()

@@ -144,6 +144,7 @@ def error(name: str, n: int) -> float:
     return largest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ULP)
 def test_error_in_the_last_place(name: str) -> None:
     assert error(name, 1000) < ULP[name]

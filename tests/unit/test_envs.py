@@ -39,6 +39,7 @@ def episode(env: Any, action: Any = None, *, seed: int = 1, options: dict[str, A
     return {"observations": np.array(seen), "rewards": np.array(rewards), "infos": infos, "ended": tuple(ended)}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", envs.IDS)
 def test_environments_follow_the_rules_of_gymnasium(name: str) -> None:
     from gymnasium.utils.env_checker import check_env
@@ -79,6 +80,7 @@ def test_no_action_is_the_controller(controller: str) -> None:
         np.testing.assert_allclose(ours[name], theirs[name], rtol=1e-12, err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [1, 2])
 def test_vector_is_as_single_environments(threads: int) -> None:
     """Step by step, over the end of episodes, with noise."""

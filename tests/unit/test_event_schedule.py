@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -54,6 +55,7 @@ def test_each_acts_in_its_span(events: list[dict[str, Any]], seed: Any) -> None:
         assert np.array_equal(measured, expected)
 
 
+@pytest.mark.slow
 @fuzz
 @given(events=lists())
 def test_a_case_with_events_is_written_and_read(events: list[dict[str, Any]], tmp_path_factory: Any) -> None:

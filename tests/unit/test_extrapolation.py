@@ -168,6 +168,7 @@ def test_what_a_plot_shows() -> None:
     assert np.max(np.abs(middle / loads[20:-40] - 1.0)) < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seeds", "bias", "half_width"), [(15, 0.06, 0.25), (60, 0.02, 0.12)])
 def test_bias_and_coverage(seeds: int, bias: float, half_width: float) -> None:
     """Bounds of what the theory page states from more samples."""

@@ -37,6 +37,8 @@ from meltemi.simulation.channels import standard
 from meltemi.simulation.performance import RotorPerformance
 from meltemi.wind import generate_field
 
+pytestmark = pytest.mark.slow
+
 FIELD = ("series", "spectra", "coherence", "section", "profile")
 TIME = np.linspace(0.0, 60.0, 601)
 

@@ -140,6 +140,7 @@ except meltemi.InputError as error:
 """A disk that is full after some of the file."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="there are no limits of a process")
 @pytest.mark.parametrize("name", ["a.nc", "a.outb", "a.out"])
 def test_a_full_disk_is_said_and_leaves_nothing(tmp_path: Path, name: str) -> None:

@@ -139,6 +139,7 @@ def test_a_load_base_with_another_table_is_told(tmp_path: Path) -> None:
             base_table(planned, tmp_path, what)
 
 
+@pytest.mark.slow
 def test_any_division_of_a_base_gives_the_same_design_loads(tmp_path: Path) -> None:
     planned = synthetic_base(tmp_path / "whole", small_plan(("1.1", "1.2", "4.1", "6.4")))
     (path,) = (tmp_path / "whole" / "results").glob("*.parquet")

@@ -220,6 +220,7 @@ document.body.innerHTML = `<pre>${told.join(" ")}</pre>`;
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium or google-chrome")
 def test_a_browser_sorts_tables_enlarges_pictures_and_unfolds(tmp_path: Path) -> None:
     rows = [["middle", "kN m", "12.5", ""], ["largest", "kN m", "100", ""], ["least", "kN m", "-3", ""]]

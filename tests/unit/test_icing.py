@@ -121,6 +121,7 @@ def test_ice_of_nothing_changes_nothing(turbine: Turbine, clean: Model) -> None:
     assert back.content_hash() == clean.content_hash()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [

@@ -215,6 +215,7 @@ def test_extreme_wind_speeds(name: str, years: Any, steady: bool, expected: floa
         assert wind.intensity == 0.11
 
 
+@pytest.mark.slow
 def test_a_storm_grows_with_the_height_to_the_power_of_11_hundredths() -> None:
     wind = ewm_steady("IA", direction=radians(15.0))
     u, v, _ = velocity(wind, TOP)

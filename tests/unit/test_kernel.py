@@ -218,6 +218,7 @@ def run(cache: Path, before: str = "", script: str = SCRIPT, **variables: str) -
     return " ".join(line for line in lines if not line.startswith("Compiling")).split()  # on a slow machine
 
 
+@pytest.mark.slow
 def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     place, signatures, compiled, cold = run(tmp_path)
     assert Path(place).parent == tmp_path / "kernels"
@@ -234,6 +235,7 @@ def cholesky(A, n):
 """
 
 
+@pytest.mark.slow
 def test_a_kernel_that_only_kernels_call_is_kept_without_machine_code(tmp_path: Path) -> None:
     script = (
         f"{LINKED}\n{SCRIPT.replace('from meltemi.maths.solve import cholesky', '')}\nprint(len(called.signatures))"
@@ -244,6 +246,7 @@ def test_a_kernel_that_only_kernels_call_is_kept_without_machine_code(tmp_path: 
     assert run(tmp_path) == [place, "1", "1", "True"]  # the first call from Python
 
 
+@pytest.mark.slow
 def test_kernels_work_where_nothing_can_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("not a folder")
     place, signatures, _, cold, *said = run(tmp_path / "file")
@@ -251,6 +254,7 @@ def test_kernels_work_where_nothing_can_be_written(tmp_path: Path) -> None:
     assert " ".join(said).startswith("machine code cannot be kept in")
 
 
+@pytest.mark.slow
 def test_processes_that_start_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as pool:
         both = list(pool.map(run, [tmp_path, tmp_path]))
@@ -293,6 +297,7 @@ def test_a_damaged_file_is_as_if_it_were_not_there(tmp_path: Path) -> None:
             assert found() == "code" * 20
 
 
+@pytest.mark.slow
 def test_damaged_machine_code_is_compiled_again(tmp_path: Path) -> None:
     place, *_ = run(tmp_path)
     for ending in ("*.nbi", "*.nbc"):
@@ -312,6 +317,7 @@ class Planted:
         return Path.touch, (self.file,)
 
 
+@pytest.mark.slow
 def test_machine_code_of_somebody_else_is_never_unpickled(tmp_path: Path) -> None:
     """Not with a digest that anybody can compute, nor with a signature by another key."""
     place, *_ = run(tmp_path / "mine")
@@ -323,6 +329,7 @@ def test_machine_code_of_somebody_else_is_never_unpickled(tmp_path: Path) -> Non
     assert not (tmp_path / "executed").exists()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name != "posix", reason="folders of users are private there")
 @pytest.mark.parametrize("part", ["", "kernels"])
 def test_a_cache_into_which_others_may_write_is_refused(tmp_path: Path, part: str) -> None:
@@ -337,6 +344,7 @@ def test_a_cache_into_which_others_may_write_is_refused(tmp_path: Path, part: st
     assert run(tmp_path / "cache") == [place, "1", "0", "True"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "chown") or os.geteuid() != 0, reason="only root gives files away")
 def test_a_cache_of_another_user_is_refused(tmp_path: Path) -> None:
     run(tmp_path / "cache")
@@ -350,6 +358,7 @@ NO_ROOM = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))"
 """As on a full disk, for users who may write everywhere, too: files can be made and stay empty."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="there are no limits of a process")
 def test_where_there_is_no_room_kept_code_is_used_and_the_rest_compiled(tmp_path: Path) -> None:
     run(tmp_path, script="from meltemi.core import private; private.user_key()")
@@ -361,6 +370,7 @@ def test_where_there_is_no_room_kept_code_is_used_and_the_rest_compiled(tmp_path
     assert run(tmp_path, NO_ROOM) == [place, "1", "0", "True"]
 
 
+@pytest.mark.slow
 def test_the_installed_package_may_be_read_only(tmp_path: Path) -> None:
     package = tmp_path / "site" / "meltemi"
     shutil.copytree(Path(kernel.__file__).parents[1], package, ignore=shutil.ignore_patterns("__pycache__"))

@@ -177,6 +177,7 @@ def applied(operation: Callable[[Any, Any], Any], x: Float, y: Float) -> Float:
     return out[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OPERATIONS)
 def test_lane_by_lane_as_python(name: str) -> None:
     operation = OPERATIONS[name]
@@ -236,6 +237,7 @@ def test_a_plain_number_is_its_own_sum() -> None:
     assert (total(2.5), largest(-2.5), anywhere(True), zero(np.ones(3))) == (2.5, -2.5, True, 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [np.float64, np.float32])
 @pytest.mark.parametrize("ndim", [1, 2, 3, 4])
 def test_look_up_in_plain_arrays(ndim: int, kind: Any) -> None:
@@ -333,6 +335,7 @@ def nodes_kernel(A: Any, box: Any, out: Any) -> None:
             out[3, b, n] = bounded
 
 
+@pytest.mark.slow
 def test_floats_and_lanes_agree_to_the_last_bit_in_arithmetic() -> None:
     A, box = RNG.normal(size=(6, 3, 16)), RNG.normal(size=(3, 10)).astype(np.float32)
     by_lanes, by_floats = np.zeros((4, 3, 16)), np.zeros((4, 3, 16))

@@ -102,6 +102,7 @@ def data_of(text: str, start: str) -> list[tuple[str, object]]:
     return [(name, json.loads(content)) for name, content in found]
 
 
+@pytest.mark.slow
 def test_page_needs_nothing_else_and_escapes_names(text: str, base: tuple[Plan, Path]) -> None:
     assert not re.search(r"""(src|href)=["'](?!#|data:)|@import|url\(""", text)
     assert set(re.findall(r"https?://[^\s\"'<]*", text)) <= {"http://www.w3.org/2000/svg"}
@@ -183,6 +184,7 @@ def test_statistics_are_those_of_the_base(text: str, base: tuple[Plan, Path]) ->
             assert own[end].count(None) == 2  # the failed and the missing case
 
 
+@pytest.mark.slow
 def test_limits_and_other_bases_give_utilisations(base: tuple[Plan, Path], design: DesignLoads, tmp_path: Path) -> None:
     value = float(design.ultimate.at[("tower_base", "M_res max"), "M_res"])
     limits = {"ultimate": {"tower_base": {"M_res max": 0.8 * value}}}
@@ -203,6 +205,7 @@ def test_limits_and_other_bases_give_utilisations(base: tuple[Plan, Path], desig
         write_report(*base, design=design, limits=limits, against=("other", design))
 
 
+@pytest.mark.slow
 def test_comparison_has_both_bases(base: tuple[Plan, Path], tmp_path: Path) -> None:
     planned, folder = base
     other = small_plan(realisation=2)
@@ -226,6 +229,7 @@ def test_blocks_of_pages() -> None:
     assert rounded([math.inf, 1234.6, 0.00012345]) == [None, 1235, 0.0001234]
 
 
+@pytest.mark.slow
 def test_the_report_has_the_settings_of_the_evaluation(base: tuple[Plan, Path], tmp_path: Path) -> None:
     file = tmp_path / "settings.yaml"
     file.write_text("availability: 0.97\nslopes: [4, 10]\n")
@@ -286,6 +290,7 @@ def test_drawn_axes_are_right_handed(name: str) -> None:
         assert found["y" if drawn == "xz" else "x"].kind == "into"
 
 
+@pytest.mark.slow
 def test_title_block_of_a_file(
     base: tuple[Plan, Path], design: DesignLoads, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

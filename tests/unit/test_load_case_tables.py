@@ -130,6 +130,7 @@ def test_situations_have_inclination_imbalance_and_profile() -> None:
     assert not any("imbalance" in c.content or "upflow" in c.content["wind"] for c in plain.cases)
 
 
+@pytest.mark.slow
 def test_other_controllers_stop_by_pitch_and_do_not_start() -> None:
     found = plan(campaign(quick=True, controller={"kind": "power"}))
     assert list(found.missing().values()) == [["3.1", "3.2", "3.3"]]
@@ -257,6 +258,7 @@ def test_excel_round_trip(tmp_path: Path) -> None:
         read_excel(path, 4)
 
 
+@pytest.mark.slow
 def test_schemes_and_python_files_in_a_load_base(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A scheme has its supervisor and gains when it is planned; what no scheme touches is the same in all bases."""
     loop = HarmonicLoop(harmonic=2, actuator="flap", integral_gain=1e-8)

@@ -146,6 +146,7 @@ def test_kernels_read_the_same_names() -> None:
     assert x.loop[1].sum == 27.0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="duals need compiled kernels")
 def test_derivatives_go_along() -> None:
     x = example()

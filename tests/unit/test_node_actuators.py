@@ -73,6 +73,7 @@ def demand(c: Actuation, pitch: Any = 0.0, **others: float) -> None:
         view[name] = value
 
 
+@pytest.mark.slow
 @steady
 @given(
     x=st.floats(-2.0, 2.0),

@@ -74,6 +74,7 @@ def random_strips(n: int, seed: int, polars: Float) -> list[Strip]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drag", [0.0, 1.0])
 def test_the_balance_is_met_in_every_wind_and_rotation(polars: tuple[Float, Float], drag: float) -> None:
     rng = np.random.default_rng(11)
@@ -104,6 +105,7 @@ def test_every_guess_finds_the_same_solution(polars: tuple[Float, Float], drag: 
         assert max(found) < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axial_drag", "tangential_drag"), [(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)])
 def test_the_balance_has_one_solution_whatever_the_drag(
     polar_of: Callable[..., tuple[Float, Float]], axial_drag: float, tangential_drag: float

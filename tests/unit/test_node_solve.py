@@ -42,6 +42,7 @@ def test_cholesky_leaves_the_upper_triangle_and_what_lies_beyond() -> None:
     np.testing.assert_array_equal(L[3:], A[3:])
 
 
+@pytest.mark.slow
 @steady
 @given(arms=st.integers(1, 3), arm=st.integers(1, 5), core=st.integers(1, 7), seed=st.integers(0, 10**6))
 def test_arrow_system_has_the_solution_of_the_full_matrix(arms: int, arm: int, core: int, seed: int) -> None:

@@ -179,6 +179,7 @@ def march(
 # static limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("g", range(6))
 def test_in_steady_flow_all_coefficients_are_those_of_the_polar(
     aero: Float, polars: tuple[Float, Float], g: int
@@ -221,6 +222,7 @@ def test_the_tables_split_the_static_lift(polars: tuple[Float, Float], g: int) -
     np.testing.assert_allclose(f[near], (2.0 * np.sqrt(ratio) - 1.0) ** 2, rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 @steady
 @given(alpha=st.floats(-pi, pi), g=st.integers(0, 5), pitching=st.floats(-0.2, 0.2))
 def test_nothing_changes_in_the_steady_state(
@@ -630,6 +632,7 @@ def evaluated(aero: Float, airfoil: tuple[Float, Float], at: dict[str, Float], d
     return Coefficients(*(float(at["flow"][BladeFlow.index(name), 0, 0]) for name in ("lift", "drag", "moment")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [-170.0, -20.0, 0.0, 8.0, 42.0, 90.0])
 def test_the_null_variant_is_the_static_polar(aero: Float, polars: tuple[Float, Float], degrees: float) -> None:
     alpha = radians(degrees)

@@ -198,6 +198,7 @@ def test_the_end_above_the_top_is_smooth() -> None:
 # wind on the tower
 
 
+@pytest.mark.slow
 def test_the_wind_on_the_tower_is_relative_to_its_motion() -> None:
     tower = cylinder()
     q, v = np.array([0.5, -0.3, 9.0]), np.array([1.5, 0.4, 9.0])  # what follows the tower's modes is not looked at

@@ -112,6 +112,7 @@ def test_options_are_those_of_the_comparison(master: Path, turbine: meltemi.Turb
     assert deck.library["library"] == "libdiscon.so"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "old", "new", "option", "value"),
     [
@@ -262,6 +263,7 @@ FILES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("module", FILES)
 def test_what_is_used_changes_something(module: str, master: Path, tmp_path: Path) -> None:
     """Each line that the report calls used: with another value something else is read, or it is refused; each that it
@@ -509,6 +511,7 @@ def _mutations(master: Path, path: Path, rng: random.Random) -> None:
     file.write_bytes(b"\n".join(lines))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_decks_harmed_by_machine_never_surprise(master: Path, tmp_path: Path, seed: int) -> None:
     rng = random.Random(seed)
@@ -524,6 +527,7 @@ def test_decks_harmed_by_machine_never_surprise(master: Path, tmp_path: Path, se
         shutil.rmtree(folder)
 
 
+@pytest.mark.slow
 def test_every_required_keyword_is_missed_by_name(master: Path, tmp_path: Path) -> None:
     files = {"main": "5MW.fst", "ElastoDyn": "ElastoDyn.dat", "ElastoDyn blade": "ElastoDyn_blade.dat"}
     files |= {"ElastoDyn tower": "ElastoDyn_tower.dat", "AeroDyn": "AeroDyn.dat", "DISCON": "DISCON.IN"}

@@ -157,6 +157,7 @@ LOST = {
 """What may be otherwise when it is read back, and the note that says so."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beamdyn", [False, True], ids=["elastodyn", "beamdyn"])
 @pytest.mark.parametrize("name", ["nrel5mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"])
 def test_every_turbine_of_the_library_comes_back_field_by_field(name: str, beamdyn: bool, tmp_path: Path) -> None:
@@ -183,6 +184,7 @@ def test_every_turbine_of_the_library_comes_back_field_by_field(name: str, beamd
             np.testing.assert_allclose(there, getattr(ours, values), atol=3e-3 if name == "iea22mw" else 1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "step"), [("nrel5mw", 0.01), ("iea15mw", 0.002), ("iea22mw", 0.0025)])
 def test_the_time_step_follows_from_the_highest_frequency(name: str, step: float, tmp_path: Path) -> None:
     """With 10 ms OpenFAST's IEA 15 MW ends at 0.07 s: its shaft has 32 Hz."""
@@ -221,6 +223,7 @@ def test_the_held_pitch_is_neutral(turbine: Turbine, tmp_path: Path) -> None:
     assert held + numbers(tmp_path, "ElastoDyn.dat", "BlPitch(1)") == pytest.approx([math.degrees(0.1)] * 4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("excess", [None, 1.0, 1.000004, 1.08])
 def test_openfast_accepts_the_torque_law(excess: float | None, turbine: Turbine, tmp_path: Path) -> None:
     """VS_Rgn2K VS_RtGnSp^2 must not be above VS_RtTq: region 2 ends earlier; optimal gain and rated torque stay."""
@@ -306,6 +309,7 @@ def options_read(folder: Path, turbine: Turbine, **options: Any) -> Deck:
     return read_deck(write(turbine, folder, options=ModelOptions(**options)).main, control_of=turbine)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "changed",
     [
@@ -362,6 +366,7 @@ def test_run_and_site(turbine: Turbine, tmp_path: Path) -> None:
     assert "0.004   DT " in (tmp_path / "nrel5mw.fst").read_text()
 
 
+@pytest.mark.slow
 def test_a_wind_file_is_named(turbine: Turbine, tmp_path: Path) -> None:
     (tmp_path / "field.bts").write_bytes(b"")
     deck = read_deck(write(turbine, tmp_path, wind=tmp_path / "field.bts").main, control_of=turbine)
@@ -471,6 +476,7 @@ def test_openfast_io_reads_the_same_numbers(turbine: Turbine, written: Written, 
     np.testing.assert_allclose(matrices["beam_inertia"], bent.blade.structure.mass_matrix, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_weather_that_a_deck_does_not_have(turbine: Turbine, tmp_path: Path) -> None:
     still = Environment(air=Air(temperature=30.0))
     assert not {"rain", "weather that changes"} & {

@@ -15,6 +15,7 @@ from meltemi.turbine.plausibility import bending_frequency
 from meltemi_exchange.openfast import read_deck
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n for n in meltemi.list_turbines() if not n.startswith("iea")])
 def test_turbines_of_the_library_are_usual(name: str) -> None:
     assert plausibility_warnings(meltemi.load_turbine(name)) == ()

@@ -373,6 +373,7 @@ def same(a: Result, b: Result) -> None:
     assert (a.status, a.message, a.meta) == (b.status, b.message, b.meta)
 
 
+@pytest.mark.long
 def test_a_run_survives_a_file(run: Result, run_file: Path) -> None:
     assert len(run.channels) > 800
     again = read_netcdf(run_file)
@@ -400,6 +401,7 @@ def test_empty_results_survive(tmp_path: Path, rows: int, columns: int) -> None:
     assert again.data.shape == (rows, columns)
 
 
+@pytest.mark.long
 def test_other_programs_find_labels_in_the_file(run: Result, run_file: Path) -> None:
     with xr.open_dataset(run_file, engine="h5netcdf") as data:
         moment = data["root_moment_out_of_plane_1"]
@@ -466,6 +468,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
 NEWER = json.dumps([{**{name: getattr(standard()["wind_x"], name) for name in Channel.__slots__}, "colour": "red"}])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "value"),
     [

@@ -202,6 +202,7 @@ def steady(model: Model) -> tuple[float, Float]:
     return steady_pitch(model)
 
 
+@pytest.mark.slow
 def test_steady_pitch_is_that_of_operating_points(model: Model, steady: tuple[float, Float]) -> None:
     first, pitch = steady
     assert first == model.turbine.cut_in
@@ -228,6 +229,7 @@ def run(model: Model, wind: WindBox, preview: Preview | None, seconds: float = 1
     ).raise_for_status()
 
 
+@pytest.mark.slow
 def test_preview_holds_the_speed_and_spares_the_tower(
     model: Model, field: WindBox, steady: tuple[float, Float]
 ) -> None:

@@ -126,6 +126,7 @@ def expected() -> dict[str, NDArray[np.generic]]:
     return of
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["floats", "lanes", "duals"])
 def test_kernels_compute_what_python_does(kind: Kind) -> None:
     of = arrays()

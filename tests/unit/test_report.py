@@ -154,6 +154,7 @@ def test_all_blades_are_shown_from_the_first_instant_on() -> None:
     assert [t.get_text() for t in found["pitch"].get_legend().get_texts()] == ["blade 1", "blade 2", "blade 3"]
 
 
+@pytest.mark.slow
 def test_a_power_curve_is_plotted(points: list[OperatingPoint], model: Model) -> None:
     figure = plot_power_curve(points)
     labelled(figure)
@@ -223,6 +224,7 @@ def test_formats_that_do_not_exist_are_named(tmp_path: Path) -> None:
         save(plot(result("wind_x")), tmp_path / "a.xyz")
 
 
+@pytest.mark.slow
 def test_plots_need_no_display_and_leave_no_global_state() -> None:
     code = (
         "import sys, numpy as np\n"

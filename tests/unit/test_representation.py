@@ -114,6 +114,7 @@ def test_of_many_channels_the_rest_is_counted(long_result: Result) -> None:
     read(Result(np.zeros(0), np.zeros((0, 1)), many.channels[:1], Status.DIVERGED), "empty", "DIVERGED")
 
 
+@pytest.mark.slow
 def test_a_linear_model_shows_operating_point_and_modes(model: Model) -> None:
     point = meltemi.operating_point(model, 12.0)
     linear = linearise(model, point)

@@ -167,6 +167,7 @@ def everything(n_channels: int | None = None) -> Result:
     return Result(TIME, data, tuple(channels), meta={"turbine": "nrel5mw", "wind": "a wind", "version": "0.1.0"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "tolerance"), [("a.nc", 0.0), ("a.outb", 1.01 / 131064), ("a.out", 1e-5)])
 def test_every_channel_survives_a_file(tmp_path: Path, name: str, tolerance: float) -> None:
     result = everything(100 if name == "a.nc" else None)

@@ -19,7 +19,10 @@ from meltemi.maths.vectors import Vec
 from meltemi_gradients.reverse.compiled import Compiled
 from meltemi_gradients.reverse.memory import Memory
 
-pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="there is no compiled code")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="there is no compiled code"),
+]
 
 N = 48
 RNG = np.random.default_rng(5)
@@ -61,6 +64,7 @@ def every(functions: list[Callable[..., Any]]) -> Any:
     return made["function"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["floats", "lanes"])
 def test_derivatives_follow_the_chain_rule(kind: Kind) -> None:
     chosen = {n: o for n, o in OPERATIONS.items() if kind == "floats" or n not in FLOATS_ONLY}

@@ -76,6 +76,7 @@ def test_the_library_lists_its_turbines() -> None:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list_turbines())
 def test_the_table_of_the_library_says_what_the_turbines_say(name: str) -> None:
     turbine, entry = load_turbine(name), library_entries()[name]
@@ -125,6 +126,7 @@ def test_the_reference_turbine_has_the_published_dimensions(turbine: Turbine) ->
     assert np.trapezoid(s.mass, s.position) == pytest.approx(17740.0, rel=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])
 def test_written_and_read_back_a_turbine_is_equal(name: str, tmp_path: Path) -> None:
     turbine = load_turbine(name)

@@ -17,6 +17,8 @@ from meltemi_reports.portrait import Portrait, masses, portrait, principal_stiff
 from meltemi_reports.turbine_facts import mode_rows, turbine_facts
 from meltemi_reports.turbine_plots import _short, plot_turbine, turbine_figures
 
+pytestmark = pytest.mark.slow
+
 IMPOSSIBLE = {"n_blades": 1}
 """What ``build`` refuses."""
 
@@ -48,6 +50,7 @@ def test_masses_are_those_of_the_report(turbine: Turbine) -> None:
     assert found["tower"] == pytest.approx(347460.0, rel=1e-5)
 
 
+@pytest.mark.long
 def test_rated_operation_is_that_of_the_report(seen: Portrait) -> None:
     """12.1 rpm, 80 m/s at the tip, 5 MW from 11.4 m/s on; a largest power coefficient of 0.482 at 7.55 and 0 deg."""
     assert seen.problems == {}

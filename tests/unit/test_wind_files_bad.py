@@ -88,6 +88,7 @@ def copy(good: Path, folder: Path, name: str) -> Path:
 BINARY = ["a.bts", "a.wnd", "a-u.bin"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BINARY)
 def test_every_shorter_file_is_refused(tmp_path: Path, good: Path, name: str) -> None:
     path = copy(good, tmp_path, name)
@@ -99,6 +100,7 @@ def test_every_shorter_file_is_refused(tmp_path: Path, good: Path, name: str) ->
         assert (outcome(path) == "read") == without, size
 
 
+@pytest.mark.slow
 def test_shorter_netcdf_files_are_refused(tmp_path: Path, good: Path) -> None:
     path = copy(good, tmp_path, "a.nc")
     whole = path.read_bytes()
@@ -120,6 +122,7 @@ def test_shorter_texts_are_read_or_refused(tmp_path: Path, good: Path, name: str
         outcome(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*BINARY, "gust.wnd", "a.csv"])
 @given(changes=st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 255)), min_size=1, max_size=4))
 @steady
@@ -134,6 +137,7 @@ def test_changed_bytes_are_read_or_refused(
     outcome(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["a.sum", "a.hawc2.yaml"])
 @given(changes=st.lists(st.tuples(st.integers(0, 10**6), st.binary(max_size=6)), min_size=1, max_size=3))
 @steady

@@ -84,6 +84,7 @@ def check_grid(again: WindBox, box: WindBox, rtol: float) -> None:
     assert again.hub_height == pytest.approx(hub, rel=rtol)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "rtol"), [("a.bts", 2.0 * EPS), ("a.wnd", 4.0 * EPS)])
 @given(box=boxes())
 @steady
@@ -94,6 +95,7 @@ def test_boxes_in_files_of_16_bits(name: str, rtol: float, box: WindBox) -> None
     assert again.direction == 0.0 and again.source == name
 
 
+@pytest.mark.slow
 @given(box=boxes(directions=True))
 @steady
 def test_boxes_of_hawc2_with_their_description(box: WindBox) -> None:
@@ -104,6 +106,7 @@ def test_boxes_of_hawc2_with_their_description(box: WindBox) -> None:
     assert again.dt == pytest.approx(box.dt, rel=1e-13)
 
 
+@pytest.mark.slow
 @given(box=boxes(directions=True), compression=st.sampled_from([0, 4]))
 @settings(parent=steady, max_examples=15)
 def test_boxes_in_netcdf_are_the_same(box: WindBox, compression: int) -> None:
@@ -116,6 +119,7 @@ def test_boxes_in_netcdf_are_the_same(box: WindBox, compression: int) -> None:
     assert (again.hub_height, again.source) == (box.hub_height, box.source)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["a.bts", "a.wnd", "a.bin", "a.nc"])
 @given(box=boxes(), where=st.tuples(*[st.floats(-1.2, 1.2)] * 3), when=st.floats(0.0, 1.0))
 @settings(parent=steady, max_examples=25)

@@ -39,6 +39,7 @@ def dashed(ax: Any) -> list[Any]:
     return [line for line in ax.lines if line.is_dashed() and len(line.get_xdata()) > 2]
 
 
+@pytest.mark.long
 def test_all_figures_are_there_and_can_be_drawn(figures: dict[str, Any], wind: TurbulentWind) -> None:
     assert list(figures) == NAMES
     for figure in figures.values():
@@ -119,6 +120,7 @@ def test_turbulence_is_made_and_is_its_own_target(turbine: Turbine) -> None:
         plot_wind(wind)
 
 
+@pytest.mark.slow
 def test_a_field_without_turbulence_is_drawn() -> None:
     box = WindBox(np.full((8, 3, 3, 3), 5.0), dt=1.0, dy=1.0, dz=1.0, bottom=9.0, speed=5.0)
     for figure in plot_wind(box).values():

@@ -173,6 +173,7 @@ def test_targets_of_coherence() -> None:
     assert not far[:, -1].any()
 
 
+@pytest.mark.slow
 def test_mann_fields_have_the_target() -> None:
     """Averaged over many frequencies and pairs."""
     from meltemi.wind import WindGrid, generate_field

@@ -304,6 +304,7 @@ def test_everything_that_lacks_is_listed_at_once(path: Path) -> None:
     assert len(text.splitlines()) == 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
@@ -360,6 +361,7 @@ def test_lists_beside_yaml_are_what_yaml_reads() -> None:
         parse_quickly("a: [1,\n 2]\nb: 1\n c: :\n", where)
 
 
+@pytest.mark.long
 def test_the_command_writes_turbine_and_report(
     path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -238,6 +238,7 @@ def test_comments_about_a_wrong_value_do_no_harm(tmp_path: Path) -> None:
         read_case(path)
 
 
+@pytest.mark.slow
 def test_deep_nesting_is_an_input_error(tmp_path: Path) -> None:
     with pytest.raises(InputError):
         read(tmp_path, "name: " + "[" * 3000 + "]" * 3000)
@@ -259,6 +260,7 @@ parts = st.builds(
 )
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(
     machine=st.builds(

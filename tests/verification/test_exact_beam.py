@@ -62,6 +62,7 @@ def elastica(load: float) -> tuple[float, float]:
     return float(np.sqrt(2.0 * np.sin(slope) / load)), float(across)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", [1.0, 4.0, 10.0])
 def test_the_elastica(load: float) -> None:
     found = at_the_tip(uniform(BENDING, straight(1.0, 11)), force=np.array([3.0 * load, 0.0, 0.0]))
@@ -80,6 +81,7 @@ def arc(n: int) -> Float:
 BEND = np.diag([4.16667e6, 4.16667e6, 1e7, 8.333e5, 8.333e5, 8.333e5])
 
 
+@pytest.mark.slow
 def test_a_moment_in_its_plane_changes_the_radius_of_an_arc() -> None:
     """The curvature grows by M / EI: here to a quarter of a circle."""
     found = at_the_tip(uniform(BEND, arc(81)), moment=np.array([0.0, 8.333e3, 0.0]), steps=1)
@@ -96,6 +98,7 @@ def test_a_small_load_across_an_arc_bends_and_twists_it() -> None:
     assert found.position[-1][1] == pytest.approx(expected, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_bend_of_bathe_and_bolourchi() -> None:
     """A load of 600 across an arc: between the first published tip and that of a spectral element code, 2 % apart.
 
@@ -106,6 +109,7 @@ def test_the_bend_of_bathe_and_bolourchi() -> None:
     assert np.all((np.array([13.4, 53.4, 23.5]) < moved) & (moved < np.array([13.72080, 53.57765, 23.64597])))
 
 
+@pytest.mark.slow
 def test_the_composite_box_of_beamdyn() -> None:
     """Coupled section, tip force of 150 lb.
 
@@ -128,6 +132,7 @@ def test_the_composite_box_of_beamdyn() -> None:
     np.testing.assert_allclose(4.0 * np.tan(size / 4.0) / size * turned, [-0.17985, 0.00488, 0.18445], rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_the_twisted_beam_of_macneal_and_harder() -> None:
     """A rectangle of 1.1 x 0.32, twisted by a right angle, under unit tip loads: closed form, and published figures.
 
@@ -148,6 +153,7 @@ def test_the_twisted_beam_of_macneal_and_harder() -> None:
     assert sorted([across, along]) == pytest.approx([0.001754, 0.005424], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_errors_fall_with_the_fourth_power_of_the_step() -> None:
     beam, force = uniform(BENDING, straight(1.0, 3), twist=0.8), np.array([6.0, 4.0, 2.0])
     none = np.zeros((3, 3))
@@ -156,6 +162,7 @@ def test_errors_fall_with_the_fourth_power_of_the_step() -> None:
     assert all(12.0 < a / b < 22.0 for a, b in pairwise(errors)), errors
 
 
+@pytest.mark.slow
 def test_a_load_along_the_beam_is_the_sum_of_its_pieces() -> None:
     """A distributed load and couple against many tip loads at the ends of parts: root force and moment, balance."""
     beam = uniform(BENDING, straight(1.0, 21), twist=0.4)

@@ -42,6 +42,7 @@ definition of the blade, github.com/IEAWindTask37/IEA-15-240-RWT, commit 8a884e5
 blade_beamdyn_c2_noFPM.st."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["iea15mw", "iea22mw"])
 @pytest.mark.parametrize("wind", [8.0, 18.0])
 def test_they_run_in_turbulence(name: str, wind: float) -> None:
@@ -59,6 +60,7 @@ def test_they_run_in_turbulence(name: str, wind: float) -> None:
     assert np.max(speed) < 1.15 * reference
 
 
+@pytest.mark.slow
 def test_the_blades_unload_themselves(rated: dict[str, tuple[float, float, float]]) -> None:
     """Near rated wind bending and twisting take 11 % of the thrust of rigid blades, and 3.5 % of the power."""
     thrust, power, twist = (dict(zip(rated, values, strict=True)) for values in zip(*rated.values(), strict=True))
@@ -107,6 +109,7 @@ def rated() -> dict[str, tuple[float, float, float]]:
     return found
 
 
+@pytest.mark.slow
 def test_an_earlier_definition_of_the_blade_explains_a_third_of_the_thrust() -> None:
     """Its shear centres are nearer to the nose, so that it twists more."""
     turbine = meltemi.load_turbine("iea15mw").replace(**{"nacelle.tilt": 0.0})
@@ -130,6 +133,7 @@ def test_an_earlier_definition_of_the_blade_explains_a_third_of_the_thrust() -> 
     assert thrust[1] == pytest.approx(1.036, abs=0.003)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wind", ["12", "20"])
 def test_the_22mw_at_the_power_of_hawc2(wind: str) -> None:
     """Deviations at its pitch are those of a tenth of a degree: at its power thrust and deflection agree."""

@@ -75,6 +75,7 @@ def test_stall_without_and_with_augmentation() -> None:
         assert all(-70.0 < by[f"torque, {label}", f"{wind} m/s"] < 175.0 for label in uae.MODELS.values())
 
 
+@pytest.mark.slow
 def test_the_tip_deviates_by_its_loss() -> None:
     """Prandtl's tip loss leaves the section its coefficients; with Shen's factor on them the tip agrees."""
     turbine = uae.phase_vi()
@@ -118,6 +119,7 @@ def test_where_the_torque_is_lost_and_gained() -> None:
         assert abs(by["torque with measured tangential coefficients, Snel", f"{wind} m/s"]) < 8.0
 
 
+@pytest.mark.slow
 def test_nodes_are_enough() -> None:
     coarse, fine = (uae.at_record(uae.rigid_model(uae.phase_vi(), blade_nodes=n), RECORD) for n in (60, 120))
     assert coarse.torque == pytest.approx(fine.torque, rel=2e-3)
@@ -151,6 +153,7 @@ def rows(path: Path) -> dict[tuple[str, ...], float]:
         return {(r["table"], r["what"], r["case"]): float(r["ours"]) for r in csv.DictReader(file)}
 
 
+@pytest.mark.slow
 def test_only_measurements(tmp_path: Path) -> None:
     with pytest.raises(meltemi.InputError, match="of its own"):
         verification(measured=True, quick=True)

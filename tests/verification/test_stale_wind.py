@@ -97,6 +97,7 @@ FEW = ("eog_11.4", "ewsh_n_12", "ewsv_p_12", "normalstop_12")
 REST = ("ecd_p_11.4", "ecd_n_11.4", "edc_p_12", "edc_n_12", "ewsh_p_12", "ewsv_n_12")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*FEW, *(pytest.param(name, marks=pytest.mark.slow) for name in REST)])
 def test_gusts_and_a_stop(name: str) -> None:
     """Up to 14 % of a channel's range become less than 4 %."""

@@ -58,6 +58,7 @@ def test_winds_in_closed_form(
     assert (u.x, u.y, u.z) == pytest.approx((*velocity, 0.0), abs=2e-5)
 
 
+@pytest.mark.slow
 def test_an_extreme_of_another_size_or_time_fails() -> None:
     """The opposite sense of a direction change; a stop 0.5 s late; a blade that pitches although it is stuck."""
     assert failed(stops.compare("edc_n_12", stops.run_case("edc_p_12"), stops.BEGIN), "gusts")
@@ -106,6 +107,7 @@ def test_data_are_those_of_the_runs(reference: Path) -> None:
             np.testing.assert_allclose(total, file.speed + file.gust, atol=2e-5, err_msg=name)
 
 
+@pytest.mark.slow
 def test_pitching_moment_of_rotary_inertia() -> None:
     """Omega^2 integral (J_edge - J_flap) sin theta cos theta dr; without it all pitching moments are OpenFAST's."""
     structure = stops.deck_model("B").turbine.blade.structure
@@ -122,6 +124,7 @@ def test_pitching_moment_of_rotary_inertia() -> None:
         assert [r for r in rows if r.what == "RootMzc1" and abs(r.deviation) > r.band] == [], name
 
 
+@pytest.mark.slow
 @pytest.mark.reference
 def test_stop_in_turbulence(reference: Path) -> None:
     """With ElastoDyn's frequencies of slender blades 6 and 12 % of a channel's range become less than 2 %."""

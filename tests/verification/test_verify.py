@@ -32,6 +32,7 @@ def bare(monkeypatch: pytest.MonkeyPatch, study: int) -> None:
     _from_library.cache_clear()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("bare")
 @pytest.mark.parametrize("study", range(len(QUICK)))
 def test_quick_study(study: int) -> None:

@@ -246,6 +246,7 @@ def quadratic(spectrum: str, component: int, form: Complex, band: tuple[int, int
 # --------------------------------------------------------------------------------------------- what needs no sample
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gamma", [0.0, 3.9])
 def test_root_is_that_of_the_tensor_by_rapid_distortion(gamma: float) -> None:
     rng = np.random.default_rng(5)
@@ -283,6 +284,7 @@ def _rate(k: Float, left: float) -> Float:
     return out
 
 
+@pytest.mark.slow
 def test_one_point_spectra() -> None:
     k1 = np.array([0.01, 0.1, 0.5, 2.0, 10.0, 60.0])
     sheared = mann.one_point(3.9)
@@ -343,6 +345,7 @@ def mann_covariance_error(k1: float, grid: WindGrid, length: float) -> Float:
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [5.0, 15.0])
 def test_modes_of_mann_have_the_covariance_of_the_tensor(step: float) -> None:
     length = 33.6
@@ -357,6 +360,7 @@ def test_modes_of_mann_have_the_covariance_of_the_tensor(step: float) -> None:
 # ------------------------------------------------------------------------------------------------------ ensembles
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spectrum", MODELS)
 def test_sigma_at_the_hub(spectrum: str) -> None:
     """Not scaled, it is that of the frequencies of the record, not the integral of the spectrum from 0 to infinity."""
@@ -552,6 +556,7 @@ def conditional(spectrum: str, m: int, given: list[int]) -> tuple[Complex, Compl
 SLOW = pytest.mark.long
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spectrum", "components"),
     [
@@ -611,6 +616,7 @@ def test_fields_through_a_given_series(spectrum: str, components: str) -> None:
             assert abs(uw[:, some].mean() - wanted.mean()) < SIGMAS * error + 0.003, band
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spectrum", ["kaimal", "mann"])
 def test_mean_of_a_given_series_is_that_of_the_wind(spectrum: str) -> None:
     series, _ = given_series(spectrum, "u")
@@ -624,6 +630,7 @@ def test_mean_of_a_given_series_is_that_of_the_wind(spectrum: str) -> None:
     np.testing.assert_allclose(means[1] - means[0], np.tile(profile[:, None], (1, SMALL.points_y)), atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spectrum", MODELS)
 def test_series_is_continued_where_it_was_not_measured(spectrum: str) -> None:
     """A part of a random series, continued, must be as random as the whole: same spectrum, no step at the joints."""
