@@ -36,16 +36,19 @@ if threading.current_thread() is threading.main_thread() and signal.getsignal(si
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+SLOW = ("derivatives", "modal blades")
+
+
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile what is missing before the workers start, which would all compile the same.
 
-    Derivatives, whose machine code takes twice the time of all else, belong to the slow tests.
+    Derivatives, whose machine code takes twice the time of all else, and modal blades belong to the slow tests.
     """
     workers = getattr(session.config.option, "numprocesses", None)
     fast = "not slow" in str(session.config.option.markexpr)
     if workers and not hasattr(session.config, "workerinput") and (kernel.is_cold() or not fast):
         began = time.perf_counter()
-        warmup([name for name in STAGES if not (fast and name == "derivatives")], workers=int(workers))
+        warmup([name for name in STAGES if not (fast and name in SLOW)], workers=int(workers))
         print(f"compiled the kernels in {time.perf_counter() - began:.0f} s, before the workers start", flush=True)
 
 

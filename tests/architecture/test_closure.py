@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 
@@ -34,7 +33,6 @@ def imported(what: str) -> dict[str, int]:
     """Lines of the modules of meltemi that some statements import, by name."""
     found = subprocess.run(
         [sys.executable, "-c", MEASURE.format(what=what)],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
         capture_output=True,
         text=True,
         check=True,

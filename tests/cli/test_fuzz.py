@@ -218,6 +218,7 @@ def test_damaged_text_is_refused_in_words_or_valid(
     loaded(lambda: READ[what](path), str(path))
 
 
+@pytest.mark.slow
 @fuzz(200)
 @given(content=st.binary(max_size=60) | st.text(max_size=60).map(lambda text: text.encode("utf-8", "surrogatepass")))
 def test_noise_is_refused(path: Path, content: bytes) -> None:

@@ -81,6 +81,7 @@ def test_wind_speed_and_yaw_error_change_the_power(session: Session) -> None:
     assert means(session, 10.0)["generator_power"] < 0.85 * higher["generator_power"]
 
 
+@pytest.mark.slow
 def test_turbulence_changes_the_scatter(session: Session) -> None:
     def scatter() -> float:
         pieces = [unpacked(session.piece(2.0) or b"") for _ in range(10)]

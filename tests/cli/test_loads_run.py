@@ -12,6 +12,8 @@ from meltemi.postprocess.files import read_netcdf
 from meltemi_loads.loadbase.campaign import make_campaign, write_campaign
 from meltemi_loads.loadbase.table import load_table
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("pyarrow")
 
 
@@ -25,7 +27,6 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.slow
 def test_shards_make_the_base_and_a_case_is_shown(command: Command, base: Path) -> None:
     before = command("loads", "status", base)
     assert before.status == 0 and "0 of 9 cases done" in before.out
@@ -58,7 +59,6 @@ def test_damage_and_old_results_are_told(command: Command, base: Path) -> None:
     assert "9 of 9" in command("loads", "status", base).out
 
 
-@pytest.mark.slow
 def test_report_and_comparison_are_written(command: Command, base: Path) -> None:
     command("loads", "run", base)
     told = command("loads", "report", base, "--against", base)

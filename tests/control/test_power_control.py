@@ -216,6 +216,7 @@ def test_fixed_density_leaves_the_best_ratio_and_a_measured_one_keeps_it(
     assert (abs(found["temperature"] - 9.5085) > 0.05) == (humidity > 0.0)
 
 
+@pytest.mark.slow
 def test_a_sensor_that_is_lost_leaves_the_last_density(machine: PowerTurbine) -> None:
     run = Run(machine, PowerControl(density="weather"), 9.0, 5.0, weather=(math.nan, 0.0, 101325.0))
     assert PowerControlState(run.x).density == RHO and np.all(np.isfinite(run.torque))

@@ -285,6 +285,7 @@ def protected(turbine: Turbine, **changes: Any) -> YawProtection:
     return YawProtection(wind_speeds=[0.0, 30.0], thresholds=[0.5, 0.5], filter_time=0.0, **changes)
 
 
+@pytest.mark.slow
 def test_equality_is_within(turbine: Turbine) -> None:
     run = Script(SupervisedController(turbine, protection=protected(turbine, strategy="stop")))
     run.call(50, wind_direction=0.5)

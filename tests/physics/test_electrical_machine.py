@@ -39,6 +39,7 @@ def closes(result: meltemi.Result) -> float:
     return float(np.abs(shaft - sum(np.asarray(result[name]) for name in FLOWS)).max() / shaft.max())
 
 
+@pytest.mark.slow
 def test_a_dip_in_a_run(model: Any) -> None:
     result = meltemi.simulate(
         model,

@@ -185,6 +185,7 @@ def test_lift_of_a_flap_builds_up_after_wagner(flapped: Turbine) -> None:
     assert np.all(np.diff(share[102:]) > -1e-3)
 
 
+@pytest.mark.slow
 def test_lanes_and_floats_agree_with_flaps(flapped: Turbine) -> None:
     model = meltemi.build(flapped)
     runs = []
@@ -216,6 +217,7 @@ def test_derivatives_with_flaps_are_limits_of_differences(flapped: Turbine) -> N
     assert found.mean(channel)[1][0] == pytest.approx(change, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_linear_models_have_the_flaps_of_all_blades(flapped: Turbine) -> None:
     model = meltemi.build(flapped)
     point = meltemi.operating_point(model, 18.0)

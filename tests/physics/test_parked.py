@@ -66,6 +66,7 @@ def test_in_oblique_wind_a_free_rotor_stays_where_its_torque_balances(model: Mod
     assert let_go["RootMxc1"][-1] == pytest.approx(point["RootMxc1"], rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("azimuth", [0.0, 0.7, 2.0, 4.5])
 @pytest.mark.parametrize("pitch", [0.0, 0.6, FEATHER])
 def test_a_locked_rotor_stands_still(held: Model, azimuth: float, pitch: float) -> None:

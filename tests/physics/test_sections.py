@@ -56,7 +56,7 @@ def sections_of(case: Case, pitch: float) -> Rotation:
 
 
 @pytest.mark.parametrize("curved", [False, True])
-@pytest.mark.parametrize("blade_model", ["modal", "geometrically_exact"])
+@pytest.mark.parametrize("blade_model", [pytest.param("modal", marks=pytest.mark.slow), "geometrically_exact"])
 def test_angle_of_the_chord_is_that_of_the_rotated_section(turbine: Turbine, blade_model: str, curved: bool) -> None:
     """In the plane of the strip the angle is between those of chord and normal, whose difference is of fourth order."""
     given = prebent(turbine, 0.08) if curved else turbine

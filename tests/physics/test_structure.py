@@ -442,6 +442,7 @@ def test_parked_and_turning_backwards_at_any_yaw_angle(turbine: Turbine, yaw: fl
         assert abs(result["RootMyc1"]).max() < 3e7
 
 
+@pytest.mark.slow
 def test_induction_fades_out_for_a_parked_rotor(turbine: Turbine) -> None:
     model = meltemi.build(turbine, ModelOptions(locked=("generator",)))
     induction = {}

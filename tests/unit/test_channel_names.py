@@ -77,6 +77,7 @@ def test_spectra_of_a_comparison() -> None:
         Comparison.spectrum(comparison, "RotSpeed", "a")
 
 
+@pytest.mark.slow
 def test_operating_points_and_linear_models(model: Model) -> None:
     point: OperatingPoint = meltemi.operating_point(model, 12.0)
     assert len({point[name] for name in (NAME, *SPELLINGS)}) == 1

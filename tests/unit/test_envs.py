@@ -56,6 +56,7 @@ def test_environments_follow_the_rules_of_gymnasium(name: str) -> None:
     assert np.abs(first["observations"]).max() <= 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "controller", ["baseline", "supervised", pytest.param("ipc", marks=pytest.mark.slow(reason="it is tuned"))]
 )

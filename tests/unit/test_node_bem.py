@@ -84,6 +84,7 @@ def test_the_balance_is_met_in_every_wind_and_rotation(polars: tuple[Float, Floa
         assert np.isfinite(solution).all()
 
 
+@pytest.mark.slow
 def test_a_warm_start_changes_nothing_that_matters(polars: tuple[Float, Float]) -> None:
     for strip in random_strips(1500, 2, polars[0]):
         cold = solve(strip, polars[0])

@@ -191,6 +191,7 @@ def test_in_steady_flow_all_coefficients_are_those_of_the_polar(
         assert found == pytest.approx(static_coefficients(polars[0], g, alpha), abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("g", range(6))
 def test_between_rows_the_lift_differs_by_interpolation_only(aero: Float, polars: tuple[Float, Float], g: int) -> None:
     for alpha in np.radians(np.linspace(-40.0, 40.0, 640) + 0.05):
@@ -642,6 +643,7 @@ def test_the_null_variant_is_the_static_polar(aero: Float, polars: tuple[Float, 
     assert np.array_equal(at["stall"], before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("degrees", "speed", "same"), [(8.0, 60.0, False), (44.0, 60.0, False), (46.0, 60.0, True), (8.0, 0.005, True)]
 )

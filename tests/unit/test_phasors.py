@@ -46,6 +46,7 @@ def drop(m: Network) -> None:
     x.voltage = x.resistance * x.current
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ours", "expected"), OPERATIONS)
 def test_node_operators_are_those_of_complex_numbers(
     ours: Callable[..., Any], expected: Callable[[complex, complex], complex]

@@ -136,6 +136,7 @@ def test_kernels_compute_what_python_does(kind: Kind) -> None:
         np.testing.assert_allclose(of[name], array, rtol=2e-15, atol=1e-14, err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="duals exist in compiled code only")
 def test_duals_carry_derivatives_through_tables() -> None:
     of = arrays()

@@ -387,6 +387,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=400)
 @given(
     which=st.sampled_from(["1.outb", "2.outb", "3.outb", "4.outb", "5.out"]),

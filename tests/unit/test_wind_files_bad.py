@@ -162,6 +162,7 @@ def test_changed_netcdf_files_are_read_or_refused(tmp_path: Path, good: Path, pl
     outcome(path)
 
 
+@pytest.mark.slow
 @given(content=st.binary(max_size=300))
 @steady
 def test_foreign_content_is_refused(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:

@@ -377,6 +377,7 @@ def test_sigma_at_the_hub(spectrum: str) -> None:
         np.testing.assert_allclose(box.velocity[:, 3, 3].std(axis=0), INTENSITY * SPEED * np.array(expected), rtol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("component", [0, 1, 2])
 @pytest.mark.parametrize("spectrum", MODELS)
 def test_spectra(spectrum: str, component: int) -> None:
