@@ -193,6 +193,7 @@ def test_the_rule_sees_what_it_is_for(body: str, allowed: bool) -> None:
     assert (not Reader(function).found) == allowed
 
 
+@pytest.mark.slow
 def test_every_array_of_a_derivative_run_has_derivatives() -> None:
     """Or is named as a constant; arrays that share memory share their derivatives."""
     model: Model = meltemi.build(load_turbine("nrel5mw"))

@@ -83,6 +83,7 @@ def test_friction_needs_an_actuator_with_a_spring(turbine: meltemi.turbine.Turbi
         turbine.pitch_actuator.replace(kind="ideal", friction=PitchFriction(inertia=1e4))
 
 
+@pytest.mark.slow
 def test_without_blades_only_the_constant_part_is_taken(turbine: meltemi.turbine.Turbine) -> None:
     """The load on the bearing is made by blades: refused, and left out of a turbine's power-coefficient twin."""
     friction = PitchFriction(inertia=1e4, torque=20.0, coefficient=0.004)

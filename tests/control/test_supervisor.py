@@ -294,6 +294,7 @@ def test_equality_is_within(turbine: Turbine) -> None:
     assert [entry.what for entry in run.log] == ["normal -> shutdown", "power limit -> normal stop"]
 
 
+@pytest.mark.slow
 def test_negative_errors_and_errors_behind_count_alike(turbine: Turbine) -> None:
     for direction, yaw, beyond in ((-0.6, 0.0, True), (0.3, 0.3, True), (3.5, 3.0, False), (3.2, 2.0, True)):
         run = Script(SupervisedController(turbine, protection=protected(turbine, strategy="stop")))

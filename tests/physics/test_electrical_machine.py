@@ -77,6 +77,7 @@ def absorbing() -> meltemi.Controller:
     return meltemi.Controller(update)
 
 
+@pytest.mark.slow
 def test_reactive_power_is_a_demand_and_frequency_is_followed(model: Any) -> None:
     result = meltemi.simulate(
         model,

@@ -131,6 +131,7 @@ def test_power_passes_through(geared: Turbine, kind: str) -> None:
 # modes --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_linear_model_has_the_modes_of_the_chain(geared: Turbine) -> None:
     undamped = geared.replace(**{"drivetrain.damping": 0.0, "drivetrain.gearbox.damping_ratio": 0.0})
     options = ModelOptions(drivetrain="multibody", locked=("tower", "yaw", "blades"), inflow="quasi_steady")

@@ -14,6 +14,7 @@ from meltemi.simulation.parked import standing_point
 FEATHER = 0.5 * np.pi
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "yaw", "azimuth", "stall", "frequency", "damping"),
     # locked at 0; idling, where it stands; the damping of OpenFAST is the smallest over 8 s at finite amplitude

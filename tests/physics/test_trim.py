@@ -228,6 +228,7 @@ def test_every_wind_speed_of_every_turbine(name: str) -> None:
         assert abs(point.imbalance) < 3e-3 * machine.turbine.rated_power / point.rotor_speed, speed
 
 
+@pytest.mark.slow
 def test_some_wind_speeds(model: Model) -> None:
     for speed in (3.0, 4.0, 7.0, 11.4, 16.5, 25.0):
         point = operating_point(model, speed)

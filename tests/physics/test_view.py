@@ -184,6 +184,7 @@ def test_tracks_keep_their_tolerance() -> None:
     assert np.abs(Scene({}, track_arrays("x", values)).track("x") - values).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_modes_move_what_they_are_named_after(model: Model) -> None:
     diagram = campbell(model, rotor_speeds=[0.0, 1.2], air=False)
     found = modes_scene(model, diagram)

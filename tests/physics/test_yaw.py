@@ -213,6 +213,7 @@ FULL = {"yaw.acceleration": 1.9e-3, "yaw.friction": 3e5, "yaw.brake_torque": 4e5
 ACTIVE = YawControl(average_time=3.0, start_time=1.0, noise=0.01)
 
 
+@pytest.mark.slow
 def test_lanes_and_floats_agree_with_everything_on(turbine: Turbine) -> None:
     model = meltemi.build(turbine.replace(**FULL), ModelOptions(yaw="driven"))
     runs = []

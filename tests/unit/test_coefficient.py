@@ -212,6 +212,7 @@ def test_performance_is_the_turbines_own() -> None:
     assert only.pitch == pytest.approx([0.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("what", "words"),
     [

@@ -107,6 +107,7 @@ def test_vector_is_as_single_environments(threads: int) -> None:
     vector.close()
 
 
+@pytest.mark.slow
 def test_an_ended_episode_does_not_march_on() -> None:
     """Its arrays end with it."""
     env = make(duration=1.0)

@@ -655,6 +655,7 @@ def test_far_from_attached_flow_the_dynamic_variant_is_the_static_one(
     assert (found == pytest.approx(static, abs=1e-12)) is same
 
 
+@pytest.mark.slow
 def test_the_coefficients_of_a_node_are_blended(aero: Float, polars: tuple[Float, Float]) -> None:
     alpha = radians(42.5)
     at = node(HANSEN, alpha)

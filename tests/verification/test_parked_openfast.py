@@ -15,6 +15,8 @@ from meltemi_verification.openfast_deck import deck_turbine
 from meltemi_verification.parked import EDGEWISE, deck_blades, run, settings
 from meltemi_verification.table import reference_table
 
+pytestmark = pytest.mark.slow
+
 Float = NDArray[np.float64]
 CASES = {s["case"]: s for s in settings()}
 

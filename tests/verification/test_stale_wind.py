@@ -27,6 +27,8 @@ from meltemi_verification.table import reference_table
 from meltemi_verification.transient import CHANNELS, gust_wind, step_wind
 from meltemi_verification.turbulent import SHORT, short_series, short_wind
 
+pytestmark = pytest.mark.slow
+
 
 def simulate_with_stale_wind(
     wind: Any, duration: float, channels: Any, begin: float = 0.0, model: Any = None, **more: Any
@@ -97,7 +99,6 @@ FEW = ("eog_11.4", "ewsh_n_12", "ewsv_p_12", "normalstop_12")
 REST = ("ecd_p_11.4", "ecd_n_11.4", "edc_p_12", "edc_n_12", "ewsh_p_12", "ewsv_n_12")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [*FEW, *(pytest.param(name, marks=pytest.mark.slow) for name in REST)])
 def test_gusts_and_a_stop(name: str) -> None:
     """Up to 14 % of a channel's range become less than 4 %."""

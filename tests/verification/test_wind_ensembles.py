@@ -396,6 +396,7 @@ def pairs(rows: int, columns: int) -> Float:
     return far / far.sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("component", [0, 1, 2])
 @pytest.mark.parametrize("spectrum", MODELS)
 def test_coherence(spectrum: str, component: int) -> None:
