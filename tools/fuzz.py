@@ -502,7 +502,7 @@ def _functions(good: Path) -> list[tuple[str, Callable[..., Any], dict[str, Any]
     from meltemi import analysis, control, loads
     from meltemi.postprocess import extremes
     from meltemi.wind import TurbulentWind, iec_wind
-    from meltemi_loads import durations, extrapolation, lifetime, roses
+    from meltemi_loads import durations, extrapolation
 
     machine = meltemi.load_turbine("nrel5mw")
     model = meltemi.build(machine)
@@ -554,7 +554,6 @@ def _functions(good: Path) -> list[tuple[str, Callable[..., Any], dict[str, Any]
         ("spectrum", loads.power_spectrum, {"source": sine, "dt": 0.1, "segments": 3, "overlap": 0.5}),
         ("remove_bands", loads.remove_bands, {**series, "dt": 0.1, "bands": [(0.4, 0.6)]}),
         ("harmonic_bands", loads.harmonic_bands, {"rotor_frequency": 0.2, "multiples": [1.0, 2.0], "half_width": 0.02}),
-        ("block_extremes", extrapolation.block_extremes, {**series, "blocks": 4}),
         ("fit_extremes", extrapolation.fit_extremes, {"extremes": sine[:30], "distribution": "gumbel"}),
         ("extrapolate", extrapolation.extrapolate, {"extremes": [sine[:30], sine[30:60]],
          "probability_of_speed": [0.4, 0.6], "resamples": 5, "confidence": 90.0}),
@@ -564,9 +563,6 @@ def _functions(good: Path) -> list[tuple[str, Callable[..., Any], dict[str, Any]
          "load_edges": [-2.0, 0.0, 2.0]}),
         ("duty", durations.actuator_duty, {"position": sine, "dt": 0.1, "threshold": 0.0}),
         ("stops", durations.count_stops, {"speed": sine, "on": 0.5, "off": 0.1}),
-        ("rose", roses.load_rose, {"first": sine, "second": sine, "step": 0.5235987755982988}),
-        ("lifetime_weights", lifetime.lifetime_weights, {"probability": [0.5, 0.5], "simulated": 600.0, "runs": 1}),
-        ("occurrence", lifetime.occurrence_weights, {"per_year": [1.0, 2.0], "runs": 1}),
         ("ensemble_load", loads.ensemble_load, {"loads": [1.0, 2.0], "slope": 4.0, "weights": [0.5, 0.5]}),
         ("mean_interval", loads.mean_interval, {"values": [1.0, 2.0], "confidence": 0.9}),
         ("travel", loads.actuator_travel, {"source": sine, "dt": 0.1}),

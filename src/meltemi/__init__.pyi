@@ -17,8 +17,8 @@ from meltemi.environment import Environment as Environment
 from meltemi.io import read_result as read_result
 from meltemi.io import read_wind as read_wind
 from meltemi.io import write_result as write_result
-from meltemi.loadcases.batch import Outcome as Outcome
 from meltemi.loadcases.batch import simulate_batch as simulate_batch
+from meltemi.loadcases.store import Outcome as Outcome
 from meltemi.loads import equivalent_loads as equivalent_loads
 from meltemi.plots import plot as plot
 from meltemi.simulation.model import Model as Model

@@ -5,7 +5,6 @@ Equations L-30 to L-33 of ``docs/theory/design-loads.md``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import inf, pi
 
@@ -98,32 +97,6 @@ def load_duration(
     time = dt * np.bincount(cell, minlength=shape[0] * shape[1]).astype(np.float64)
     turned = dt / (2.0 * pi) * np.bincount(cell, np.abs(w), minlength=shape[0] * shape[1]).astype(np.float64)
     return LoadDuration(edges[0], edges[1], time.reshape(shape), turned.reshape(shape))
-
-
-def sum_durations(parts: Iterable[LoadDuration], weights: Sequence[float] | None = None) -> LoadDuration:
-    """Distributions of several runs together, each as often as its weight says (L-30).
-
-    Args:
-      parts: with the same edges.
-      weights: how often each run occurs, from ``lifetime_weights``; once by default.
-
-    Raises:
-      InputError: there are none, edges differ, or there is not one weight for each.
-    """
-    given = list(parts)
-    w = np.ones(len(given)) if weights is None else floats(weights, "sum_durations: weights")
-    if not given or w.shape != (len(given),) or not np.all((w >= 0.0) & np.isfinite(w)):
-        raise InputError("sum_durations: there must be a finite weight for each distribution, none negative")
-    first = given[0]
-    for other in given[1:]:
-        if not all(
-            np.array_equal(a, b)
-            for a, b in ((first.load_edges, other.load_edges), (first.speed_edges, other.speed_edges))
-        ):
-            raise InputError("sum_durations: the distributions must have the same edges")
-    time = sum(x * d.time for x, d in zip(w, given, strict=True))
-    turned = sum(x * d.revolutions for x, d in zip(w, given, strict=True))
-    return LoadDuration(first.load_edges, first.speed_edges, np.asarray(time), np.asarray(turned))
 
 
 def duration_load(duration: LoadDuration, *, exponent: float = 10.0 / 3.0) -> float:

@@ -2,7 +2,7 @@
 
 The extremes of runs at each wind speed are fitted by a distribution, the distributions are weighted with the
 probability of the speeds, and the load is sought that is exceeded in ten minutes with a probability of once in 50
-years. Equations L-19 to L-29 of ``docs/theory/design-loads.md``, which tells bias and coverage; methods: Moriarty et
+years. Equations L-19 to L-27 of ``docs/theory/design-loads.md``, which tells bias and coverage; methods: Moriarty et
 al. (2004), Fitzwater and Winterstein (2001), Ragan and Manuel (2007).
 """
 
@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.shown import Brief
 from meltemi.postprocess.ensemble import CONFIDENCE
-from meltemi.postprocess.inputs import floats, whole
+from meltemi.postprocess.inputs import floats
 
 Float = NDArray[np.float64]
 Distribution = Literal["gumbel", "weibull"]
@@ -28,9 +28,6 @@ FIFTY_YEARS = 3.8e-7
 """Probability in ten minutes of what happens once in 50 years: 600 s over 50 years."""
 LEAST = {"gumbel": 6, "weibull": 15}
 """Fewest extremes of a fit: two parameters, and three of which one follows from the skewness."""
-SIMPLIFIED = {"quantile_99": (1.2, 0.99), "quantile_93": (1.35, 0.933)}
-"""Factor and quantile of the simplified ways of IEC 61400-1, edition 4."""
-EULER = 0.5772156649015329
 SHAPES = np.geomspace(0.6, 20.0, 400)
 """Shapes of the Weibull distribution that skewnesses from 4.6 to -0.87 have; others are given that of the nearest."""
 
@@ -93,28 +90,6 @@ class Extrapolation(Brief):
     smallest: bool
 
 
-def block_extremes(series: ArrayLike, blocks: int, *, smallest: bool = False) -> Float:
-    """Extremes of equal parts of a series; more extremes from a run, if they are independent.
-
-    Args:
-      series: (T,) values, for example of ten minutes.
-      blocks: number of parts; a remainder at the end belongs to the last one.
-      smallest: smallest instead of largest values.
-
-    Returns:
-      (blocks,) in the unit of the series.
-
-    Raises:
-      InputError: there are fewer values than blocks, or no block.
-    """
-    x, blocks = floats(series, "block_extremes: series"), whole(blocks, "block_extremes: blocks")
-    if x.ndim != 1 or blocks > len(x):
-        raise InputError(f"block_extremes: {x.shape} values cannot be divided into {blocks} blocks")
-    begins = np.arange(blocks) * (len(x) // blocks)
-    found: Float = np.minimum.reduceat(x, begins) if smallest else np.maximum.reduceat(x, begins)
-    return found
-
-
 def fit_extremes(extremes: ArrayLike, distribution: Distribution = "gumbel") -> ExtremeFit:
     """Fit of a distribution: Gumbel's by maximum likelihood (L-20), Weibull's by three moments (L-22).
 
@@ -145,8 +120,8 @@ def extrapolate(
     """Load that is exceeded in ten minutes of any wind speed with a given probability (L-23 to L-27).
 
     Args:
-      extremes: for each wind speed (seeds,) extremes of ten minutes, or (seeds, blocks) extremes of the blocks of ten
-        minutes, from ``block_extremes``.
+      extremes: for each wind speed (seeds,) extremes of ten minutes, or (seeds, blocks) extremes of equal parts of
+        the ten minutes.
       probability_of_speed: (n,) of the bins of wind speed among all time, from ``weibull_weights``.
       distribution: see ``fit_extremes``.
       probability: of exceedance in ten minutes; 3.8e-7 is once in 50 years.
@@ -202,38 +177,6 @@ def extrapolate(
         points=np.stack([sign * np.concatenate(largest)[ordered], np.cumsum(shares[ordered])]),
         smallest=smallest,
     )
-
-
-def simplified_extreme(
-    extremes: Sequence[ArrayLike],
-    way: Literal["quantile_99", "quantile_93"],
-    *,
-    distribution: Distribution = "gumbel",
-    smallest: bool = False,
-) -> float:
-    """Characteristic load of DLC 1.1 without extrapolation, in both ways of edition 4 (L-28, L-29).
-
-    Args:
-      extremes: for each wind speed (seeds,) extremes of ten minutes.
-      way: "quantile_99": 1.2 times the 99 % quantile of the extremes of a speed; "quantile_93": 1.35 times their 93.3 %
-        quantile; each the largest over speeds. Quantiles are those of the fit.
-      distribution: see ``fit_extremes``.
-      smallest: the extremes are smallest values.
-
-    Returns:
-      without partial safety factor, in the unit of the extremes.
-
-    Raises:
-      InputError: as ``fit_extremes``, there are no speeds, or there is no such way.
-    """
-    if way not in SIMPLIFIED:
-        raise InputError(f"simplified_extreme: no way {way!r}: {did_you_mean(way, SIMPLIFIED)}")
-    if not len(extremes):
-        raise InputError("simplified_extreme: no wind speeds")
-    factor, quantile = SIMPLIFIED[way]
-    sign = -1.0 if smallest else 1.0
-    fits = [fit_extremes(sign * floats(x, "simplified_extreme"), distribution) for x in extremes]
-    return sign * factor * max(float(fit.quantile(1.0 - quantile)) for fit in fits)
 
 
 def _checked(extremes: ArrayLike, distribution: str, where: str) -> Float:

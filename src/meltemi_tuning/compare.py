@@ -22,7 +22,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.representation import Card, Fold, badge
 from meltemi.core.shown import Brief
 from meltemi.core.units import display
-from meltemi.loadcases.batch import Outcome
+from meltemi.loadcases.store import Outcome
 from meltemi.postprocess.bands import IdealRemoval, harmonic_bands, ideal_removal
 from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, ensemble_table, mean_interval
 from meltemi.postprocess.fatigue import damage_equivalent_load
@@ -33,7 +33,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulent import AnyWind, realised
-from meltemi_tuning.run_store import SizedCases, current, resumed
+from meltemi_tuning.run_store import current, resumed
 
 Float = NDArray[np.float64]
 
@@ -307,7 +307,6 @@ def compare(
             raise InputError(f"compare: window {name!r} from {begin:g} to {end:g} s does not fit in {duration:g} s")
     flaps = [f"flap_{j + 1}_angle_{b + 1}" for j in range(model.n_flaps) for b in range(model.n_blades)]
     channels = [name for name in CHANNELS if not (name[-1] == "3" and model.n_blades < 3)] + flaps
-    names = [f"{k}:{scheme}" for k in range(len(winds)) for scheme in controllers]
 
     def cases() -> Iterator[Run]:
         for k, wind in enumerate(winds):
@@ -329,7 +328,7 @@ def compare(
             done[k] = done.get(k, 0) + 1
         return summary
 
-    outcomes = resumed(SizedCases(cases, len(names)), reduce=reduce, workers=workers, progress=progress)
+    outcomes = resumed(cases(), reduce=reduce, workers=workers, progress=progress, total=len(controllers) * len(winds))
     by_name = {outcome.name: outcome for outcome in outcomes}
     failures = tuple(outcome for outcome in outcomes if not outcome.ok)
     for failure in failures:

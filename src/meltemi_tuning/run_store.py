@@ -15,10 +15,10 @@ from __future__ import annotations
 import hashlib
 import pickle
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import fields, replace
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -31,7 +31,8 @@ from meltemi.core.fingerprint import fingerprint
 from meltemi.core.kernel import is_ours
 from meltemi.core.private import signed, user_key, verified
 from meltemi.core.stores import code_identity, keep_bytes
-from meltemi.loadcases.batch import Batch, Outcome
+from meltemi.loadcases.batch import Batch
+from meltemi.loadcases.store import Outcome, made, reduced
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
@@ -88,6 +89,7 @@ class RunStore:
         self._folder = folder if self._seal else None
         self._study = f"{fingerprint(code_identity(package), inputs)}" if self._seal else ""
         self._seen: set[Path] = set()
+        self._files: dict[str, Path | None] = {}
 
     def enter(self, cell: str, why: str, *, doubtful: bool = False) -> None:
         """Enter a failed or doubtful cell, under its name and those of the enclosing cells."""
@@ -101,7 +103,7 @@ class RunStore:
         """Number of stored runs of this study."""
         return 0 if self._folder is None else len(list(self._folder.glob(f"{self._study}-*")))
 
-    def file_of(self, name: str, case: Run) -> Path | None:
+    def _file_of(self, name: str, case: Run) -> Path | None:
         """File for the value of a case; None without a folder."""
         if self._folder is None:
             return None
@@ -113,20 +115,33 @@ class RunStore:
         self._seen.add(file)
         return file
 
-    def read(self, file: Path | None) -> tuple[Any] | None:
-        """Stored value, in a tuple; None if the file is missing, damaged, or not written by this user."""
+    def begin(self, name: str, case: Run, reduce: Callable[[Any], Any] | None) -> Outcome | Run:
+        """Stored outcome of a case, unless its file is missing, damaged, or not written by this user.
+
+        Raises:
+          FailedResultError: the case needs the result of a failed one.
+        """
+        for each in fields(case):
+            if isinstance(needed := getattr(case, each.name), FailedResult):
+                raise FailedResultError(needed.why)
+        file = self._files[name] = self._file_of(name, case)
         with suppress(OSError):
             data = None if file is None else verified(file.read_bytes(), self._seal)
             if data is not None:
-                self.taken += 1
-                return (pickle.loads(data),)
-        return None
+                status, message, value = pickle.loads(data)
+                return Outcome(name, status, message, value, reused=True)
+        return made(case)
 
-    def keep(self, file: Path | None, value: Any) -> None:
-        """Store a value; the study continues if the disk is full."""
+    def keep(self, name: str, result: Result, reduce: Callable[[Any], Any] | None) -> Any:
+        """Store the value of a run that reached its end; the study continues if the disk is full."""
+        if not result.status.complete:
+            return None
+        value, file = reduced(result, reduce), self._files[name]
         if file is not None:
             with suppress(InputError):
-                keep_bytes(file, signed(pickle.dumps(value, protocol=5), self._seal))
+                kept = pickle.dumps((result.status, result.message, value), protocol=5)
+                keep_bytes(file, signed(kept, self._seal))
+        return value
 
     def clear(self) -> None:
         """Remove the stored values at the end of the study."""
@@ -252,6 +267,7 @@ def resumed(
     reduce: Callable[[Result], Any] | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
+    total: int | None = None,
 ) -> list[Outcome]:
     """As ``simulate_batch``, without the runs that the open store has already, and with the others entered there.
 
@@ -259,60 +275,12 @@ def resumed(
       KeyboardInterrupt: Ctrl-C ended the runs.
     """
     book = current()
-    there: dict[str, Outcome] = {}
-    files: dict[str, Path | None] = {}
-
-    def left() -> Iterator[Run]:
-        for i, case in enumerate(cases, start=1):
-            name = case.name or f"case_{i:04d}"
-            missing = next((x for f in fields(case) if isinstance(x := getattr(case, f.name), FailedResult)), None)
-            file = None if missing is not None else book.file_of(name, case)
-            if missing is not None:
-                there[name] = Outcome(name, Status.FAILED, missing.why, error=FailedResultError)
-            elif kept := book.read(file):
-                there[name] = Outcome(name, *kept[0])
-            else:
-                files[name] = file
-                yield replace(case, name=name)
-                continue
-            files[name] = None
-
-    def entered(result: Result) -> Any:
-        if not result.status.complete:
-            return None
-        value = result if reduce is None else reduce(result)
-        book.keep(files[str(result.meta["case"])], (result.status, result.message, value))
-        return value
-
-    def told(share: float) -> None:
-        assert progress is not None
-        progress(min(share + len(there) / max(_length(cases), 1), 1.0))
-
-    batch = Batch(
-        SizedCases(left, _length(cases)), reduce=entered, workers=workers, progress=told if progress else None
-    )
+    batch = Batch(cases, reduce=reduce, workers=workers, progress=progress, total=total, store=book)
     found = batch.run()
     if batch.interrupted or any(outcome.status is Status.INTERRUPTED for outcome in found):
         raise KeyboardInterrupt
-    there |= {outcome.name: outcome for outcome in found}
-    return [there[name] for name in files]
-
-
-def _length(cases: Iterable[Run]) -> int:
-    return len(cases) if isinstance(cases, Sized) else 0
-
-
-class SizedCases:
-    """A generator of known length, so that progress can be reported as a fraction."""
-
-    def __init__(self, make: Callable[[], Iterator[Run]], length: int) -> None:
-        self.make, self.length = make, length
-
-    def __iter__(self) -> Iterator[Run]:
-        return self.make()
-
-    def __len__(self) -> int:
-        return self.length
+    book.taken += sum(outcome.reused for outcome in found)
+    return found
 
 
 def _print(value: Any) -> str:

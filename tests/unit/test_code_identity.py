@@ -12,7 +12,7 @@ import meltemi
 from meltemi import Run, SteadyWind
 from meltemi.core.physics import PHYSICS
 from meltemi.core.stores import code_identity
-from meltemi.loadcases import batch
+from meltemi.loadcases.store import inputs_of
 
 
 @pytest.fixture
@@ -72,5 +72,5 @@ def test_batches_run_again_after_an_edit_of_a_file_that_no_kernel_calls(
     for content in ("a = 1", "a = 1", "a = 2"):
         own.write_text(content, encoding="utf-8")
         code_identity.cache_clear()
-        found.append(batch._inputs(case))
+        found.append(inputs_of(case))
     assert found[0] is not None and found[0] == found[1] != found[2]

@@ -13,10 +13,8 @@ from meltemi.postprocess.ensemble import rayleigh_weights
 from meltemi_loads.extrapolation import (
     FIFTY_YEARS,
     ExtremeFit,
-    block_extremes,
     extrapolate,
     fit_extremes,
-    simplified_extreme,
 )
 
 SPEEDS = np.arange(4.0, 25.0, 2.0)
@@ -148,8 +146,6 @@ def test_smallest_loads_mirror_largest() -> None:
     assert (down.load, down.low, down.high) == (-up.load, -up.high, -up.low)
     np.testing.assert_array_equal(down.levels, -up.levels)
     np.testing.assert_array_equal(down.exceedance, up.exceedance)
-    ways = [simplified_extreme(x, "quantile_99"), simplified_extreme([-y for y in x], "quantile_99", smallest=True)]
-    assert ways[0] == -ways[1]
 
 
 def test_what_a_plot_shows() -> None:
@@ -200,27 +196,6 @@ def test_bands_repeat_and_follow_their_confidence() -> None:
 def test_impossible_weights_are_refused(p: list[float], more: dict[str, float], words: str) -> None:
     with pytest.raises(InputError, match=words):
         extrapolate([np.arange(20.0), np.arange(20.0)], p, **more)  # type: ignore[arg-type]
-
-
-# blocks and simplified ways
-
-
-def test_extremes_of_blocks() -> None:
-    x = [1.0, 5.0, 2.0, -3.0, 0.0, 4.0, 9.0]
-    np.testing.assert_array_equal(block_extremes(x, 3), [5.0, 2.0, 9.0])
-    np.testing.assert_array_equal(block_extremes(x, 3, smallest=True), [1.0, -3.0, 0.0])
-    with pytest.raises(InputError, match="8 blocks"):
-        block_extremes(x, 8)
-
-
-def test_both_simplified_ways_by_hand() -> None:
-    low, high = (np.random.default_rng(k).gumbel(a, 2.0, 15) for k, a in ((1, 40.0), (2, 60.0)))
-    fit = fit_extremes(high)
-    for way, factor, quantile in (("quantile_99", 1.2, 0.99), ("quantile_93", 1.35, 0.933)):
-        expected = factor * (fit.location - fit.scale * log(-log(quantile)))
-        assert simplified_extreme([low, high], way) == pytest.approx(expected, rel=1e-12)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="no way 'quantile'"):
-        simplified_extreme([low], "quantile")  # type: ignore[arg-type]
 
 
 def test_records_of_fits_are_plain_numbers() -> None:

@@ -1,14 +1,13 @@
-"""Extremes with contemporaneous loads, characteristic values, factors, load roses."""
+"""Extremes with contemporaneous loads, characteristic values, factors."""
 
 from __future__ import annotations
 
-from math import atan2, pi, radians
+from math import atan2, pi
 
 import numpy as np
 import pytest
 
 from meltemi import InputError
-from meltemi.postprocess.cycles import bin_cycles
 from meltemi.postprocess.extremes import (
     COMPONENTS,
     DRIVERS,
@@ -19,8 +18,6 @@ from meltemi.postprocess.extremes import (
     factored_rows,
     governing_rows,
 )
-from meltemi.postprocess.fatigue import damage_equivalent_load
-from meltemi_loads.roses import load_rose, rose_loads, sum_roses
 
 
 def random_loads(seed: int, n: int = 500) -> np.ndarray:
@@ -170,62 +167,3 @@ def test_the_governing_case_has_the_largest_load_with_factor() -> None:
     assert list(table.index) == list(DRIVERS)
     assert table.loc["Fx max", "Fx"] == pytest.approx(13.5) and table.loc["Fx max", "case"] == "dlc1.3"
     assert bool(table["factored"].all())
-
-
-# roses
-
-
-def vector(angle: float, n: int = 6001) -> tuple[np.ndarray, np.ndarray]:
-    """A load that swings by a cosine of 1 about 3 in one direction, and by 0.2 across."""
-    t = np.linspace(0.0, 600.0, n)
-    along, across = 3.0 + np.cos(2.0 * pi * 0.5 * t), 0.2 * np.cos(2.0 * pi * 0.5 * t + 0.5 * pi)
-    c, s = np.cos(angle), np.sin(angle)
-    return c * along - s * across, s * along + c * across
-
-
-def test_the_rose_of_an_ellipse() -> None:
-    """Projected on a direction a, a cosine has the range 2 sqrt(cos^2 a + 0.04 sin^2 a)."""
-    rose = load_rose(*vector(0.0), step=radians(15.0))
-    swing = np.hypot(np.cos(rose.angles), 0.2 * np.sin(rose.angles))
-    np.testing.assert_allclose(rose.largest, 3.0 * np.cos(rose.angles) + swing, atol=0.01)
-    np.testing.assert_allclose(rose_loads(rose, slope=4.0, reference=300.0), 2.0 * swing, rtol=0.01)
-
-
-def test_the_frame_turns_the_rose() -> None:
-    rng = np.random.default_rng(3)
-    x, y = np.cumsum(rng.standard_normal((2, 4000)), axis=1)
-    rose, step = load_rose(x, y), radians(30.0)
-    turned = load_rose(np.cos(step) * x - np.sin(step) * y, np.sin(step) * x + np.cos(step) * y)
-    np.testing.assert_allclose(np.roll(rose.largest, 1), turned.largest, rtol=1e-10)
-    for slope in (3.0, 10.0):
-        one, other = (rose_loads(r, slope=slope, reference=600.0) for r in (rose, turned))
-        np.testing.assert_allclose(np.roll(one, 1), other, rtol=1e-3 / slope)
-
-
-def test_the_axes_of_the_rose_are_the_components() -> None:
-    x, y = vector(0.4)
-    rose = load_rose(x, y)
-    assert rose.largest[0] == pytest.approx(x.max()) and rose.largest[6] == pytest.approx(-x.min())
-    assert rose.largest[3] == pytest.approx(y.max()) and rose.largest[9] == pytest.approx(-y.min())
-    for place, series in ((0, x), (3, y)):
-        expected = damage_equivalent_load(series, duration=600.0, slope=5.0)
-        assert rose_loads(rose, slope=5.0, reference=600.0)[place] == pytest.approx(expected, rel=1e-3)
-
-
-def test_roses_add_up() -> None:
-    one, other = load_rose(*vector(0.0)), load_rose(*vector(1.0))
-    both = sum_roses([one, other], weights=[2.0, 0.0], factors=[1.35, 1.1])
-    np.testing.assert_allclose(both.largest, np.maximum(1.35 * one.largest, 1.1 * other.largest))
-    np.testing.assert_allclose(
-        rose_loads(both, slope=4.0, reference=2.0), rose_loads(one, slope=4.0, reference=1.0), rtol=1e-4
-    )
-    assert bin_cycles(both.cycles[0]).counts.sum() == pytest.approx(2.0 * one.cycles[0].counts.sum())
-    np.testing.assert_allclose(sum_roses([one, other], factors=[1.0, 0.0]).largest, one.largest)
-    with pytest.raises(InputError, match="the same directions"):
-        sum_roses([one, load_rose(*vector(0.0), step=radians(15.0))])
-
-
-@pytest.mark.parametrize("step", [0.0, -1.0, radians(25.0)])
-def test_half_a_turn_is_whole_steps(step: float) -> None:
-    with pytest.raises(InputError, match="half a turn|step must be positive"):
-        load_rose([1.0], [1.0], step=step)

@@ -20,7 +20,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import SEAL
 from meltemi.postprocess.extremes import characteristic_value, extreme_loads
 from meltemi_loads.durations import actuator_duty, count_stops, load_duration
-from meltemi_loads.extrapolation import block_extremes, fit_extremes
+from meltemi_loads.extrapolation import fit_extremes
 from meltemi_loads.loadbase.changes import read_changes
 from meltemi_loads.loadbase.design import design_tables
 from meltemi_loads.loadbase.engine import base_status, base_table
@@ -28,7 +28,6 @@ from meltemi_loads.loadbase.excel import write_excel
 from meltemi_loads.loadbase.settings import DesignSettings
 from meltemi_loads.loadbase.store import read_file, write_file
 from meltemi_loads.loadbase.table import load_table
-from meltemi_loads.roses import load_rose
 
 SINE = np.sin(np.arange(200.0))
 
@@ -47,7 +46,6 @@ SINE = np.sin(np.arange(200.0))
         (lambda: loads.cycle_load(loads.rainflow_cycles(SINE), slope=None, reference=1.0), "slope must be positive"),
         (lambda: loads.del_weights(np.ones((2, 2)), duration=1.0, slope=4.0), "a row of at least 2"),
         (lambda: loads.std_weights("text"), "found 'text'"),
-        (lambda: block_extremes(SINE, 2.5), "blocks must be a whole number of at least 1, found 2.5"),
         (lambda: fit_extremes("many"), "found 'many'"),
         (lambda: characteristic_value(3.0, rule="mean"), "a row of at least 1"),
         (lambda: extreme_loads([["a"] * 6], "xy"), "expected numbers"),
@@ -57,7 +55,6 @@ SINE = np.sin(np.arange(200.0))
         (lambda: count_stops([[1.0]], on=1.0, off=0.5), "a row of at least 0"),
         (lambda: actuator_duty(SINE, dt="0.1"), "dt must be positive, found '0.1'"),
         (lambda: load_duration(SINE, SINE, dt=None, load_edges=[-2, 2]), "dt must be positive, found None"),
-        (lambda: load_rose(SINE, SINE, step="30 deg"), "step must be positive"),
         (lambda: loads.power_spectrum(SINE, dt=0.1, segments=2.5), "segments must be a whole number"),
         (lambda: loads.power_spectrum("text", dt=0.1), "found 'text'"),
         (lambda: loads.mean_interval([None, {}]), "expected numbers"),
@@ -71,7 +68,6 @@ def test_arguments_of_statistics(call: Callable[[], Any], words: str) -> None:
 
 
 def test_whole_numbers_as_floats_are_taken() -> None:
-    assert len(block_extremes(SINE, 4.0)) == 4  # type: ignore[arg-type]
     assert loads.damage_equivalent_load(SINE, duration=10.0, slope=np.float32(4.0), bins=np.int64(64)) > 0.0
 
 

@@ -16,12 +16,12 @@ from meltemi_loads.durations import (
     count_stops,
     duration_load,
     load_duration,
-    sum_durations,
 )
-from meltemi_loads.lifetime import LIFETIME, YEAR, annual_energy, lifetime_weights, occurrence_weights
+from meltemi_loads.energy import YEAR, annual_energy
 
 SPEEDS = np.arange(4.0, 25.0, 2.0)
 EDGES = np.arange(3.0, 26.0, 2.0)
+LIFETIME = 20.0 * YEAR
 
 # wind speeds
 
@@ -41,49 +41,12 @@ def test_tails_go_to_the_end_bins_or_stay_outside() -> None:
 # lifetime
 
 
-def test_the_weighted_time_is_the_lifetime() -> None:
-    """Production with three yaw errors of two seeds each, 2.5 % standstill within, all of it outside."""
-    p = rayleigh_weights(SPEEDS, 10.0, EDGES.tolist())
-    yaw = np.array([0.25, 0.5, 0.25])
-    production = lifetime_weights(p[:, None], simulated=600.0, state=0.975, yaw=yaw, runs=2)
-    parked = lifetime_weights(p, simulated=300.0, state=0.025)
-    outside = lifetime_weights(1.0 - p.sum(), simulated=600.0, runs=6)
-    total = 2 * 600.0 * production.sum() + 300.0 * parked.sum() + 6 * 600.0 * float(outside)
-    assert total == pytest.approx(LIFETIME, rel=1e-14)
-    assert LIFETIME == 20 * 365 * 24 * 3600
-
-
-def test_starts_and_stops_count_by_occurrence() -> None:
-    np.testing.assert_allclose(occurrence_weights([1000.0, 50.0, 50.0], runs=[1, 2, 1]), [20000.0, 500.0, 1000.0])
-    assert occurrence_weights(10.0, lifetime=25.0 * YEAR) == pytest.approx(250.0)
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        {"probability": 1.2, "simulated": 600.0},
-        {"probability": 0.1, "simulated": 0.0},
-        {"probability": 0.1, "simulated": 600.0, "runs": 0},
-        {"probability": 0.1, "simulated": 600.0, "yaw": -0.5},
-        {"probability": 0.1, "simulated": 600.0, "lifetime": float("inf")},
-    ],
-)
-def test_impossible_weights_are_refused(arguments: dict[str, float]) -> None:
-    with pytest.raises(InputError, match="lifetime_weights"):
-        lifetime_weights(**arguments)  # type: ignore[arg-type]
-
-
-def test_negative_occurrences_are_refused() -> None:
-    with pytest.raises(InputError, match="occurrence_weights"):
-        occurrence_weights(-1.0)
-
-
 def test_lifetime_cycles_are_the_lifetime_load() -> None:
     """Cycles weighted with their occurrence, against the power mean of the runs' loads (F-10)."""
     rng = np.random.default_rng(1)
     runs = [(1.0 + 0.1 * v) * rng.standard_normal(3000) for v in SPEEDS]
     loads = [damage_equivalent_load(x, duration=600.0, slope=4.0) for x in runs]
-    weights = lifetime_weights(rayleigh_weights(SPEEDS, 10.0, EDGES.tolist()), simulated=600.0)
+    weights = LIFETIME / 600.0 * rayleigh_weights(SPEEDS, 10.0, EDGES.tolist())
     life = sum_cycles([rainflow_cycles(x) for x in runs], weights.tolist())
     expected = lifetime_del(SPEEDS, loads, slope=4.0, mean_speed=10.0, edges=EDGES.tolist())
     assert cycle_load(life, slope=4.0, reference=LIFETIME) == pytest.approx(expected, rel=1e-4)
@@ -135,11 +98,9 @@ def test_load_durations_of_a_ramp() -> None:
     found = load_duration(t, speed, dt=0.01, load_edges=[0.0, 2.0, 6.0, 10.0], speed_edges=[0.0, 9.0, 18.0])
     np.testing.assert_allclose(found.time, [[2.0, 0.0], [3.0, 1.0], [0.0, 4.0]])
     np.testing.assert_allclose(found.revolutions, [[2.0, 0.0], [3.0, 2.0], [0.0, 8.0]])
-    both = sum_durations([found, found], [1.0, 3.0])
-    np.testing.assert_allclose(both.time, 4.0 * found.time)
     # levels 1, 4 and 8 with 2, 5 and 8 revolutions
     expected = ((2.0 * 1.0 + 5.0 * 4.0**3 + 8.0 * 8.0**3) / 15.0) ** (1.0 / 3.0)
-    assert duration_load(both, exponent=3.0) == pytest.approx(expected)
+    assert duration_load(found, exponent=3.0) == pytest.approx(expected)
 
 
 def test_the_equivalent_bearing_load_converges() -> None:
@@ -160,9 +121,6 @@ def test_durations_outside_the_edges_are_refused() -> None:
         load_duration([0.0, 3.0], [1.0, 1.0], dt=1.0, load_edges=[0.0, 2.0])
     with pytest.raises(InputError, match="shaft_speed lies"):
         load_duration([0.0, 1.0], [1.0, -1.0], dt=1.0, load_edges=[0.0, 2.0], speed_edges=[0.0, 2.0])
-    a, b = (load_duration([0.5], [1.0], dt=1.0, load_edges=[0.0, top]) for top in (1.0, 2.0))
-    with pytest.raises(InputError, match="the same edges"):
-        sum_durations([a, b])
     with pytest.raises(InputError, match="does not turn"):
         duration_load(load_duration([0.5], [0.0], dt=1.0, load_edges=[0.0, 1.0]))
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from meltemi import InputError, Run, Start, SteadyWind, build, load_turbine
+from meltemi import InputError, Run, Start, SteadyWind, build, load_turbine, simulate_batch
 from meltemi.core.stores import code_identity
 from meltemi.simulation.result import Result
 from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
@@ -78,6 +78,28 @@ def test_runs_that_were_finished_before_ctrl_c_are_taken_over(
     assert shares[-1] == pytest.approx(1.0)
     assert "taking over 2 finished runs" in capsys.readouterr().err
     assert not (tmp_path / FOLDER).exists()  # the study has come to its end
+
+
+def test_the_wind_of_a_run_that_is_taken_over_is_not_made(tmp_path: Path) -> None:
+    made: list[str] = []
+
+    class Made:
+        def content_hash(self) -> str:
+            return "8 m/s"
+
+        def __call__(self) -> SteadyWind:
+            made.append("wind")
+            return SteadyWind(speed=8.0)
+
+    (case,) = cases((8.0,))
+    case = Run(case.model, Made(), duration=1.0, name=case.name)
+    end_early(tmp_path, lambda: cells([case], workers=1))
+    with run_store(tmp_path, "study") as book:
+        (outcome,) = simulate_batch([case], store=book)
+    assert made == ["wind"] and outcome.reused and outcome.value.status is outcome.status
+    for other in ({"out": tmp_path}, {"series": False}):
+        with pytest.raises(InputError, match="store excludes out and series=False"):
+            simulate_batch([case], store=book, **other)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("change", ["inputs", "turbine", "wind", "place"])

@@ -12,26 +12,18 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from types import FrameType
 from typing import Any, cast
 
-from meltemi.control.controller import Controller
 from meltemi.core.calls import arguments_of, explained
-from meltemi.core.display import brief
 from meltemi.core.errors import InputError, MeltemiError, RunError, Status
-from meltemi.core.fingerprint import fingerprint
 from meltemi.core.interrupts import on_interrupt
-from meltemi.core.kernel import sources
-from meltemi.core.representation import Card, badge
-from meltemi.core.shown import Shown
-from meltemi.core.stores import code_identity
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.loadcases import card
-from meltemi.postprocess.files import read_netcdf, write_netcdf
+from meltemi.loadcases.store import Nothing, Outcome, ResultFiles, Store
 from meltemi.postprocess.summary import Counter, counted
-from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 
@@ -39,48 +31,8 @@ MOST_WORKERS = 1000
 DEVICES = ("cpu", "cuda", "cuda-single")
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
-Begun = tuple[Run, Path | None, str | None, Simulation]
-"""A case that is prepared: with its file and the hash of its inputs, if results are written."""
-
-
-@dataclass(frozen=True, repr=False)
-class Outcome(Shown):
-    """Outcome of one case of a batch.
-
-    Attributes:
-      name: name of the case.
-      status: outcome; ``FAILED`` if it could not be prepared, or its result not be reduced or written.
-      message: reason; empty for a complete and valid run.
-      value: the result, the value of ``reduce``, or the file it was written to; None without a result.
-      error: class of the exception that ended a failed case.
-      reused: whether its stored result was reused without a new run.
-    """
-
-    name: str
-    status: Status
-    message: str = ""
-    value: Any = None
-    error: type[BaseException] | None = None
-    reused: bool = False
-
-    def __repr__(self) -> str:
-        said = f": {self.message}" if self.message else ""
-        return f"<Outcome {self.name!r}, {self.status}{said}>"
-
-    def card(self) -> Card:
-        """Status and message, and the result or file."""
-        kind = "good" if self.ok else "doubtful" if self.status.complete else "bad"
-        facts = [("status", badge(self.status.name, kind)), *([("message", self.message)] if self.message else [])]
-        if self.reused:
-            facts.append(("run", "not repeated: a stored result was reused"))
-        if isinstance(self.value, Shown):
-            return Card("Outcome", self.name, facts, [self.value.card().folded(type(self.value).__name__)])
-        return Card("Outcome", self.name, [*facts, ("value", brief(self.value))])
-
-    @property
-    def ok(self) -> bool:
-        """The case reached its end, within the range of validity of the model."""
-        return self.status is Status.OK
+Begun = tuple[Run, Simulation]
+"""A case that is prepared."""
 
 
 @dataclass
@@ -103,6 +55,7 @@ class Batch:
       series: keep the time series; without them the value of a case, and what ``reduce`` is called with, is a
         :class:`~meltemi.loads.Summary`, computed while the case runs.
       slopes: m of the S-N curves of summaries by channel; for others 10 for blades, 4 for other loads.
+      store: keeps values in its own way, instead of files in ``out``.
     """
 
     cases: Iterable[Run]
@@ -117,6 +70,7 @@ class Batch:
     device: str = "cpu"
     series: bool = True
     slopes: Mapping[str, float] | None = None
+    store: Store | None = None
 
     def __post_init__(self) -> None:
         if self.workers is not None and not (isinstance(self.workers, int) and 1 <= self.workers <= MOST_WORKERS):
@@ -125,17 +79,15 @@ class Batch:
             raise InputError(f"device must be one of {', '.join(DEVICES)}, found {self.device!r}")
         if not self.series and self.out is not None:
             raise InputError("out and series=False exclude each other: files contain the time series")
+        if self.store is not None and (self.out is not None or not self.series):
+            raise InputError("store excludes out and series=False: it has its own way to keep results")
         if self.series and self.slopes is not None:
             raise InputError("slopes are those of summaries: give series=False")
         if self.device != "cpu":
             card.check()
             self.workers = 2  # one group is prepared or evaluated while another one marches
-        self.folder = None if self.out is None else Path(self.out)
-        if self.folder is not None:
-            try:
-                self.folder.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise InputError(f"{self.folder}: cannot be written ({error.strerror or error})") from None
+        files = None if self.out is None else ResultFiles(self.out, rerun=self.rerun)
+        self.kept: Store = self.store or files or Nothing()
         if isinstance(self.cases, Sized):
             self.total = len(self.cases)
         self.waiting: Iterator[tuple[int, Run]] = enumerate(self.cases)
@@ -224,7 +176,7 @@ class Batch:
             i, case = following
             name = case.name or f"case_{i + 1:04d}"
             taken, self.asked = name in self.names, i + 1
-            if case.name or self.folder is not None:  # a million names would need 0.1 GB
+            if case.name or self.out is not None:  # a million names would need 0.1 GB
                 self.names.add(name)
         if taken:
             self.outcomes[i] = Outcome(
@@ -245,41 +197,22 @@ class Batch:
 
     def _begin(self, i: int, name: str, case: Run) -> Begun | None:
         """Prepare a case; None if its stored result is reused."""
-        if self.folder is not None and Path(name).name != name:
-            raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
-        case = replace(
-            case,
-            model=case.model() if callable(case.model) else case.model,
-            wind=case.wind() if callable(case.wind) else case.wind,
-        )
-        path = None if self.folder is None else self.folder / f"{name}.nc"
-        inputs = None if path is None else _inputs(case)
-        if path is not None and not self.rerun and (found := _finished(path, inputs)):
-            value = path if self.reduce is None else self.reduce(found)
-            self.outcomes[i] = Outcome(name, found.status, value=value, reused=True)
+        found = self.kept.begin(name, case, self.reduce)
+        if isinstance(found, Outcome):
+            self.outcomes[i] = found
             return None
-        run = self.under_way[i] = self._prepare(case)
-        return case, path, inputs, run
+        run = self.under_way[i] = self._prepare(found)
+        return found, run
 
-    def _end(self, i: int, name: str, case: Run, path: Path | None, inputs: str | None, run: Simulation) -> None:
+    def _end(self, i: int, name: str, case: Run, run: Simulation) -> None:
         """March a case to its end, unless a graphics card has done so, and keep what is asked for."""
         march(run, case.progress, stop=self.stop.is_set)
         if run.status is Status.INTERRUPTED:
             self._heard(None)
         result = run.result()
         result.meta["case"] = name
-        value: Any = result if self.series else cast("Counter", run.sink).summary(result, run.output_step)
-        if path is not None:
-            result.meta["inputs"] = inputs
-            value = write_netcdf(result, path)
-        if self.reduce is not None:
-            try:
-                value = self.reduce(value if path is None else result)
-            except InputError:
-                if result.status.complete:
-                    raise
-                value = None  # too little of it to be reduced: its own status says more
-        self.outcomes[i] = Outcome(name, result.status, result.message, value)
+        ended: Any = result if self.series else cast("Counter", run.sink).summary(result, run.output_step)
+        self.outcomes[i] = Outcome(name, result.status, result.message, self.kept.keep(name, ended, self.reduce))
 
     def _prepare(self, case: Run) -> Simulation:
         if case.view and not self.series:
@@ -322,25 +255,6 @@ def simulate_batch(batch: Batch) -> list[Outcome]:
       InputError: ``workers`` or ``out`` is not valid.
     """
     return batch.run()
-
-
-def _inputs(case: Run) -> str | None:
-    """Hash of all inputs of a case and of the code; None if an input has no reproducible hash."""
-    if isinstance(case.controller, Controller) and case.controller.fresh is not None:
-        return None  # depends on a library or another process
-    code = code_identity(*(folder.name for folder in sources()))  # with the packages whose kernels it may call
-    return fingerprint(code, replace(case, name="", progress=None, partial=False))
-
-
-def _finished(path: Path, inputs: str | None) -> Result | None:
-    """The stored result of an earlier batch, if it is complete and has the same inputs."""
-    if inputs is None or not path.is_file():
-        return None
-    try:
-        found = read_netcdf(path)
-    except InputError:
-        return None
-    return found if found.status is Status.OK and found.meta.get("inputs") == inputs else None
 
 
 def completed(outcomes: Iterable[Outcome]) -> list[Any]:

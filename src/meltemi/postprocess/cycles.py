@@ -137,7 +137,7 @@ def sum_cycles(parts: Iterable[Cycles], weights: Sequence[float] | None = None, 
 
     Args:
       parts: cycles of each series.
-      weights: how often each series occurs, e.g. from :func:`lifetime_weights`; once by default.
+      weights: how often each series occurs; once by default.
       means: see :func:`bin_cycles`.
 
     Raises:

@@ -49,7 +49,7 @@ from meltemi_loads.loadbase.ultimate import (
 if TYPE_CHECKING:
     import pandas as pd
 
-    from meltemi_loads.lifetime import AnnualEnergy
+    from meltemi_loads.energy import AnnualEnergy
 
 
 @dataclass(frozen=True, repr=False)

@@ -16,7 +16,7 @@ from meltemi.core.shown import Brief
 from meltemi.postprocess.cycles import Cycles, Float, Index, goodman_cycles
 from meltemi.postprocess.extremes import COMPONENTS
 from meltemi_loads.durations import LoadDuration, duration_load
-from meltemi_loads.lifetime import YEAR, AnnualEnergy, annual_energy
+from meltemi_loads.energy import YEAR, AnnualEnergy, annual_energy
 from meltemi_loads.loadbase.coverage import Results, shared_repetitions
 from meltemi_loads.loadbase.interfaces import Interface
 from meltemi_loads.loadbase.reduction import OCTAVES

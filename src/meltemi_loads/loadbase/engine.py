@@ -20,7 +20,8 @@ from meltemi.core.extras import need
 from meltemi.core.representation import Card, Fold
 from meltemi.core.shown import Shown
 from meltemi.core.threads import available_cores
-from meltemi.loadcases.batch import Batch, Outcome
+from meltemi.loadcases.batch import Batch
+from meltemi.loadcases.store import Outcome
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi_loads.loadbase.jobs import Job, Row, Workshop, check_key, jobs_of

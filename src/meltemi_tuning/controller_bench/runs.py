@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.loadcases.batch import Outcome
+from meltemi.loadcases.store import Outcome
 from meltemi.postprocess.ensemble import actuator_travel
 from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.simulation.bladed.rotor import BladedModel
