@@ -106,16 +106,18 @@ class Part:
 
 PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.simulation.electric": lambda turbine, options: options.electrical != "ideal",
+    "meltemi.simulation.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,
 }
-"""Modules of parts, and whether a turbine with some options has it; ``part_of(turbine, options)`` there makes it."""
+"""Modules of parts, and whether a turbine with some options has it; ``part_of(turbine, options, rotor)`` there makes
+it."""
 
 
-def parts_of(turbine: Any, options: Any) -> tuple[Part, ...]:
-    """Parts of a turbine.
+def parts_of(turbine: Any, options: Any, rotor: Any) -> tuple[Part, ...]:
+    """Parts of a turbine with a rotor.
 
     Raises:
       InputError: one is not described, or does not suit the turbine.
     """
     return tuple(
-        import_module(module).part_of(turbine, options) for module, has in PARTS.items() if has(turbine, options)
+        import_module(module).part_of(turbine, options, rotor) for module, has in PARTS.items() if has(turbine, options)
     )

@@ -426,7 +426,7 @@ class Simulation:
 def _prepared(run: Run, plan: Plan, wind: Wind, numbers: Kind) -> Case:
     """The case of a run, with what depends on its time step."""
     model, turbine, kind = plan.model, plan.model.turbine, kind_of(plan.model)
-    case = Case(model, wind, plan.stations, numbers=numbers, grid=run.grid, parts=run.parts, origin=run.origin)
+    case = Case(model, wind, plan.stations, numbers=numbers, grid=run.grid, parts=plan.parts, origin=run.origin)
     if plan.events.rows is not None:
         case.events = plan.events.rows
     case["weights"][:2] = kind.step_weights(model, plan.dt)
