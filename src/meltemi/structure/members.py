@@ -157,7 +157,7 @@ def _diagonal_stiffness(
     return K
 
 
-def mesh_of(beam: Beam, also: Float) -> Mesh:
+def _mesh(beam: Beam, also: Float) -> Mesh:
     """Finite elements with nodes at ``also`` and sufficiently fine elsewhere."""
     length = beam.position[-1]
     z = np.union1d(also, np.linspace(0.0, length, ELEMENTS + 1))
@@ -177,7 +177,7 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
     if counts["torsion"] and not blade.twists:
         raise UnsupportedError("torsion_modes needs a blade with torsion_stiffness")
     beam = blade_beam(blade)
-    mesh = mesh_of(beam, np.concatenate([layout.position, layout.edges]))
+    mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
     if given:
         if blade.mode_shapes is None or blade.flap_stiffness is None or blade.edge_stiffness is None:
             raise UnsupportedError(
@@ -225,7 +225,7 @@ def tower_member(
     if counts["torsion"] and tower.torsion_stiffness is None:
         raise UnsupportedError("tower_torsion_modes needs a tower with torsion_stiffness")
     beam = tower_beam(tower)
-    mesh = mesh_of(beam, np.concatenate([layout.position, layout.edges]))
+    mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
     if given:
         if tower.mode_shapes is None or springs is not None:
             raise UnsupportedError("mode_shapes 'given': the tower has no mode_shapes, or has a foundation")

@@ -9,11 +9,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from meltemi.structure.beam import (
     Beam,
     Mesh,
+    Modes,
     assemble,
     grounded,
     natural_modes,
@@ -21,7 +23,15 @@ from meltemi.structure.beam import (
     softened,
     transfer,
 )
-from meltemi.structure.members import Member, NodeLayout, mesh_of, on_foundation, pick_modes, tower_beam, tower_member
+from meltemi.structure.members import (
+    BASE_MOTIONS,
+    Member,
+    NodeLayout,
+    on_foundation,
+    pick_modes,
+    tower_beam,
+    tower_member,
+)
 from meltemi.turbine.definition import Foundation, Tower
 from meltemi.turbine.soil import Soil
 from meltemi.turbine.support import Support
@@ -32,6 +42,8 @@ LONGEST = 2.0
 """[m] longest piece of the pile."""
 FINE, FINE_TO = 0.5, 4.0
 """[m] length of pieces near the still water, and how far up and down they reach; then up to twice as long."""
+TOP_MOTIONS = [0, 1, 3, 4]
+"""Surge, sway, roll and pitch of the top of the pile."""
 KINDS = ("fore-aft", "side-side", "torsion")
 FREE = 1e-8
 """Stiffness of a free foot over the bending stiffness of the pile [1/m and 1/m^3]."""
@@ -186,7 +198,7 @@ def spread(springs: Springs, heights: Float) -> Float:
     return found.reshape(-1)
 
 
-def strain_stiffness(beam: Beam, mesh: Mesh, shape: Float, low: float, high: float) -> Float:
+def strain_stiffness(mesh: Mesh, shape: Float, low: float, high: float) -> Float:
     """(k, k) generalised stiffness of the part of a beam between two coordinates, for shapes (k, n, 6) on its mesh."""
     total = np.zeros((len(shape), len(shape)))
     for e, middle in enumerate(0.5 * (mesh.z[1:] + mesh.z[:-1])):
@@ -224,6 +236,28 @@ def water_around(support: Support, heights: Float) -> Float:
     return spread(Springs(z, added, np.eye(6)), heights)
 
 
+@dataclass(frozen=True)
+class Ground:
+    """What holds the pile, and the mass at it.
+
+    Attributes:
+      base: (6, 6) stiffness under the foot and mass that moves with it; None clamps it.
+      around: (6n,) stiffness of the soil along the coordinates of a mesh.
+    """
+
+    base: tuple[Float, Float] | None
+    around: Float
+
+
+def ground_of(support: Support, foundation: Foundation | None, heights: Float) -> Ground:
+    """The ground for a mesh with nodes at heights (n,) [m]."""
+    if support.soil is not None:
+        springs = soil_springs(support, support.soil)
+        return Ground((springs.foot, np.zeros((6, 6))), spread(springs, heights))
+    base = None if foundation is None else (foundation.stiffness, foundation.matrix("mass"))
+    return Ground(base, np.zeros(6 * len(heights)))
+
+
 def supported_tower(
     support: Support,
     tower: Tower,
@@ -231,37 +265,71 @@ def supported_tower(
     tip_mass: Float,
     foundation: Foundation | None,
     layout: NodeLayout,
+    *,
+    given: bool = False,
 ) -> Member:
-    """Modal member of pile and tower, from the foot of the pile, with the water around it in the shapes of its modes.
+    """Modal member of pile and tower, from the foot of the pile.
 
-    Its damping is that of the isolated tower for what the tower deforms, and those of steel and soil in proportion to
-    their share of a mode's stiffness (W-35).
+    Its modes are the natural ones with the water around the pile; or the static deflections of the pile by unit
+    motions of its top (Guyan), and the mode shapes of the description on it, as in OpenFAST. Its damping is that of
+    the isolated tower for what the tower deforms, and those of steel and soil in proportion to their share of a mode's
+    stiffness (W-35).
 
     Args:
-      tip_mass ... layout: as of ``tower_member``; the nodes are those of the tower, from its base.
+      tip_mass ... given: as of ``tower_member``; the nodes are those of the tower, from its base.
     """
-    isolated = tower_member(tower, counts, tip_mass, None, layout)
+    alone = tower_member(tower, counts, tip_mass, None, layout, given=given)
     beam = joined(pile_beam(support), tower_beam(tower))
     foot, lift = float(support.position[0]), float(support.position[-1] - support.position[0])
-    mesh = mesh_of(beam, np.concatenate([pile_edges(support)[::2] - foot, lift + layout.position, lift + layout.edges]))
+    on_pile = pile_edges(support) - foot
+    mesh = assemble(beam, np.concatenate([on_pile, lift + alone.modes.z[1:]]))
     heights = mesh.z + foot
-    springs, base = None, None if foundation is None else (foundation.stiffness, foundation.matrix("mass"))
-    around = np.zeros(6 * len(heights))
-    if support.soil is not None:
-        springs = soil_springs(support, support.soil)
-        around, base = spread(springs, heights), (springs.foot, np.zeros((6, 6)))
-    modes = natural_modes(
-        mesh, 12 + 4 * sum(counts.values()), tip_mass=tip_mass, base=base, around=(around, water_around(support, heights))
-    )
-    first = math.sqrt(modes.stiffness[0, 0])
-    wanted = {kind: (i, counts[key]) for i, (kind, key) in enumerate(zip(KINDS, counts, strict=True))}
-    picked, names = pick_modes(modes, mesh, wanted)
-    flat = picked.shape.reshape(len(names), -1)
-    times = [2.0 * getattr(tower.damping, name.split(" ")[-1].replace("-", "_")) for name in names]
-    lag = np.sqrt(np.array(times) / isolated.modes.frequency_alone)
-    damping = strain_stiffness(beam, mesh, picked.shape, lift, math.inf) * np.outer(lag, lag)
-    damping += 2.0 * support.damping / first * strain_stiffness(beam, mesh, picked.shape, 0.0, lift)
-    if support.soil is not None:
-        damping += 2.0 * support.soil.damping / first * (flat * around) @ flat.T
-    return on_foundation(Member(tuple(names), picked, damping, second_order(picked), beam), mesh, foundation)
+    ground = ground_of(support, foundation, heights)
+    if given:
+        modes, names = _on_top_of_pile(alone, mesh, len(on_pile), ground)
+    else:
+        moving = (ground.around, water_around(support, heights))
+        found = natural_modes(mesh, 12 + 4 * sum(counts.values()), tip_mass=tip_mass, base=ground.base, around=moving)
+        wanted = {kind: (i, counts[key]) for i, (kind, key) in enumerate(zip(KINDS, counts, strict=True))}
+        modes, names = pick_modes(found, mesh, wanted)
+    kept = Member(tuple(names), modes, _damping(support, alone, mesh, modes, names, ground), second_order(modes), beam)
+    return on_foundation(kept, mesh, foundation)
 
+
+def _damping(support: Support, alone: Member, mesh: Mesh, modes: Modes, names: list[str], ground: Ground) -> Float:
+    """(k, k) generalised damping of tower, steel of the pile, and soil (W-35)."""
+    lift, n = float(support.position[-1] - support.position[0]), len(alone.names)
+    first, flat = float(modes.frequency.min()), modes.shape.reshape(len(names), -1)
+    damping = np.zeros((len(names), len(names)))
+    if len(names) == n:
+        lag = np.sqrt(np.diag(alone.damping) / np.diag(alone.modes.stiffness))
+        damping += strain_stiffness(mesh, modes.shape, lift, math.inf) * np.outer(lag, lag)
+    else:
+        damping[:n, :n] = alone.damping
+    damping += 2.0 * support.damping / first * strain_stiffness(mesh, modes.shape, 0.0, lift)
+    if support.soil is not None:
+        damping += 2.0 * support.soil.damping / first * (flat * ground.around) @ flat.T
+    return damping
+
+
+def _on_top_of_pile(tower: Member, mesh: Mesh, on_pile: int, ground: Ground) -> tuple[Modes, list[str]]:
+    """Shapes of a clamped tower on a pile, and static shapes of the pile for motions of its top that carry the tower.
+
+    Args:
+      on_pile: number of the mesh's nodes on the pile.
+    """
+    end = 6 * on_pile
+    pile = Mesh(mesh.z[:on_pile], mesh.points[:on_pile], mesh.flexibility[:end, : end - 6], mesh.mass[:end, :end])
+    G = pile.flexibility if ground.base is None else grounded(pile, ground.base[0])
+    G = softened(G, ground.around[:end])
+    stiffness = np.linalg.inv(G[-6:] @ G[-6:].T)
+    bent = (G @ (G[-6:].T @ stiffness)).reshape(on_pile, 6, 6)
+    rigid = transfer(mesh.points[on_pile:] - mesh.points[on_pile - 1])
+    static = np.concatenate([bent, rigid])[:, :, TOP_MOTIONS].transpose(2, 0, 1)
+    still = np.zeros((len(tower.names), on_pile - 1, 6))
+    shape = np.concatenate([np.concatenate([still, tower.modes.shape], axis=1), static])
+    flat = shape.reshape(len(shape), -1)
+    K = scipy.linalg.block_diag(tower.modes.stiffness, stiffness[np.ix_(TOP_MOTIONS, TOP_MOTIONS)])
+    M = flat @ mesh.mass @ flat.T
+    names = [*tower.names, *(f"pile {BASE_MOTIONS[i]}" for i in TOP_MOTIONS)]
+    return Modes(mesh.z, mesh.points, shape, K, M, M), names

@@ -172,11 +172,9 @@ def _tower(turbine: Turbine, counts: dict[str, int], head: Float, layout: NodeLa
     """The tower, with the pile that may carry it."""
     if turbine.support is None:
         return tower_member(turbine.tower, counts, head, turbine.foundation, layout, given=given)
-    if given:
-        raise UnsupportedError("mode_shapes 'given' are those of the tower alone, and it stands on a support")
     from meltemi.structure.support import supported_tower
 
-    return supported_tower(turbine.support, turbine.tower, counts, head, turbine.foundation, layout)
+    return supported_tower(turbine.support, turbine.tower, counts, head, turbine.foundation, layout, given=given)
 
 
 def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
@@ -263,7 +261,7 @@ def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
 
 
 def _coordinates(turbine: Turbine, blade: Member, tower: Member) -> tuple[str, ...]:
-    names = [name if name.startswith("base ") else f"tower {name}" for name in tower.names] + ["", "", ""]
+    names = [name if name.startswith(("base ", "pile ")) else f"tower {name}" for name in tower.names] + ["", "", ""]
     k = len(tower.names)
     names[k + YAW], names[k + GENERATOR], names[k + TORSION] = "yaw", "generator", "drivetrain"
     for b in range(turbine.n_blades):
