@@ -79,9 +79,7 @@ class ElevationSea(Sea):
     def components(self, depth: float, duration: float, gravity: float = GRAVITY) -> Components:
         period = self.time_step * len(self.elevation)
         if period < duration:
-            raise InputError(
-                f"sea.elevation: the series of {period:g} s is shorter than the run of {duration:g} s"
-            )
+            raise InputError(f"sea.elevation: the series of {period:g} s is shorter than the run of {duration:g} s")
         amplitude = np.fft.rfft(self.elevation)[1:] * (2.0 / len(self.elevation))
         if len(self.elevation) % 2 == 0:
             amplitude = amplitude[:-1]

@@ -141,7 +141,9 @@ class IrregularSea(Sea):
         self._refuse(depth, m0, frequency, variance)
         random = np.random.default_rng(self.seed)
         if self.amplitudes == "gaussian":
-            amplitude = np.sqrt(variance) * (random.standard_normal(len(number)) + 1j * random.standard_normal(len(number)))
+            amplitude = np.sqrt(variance) * (
+                random.standard_normal(len(number)) + 1j * random.standard_normal(len(number))
+            )
         else:
             amplitude = np.sqrt(2.0 * variance) * np.exp(2j * math.pi * random.random(len(number)))
         if self.crest is not None:

@@ -33,6 +33,4 @@ class RegularSea(Sea):
         refuse_breaking(self.height, self.period, depth, "sea.height")
         amplitude = 0.5 * self.height * np.exp(1j * self.phase)
         frequency = 2.0 * math.pi / self.period
-        return Components(
-            np.array([frequency]), np.array([amplitude]), np.array([along(self.direction)]), self.period
-        )
+        return Components(np.array([frequency]), np.array([amplitude]), np.array([along(self.direction)]), self.period)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Vec
 from meltemi.maths.records import Array1, Array2, Constant, Record, Single
+from meltemi.maths.rotations import rotation
 from meltemi.maths.tables import Numbers, Table, Vectors, View, number, xyz
 from meltemi.maths.vectors import cross
 from meltemi.sea.field import AHEAD, BEHIND
@@ -250,10 +251,13 @@ def piece_load(n: int, m: PileSystem) -> tuple[Vec, Vec, Vec]:
 def pile_section_loads(m: PileSystem, s: Outputs) -> None:
     """Loads at stations of the pile from those at the tower base down, and of the water on all of it (W-36)."""
     q, node, shape, out, sea = m.q, m.pile_nodes, m.pile_shape, m.pile_station, m.sea
-    base = Vec(0.0, 0.0, m.structure.tower_base)
+    base, moved, turned = Vec(0.0, 0.0, m.structure.tower_base), Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     for k in range(shape.modes):
-        top = m.tower_shape.displacement[k, 0]
-        base += q[k] * Vec(top.x, top.y, 0.0)
+        moved += q[k] * m.tower_shape.displacement[k, 0]
+        turned += q[k] * m.tower_shape.rotation[k, 0]
+    base += Vec(moved.x, moved.y, 0.0)
+    # the deflection of the tower is relative to its base
+    s.chain.top_deflection -= moved + cross(turned, Vec(0.0, 0.0, m.structure.tower_length))
     for i in range(out.stations):
         cut = m.pile_stations[i]
         place = Vec(0.0, 0.0, cut)
@@ -269,6 +273,10 @@ def pile_section_loads(m: PileSystem, s: Outputs) -> None:
                 middle = Vec(u.x, u.y, 0.5 * (max(node.low[n], cut) + node.high[n]))
                 out.force[i] += share * F
                 out.moment[i] += share * (M + cross(middle - place, F))
+    # loads of the tower base are in its axes, which tilt with it
+    tilted = rotation(turned).T
+    s.tower_station.force[0] = tilted @ s.tower_station.force[0]
+    s.tower_station.moment[0] = tilted @ s.tower_station.moment[0]
     sea.reaction = -1.0 * out.force[0]
     sea.reaction_moment = -1.0 * out.moment[0]
     force, moment = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)

@@ -68,9 +68,7 @@ def sea_part(sea: Sea, model: Model[Any], duration: float, origin: tuple[float, 
     radius = None
     if support.hydrodynamics.diffraction == "maccamy_fuchs":
         radius = np.interp(levels + sea.level, node["height"], np.sqrt(node["inertial"] / (2.0 * np.pi)))
-    field = sea_field(
-        waves, depth, levels, duration, radius=radius, slope=True, gravity=gravity, origin=origin
-    )
+    field = sea_field(waves, depth, levels, duration, radius=radius, slope=True, gravity=gravity, origin=origin)
     samples = len(field.elevation)
     kinematics = np.concatenate([field.velocity, field.acceleration], axis=-1).reshape(samples, -1)
     water = pile.water.copy()
