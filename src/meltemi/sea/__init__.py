@@ -1,6 +1,6 @@
-"""Sea: descriptions of waves and current, and their kinematics at points over time."""
+"""Sea: descriptions of waves and current, and their kinematics at points over time.
 
-from meltemi.namespaces import public
+Public names are in ``meltemi.environment``.
+"""
 
 KERNELS = ()
-__getattr__, __dir__ = public(__name__)

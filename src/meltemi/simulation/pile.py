@@ -127,7 +127,7 @@ def cubic(t: float, step: float, period: float) -> Instant:
     if period < 1e9:
         t -= period * floor(t / period)
     x = t / step
-    row = int(floor(x))
+    row = floor(x)
     s = x - row
     a, b = -s * (s - 1.0) * (s - 2.0) / 6.0, (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0
     c, d = -(s + 1.0) * s * (s - 2.0) / 2.0, (s + 1.0) * s * (s - 1.0) / 6.0
@@ -303,6 +303,12 @@ class PilePart(Part):
         "pile_station": PileStationLoad,
     }
     parameter_tables: ClassVar[ParameterTables] = ((Water, "water", Water.names),)
+    shown: ClassVar[tuple[str, ...]] = (
+        "wave_elevation",
+        "mudline_reaction_force_x",
+        "mudline_reaction_moment_x",
+        "mudline_reaction_moment_y",
+    )
     water: Float
     pile_nodes: Float
     pile_shape: Float

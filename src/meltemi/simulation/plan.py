@@ -229,7 +229,7 @@ def choose(model: Model[Any], names: Sequence[str], stations: Stations, parts: S
         raise InputError(f"channels must be a list of names, found the text {names!r}")
     found: dict[str, Channel] = {}
     whole = set(DEFAULT) <= set(names)
-    for name in names:
+    for name in (*names, *(name for part in model.parts for name in part.shown if whole)):
         if name == "all":
             found.update(available)
             continue

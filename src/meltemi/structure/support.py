@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy.linalg
@@ -117,7 +118,7 @@ def pile_edges(support: Support) -> Float:
     marks = [foot, -support.depth, -FINE_TO, 0.0, FINE_TO, top]
     marks = sorted({float(np.clip(mark, foot, top)) for mark in marks})
     edges = [marks[0]]
-    for low, high in zip(marks, marks[1:], strict=False):
+    for low, high in pairwise(marks):
         near = min(abs(low), abs(high))
         length = FINE if near < FINE_TO else min(LONGEST, 0.25 * near)
         edges += list(np.linspace(low, high, max(1, math.ceil((high - low) / length - 1e-9)) + 1)[1:])

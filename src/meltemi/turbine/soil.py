@@ -6,6 +6,7 @@ Reference: docs/theory/sea.md (W-40 to W-44); API RP 2GEO (2011), 8.5; Matlock (
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -126,12 +127,12 @@ class Soil(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         tops = [layer.top for layer in self.layers]
-        if tops[0] != 0.0 or any(b <= a for a, b in zip(tops, tops[1:], strict=False)):
+        if tops[0] != 0.0 or any(b <= a for a, b in pairwise(tops)):
             raise ValueError(f"layers must begin at the mudline with top 0 and go down, found tops {tops}")
         return self
 
     def secant(self, y: float, z: float, diameter: float) -> float:
-        """[N/m^2] reaction over deflection at |y| [m], at least a hundred-thousandth of the diameter, and depth z [m]."""
+        """[N/m^2] reaction over deflection at |y| [m], at least 1e-5 of the diameter, and depth z [m]."""
         above, layer = 0.0, self.layers[0]
         for here, after in zip(self.layers, (*self.layers[1:], None), strict=True):
             below = math.inf if after is None else after.top
