@@ -44,7 +44,7 @@ class Crest(Record):
         if self.of == "crest":
             wanted = self.height
         else:
-            lag = np.linspace(0.0, 2.0 * np.pi / np.sqrt(steepness), 721)
+            lag = np.linspace(0.0, 2.0 * np.pi / np.sqrt(steepness), 181)
             trough = float((np.cos(np.outer(lag, frequency)) @ share).min())
             wanted = self.height / (1.0 - trough)
         # slope: a component i w share / m2 has unit slope and no elevation at the crest

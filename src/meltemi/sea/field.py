@@ -70,6 +70,7 @@ def sea_field(
     """
     w, k = waves.frequency, wave_number(waves.frequency, depth, gravity)
     dt, count, total = _times(waves, duration)
+    period = dt if not len(w) else math.inf if waves.period is None else waves.period
     columns = 1 + 4 * (len(z) + slope)
     if 8.0 * columns * count > MOST_BYTES:
         raise InputError(f"sea: {count} samples at {len(z)} points are too many; shorten sea.repeat or the run")
@@ -90,7 +91,7 @@ def sea_field(
     u, v, a, b = series[1:].reshape(4, -1, count)
     return SeaField(
         dt,
-        math.inf if waves.period is None or total is None else waves.period,
+        period,
         np.ascontiguousarray(series[0]),
         np.stack([u.T, v.T], axis=-1),
         np.stack([a.T, b.T], axis=-1),

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import scipy.linalg
@@ -39,10 +38,8 @@ from meltemi.turbine.support import Support
 
 Float = NDArray[np.float64]
 
-LONGEST = 2.0
-"""[m] longest piece of the pile."""
-FINE, FINE_TO = 0.5, 4.0
-"""[m] length of pieces near the still water, and how far up and down they reach; then up to twice as long."""
+FINE, GROWTH, LONGEST = 0.5, 0.125, 2.0
+"""[m] length of pieces at still water and mudline, their growth with the distance, and that of the longest."""
 TOP_MOTIONS = [0, 1, 3, 4]
 """Surge, sway, roll and pitch of the top of the pile."""
 KINDS = ("fore-aft", "side-side", "torsion")
@@ -113,16 +110,18 @@ def joined(pile: Beam, tower: Beam) -> Beam:
 
 
 def pile_edges(support: Support) -> Float:
-    """(N + 1,) [m] heights of the edges of the pieces into which the pile is cut, with edges at mudline and water."""
+    """(N + 1,) [m] heights of the edges of the pieces into which the pile is cut, finer near water and mudline."""
     foot, top = float(support.position[0]), float(support.position[-1])
-    marks = [foot, -support.depth, -FINE_TO, 0.0, FINE_TO, top]
-    marks = sorted({float(np.clip(mark, foot, top)) for mark in marks})
-    edges = [marks[0]]
-    for low, high in pairwise(marks):
-        near = min(abs(low), abs(high))
-        length = FINE if near < FINE_TO else min(LONGEST, 0.25 * near)
-        edges += list(np.linspace(low, high, max(1, math.ceil((high - low) / length - 1e-9)) + 1)[1:])
-    return np.array(edges)
+    buried, water, above = (_graded(length) for length in (-support.depth - foot, support.depth, top))
+    return np.concatenate([-support.depth - buried[:0:-1], -water[::-1], above[1:]])
+
+
+def _graded(length: float) -> Float:
+    """(n + 1,) [m] distances from 0 to ``length`` in pieces that grow with the distance."""
+    edges = [0.0]
+    while edges[-1] < length - 1e-9:
+        edges.append(edges[-1] + min(max(FINE, GROWTH * edges[-1]), LONGEST))
+    return np.array(edges) * (length / edges[-1] if len(edges) > 1 else 1.0)
 
 
 @dataclass(frozen=True)
@@ -146,6 +145,16 @@ def soil_springs(support: Support, soil: Soil) -> Springs:
     Iterated: deflection of the embedded part under shear and moment at the mudline with the present springs, secants
     at that deflection, until both agree.
     """
+    return _settled(support, soil)[0]
+
+
+def mudline_deflection(support: Support, soil: Soil) -> float:
+    """[m] of the pile along x at the mudline under the load of the case."""
+    return float(_settled(support, soil)[1][-1])
+
+
+def _settled(support: Support, soil: Soil) -> tuple[Springs, Float]:
+    """Springs of the soil, and deflection (N + 1,) [m] at the edges of the pieces."""
     edges = pile_edges(support)
     edges = edges[edges <= -support.depth + 1e-9]
     z, length = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
@@ -154,17 +163,15 @@ def soil_springs(support: Support, soil: Soil) -> Springs:
     # the foot itself is free to move and to turn: springs that are negligible
     foot = np.diag([FREE * bending] * 2 + [soil.axial_stiffness] + [FREE * bending] * 2 + [soil.torsion_stiffness])
     mesh = assemble(_cut(pile_beam(support), edges[-1] - edges[0]), edges - edges[0])
-    y = np.zeros(len(z))
-    loaded = soil.shear != 0.0 or soil.moment != 0.0
-    for _ in range(SECANTS if loaded else 1):
-        pairs = zip(y, z, width, strict=True)
-        secant = np.array([soil.secant(v, -support.depth - at, d) for v, at, d in pairs])
+    moved = np.zeros(len(edges))
+    for _ in range(SECANTS):
+        pairs = zip(np.interp(z, edges, moved), z, width, strict=True)
+        secant = np.array([soil.secant(y, -support.depth - at, d) for y, at, d in pairs])
         springs = Springs(z, secant * length, foot)
-        moved = _deflection(mesh, springs, edges, soil)
-        change, y = np.abs(moved - y).max(), moved
-        if change <= SETTLED * np.abs(y).max():
+        before, moved = moved, _deflection(mesh, springs, edges, soil)
+        if np.abs(moved - before).max() <= SETTLED * np.abs(moved).max():
             break
-    return springs
+    return springs, moved
 
 
 def _bending(support: Support) -> float:
@@ -180,12 +187,12 @@ def _cut(beam: Beam, length: float) -> Beam:
 
 
 def _deflection(mesh: Mesh, springs: Springs, edges: Float, soil: Soil) -> Float:
-    """(N,) [m] of the middle of the pieces along x under the load at the mudline."""
-    G = softened(grounded(mesh, springs.foot), spread(springs, mesh.z + edges[0]))
+    """(N + 1,) [m] of the edges of the pieces along x under the load at the mudline."""
+    G = softened(grounded(mesh, springs.foot), spread(springs, edges))
     load = np.zeros(len(G))
     load[-6], load[-2] = soil.shear, soil.moment
-    u = (G @ (G.T @ load)).reshape(-1, 6)[:, 0]
-    return np.interp(springs.height, edges, u)
+    found: Float = (G @ (G.T @ load)).reshape(-1, 6)[:, 0]
+    return found
 
 
 def spread(springs: Springs, heights: Float) -> Float:
