@@ -58,7 +58,7 @@ def loads(turbine: Turbine, sea: Any, period: float, options: ModelOptions = RIG
 
 @pytest.mark.parametrize("period", [5.0, 8.0, 14.0])
 def test_shear_and_moment_of_a_regular_wave(turbine: Turbine, period: float) -> None:
-    """Inertia force from the sea bed to still water (W-27, W-28), 0.1 %."""
+    """Inertia force from the sea bed to still water (H-27, H-28), 0.1 %."""
     plain = turbine.replace(**{"support.hydrodynamics.drag": 0.0})
     t, found = loads(plain, RegularSea(height=2.0, period=period, stretching="none"), period)
     w = 2.0 * np.pi / period
@@ -72,11 +72,11 @@ def test_shear_and_moment_of_a_regular_wave(turbine: Turbine, period: float) -> 
 
 
 def test_drag_of_a_regular_wave(turbine: Turbine) -> None:
-    """Largest drag of a wave without inertia (W-29)."""
+    """Largest drag of a wave without inertia (H-29)."""
     plain = turbine.replace(
         **{"support.hydrodynamics": {"added_mass": 0.0, "pressure": 0.0, "drag": 1.0}, "support.flooded": None}
     )
-    t, found = loads(plain, RegularSea(height=H, period=8.0, stretching="none"), 8.0)
+    _, found = loads(plain, RegularSea(height=H, period=8.0, stretching="none"), 8.0)
     k = float(wave_number(np.array([2.0 * np.pi / 8.0]), DEPTH)[0])
     kh = k * DEPTH
     largest = RHO * G * 3.0 * (0.5 * H) ** 2 * (np.sinh(2.0 * kh) + 2.0 * kh) / (2.0 * np.sinh(2.0 * kh))
@@ -176,7 +176,7 @@ def test_the_stiffness_of_the_pile_is_that_of_a_shear_flexible_cantilever(turbin
 
 
 def test_given_shapes_on_static_shapes_of_the_pile(turbine: Turbine) -> None:
-    """As OpenFAST has it: in place of natural modes, mode shapes of the tower on the pile reduced to its top (Guyan)."""
+    """As in OpenFAST: mode shapes of the tower on the pile reduced to its top (Guyan), not natural modes of both."""
     shapes = {"fore_aft": [[1.0], [12.0, -16.0, 5.0]], "side_side": [[1.0], [12.0, -16.0, 5.0]]}
     tower = turbine.replace(**{"tower.mode_shapes": shapes}).tower
     layout, counts = points(np.linspace(0.0, tower.length, 11)), {"fore_aft": 2, "side_side": 2, "torsion": 0}
@@ -188,19 +188,21 @@ def test_given_shapes_on_static_shapes_of_the_pile(turbine: Turbine) -> None:
         mass = member.modes.mass_alone + 3.5e5 * top @ top.T
         first.append(scipy.linalg.eigh(member.modes.stiffness, mass, eigvals_only=True)[:2])
     assert member.names[4:] == ("pile surge", "pile sway", "pile roll", "pile pitch")
-    np.testing.assert_allclose(first[1], first[0], rtol=0.02)
+    np.testing.assert_allclose(first[1], first[0], rtol=0.03)
     assert np.all(first[1] > first[0])  # fewer shapes are stiffer
 
 
 def test_a_pile_in_stiff_soil_is_clamped_at_the_mudline(turbine: Turbine) -> None:
-    deep = {"position": [-50.0, -20.0, -10.0, 0.0, 10.0], "diameter": [6.0] * 5, "thickness": [0.06] * 5}
+    stiff = {"shear_modulus": 1e15}  # in shear a pile turns in the ground that holds it
+    deep = {"position": [-50.0, -20.0, -10.0, 0.0, 10.0], "diameter": [6.0] * 5, "thickness": [0.06] * 5, **stiff}
     rock = Curve(top=0.0, deflection=[0.0, 1.0], load=[0.0, 1e13])
     modes = {}
     for name, soil in (("rock", rock), ("sand", Sand(top=0.0, friction_angle=0.61, weight=1e4))):
         embedded = turbine.replace(support=turbine.support.content() | deep | {"soil": {"layers": [soil.content()]}})
         modes[name] = natural_modes(build(embedded, ModelOptions(**SMALL)))[0].frequency
-    clamped = natural_modes(build(turbine, ModelOptions(**SMALL)))[0].frequency
-    assert 0.98 * clamped < modes["rock"] < clamped  # the pile bends over the first half metre in it
+    clamped_there = turbine.replace(support=turbine.support.content() | stiff)
+    clamped = natural_modes(build(clamped_there, ModelOptions(**SMALL)))[0].frequency
+    assert 0.985 * clamped < modes["rock"] < clamped  # the pile bends over the first 0.8 m in it
     assert 0.75 * clamped < modes["sand"] < 0.97 * clamped
 
 

@@ -1,6 +1,6 @@
 """Linear waves over a plane sea bed (Airy): dispersion, kinematics, diffraction by a vertical cylinder.
 
-Reference: docs/theory/sea.md (W-1 to W-9); Dean & Dalrymple (1991), chapter 3; MacCamy & Fuchs (1954).
+Reference: docs/theory/sea.md (H-1 to H-9); Dean & Dalrymple (1991), chapter 3; MacCamy & Fuchs (1954).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ GRAVITY = 9.80665
 
 @dataclass(frozen=True)
 class Components:
-    """Waves whose sum is a sea (W-1).
+    """Waves whose sum is a sea (H-1).
 
     Attributes:
       frequency: (M,) [rad/s] above zero.
@@ -35,7 +35,7 @@ class Components:
 
 
 def wave_number(frequency: Float, depth: float, gravity: float = GRAVITY) -> Float:
-    """(M,) [rad/m] wave numbers k of frequencies (M,) [rad/s]: w^2 = g k tanh(k h) (W-2), by Newton's method."""
+    """(M,) [rad/m] wave numbers k of frequencies (M,) [rad/s]: w^2 = g k tanh(k h) (H-2), by Newton's method."""
     deep = np.asarray(frequency, dtype=np.float64) ** 2 * depth / gravity
     x = deep / np.sqrt(np.tanh(np.maximum(deep, 1e-12)))  # Eckart (1952), within 5 %
     for _ in range(6):
@@ -45,7 +45,7 @@ def wave_number(frequency: Float, depth: float, gravity: float = GRAVITY) -> Flo
 
 
 def profiles(k: Float, z: Float, depth: float) -> tuple[Float, Float, Float]:
-    """Decay with depth of the horizontal and vertical velocity and of the dynamic pressure (W-4), stable in deep water.
+    """Decay with depth of the horizontal and vertical velocity and of the dynamic pressure (H-4), stable in deep water.
 
     Args:
       k: (M,) [rad/m]; z: (P,) [m] from the still water, at most 0.
@@ -58,7 +58,7 @@ def profiles(k: Float, z: Float, depth: float) -> tuple[Float, Float, Float]:
 
 
 def maccamy_fuchs(ka: Float) -> Complex:
-    """Inertia coefficient of a vertical cylinder, with the phase of its force, over wave number times radius (W-9)."""
+    """Inertia coefficient of a vertical cylinder, with the phase of its force, over wave number times radius (H-9)."""
     from scipy.special import h2vp
 
     x = np.maximum(ka, 1e-6)

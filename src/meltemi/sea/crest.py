@@ -1,6 +1,6 @@
 """A wave of prescribed height embedded in an irregular sea: NewWave, the most probable shape of a large crest.
 
-Reference: docs/theory/sea.md (W-16 to W-19); Tromans, Anaturk & Hagemeijer (1991); Taylor, Jonathan & Harland (1997).
+Reference: docs/theory/sea.md (H-16 to H-19); Tromans, Anaturk & Hagemeijer (1991); Taylor, Jonathan & Harland (1997).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Crest(Record):
     """[s] of the crest at the origin."""
 
     def embedded(self, frequency: Float, amplitude: Complex, share: Float) -> Complex:
-        """Amplitudes (M,) with the crest (W-17): the sea given its elevation and slope at that time.
+        """Amplitudes (M,) with the crest (H-17): the sea given its elevation and slope at that time.
 
         Args:
           frequency: (M,) [rad/s].

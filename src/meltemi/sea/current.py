@@ -1,6 +1,6 @@
 """Current: a power law below the surface, a linear profile near it, a uniform part, and a table.
 
-Reference: docs/theory/sea.md (W-20); IEC 61400-3-1:2019, 6.3.4.
+Reference: docs/theory/sea.md (H-20); IEC 61400-3-1:2019, 6.3.4.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Kinematics of a sea at points, by fast Fourier transform once before a run.
 
-Reference: docs/theory/sea.md (W-21 to W-23).
+Reference: docs/theory/sea.md (H-21 to H-23).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 STEP, PHASE = 0.25, 1.0
-"""Longest step [s] of a field, and largest phase [rad] of its fastest wave over a step (W-22)."""
+"""Longest step [s] of a field, and largest phase [rad] of its fastest wave over a step (H-22)."""
 AHEAD, BEHIND = 1, 2
 """Samples before and after an interval that the cubic interpolation takes."""
 MOST_BYTES = 2e9
@@ -60,7 +60,7 @@ def sea_field(
       depth: [m] of the still water.
       z: (P,) [m] from still water, at most 0.
       duration: [s].
-      radius: (P,) [m] of a vertical cylinder that diffracts the waves (W-9); 0 where it does not. The accelerations
+      radius: (P,) [m] of a vertical cylinder that diffracts the waves (H-9); 0 where it does not. The accelerations
         become those that, with an inertia coefficient of 2, give its load.
       slope: add a last point, whose values are the vertical derivatives at still water.
       origin: (x, y) [m] of the line.

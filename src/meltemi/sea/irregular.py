@@ -1,6 +1,6 @@
 """An irregular sea: random waves of a spectrum.
 
-Reference: docs/theory/sea.md (W-10 to W-19).
+Reference: docs/theory/sea.md (H-10 to H-19).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Spectra of the sea's elevation, one-sided over the angular frequency.
 
-Reference: docs/theory/sea.md (W-10 to W-13); IEC 61400-3-1:2019, annex C.
+Reference: docs/theory/sea.md (H-10 to H-13); IEC 61400-3-1:2019, annex C.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ Float = NDArray[np.float64]
 
 
 def default_peak_factor(height: float, period: float) -> float:
-    """Peak enhancement factor of the IEC for a significant wave height [m] and a peak period [s] (W-12)."""
+    """Peak enhancement factor of the IEC for a significant wave height [m] and a peak period [s] (H-12)."""
     ratio = period / math.sqrt(height)
     return float(np.clip(math.exp(5.75 - 1.15 * ratio), 1.0, 5.0))
 
 
 def jonswap(frequency: Float, height: float, period: float, peak_factor: float = 1.0) -> Float:
-    """(M,) [m^2 s/rad] JONSWAP spectrum; a peak factor of 1 is that of Pierson and Moskowitz (W-11).
+    """(M,) [m^2 s/rad] JONSWAP spectrum; a peak factor of 1 is that of Pierson and Moskowitz (H-11).
 
     Args:
       frequency: (M,) [rad/s].

@@ -1,6 +1,6 @@
 """Directions of the waves of a sea about its mean direction.
 
-Reference: docs/theory/sea.md (W-15); Ewing & Laing (1987).
+Reference: docs/theory/sea.md (H-15); Ewing & Laing (1987).
 """
 
 from __future__ import annotations

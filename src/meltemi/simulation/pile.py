@@ -2,7 +2,7 @@
 
 The kinematics of the water are a field at fixed heights (``sea.field``), which is still water unless a run has a sea.
 
-Reference: docs/theory/sea.md (W-24 to W-36).
+Reference: docs/theory/sea.md (H-24 to H-36).
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ class Instant(NamedTuple):
 
 @kernel
 def cubic(t: float, step: float, period: float) -> Instant:
-    """Rows and weights of Lagrange's cubic interpolation at time ``t`` in samples ``step`` apart (W-22)."""
+    """Rows and weights of Lagrange's cubic interpolation at time ``t`` in samples ``step`` apart (H-22)."""
     if period < 1e9:
         t -= period * floor(t / period)
     x = t / step
@@ -143,7 +143,7 @@ def at(now: Instant, column: int, m: PileSystem) -> float:
 
 @kernel
 def stretched(kind: float, z: float, elevation: float, depth: float) -> float:
-    """Height at which the kinematics of a point at height ``z`` under the surface are taken (W-26), at most 0."""
+    """Height at which the kinematics of a point at height ``z`` under the surface are taken (H-26), at most 0."""
     if kind == WHEELER:
         return depth * (depth + z) / (depth + elevation) - depth
     return min(z, 0.0)
@@ -153,7 +153,7 @@ def stretched(kind: float, z: float, elevation: float, depth: float) -> float:
 def morison(
     density: float, drag: float, inertial: float, ux: float, uy: float, ax: float, ay: float
 ) -> tuple[float, float]:
-    """Force per length [N/m] on a vertical cylinder in relative velocity (ux, uy) and acceleration (ax, ay) (W-24)."""
+    """Force per length [N/m] on a vertical cylinder in relative velocity (ux, uy) and acceleration (ax, ay) (H-24)."""
     push = density * drag * sqrt(ux * ux + uy * uy)
     return push * ux + density * inertial * ax, push * uy + density * inertial * ay
 
@@ -204,7 +204,7 @@ def water_force(now: Instant, n: int, vx: float, vy: float, m: PileSystem) -> fl
 @outer_forces.variant
 @kernel
 def pile_forces(t: float, m: PileSystem) -> None:
-    """Forces of water on the coordinates of tower and pile, and its added mass in their mass matrix (W-25)."""
+    """Forces of water on the coordinates of tower and pile, and its added mass in their mass matrix (H-25)."""
     shape, w, v = m.pile_shape, m.water, m.v
     now = cubic(t, w.step, w.period)
     m.sea.elevation = at(now, 0, m)
@@ -249,7 +249,7 @@ def piece_load(n: int, m: PileSystem) -> tuple[Vec, Vec, Vec]:
 @outer_section_loads.variant
 @kernel
 def pile_section_loads(m: PileSystem, s: Outputs) -> None:
-    """Loads at stations of the pile from those at the tower base down, and of the water on all of it (W-36)."""
+    """Loads at stations of the pile from those at the tower base down, and of the water on all of it (H-36)."""
     q, node, shape, out, sea = m.q, m.pile_nodes, m.pile_shape, m.pile_station, m.sea
     base, moved, turned = Vec(0.0, 0.0, m.structure.tower_base), Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     for k in range(shape.modes):

@@ -1,6 +1,6 @@
 """The sea of a run, as a part: what replaces still water around the pile of a turbine.
 
-Reference: docs/theory/sea.md (W-21 to W-23).
+Reference: docs/theory/sea.md (H-21 to H-23).
 """
 
 from __future__ import annotations

@@ -277,7 +277,7 @@ def grounded(mesh: Mesh, stiffness: Float) -> Float:
 
 
 def softened(G: Float, stiffness: Float) -> Float:
-    """The factor of a structure with further springs to ground, (6n,) along the coordinates of its nodes (W-33)."""
+    """The factor of a structure with further springs to ground, (6n,) along the coordinates of its nodes (H-33)."""
     wet = np.flatnonzero(stiffness)
     inner = np.eye(G.shape[1]) + (G[wet] * stiffness[wet, None]).T @ G[wet]
     result: Float = scipy.linalg.solve_triangular(np.linalg.cholesky(inner), G.T, lower=True).T

@@ -1,6 +1,6 @@
 """A monopile below a tower: one beam from the foot of the pile to the tower top, and the nodes of the pile.
 
-Reference: docs/theory/sea.md (W-30 to W-44).
+Reference: docs/theory/sea.md (H-30 to H-44).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from meltemi.turbine.support import Support
 
 Float = NDArray[np.float64]
 
-FINE, GROWTH, LONGEST = 0.5, 0.125, 2.0
+FINE, GROWTH, LONGEST = 0.4, 0.1, 2.0
 """[m] length of pieces at still water and mudline, their growth with the distance, and that of the longest."""
 TOP_MOTIONS = [0, 1, 3, 4]
 """Surge, sway, roll and pitch of the top of the pile."""
@@ -140,7 +140,7 @@ class Springs:
 
 
 def soil_springs(support: Support, soil: Soil) -> Springs:
-    """Springs that are the secants of the soil's curves at the load of the case (W-44).
+    """Springs that are the secants of the soil's curves at the load of the case (H-44).
 
     Iterated: deflection of the embedded part under shear and moment at the mudline with the present springs, secants
     at that deflection, until both agree.
@@ -235,7 +235,7 @@ def coefficient(support: Support, name: str, z: Float) -> Float:
 
 
 def water_around(support: Support, heights: Float) -> Float:
-    """(6n,) [kg] added mass of still water at the nodes of a mesh, at heights (n,) [m], along x and y (W-34)."""
+    """(6n,) [kg] added mass of still water at the nodes of a mesh, at heights (n,) [m], along x and y (H-34)."""
     edges = pile_edges(support)
     z, wet = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
     wet = wet * ((z < 0.0) & (z > -support.depth))
@@ -281,7 +281,7 @@ def supported_tower(
     Its modes are the natural ones with the water around the pile; or the static deflections of the pile by unit
     motions of its top (Guyan), and the mode shapes of the description on it, as in OpenFAST. Its damping is that of
     the isolated tower for what the tower deforms, and those of steel and soil in proportion to their share of a mode's
-    stiffness (W-35).
+    stiffness (H-35).
 
     Args:
       tip_mass ... given: as of ``tower_member``; the nodes are those of the tower, from its base.
@@ -305,7 +305,7 @@ def supported_tower(
 
 
 def _damping(support: Support, alone: Member, mesh: Mesh, modes: Modes, names: list[str], ground: Ground) -> Float:
-    """(k, k) generalised damping of tower, steel of the pile, and soil (W-35)."""
+    """(k, k) generalised damping of tower, steel of the pile, and soil (H-35)."""
     lift, n = float(support.position[-1] - support.position[0]), len(alone.names)
     first, flat = float(modes.frequency.min()), modes.shape.reshape(len(names), -1)
     damping = np.zeros((len(names), len(names)))

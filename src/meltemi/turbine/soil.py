@@ -1,6 +1,6 @@
 """Soil around a pile: layers of sand and clay with their lateral reactions by API, or curves of the user.
 
-Reference: docs/theory/sea.md (W-40 to W-44); API RP 2GEO (2011), 8.5; Matlock (1970).
+Reference: docs/theory/sea.md (H-40 to H-44); API RP 2GEO (2011), 8.5; Matlock (1970).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Sand(Layer):
     cyclic: bool = True
 
     def reaction(self, y: Float, z: float, diameter: float, above: float) -> Float:
-        """[N/m] per length at deflections y [m] and a depth z [m] below the mudline (W-41).
+        """[N/m] per length at deflections y [m] and a depth z [m] below the mudline (H-41).
 
         Args:
           above: [N/m^2] effective weight of the layers above.
@@ -59,7 +59,7 @@ class Sand(Layer):
 
 
 def subgrade_modulus(friction_angle: float) -> float:
-    """[N/m^3] initial modulus of subgrade reaction of sand below water, from API's figure (W-42)."""
+    """[N/m^3] initial modulus of subgrade reaction of sand below water, from API's figure (H-42)."""
     degrees, values = (25.0, 30.0, 35.0, 40.0, 45.0), (5.4e6, 8e6, 22e6, 45e6, 73e6)
     return float(np.interp(math.degrees(friction_angle), degrees, values))
 
@@ -76,7 +76,7 @@ class Clay(Layer):
     """Strain at half the strength [-]."""
 
     def reaction(self, y: Float, z: float, diameter: float, above: float) -> Float:
-        """[N/m] as of :meth:`Sand.reaction` (W-43); linear below a hundredth of the reference deflection."""
+        """[N/m] as of :meth:`Sand.reaction` (H-43); linear below a hundredth of the reference deflection."""
         ultimate = min(3.0 + above / self.strength + 0.5 * z / diameter, 9.0) * self.strength * diameter
         reference = 2.5 * self.strain * diameter
         x = np.abs(y) / reference
