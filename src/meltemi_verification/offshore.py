@@ -49,7 +49,7 @@ STEP = 0.1
 
 @dataclass(frozen=True)
 class Waves:
-    """A case: its stretching, its current [m/s], beginning of the compared part [s], its period [s] if it is regular."""
+    """A case: stretching, current [m/s], beginning of the compared part [s], and its period [s] if it is regular."""
 
     stretching: Any = "none"
     current: float = 0.0
@@ -71,8 +71,6 @@ FREQUENCIES = {
 """[Hz] fitted to the decay of OpenFAST after a release of the tower top."""
 FREQUENCY_BAND, FORCE_BAND, PHASE_BAND, STD_BAND, CORRELATION = 0.3, 0.5, 1.0, 0.5, 0.9995
 """[%] of frequencies; [%] and [deg] of first harmonics in regular waves; [%] and [-] of an irregular sea."""
-FORCED = ("HydroFxi", "HydroMyi", "ReactFXss")
-"""Channels that waves drive; the others ring for long after the start with 0.13 % damping."""
 
 
 def monopile_model(*, water: bool = True, **changes: Any) -> BladedModel:
@@ -153,10 +151,9 @@ def waves() -> Comparison:
             if settings.period is not None:
                 rows += _harmonic(name, case, unit, time[inside], x, y, settings.period)
             else:
-                band = STD_BAND if name in FORCED else 1.0
-                rows.append(relative(f"{name} std", case, unit, float(y.std()), float(x.std()), band))
-                rows.append(at_least(f"{name} correlation", case, "-", CORRELATION if name in FORCED else 0.998,
-                                     float(np.corrcoef(x, y)[0, 1])))  # fmt: skip
+                rows.append(relative(f"{name} std", case, unit, float(y.std()), float(x.std()), STD_BAND))
+                found = float(np.corrcoef(x, y)[0, 1])
+                rows.append(at_least(f"{name} correlation", case, "-", CORRELATION, found))
         if settings.period is None:
             figures["offshore_sea"] = _plot(ours, time, reference, settings.begin)
     source = "OpenFAST v5.0.0 with SeaState, HydroDyn, SubDyn, the same waves (cases M2, M3, M6); no air"
@@ -164,15 +161,14 @@ def waves() -> Comparison:
 
 
 def _harmonic(name: str, case: str, unit: str, time: Float, ours: Float, theirs: Float, period: float) -> list[Row]:
-    """Amplitude and phase of the first harmonic, over whole periods; of channels that ring only the amplitude."""
+    """Amplitude and phase of the first harmonic, over whole periods."""
     whole = time - time[0] < period * np.floor((time[-1] - time[0]) / period) - 1e-6
     turn = np.exp(-2j * np.pi / period * time[whole])
     x, y = (complex(2.0 * np.mean(series[whole] * turn)) for series in (ours, theirs))
-    forced = name in (*FORCED, "Wave1Elev", "M1N1FKxe")
-    rows = [relative(f"{name} amplitude", case, unit, abs(y), abs(x), FORCE_BAND if forced else None)]
-    if forced:
-        rows.append(phase(f"{name} phase", case, float(np.angle(y)), float(np.angle(x)), PHASE_BAND))
-    return rows
+    return [
+        relative(f"{name} amplitude", case, unit, abs(y), abs(x), FORCE_BAND),
+        phase(f"{name} phase", case, float(np.angle(y)), float(np.angle(x)), PHASE_BAND),
+    ]
 
 
 def _plot(ours: Result, time: Float, theirs: Float, begin: float) -> Figure:

@@ -31,6 +31,7 @@ from meltemi.app.options import (
     with_options,
 )
 from meltemi.app.scans import finish, speeds_of
+from meltemi.app.sea import sea
 from meltemi.app.terminal import (
     OutOption,
     folder_for,
@@ -426,6 +427,7 @@ def power_curve(
 
 
 app.command()(wind)
+app.command()(sea)
 app.command()(docs)
 
 
