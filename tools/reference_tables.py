@@ -27,6 +27,9 @@ from meltemi.wind.fields import WindBox
 from meltemi.wind.files import read_bts
 from meltemi_exchange.openfast.text import key, number, read_input, split
 from meltemi_verification.measure import decay, extremes, harmonic, undershoot
+from meltemi_verification.offshore import CASES as SEA_CASES
+from meltemi_verification.offshore import CHANNELS as SEA_CHANNELS
+from meltemi_verification.offshore import STEP as SEA_STEP
 from meltemi_verification.stops import BEGIN, FIGURE, OUTPUT, SHOWN, STOPS, gust_cases, measured
 from meltemi_verification.stops import CHANNELS as STOP_CHANNELS
 from meltemi_verification.turbulent import CHANNELS, SHORT
@@ -243,6 +246,26 @@ def main(folder: Path) -> None:
     thinned_wind(openfast)
     thinned_runs(openfast)
     stops(folder / "openfast_dlc")
+    offshore(folder / "openfast_offshore")
+
+
+def offshore(runs: Path) -> None:
+    """Waves on the monopile of the IEA 15 MW: waves of each case, and thinned series in SI."""
+    content: dict[str, np.ndarray] = {"channels": np.array(SEA_CHANNELS)}
+    for case in SEA_CASES:
+        with np.load(runs / f"series/{case}.npz") as z:
+            names, units, data = list(map(str, z["channels"])), list(map(str, z["units"])), z["data"].astype(float)
+        factors = [1e3 if units[names.index(name)].startswith("kN") else 1.0 for name in SEA_CHANNELS]
+        series = data[::2, [names.index(name) for name in SEA_CHANNELS]] * factors
+        content[f"{case}_steps"], content[f"{case}_counts"] = rounded(series)
+        assert np.allclose(np.diff(data[::2, 0]), SEA_STEP, atol=1e-3)
+        waves = np.atleast_2d(np.genfromtxt(runs / f"waves/{case}.csv", delimiter=",", skip_header=1))
+        content[f"{case}_waves"] = waves[waves[:, 3] > 1e-6][:, [1, 3, 4]]
+    about = (
+        "OpenFAST v5.0.0, deck of ROSCO 2.10.6 with monopile; wave and current along x, parked, no air; "
+        f"value = step * count, every {SEA_STEP:g} s; "
+    )
+    pack("offshore_runs", about + "waves: frequency [rad/s], amplitude [m], phase [rad]", **content)
 
 
 def stops(runs: Path) -> None:

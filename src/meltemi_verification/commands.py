@@ -18,6 +18,9 @@ def verify(
     measured: Annotated[
         bool, typer.Option("--measured", help="Only the comparison with measured loads of a rotor in a wind tunnel.")
     ] = False,
+    offshore: Annotated[
+        bool, typer.Option("--offshore", help="Only the comparisons of turbines at sea with OpenFAST.")
+    ] = False,
     reference: Annotated[
         Path | None,
         typer.Option("--reference", help="Folder with complete reference series: adds 10 min of turbulence."),
@@ -29,14 +32,20 @@ def verify(
     from meltemi_verification.verification import report_of, verification
 
     made: list[Comparison] = []
-    suggest(*(("verify", "--out", out) if quick or measured else ("bench",)))
+    suggest(*(("verify", "--out", out) if quick or measured or offshore else ("bench",)))
     try:
         with simulation_bar("verification") as progress:
             verification(
-                quick=quick, measured=measured, reference=reference, progress=progress, say=say, done=made.append
+                quick=quick,
+                measured=measured,
+                at_sea=offshore,
+                reference=reference,
+                progress=progress,
+                say=say,
+                done=made.append,
             )
     finally:  # after an interruption or an error, too
-        report = report_of(made, measured)
+        report = report_of(made, measured, offshore)
         for table in made:
             print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
         if made:

@@ -15,6 +15,7 @@ from meltemi_verification import (
     iea,
     modes,
     momentum,
+    offshore,
     parked,
     published,
     rigid,
@@ -71,11 +72,17 @@ FULL: tuple[Study, ...] = (
     Study(20.0, iea.modes_22mw, "IEA 22 MW, aeroelastic modes", WINDIO),
 )
 
+OFFSHORE: tuple[Study, ...] = (
+    Study(60.0, offshore.frequencies, "frequencies on the monopile", ("rosco", *WINDIO)),
+    Study(30.0, offshore.waves, "monopile in waves", ("rosco", *WINDIO)),
+)
+
 
 def verification(
     *,
     quick: bool = False,
     measured: bool = False,
+    at_sea: bool = False,
     reference: Path | None = None,
     progress: Callable[[float], None] = lambda share: None,
     say: Callable[[str], None] = lambda text: None,
@@ -86,6 +93,7 @@ def verification(
     Args:
       quick: only what takes less than two minutes.
       measured: only the comparison with measured loads.
+      at_sea: only the comparisons of turbines at sea.
       reference: folder with the series and wind boxes of the reference runs, for turbulence over ten minutes beside
         the 45 s that come with the package, and for a stop in turbulence.
       progress: called with the completed fraction.
@@ -93,13 +101,14 @@ def verification(
       done: called with each comparison as soon as it is made, with verdicts.
 
     Raises:
-      InputError: the folder has no reference runs, or ``measured`` is combined with others.
+      InputError: the folder has no reference runs, or ``measured`` or ``at_sea`` is combined with others.
     """
-    if measured and (quick or reference is not None):
-        raise InputError("--measured is a comparison of its own: leave out --quick and --reference")
+    for alone, name in ((measured, "--measured"), (at_sea, "--offshore")):
+        if alone and (quick or reference is not None or measured + at_sea > 1):
+            raise InputError(f"{name} is a comparison of its own: leave out the other options")
     if reference is not None and not (reference / "openfast").is_dir():
         raise InputError(f"--reference {reference}: no folder 'openfast' in it")
-    studies = [*(uae.MEASURED if measured else QUICK if quick else FULL)]
+    studies = [*(uae.MEASURED if measured else OFFSHORE if at_sea else QUICK if quick else FULL)]
     if reference is not None:
         studies += [Study(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
         if (reference / "openfast_dlc").is_dir():
@@ -116,9 +125,9 @@ def verification(
         done(tables[-1])
         passed += study.seconds
         progress(passed / total)
-    return report_of(tables, measured)
+    return report_of(tables, measured, at_sea)
 
 
-def report_of(tables: Sequence[Comparison], measured: bool = False) -> Report:
+def report_of(tables: Sequence[Comparison], measured: bool = False, at_sea: bool = False) -> Report:
     """The report of comparisons, all of them or those made before an interruption."""
-    return Report(tables, "measurements" if measured else "verification")
+    return Report(tables, "measurements" if measured else "offshore" if at_sea else "verification")

@@ -25,11 +25,13 @@ from meltemi.app.options import (
     TurbineArgument,
     controller_of_options,
     is_case,
+    sea_of_options,
     wind_of_options,
     wind_options,
     with_options,
 )
 from meltemi.app.scans import finish, speeds_of
+from meltemi.app.sea import sea
 from meltemi.app.terminal import (
     OutOption,
     folder_for,
@@ -253,6 +255,8 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
 def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:
     """Keys of a case that describe the run, from options."""
     found: dict[str, Any] = {"duration": given["--duration"]} if "--duration" in given else {}
+    if "--sea" in given:
+        found["sea"] = sea_of_options(given["--sea"])
     if "--channels" in given:
         found["channels"] = [name.strip() for name in given["--channels"].split(",") if name.strip()]
     return found
@@ -423,6 +427,7 @@ def power_curve(
 
 
 app.command()(wind)
+app.command()(sea)
 app.command()(docs)
 
 

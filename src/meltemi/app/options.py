@@ -87,6 +87,16 @@ SpectrumOption = Annotated[
 ]
 
 
+SeaOption = Annotated[
+    str | None,
+    typer.Option(
+        "--sea",
+        metavar="HEIGHT,PERIOD[,DIRECTION]",
+        help="Irregular sea: significant wave height [m], peak period [s], direction [deg, clockwise from above: 0].",
+    ),
+]
+
+
 IEC_MODELS = _one_of("NTM", "ETM", "EWM1", "EWM50", "NWP", "EOG", "EDC", "ECD", "ECG", "EWSH", "EWSV")
 """Completion of a wind model of IEC 61400-1."""
 
@@ -135,6 +145,7 @@ class RunOptions(WindOptions):
     wind_file: Annotated[
         Path | None, typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc.")
     ] = None
+    sea: SeaOption = None
     controller: ControllerOption = None
     controller_input: ControllerInputOption = None
     duration: Annotated[
@@ -249,6 +260,24 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
         return {"kind": "turbulence", **wind, **more, **edition}
     only("--shear", "--direction", because="steady wind has none; add --turbulence or --ntm")
     return {"kind": "steady", **wind, **more}
+
+
+def sea_of_options(text: str) -> dict[str, Any]:
+    """The sea of a case from the option ``--sea``.
+
+    Raises:
+      InputError: it is not two or three numbers.
+    """
+    try:
+        numbers = [float(part) for part in text.split(",")]
+        height, period, direction = (*numbers, 0.0)[:3]
+        assert len(numbers) in (2, 3)
+    except (ValueError, AssertionError):
+        raise InputError(
+            f"--sea {text!r}: expected significant wave height [m], peak period [s] and perhaps direction [deg], "
+            "separated by commas, e.g. --sea 2.0,8"
+        ) from None
+    return {"kind": "irregular", "height": height, "period": period, "direction": radians(direction)}
 
 
 def controller_of_options(given: Mapping[str, Any]) -> dict[str, Any]:

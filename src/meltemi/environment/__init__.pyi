@@ -7,3 +7,12 @@ from meltemi.environment.climate import load_climate as load_climate
 from meltemi.environment.grid import PowerGrid as PowerGrid
 from meltemi.environment.rain import Rain as Rain
 from meltemi.environment.site import Environment as Environment
+from meltemi.sea.conditions import StillWater as StillWater
+from meltemi.sea.crest import Crest as Crest
+from meltemi.sea.current import Current as Current
+from meltemi.sea.given import ComponentSea as ComponentSea
+from meltemi.sea.given import ElevationSea as ElevationSea
+from meltemi.sea.irregular import IrregularSea as IrregularSea
+from meltemi.sea.irregular import UserSpectrum as UserSpectrum
+from meltemi.sea.regular import RegularSea as RegularSea
+from meltemi.sea.spreading import Spreading as Spreading

@@ -25,6 +25,7 @@ from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
+from meltemi.sea.kinds import AnySea
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import BaseEvent, Event, conflict
 from meltemi.simulation.model import Model, Stations
@@ -163,6 +164,8 @@ class LoadCase(Record):
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
     """Voltage, frequency, reactive power, and power reference, which needs a controller that follows it."""
+    sea: AnySea | None = None
+    """Waves and current around the turbine's support; by default still water."""
     icing: Icing | None = None
     """Ice on the blades, in place of that of the turbine file."""
     imbalance: Imbalance | None = None
@@ -319,7 +322,7 @@ def case_run(
     ``model`` is that of the turbine with the case's options and environment, and ``controller`` that of the case, if
     they are made already.
     """
-    same = ("duration", "channels", "output_step", "transient", "view", "events", "grid")
+    same = ("duration", "channels", "output_step", "transient", "view", "events", "grid", "sea")
     model = model or build(turbine, case.options, case.environment)
     return Run(
         model,
@@ -349,6 +352,9 @@ wind:
 # wind: {kind: file, file: field.bts}    # TurbSim, Bladed, HAWC2, netCDF or uniform wind
 
 duration: 60.0               # s
+
+# sea: {kind: irregular, height: 2.0, period: 8.0}    # m, s; for a turbine at sea, such as iea15mw-monopile; docs: sea
+# sea: {kind: regular, height: 6.0, period: 10.0, direction: 30 deg, current: {uniform: 0.5}}
 
 controller: baseline         # or another name or file: supervised, ipc, cpfc, A2, rosco@DISCON.IN, mine.py, or keys:
 # controller: {kind: supervised, scheme: ipc}                    # start, stop, protection; individual pitch, tuned

@@ -102,6 +102,11 @@ def channels_of_group(group: str) -> tuple[Channel, ...]:
     return tuple(_channel(row, ()) for row in _rows(group))
 
 
+def numbered_channels(group: str, count: int) -> tuple[Channel, ...]:
+    """Channels of a group of ``channels.csv`` for entries 1 to ``count`` along an axis."""
+    return tuple(_channel(row, (n,), n=n) for n in range(1, count + 1) for row in _rows(group))
+
+
 def catalogue(contents: Contents = Contents()) -> dict[str, Channel]:
     """All channels of a turbine by name."""
     found = [*channels_of_group("machine"), *_gearbox(*contents.gears), *contents.further]
@@ -116,8 +121,7 @@ def catalogue(contents: Contents = Contents()) -> dict[str, Channel]:
         for group, number in (("node", contents.nodes), ("station", contents.blade_stations)):
             for n in range(1, number + 1):
                 found += [_channel(row, (b - 1, n - 1), b=b, n=n) for row in _rows(group)]
-    for n in range(1, contents.tower_stations + 1):
-        found += [_channel(row, (n,), n=n) for row in _rows("tower_station")]
+    found += numbered_channels("tower_station", contents.tower_stations)
     for name in contents.coordinates:
         unit = unit_of_coordinate(name)
         if name != "yaw":  # yaw has its own channel
@@ -146,7 +150,8 @@ GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|stage_\d_.*")
 
 def every_kind() -> dict[str, Channel]:
     """Channels of all kinds that a turbine may have, with the smallest numbers of nodes, stations and flaps."""
-    further = channels_of_group("electrical") + channels_of_group("disk")
+    further = channels_of_group("electrical") + channels_of_group("disk") + channels_of_group("sea")
+    further += numbered_channels("pile_station", 1)
     return catalogue(Contents(nodes=1, flaps=1, gears=(2, 3), further=further))
 
 
@@ -179,6 +184,8 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
         hint = "loads of the gearbox need options.drivetrain: quasi_static or multibody"
     if lower in {name.lower() for row in _rows("disk") for name in filter(None, row[:2])}:
         hint = "only a power-coefficient turbine has it"
+    if lower in {name.lower() for row in _rows("sea") for name in filter(None, row[:2])} or lower.startswith("pile_"):
+        hint = "only a turbine in the sea has it, with turbine.support"
     if lower in {row[0] for row in _rows("electrical")}:
         hint = "channels of the electrical system need options.electrical: averaged"
     raise InputError(f"no channel {name!r}: {hint}")

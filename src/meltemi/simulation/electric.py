@@ -131,7 +131,7 @@ class ElectricPart(Part):
         return [LogEntry(since, "protection", "electrical system tripped", TRIPS[number])] if number else []
 
 
-def part_of(turbine: Any, options: Any) -> ElectricPart:
+def part_of(turbine: Any, options: Any, rotor: Any) -> ElectricPart:
     """The electrical system of a turbine; as ``simulation.parts.parts_of``."""
     law, speed = turbine.control.torque, turbine.control.pitch.reference_speed
     if turbine.electrical is None:

@@ -72,12 +72,14 @@ class Part:
       system: the same of the turbine's system.
       signals: arrays that channels may record, by their tables; states are among them, so that they are saved.
       parameter_tables: table, array and names of scalar parameters, as of a rotor.
+      shown: names of its channels that a run records by default.
     """
 
     control: ClassVar[type[Record] | None] = None
     system: ClassVar[type[Record] | None] = None
     signals: ClassVar[dict[str, type[Table]]] = {}
     parameter_tables: ClassVar[ParameterTables] = ()
+    shown: ClassVar[tuple[str, ...]] = ()
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the signals."""
@@ -106,16 +108,18 @@ class Part:
 
 PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.simulation.electric": lambda turbine, options: options.electrical != "ideal",
+    "meltemi.simulation.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,
 }
-"""Modules of parts, and whether a turbine with some options has it; ``part_of(turbine, options)`` there makes it."""
+"""Modules of parts, and whether a turbine with some options has it; ``part_of(turbine, options, rotor)`` there makes
+it."""
 
 
-def parts_of(turbine: Any, options: Any) -> tuple[Part, ...]:
-    """Parts of a turbine.
+def parts_of(turbine: Any, options: Any, rotor: Any) -> tuple[Part, ...]:
+    """Parts of a turbine with a rotor.
 
     Raises:
       InputError: one is not described, or does not suit the turbine.
     """
     return tuple(
-        import_module(module).part_of(turbine, options) for module, has in PARTS.items() if has(turbine, options)
+        import_module(module).part_of(turbine, options, rotor) for module, has in PARTS.items() if has(turbine, options)
     )

@@ -52,6 +52,7 @@ class Plan:
 
     Attributes:
       model, stations, channels: what is simulated, and recorded.
+      parts: what acts on it besides its own parts.
       recorder: of the view, if there is one.
       events: what happens.
       dt: [s] time step.
@@ -60,6 +61,7 @@ class Plan:
 
     model: Model[Any]
     stations: Stations
+    parts: tuple[Part, ...]
     channels: tuple[Channel, ...]
     recorder: Recorder | None
     events: Events
@@ -94,7 +96,8 @@ def planned(run: Run) -> Plan:
         )
     every_output = multiple(run.output_step, dt, "output_step")
     stations = run.stations or Stations()
-    chosen = choose(model, run.channels, stations, run.parts)
+    parts = _parts(run, model)
+    chosen = choose(model, run.channels, stations, parts)
     recorder = None
     if run.view:
         from meltemi.simulation.scene.motion import Recorder
@@ -115,7 +118,17 @@ def planned(run: Run) -> Plan:
             "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
             "or one of your own"
         )
-    return Plan(model, stations, tuple(chosen), recorder, events, dt, n_steps, every_output)
+    return Plan(model, stations, parts, tuple(chosen), recorder, events, dt, n_steps, every_output)
+
+
+def _parts(run: Run, model: Model[Any]) -> tuple[Part, ...]:
+    """What acts on the turbine in a run, besides its own parts."""
+    sea = run.sea
+    if sea is not None and not isinstance(sea, Part):
+        from meltemi.simulation.waves import sea_part
+
+        sea = sea_part(sea, model, run.duration, run.origin)
+    return tuple(part for part in (sea, run.other_wind) if part is not None)
 
 
 def _events(run: Run, model: Model[Any], dt: float, n_steps: int) -> Events:
@@ -216,7 +229,7 @@ def choose(model: Model[Any], names: Sequence[str], stations: Stations, parts: S
         raise InputError(f"channels must be a list of names, found the text {names!r}")
     found: dict[str, Channel] = {}
     whole = set(DEFAULT) <= set(names)
-    for name in names:
+    for name in (*names, *(name for part in model.parts for name in part.shown if whole)):
         if name == "all":
             found.update(available)
             continue

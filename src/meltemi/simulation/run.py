@@ -17,6 +17,7 @@ from meltemi.wind.fields import Wind
 from meltemi.wind.turbulent import AnyWind
 
 if TYPE_CHECKING:
+    from meltemi.sea.conditions import Sea
     from meltemi.simulation.events import BaseEvent
 
 
@@ -45,7 +46,7 @@ class Run:
         ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
       grid: voltage, frequency, reactive power, and power reference, which needs a controller that follows it; by
         default a stiff grid that takes all power.
-      sea: the sea that acts on the turbine, as a part.
+      sea: the sea around the support of the turbine, or a part that acts on it; by default still water.
       other_wind: a part that adds to the wind, such as the wakes of other turbines.
       origin: (x, y) [m] of the turbine in the axes of the wind.
       transient: [s] initial transient, recorded, but excluded from statistics and equivalent loads.
@@ -66,7 +67,7 @@ class Run:
     stations: Stations | None = None
     events: Iterable[BaseEvent | Mapping[str, Any]] = ()
     grid: PowerGrid | None = None
-    sea: Part | None = None
+    sea: Sea | Part | None = None
     other_wind: Part | None = None
     origin: tuple[float, float] = (0.0, 0.0)
     transient: float = 0.0
@@ -74,8 +75,3 @@ class Run:
     partial: bool = False
     name: str = ""
     progress: Callable[[float], None] | None = field(default=None, repr=False, compare=False)
-
-    @property
-    def parts(self) -> tuple[Part, ...]:
-        """What acts on the turbine in this run, besides its own parts."""
-        return tuple(part for part in (self.sea, self.other_wind) if part is not None)

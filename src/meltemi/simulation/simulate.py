@@ -34,6 +34,7 @@ from meltemi.numbers.lanes import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.loop import Loop, loop_of
+from meltemi.simulation.parts import Part
 from meltemi.simulation.plan import Plan, controller_of, first_point, planned, wind_of
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Finding, Result
@@ -180,7 +181,7 @@ class Simulation:
             "generator_torque": float(start.generator_torque),
         }
         self.dt, self.n_steps, self.duration, self.transient = plan.dt, plan.n_steps, run.duration, run.transient
-        self.channels, self.recorder, self.grid = plan.channels, plan.recorder, run.grid
+        self.channels, self.recorder, self.grid, self.sea = plan.channels, plan.recorder, run.grid, run.sea
         self.interrupted = False
         self.output_step = plan.every_output * plan.dt
         self.held_steps, self.sink = held_steps or plan.n_steps, None
@@ -426,7 +427,7 @@ class Simulation:
 def _prepared(run: Run, plan: Plan, wind: Wind, numbers: Kind) -> Case:
     """The case of a run, with what depends on its time step."""
     model, turbine, kind = plan.model, plan.model.turbine, kind_of(plan.model)
-    case = Case(model, wind, plan.stations, numbers=numbers, grid=run.grid, parts=run.parts, origin=run.origin)
+    case = Case(model, wind, plan.stations, numbers=numbers, grid=run.grid, parts=plan.parts, origin=run.origin)
     if plan.events.rows is not None:
         case.events = plan.events.rows
     case["weights"][:2] = kind.step_weights(model, plan.dt)
@@ -491,6 +492,11 @@ def _package() -> str:
         return "unknown"
 
 
+def _described(sea: Any) -> Any:
+    """A sea as data to repeat it; the name of the class of a part."""
+    return type(sea).__name__ if isinstance(sea, Part) else sea and sea.model_dump(mode="json")
+
+
 def describe(run: Simulation) -> dict[str, Any]:
     """Data to repeat a run."""
     model, wind = run.model, run.wind
@@ -504,6 +510,7 @@ def describe(run: Simulation) -> dict[str, Any]:
         "grid": None if run.grid is None else run.grid.model_dump(mode="json"),
         "wind": wind.label,
         "wind_hash": wind.content_hash(),
+        "sea": _described(run.sea),
         "controller": run.controller.name,
         "controller_state_hash": run.controller_hash,
         "start": run.start,

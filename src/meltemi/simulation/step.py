@@ -133,6 +133,11 @@ def outer_forces(t: float, m: System) -> None:
 
 
 @hook
+def outer_section_loads(m: System, s: Outputs) -> None:
+    """Compute section loads of parts after those of tower and blades."""
+
+
+@hook
 def begin_parts_step(dt: float, m: AnySystem) -> None:
     """Predict the states of parts at the next instant, after those of the rotor."""
 
@@ -221,6 +226,7 @@ def _(m: System, s: Outputs, everywhere: bool) -> None:
     if everywhere:
         tower_loads(m, s)
         station_loads(m, s)
+        outer_section_loads(m, s)
 
 
 @settle_inflow.variant

@@ -191,7 +191,7 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
         modes, names = _given_modes(beam, mesh, counts, directions)
         return _member(modes, names, beam, blade.damping or blade.damping_time)
     modes = natural_modes(mesh, 12 + 4 * (sum(counts.values()) - residual))
-    picked, names = _pick(
+    picked, names = pick_modes(
         modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])}
     )
     if residual:
@@ -237,7 +237,7 @@ def tower_member(
         }
         named = {name.replace("_", "-"): count for name, count in counts.items()}
         modes, names = _given_modes(beam, mesh, named, directions)
-        return _on_foundation(_member(modes, names, beam, tower.damping), mesh, foundation)
+        return on_foundation(_member(modes, names, beam, tower.damping), mesh, foundation)
     modes = natural_modes(
         mesh,
         12 + 4 * sum(counts.values()),
@@ -249,11 +249,11 @@ def tower_member(
         "side-side": (1, counts["side_side"]),
         "torsion": (2, counts["torsion"]),
     }
-    picked, names = _pick(modes, mesh, wanted)
-    return _on_foundation(_member(picked, names, beam, tower.damping), mesh, foundation)
+    picked, names = pick_modes(modes, mesh, wanted)
+    return on_foundation(_member(picked, names, beam, tower.damping), mesh, foundation)
 
 
-def _on_foundation(tower: Member, mesh: Mesh, foundation: Foundation | None) -> Member:
+def on_foundation(tower: Member, mesh: Mesh, foundation: Foundation | None) -> Member:
     """The tower with the damping of its foundation; motions of the base are rigid shapes after its modes."""
     if foundation is None:
         return tower
@@ -278,7 +278,7 @@ def _on_foundation(tower: Member, mesh: Mesh, foundation: Foundation | None) -> 
     return Member(names, moving, C, second_order(moving), tower.beam)
 
 
-def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple[Modes, list[str]]:
+def pick_modes(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple[Modes, list[str]]:
     """The first modes of each kind, scaled to unit motion of the end (or of the largest displacement)."""
     shares = energy_shares(modes, mesh.mass)
     kind = np.where(shares.max(axis=1) > LEAST_SHARE, np.argmax(shares, axis=1), -1)

@@ -27,10 +27,12 @@ if TYPE_CHECKING:
     from meltemi.turbine.electrical import ElectricalSystem
     from meltemi.turbine.gearbox import Gearbox
     from meltemi.turbine.ice import Icing
+    from meltemi.turbine.support import Support
 else:
     Icing = deferred("meltemi.turbine.ice", "Icing")
     Gearbox = deferred("meltemi.turbine.gearbox", "Gearbox")
     ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
+    Support = deferred("meltemi.turbine.support", "Support")
 
 HALF_TURN = math.pi
 BaseMotion = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
@@ -641,7 +643,7 @@ class BaselineControl(Record):
 
 
 class Turbine(Machine):
-    """A horizontal-axis wind turbine on land."""
+    """A horizontal-axis wind turbine on land, or on a pile in the sea."""
 
     n_blades: int = Field(default=3, ge=1)
     """2 or 3 in a simulation."""
@@ -659,6 +661,8 @@ class Turbine(Machine):
     yaw: Yaw
     tower: Tower
     foundation: Foundation | None = None
+    support: Support | None = None
+    """Pile in the sea below the tower; then ``foundation`` is that of its foot."""
     pitch_actuator: PitchActuator
     control: BaselineControl
     icing: Icing | None = None
@@ -685,6 +689,14 @@ class Turbine(Machine):
                     f"blade.aerodynamics.airfoil station {i + 1} names {name!r}, which is not among the airfoils: "
                     f"{did_you_mean(name, self.airfoils)}"
                 )
+        if self.support is not None:
+            if abs(self.support.position[-1] - self.tower.base_height) > 1e-3:
+                raise ValueError(
+                    f"support.position ends at {self.support.position[-1]:g} m, but tower.base_height is "
+                    f"{self.tower.base_height:g} m"
+                )
+            if self.foundation is not None and (self.foundation.motions or self.support.soil is not None):
+                raise ValueError("foundation: motions, or a support with soil of its own, exclude it; remove one")
         if self.icing is not None:
             self.icing.on(self.n_blades)
         for name in ("pitch", "mass"):

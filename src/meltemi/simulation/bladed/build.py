@@ -101,7 +101,8 @@ def build_bladed(
     pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
     head = head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
     with _about(f"{turbine.name}: tower"):
-        tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
+        tower = _tower(turbine, tower_counts, head, tower_layout, given=given)
+    lift = float(tower.beam.position[-1]) - turbine.tower.length
     coordinates = _coordinates(turbine, blade, tower)
     position = blade_layout.position
     polars, section, polar_index = _polars_outside(
@@ -140,9 +141,9 @@ def build_bladed(
         top_second=np.ascontiguousarray(tower.second[:, :, -1, :].transpose(2, 0, 1)),
         tower_matrix=_tower_matrix(tower, turbine.tower.top_mass),
         tower_weight=_tower_weight(tower, turbine.tower.top_mass),
-        tower_nodes=_tower_nodes(tower, tower_layout),
+        tower_nodes=_tower_nodes(tower, tower_layout, lift),
         tower_shape=np.ascontiguousarray(
-            tower.modes.at(tower_layout.position).transpose(0, 2, 1).reshape(6 * k, options.tower_nodes)
+            tower.modes.at(tower_layout.position + lift).transpose(0, 2, 1).reshape(6 * k, options.tower_nodes)
         ),
         aero_options=_aero_options(options),
         aero_nodes=_aero_nodes(turbine, blade_layout, options, polar_index),
@@ -162,9 +163,18 @@ def build_bladed(
         structure=_structure(turbine, environment, options, gears),
         aero=_aero(turbine, blade_layout, environment, options),
         actuators=_actuators(turbine, options),
-        parts=parts_of(turbine, options),
+        parts=parts_of(turbine, options, rotor),
         rotor=rotor,
     )
+
+
+def _tower(turbine: Turbine, counts: dict[str, int], head: Float, layout: NodeLayout, *, given: bool) -> Member:
+    """The tower, with the pile that may carry it."""
+    if turbine.support is None:
+        return tower_member(turbine.tower, counts, head, turbine.foundation, layout, given=given)
+    from meltemi.structure.support import supported_tower
+
+    return supported_tower(turbine.support, turbine.tower, counts, head, turbine.foundation, layout, given=given)
 
 
 def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
@@ -251,7 +261,7 @@ def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
 
 
 def _coordinates(turbine: Turbine, blade: Member, tower: Member) -> tuple[str, ...]:
-    names = [name if name.startswith("base ") else f"tower {name}" for name in tower.names] + ["", "", ""]
+    names = [name if name.startswith(("base ", "pile ")) else f"tower {name}" for name in tower.names] + ["", "", ""]
     k = len(tower.names)
     names[k + YAW], names[k + GENERATOR], names[k + TORSION] = "yaw", "generator", "drivetrain"
     for b in range(turbine.n_blades):
@@ -411,17 +421,18 @@ def _lumps(member: Member, top_mass: float) -> Float:
     """(n,) [kg] mass at the nodes of a member's mesh."""
     z = member.modes.z
     edges = np.concatenate([z[:1], 0.5 * (z[1:] + z[:-1]), z[-1:]])
-    mass: Float = member.beam.rigid_pieces(edges, member.modes.points)[:, 0, 0]
+    mass: Float = member.beam.rigid_pieces(edges, member.modes.points)[:, 2, 2]
     mass[-1] += top_mass
     return mass
 
 
-def _tower_nodes(tower: Member, layout: NodeLayout) -> Float:
+def _tower_nodes(tower: Member, layout: NodeLayout, lift: float) -> Float:
+    """Nodes of the tower, whose base is ``lift`` [m] above the end of its member."""
     array = TowerNode.zeros(node=len(layout.position))
     v = View(TowerNode, array)
     # the pieces' inertia is taken about the middle of each piece, where section_loads puts their weight
     middle = 0.5 * (layout.edges[1:] + layout.edges[:-1])
-    pieces = tower.beam.rigid_pieces(layout.edges, tower.beam.at(middle, "axis"))
+    pieces = tower.beam.rigid_pieces(layout.edges + lift, tower.beam.at(middle + lift, "axis"))
     v["height"], v["length"] = layout.position, layout.length
     v["mass"] = pieces[:, 0, 0]
     v["inertia"] = np.stack([pieces[:, 3, 3], pieces[:, 4, 4], pieces[:, 5, 5]])

@@ -147,7 +147,7 @@ def build_disk(
         structure=structure.array,
         aero=aero.array,
         actuators=actuator_array(turbine, options),
-        parts=parts_of(turbine, options),
+        parts=parts_of(turbine, options, None),
         rotor=rotor,
     )
 

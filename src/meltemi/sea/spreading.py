@@ -1,0 +1,33 @@
+"""Directions of the waves of a sea about its mean direction.
+
+Reference: docs/theory/sea.md (H-15); Ewing & Laing (1987).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from meltemi.core.record import Record
+
+Float = NDArray[np.float64]
+
+
+class Spreading(Record):
+    """Density of the energy over the direction: in proportion to cos^2s of the angle within a range."""
+
+    exponent: float = Field(default=1.0, gt=0.0, le=200.0)
+    """s; the energy is the narrower the larger it is."""
+    width: float = Field(default=np.pi, gt=0.0, le=2.0 * np.pi)
+    """[rad] whole range of directions."""
+    directions: int = Field(default=25, ge=3, le=361)
+    """Number of directions of equal energy."""
+
+    def directions_of(self, count: int, random: np.random.Generator) -> Float:
+        """(count,) [rad] from the mean direction: one for each wave, of ``directions`` with the same energy each."""
+        angle = np.linspace(-0.5 * self.width, 0.5 * self.width, 2001)
+        density = np.abs(np.cos(np.pi * angle / self.width)) ** (2.0 * self.exponent)
+        share = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
+        equal = np.interp((np.arange(self.directions) + 0.5) / self.directions, share / share[-1], angle)
+        return random.permutation(np.resize(equal, count))

@@ -1,0 +1,129 @@
+"""Support structure of a turbine in the sea: a monopile from its toe, or from the mudline, to the tower base."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from meltemi.core.record import Record, Vector
+from meltemi.turbine.checks import per_station, positive, stations
+from meltemi.turbine.soil import Soil
+
+
+class PointMass(Record):
+    """A flange, a platform, or a transition piece, on a short length of the pile."""
+
+    height: float
+    """[m] of its upper end above mean sea level."""
+    mass: float = Field(gt=0.0)
+    """[kg]."""
+    inertia: float = Field(default=0.0, ge=0.0)
+    """[kg m^2] about a horizontal axis through its centre; twice that about the vertical one."""
+    length: float = Field(default=0.5, gt=0.0)
+    """[m] over which the mass is spread."""
+
+
+class Growth(Record):
+    """Marine growth between two heights."""
+
+    bottom: float
+    """[m] above mean sea level."""
+    top: float
+    """[m] above mean sea level."""
+    thickness: float = Field(gt=0.0, lt=1.0)
+    """[m]."""
+    density: float = Field(default=1325.0, gt=0.0)
+    """[kg/m^3] in air."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not self.bottom < self.top:
+            raise ValueError(f"bottom {self.bottom:g} m must be below top {self.top:g} m")
+        return self
+
+
+class Hydrodynamics(Record):
+    """Coefficients of Morison's equation for a vertical cylinder, over its outer diameter with marine growth."""
+
+    drag: float | Vector = 1.0
+    """Drag coefficient [-]: one, or (S,) at the stations."""
+    added_mass: float | Vector = 1.0
+    """Added-mass coefficient [-] of the cylinder's acceleration."""
+    pressure: float | Vector = 1.0
+    """[-] by which the coefficient of the water's acceleration exceeds that of added mass."""
+    diffraction: Literal["none", "maccamy_fuchs"] = "none"
+    """Inertia coefficient that depends on wave number times radius, for large diameters; then that of the description
+    is of the current's drag and added mass only."""
+
+
+class Support(Record):
+    """A monopile, at stations from its foot to the tower base; steel in water."""
+
+    depth: float = Field(gt=0.0, le=200.0)
+    """[m] of the water at mean sea level."""
+    position: Vector
+    """(S,) [m] heights above mean sea level, increasing, from the foot to the tower base; properties are linear in
+    between."""
+    diameter: Vector
+    """(S,) [m] outer diameter."""
+    thickness: Vector
+    """(S,) [m] of the wall."""
+    elastic_modulus: float = Field(default=210e9, gt=0.0)
+    """[N/m^2]."""
+    shear_modulus: float = Field(default=80.8e9, gt=0.0)
+    """[N/m^2]."""
+    density: float = Field(default=7850.0, gt=0.0)
+    """[kg/m^3] of the steel, with what is fixed to it all along."""
+    shear_share: float = Field(default=0.5, gt=0.0, le=1.0)
+    """Share of the section that carries shear [-]: 0.5 for a thin tube (Cowper 1966)."""
+    masses: tuple[PointMass, ...] = ()
+    damping: float = Field(default=0.0, ge=0.0, lt=0.3)
+    """Ratio of the first mode if all its stiffness were that of the pile's steel [-]."""
+    soil: Soil | None = None
+    """Springs along the embedded part; without them the foot is clamped, or on the springs of ``foundation``."""
+    hydrodynamics: Hydrodynamics = Hydrodynamics()
+    water_density: float = Field(default=1025.0, gt=0.0)
+    """[kg/m^3]."""
+    flooded: float | None = 0.0
+    """[m] height of the water inside above mean sea level; none for a pile without."""
+    growth: tuple[Growth, ...] = ()
+    stations: Vector | None = None
+    """(N,) [m] heights above mean sea level with channels of section loads; by default the foot and the mudline."""
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        n = len(stations(self.position, "position"))
+        per_station(self, "diameter thickness", n)
+        positive(self, "diameter thickness")
+        for name in ("drag", "added_mass", "pressure"):
+            value = np.asarray(getattr(self.hydrodynamics, name))
+            if value.ndim and len(value) != n:
+                raise ValueError(f"hydrodynamics.{name} must have {n} entries like position, found {len(value)}")
+            if np.any(value < 0.0):
+                raise ValueError(f"hydrodynamics.{name} must be 0 or more")
+        thick = np.flatnonzero(2.0 * self.thickness >= self.diameter)
+        if len(thick):
+            raise ValueError(f"thickness at station {thick[0] + 1} is more than half the diameter")
+        foot, top = float(self.position[0]), float(self.position[-1])
+        if foot > -self.depth + 1e-6 or top <= 0.0:
+            raise ValueError(
+                f"position must begin at the sea bed, at -{self.depth:g} m (depth), or below it and end above the "
+                f"water, but is from {foot:g} to {top:g} m"
+            )
+        if self.soil is not None and foot > -self.depth - 1.0:
+            raise ValueError(f"soil: position begins at {foot:g} m, so that no part of the pile is in the ground")
+        for name, heights in (("masses", [each.height for each in self.masses]), ("stations", self.load_stations)):
+            for height in heights:
+                if not foot - 1e-6 <= height <= top + 1e-6:
+                    raise ValueError(f"{name}: {height:g} m is not on the pile, from {foot:g} to {top:g} m")
+        return self
+
+    @property
+    def load_stations(self) -> Any:
+        """[m] heights of the stations of section loads, increasing."""
+        if self.stations is not None:
+            return np.sort(self.stations)
+        return np.unique([float(self.position[0]), -self.depth])
