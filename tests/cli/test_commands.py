@@ -37,6 +37,7 @@ COMMANDS = (
     "campbell",
     "flutter",
     "parked",
+    "yaw-limits",
     "verify",
     "warmup",
     "bench",
@@ -440,7 +441,7 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     assert "Usage: " in ran.out
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
-    stability = ("campbell", "flutter", "parked")
+    stability = ("campbell", "flutter", "parked", "yaw-limits")
     with_files = (
         "run",
         "power-curve",
