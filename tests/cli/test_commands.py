@@ -30,6 +30,7 @@ COMMANDS = (
     "power-curve",
     "wind",
     "compare",
+    "climate",
     "bench-controller",
     "diff",
     "observe",
@@ -441,7 +442,7 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     assert "Usage: " in ran.out
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
-    stability = ("campbell", "flutter", "parked", "yaw-limits")
+    stability = ("campbell", "flutter", "parked", "yaw-limits", "climate")
     with_files = (
         "run",
         "power-curve",
