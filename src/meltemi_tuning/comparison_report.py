@@ -184,7 +184,9 @@ def write_comparison(
     pictures = {path.stem: path for path in files[2:]}
     if len(comparison.schemes) > 1:
         duty = [name for name in DUTY if any(table.entry(name, s).value.mean > 0.0 for s in table.schemes)]
-        pictures["changes"] = save(plot_changes(table, [name for name in MAIN if name in units], duty, units), out / "changes.png")
+        pictures["changes"] = save(
+            plot_changes(table, [name for name in MAIN if name in units], duty, units), out / "changes.png"
+        )
         files.append(pictures["changes"])
     tunings = design.tunings if design else {}
     if tunings:

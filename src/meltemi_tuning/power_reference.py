@@ -37,7 +37,7 @@ def power_grid(text: str, rated_power: float) -> PowerGrid:
         time, share = zip(*((float(t), _share(x, str(path))) for t, x in rows), strict=True)
     except ValueError:
         raise InputError(f"{path}: expected two numbers in each row after {','.join(HEAD)}") from None
-    return PowerGrid(power_reference=TimeSeries(time=list(time), value=[x * rated_power for x in share]))
+    return PowerGrid(power_reference=TimeSeries(time=np.array(time), value=rated_power * np.array(share)))
 
 
 def _share(text: str, where: str) -> float:
