@@ -10,7 +10,7 @@ from meltemi.environment.rain import RAIN_CLASSES, Rain, rain_parameters, rain_p
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
 from meltemi.turbine.library import load_turbine
-from meltemi_papers.palanimuthu2022.rain_drops import drops_energy, rain_loads
+from meltemi_studies.rain_drops import drops_energy, rain_loads
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 WIND = 10.0

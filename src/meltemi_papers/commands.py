@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from meltemi.app.options import completing
+from meltemi.app.options import TURBINES, completing
 from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import need, skipped
+
+if TYPE_CHECKING:
+    from meltemi.turbine.definition import Turbine
 
 STUDIES = {
     "he2018": "combined individual pitch and flap control of the NREL 5 MW (Energies 11, 2519)",
@@ -35,6 +38,14 @@ def reproduce(
     beyond: Annotated[
         str, typer.Option("--beyond", help="Of palanimuthu2022: parts beyond the paper, as climate,power, or all.")
     ] = "",
+    turbine: Annotated[
+        str | None,
+        typer.Option(
+            "--turbine",
+            help="Apply the paper's methods to another turbine: a page of its own, without claims.",
+            autocompletion=TURBINES,
+        ),
+    ] = None,
     workers: Annotated[int | None, typer.Option("--workers", help="Runs at a time [one for each core].")] = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -43,6 +54,8 @@ def reproduce(
         raise InputError(f"no study {study!r}: {did_you_mean(study, STUDIES)}")
     if workers is not None and workers < 1:
         raise InputError(f"--workers must be at least 1, found {workers}")
+    if turbine is not None and (rosco or beyond):
+        raise InputError(f"--turbine runs all of {study} that applies to another turbine: without --rosco and --beyond")
     if rosco:
         if study != "he2018":
             raise InputError(f"--rosco belongs to he2018; {study} has no such part")
@@ -52,13 +65,14 @@ def reproduce(
     from meltemi_papers import study as skeleton
 
     page = import_module(f"meltemi_papers.{study}.page")
-    need(f"reproduce {study}", *page.STUDY.needs)
-    for words in skipped(page.STUDY.parts_need).values():
+    chosen = page.STUDY if turbine is None else page.STUDY.applied(_described(turbine, study))
+    need(f"reproduce {study}", *chosen.needs)
+    for words in skipped(chosen.parts_need).values() if turbine is None else ():
         say(words)
     folder_for(out)
     with simulation_bar(study) as progress:
         found = skeleton.reproduce(
-            page.STUDY, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
+            chosen, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
         )
     for table in found.tables:
         print_table(table.caption, table.head, table.texts, text_columns=len(table.head))
@@ -68,9 +82,17 @@ def reproduce(
     for cell, why in found.doubtful.items():
         say(f"DOUBTFUL: {cell}: {why}")
     wrote(*found.files)
-    suggest(*(("reproduce", study, "--out", out) if quick or found.failed else ("verify", "--out", out)))
+    again = ("reproduce", study, *(("--turbine", turbine) if turbine else ()), "--out", out)
+    suggest(*(again if quick or found.failed else ("verify", "--out", out)))
     if found.failed:
         raise typer.Exit(1)
+
+
+def _described(turbine: str, study: str) -> Turbine:
+    from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
+
+    return aeroelastic(load_turbine(turbine), f"meltemi reproduce {study} --turbine")
 
 
 def _parts(study: str, names: str) -> list[str]:

@@ -15,6 +15,7 @@ from meltemi.core.files import write_text
 from meltemi.core.physics import PHYSICS
 from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
+from meltemi.turbine.definition import Turbine
 from meltemi_papers.claim import UNJUDGED
 from meltemi_papers.markdown import alone, documented, plain, plain_table, sections, table_lines
 from meltemi_reports.blocks import Document, Picture, Section, Table
@@ -115,7 +116,7 @@ class Study(Generic[Found]):
     """A paper and its reproduction.
 
     Attributes:
-      name: of its folder here, of its page and of its files.
+      name: of its page and of its files; of its folder here unless it is applied.
       title: of the page.
       source: the paper.
       run: simulates everything: ``run(quick=, workers=, progress=, partly=, parts=)``; ``partly`` is called with what
@@ -128,6 +129,8 @@ class Study(Generic[Found]):
       runs: of what was found those that the figures are drawn from.
       needs: optional packages that the whole needs.
       parts_need: optional packages by the claims and parts that need them, which cannot be judged without.
+      intro: begin of the page, in place of the file ``before.md``.
+      applied: the study of another turbine, without claims.
     """
 
     name: str
@@ -141,6 +144,13 @@ class Study(Generic[Found]):
     runs: Callable[[Found], Any] = lambda found: found
     needs: Sequence[str] = ()
     parts_need: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    intro: str | None = None
+    applied: Callable[[Turbine], Study[Any]] | None = None
+
+    @property
+    def before(self) -> str:
+        """Begin of the page."""
+        return self.text("before.md") if self.intro is None else self.intro
 
     def text(self, name: str) -> str:
         """Text of one of its Markdown files."""
@@ -148,7 +158,7 @@ class Study(Generic[Found]):
 
     def markdown(self, lead: str, chapters: Mapping[str, Chapter], figures: Chapter, out: Path) -> str:
         """The page for the documentation."""
-        lines = [self.text("before.md"), lead, "", f"*Computed by {MADE_BY}.*", ""]
+        lines = [self.before, lead, "", f"*Computed by {MADE_BY}.*", ""]
         for name, chapter in chapters.items():
             lines += chapter.markdown() if name not in self.parts else []
         files = [out / f"{name}.md" for name in self.parts]
@@ -206,7 +216,7 @@ def reproduce(
     def write(found: Any) -> Reproduction:
         runs = study.runs(found)
         pictures = [draw(name, caption, partial(of, runs)) for name, (caption, of) in study.figures.items()]
-        figures = Chapter("The paper's figures", pictures)
+        figures = Chapter("The paper's figures" if study.intro is None else "Figures", pictures)
         said = study.contents(found, out, draw)
         own = {name: chapter for name, chapter in said.chapters.items() if name not in study.parts}
         chapters = {**own, **failed_chapters(), **said.chapters}
@@ -216,7 +226,7 @@ def reproduce(
         text = study.markdown(said.lead, chapters, figures, out)
         files.append(write_text(out / f"{study.name}.md", alone(text)))
         parts = [chapter.section() for chapter in (*chapters.values(), figures)]
-        before = sections(study.text("before.md"), "Paper and reproduction")
+        before = sections(study.before, "Paper and reproduction")
         after = chain.from_iterable(sections(study.text(name), "Notes") for name in study.texts)
         facts = [*said.facts, ("computed by", MADE_BY), ("computed in", f"{time.perf_counter() - began:.0f} s")]
         lead = result_first(plain(said.lead))
@@ -232,6 +242,21 @@ def reproduce(
 def span(progress: Progress, begin: float, length: float) -> Progress:
     """Progress callback of a part: its first fraction of the whole, and its length."""
     return lambda share, what: progress(begin + length * share, what)
+
+
+def applied(study: Study[Any], turbine: Turbine, words: str, **changes: Any) -> Study[Any]:
+    """A study with another turbine: a page of its own, without claims and without the paper's texts.
+
+    Args:
+      study: of the paper.
+      turbine: the other one.
+      words: what of the paper is applied.
+      changes: of the fields of the study.
+    """
+    title = f"{words}, applied to {turbine.name}"
+    intro = f"# {title}\n\nMethods of: {study.source} Nothing here is a claim of the paper.\n"
+    own: dict[str, Any] = {"figures": {}, "texts": (), "parts": (), "applied": None, "intro": intro, "title": title}
+    return replace(study, name=f"{study.name}_{turbine.name}", **own | changes)
 
 
 def told(progress: Progress, what: str) -> Callable[[float], None]:

@@ -22,6 +22,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.representation import Card, Fold, badge
 from meltemi.core.shown import Brief
 from meltemi.core.units import display
+from meltemi.environment.grid import PowerGrid
 from meltemi.loadcases.store import Outcome
 from meltemi.postprocess.bands import IdealRemoval, harmonic_bands, ideal_removal
 from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, ensemble_table, mean_interval
@@ -33,6 +34,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulent import AnyWind, realised
+from meltemi_tuning.power_reference import tracking_error
 from meltemi_tuning.run_store import current, resumed
 
 Float = NDArray[np.float64]
@@ -137,6 +139,8 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity("pitch travel", *_RATE, lambda r: _travel(r, "pitch_"), about="mean of |rate|, mean of the blades"),
     Quantity("flap travel", *_RATE, lambda r: _travel(r, "flap_"), about="the same, sum of a blade's flaps"),
 )
+TRACKING = Quantity("tracking error", *display("W"), tracking_error, about="rms deviation from the power reference")
+"""Compared, too, where there is a power reference."""
 """Compared quantities, in the order of the tables."""
 
 
@@ -279,6 +283,7 @@ def compare(
     duration: float = 700.0,
     transient: float = TRANSIENT,
     windows: Mapping[str, tuple[float, float]] | None = None,
+    grid: PowerGrid | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Comparison:
@@ -291,6 +296,7 @@ def compare(
       duration: [s] of each run.
       transient: [s] initial transient, excluded from the evaluation.
       windows: [s] further evaluated parts, by name.
+      grid: with a power reference that all controllers follow.
       workers: threads.
       progress: callback with the completed fraction.
 
@@ -307,14 +313,16 @@ def compare(
             raise InputError(f"compare: window {name!r} from {begin:g} to {end:g} s does not fit in {duration:g} s")
     flaps = [f"flap_{j + 1}_angle_{b + 1}" for j in range(model.n_flaps) for b in range(model.n_blades)]
     channels = [name for name in CHANNELS if not (name[-1] == "3" and model.n_blades < 3)] + flaps
+    quantities = QUANTITIES
+    if grid is not None and grid.power_reference is not None:
+        quantities, channels = (*QUANTITIES, TRACKING), [*channels, "power_reference"]
 
     def cases() -> Iterator[Run]:
         for k, wind in enumerate(winds):
             shared = SharedField(wind, model, duration, len(controllers))
             for scheme, controller in controllers.items():
-                yield Run(
-                    model, shared, duration=duration, controller=controller, channels=channels, name=f"{k}:{scheme}"
-                )
+                name, settings = f"{k}:{scheme}", {"duration": duration, "channels": channels, "grid": grid}
+                yield Run(model, shared, controller=controller, name=name, **settings)  # type: ignore[arg-type]
 
     done: dict[int, int] = {}
     lock = threading.Lock()
@@ -323,7 +331,7 @@ def compare(
         # series are kept of the first wind in which no scheme fails, which may not be the first of all
         k = int(str(result.meta["case"]).partition(":")[0])
         keep = not any(j < k and done[j] == len(controllers) for j in list(done))
-        summary = _summary(result, judged, keep)
+        summary = _summary(result, judged, quantities, keep)
         with lock:
             done[k] = done.get(k, 0) + 1
         return summary
@@ -353,7 +361,7 @@ def compare(
         seeds=tuple(getattr(winds[k], "seed", None) for k in whole),
         runs={s: tuple(summary(k, s) for k in whole) for s in schemes},
         windows=judged,
-        quantities=QUANTITIES,
+        quantities=quantities,
         failures=failures,
     )
 
@@ -403,9 +411,11 @@ def _limits(run: RunSummary, window: str) -> tuple[IdealRemoval, IdealRemoval]:
     return run.ceilings if window == WHOLE else run.ceilings_window[window]
 
 
-def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: bool) -> RunSummary:
+def _summary(
+    result: Result, windows: Mapping[str, tuple[float, float]], quantities: Sequence[Quantity], keep: bool
+) -> RunSummary:
     parts = {name: result.between(begin, end) for name, (begin, end) in windows.items()}
-    numbers = {name: {q.name: q.of(part) for q in QUANTITIES} for name, part in parts.items()}
+    numbers = {name: {q.name: q.of(part) for q in quantities} for name, part in parts.items()}
     whole = parts[WHOLE]
     resolution = max(RESOLUTION, 0.5 * (FEWEST_SEGMENTS + 1) / (windows[WHOLE][1] - windows[WHOLE][0]))
     f = rotor_frequency(whole)

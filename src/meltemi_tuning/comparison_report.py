@@ -30,7 +30,7 @@ SERIES_LENGTH = 60.0
 SERIES = ("wind_x", "RootMyc1", "OoPDefl1", "pitch_1", "flap_1_angle_1", "generator_power")
 MAIN = (
     *("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "Mtilt DEL", "Myaw DEL", "OoPDefl1 std", "TwrBsMyt DEL"),
-    *("YawBrMyp DEL", "YawBrMzp DEL", "power std", "rotor speed std"),
+    *("YawBrMyp DEL", "YawBrMzp DEL", "power std", "rotor speed std", "tracking error"),
 )
 """Quantities of the figure of changes."""
 DUTY = ("pitch travel", "flap travel")
@@ -184,7 +184,9 @@ def write_comparison(
     pictures = {path.stem: path for path in files[2:]}
     if len(comparison.schemes) > 1:
         duty = [name for name in DUTY if any(table.entry(name, s).value.mean > 0.0 for s in table.schemes)]
-        pictures["changes"] = save(plot_changes(table, MAIN, duty, units), out / "changes.png")
+        pictures["changes"] = save(
+            plot_changes(table, [name for name in MAIN if name in units], duty, units), out / "changes.png"
+        )
         files.append(pictures["changes"])
     tunings = design.tunings if design else {}
     if tunings:

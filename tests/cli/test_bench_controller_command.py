@@ -54,6 +54,15 @@ def test_two_controllers_and_limits_of_a_file(
 
 
 @pytest.mark.slow
+def test_controllers_follow_a_power_reference(command: Command, tiny: list[bool], tmp_path: Path) -> None:
+    ran = command("bench-controller", "A2", "--power", "0.5", "--quick", "--out", tmp_path, "--json")
+    assert ran.status == 0, ran.err
+    board, _ = json.loads(ran.out)["tables"]
+    assert {row["controller"] for row in board["rows"]} == {"A1 (reference)", "A2"}
+    assert "tracking error" in (tmp_path / "runs.csv").read_text()
+
+
+@pytest.mark.slow
 def test_a_failed_run_is_reported_and_stops_no_other(
     command: Command, tiny: list[bool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -79,6 +88,8 @@ def test_a_failed_run_is_reported_and_stops_no_other(
         (("ipc", "--turbine", "nrel5m"), "nrel5mw"),
         (("ipc", "--limits", "none.yaml"), "none.yaml: no such file"),
         (("ipc", "--workers", "0"), "--workers 0"),
+        (("ipc", "--power", "0.5"), "the controller 'ipc' does not follow a power reference; name some of A0, A1"),
+        (("A2", "--power", "0.5", "--reference", "cpc"), "the controller 'cpc' does not follow a power reference"),
     ],
 )
 def test_bad_input_is_one_line_and_writes_nothing(

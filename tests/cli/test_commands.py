@@ -30,6 +30,7 @@ COMMANDS = (
     "power-curve",
     "wind",
     "compare",
+    "climate",
     "bench-controller",
     "diff",
     "observe",
@@ -37,6 +38,7 @@ COMMANDS = (
     "campbell",
     "flutter",
     "parked",
+    "yaw-limits",
     "verify",
     "warmup",
     "bench",
@@ -462,7 +464,7 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     assert "Usage: " in ran.out
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
-    stability = ("campbell", "flutter", "parked")
+    stability = ("campbell", "flutter", "parked", "yaw-limits", "climate")
     with_files = (
         "run",
         "power-curve",

@@ -115,6 +115,22 @@ def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Mod
 
 
 @pytest.mark.slow
+def test_schemes_follow_a_power_reference(command: Command, tmp_path: Path) -> None:
+    """Half of rated power, and a step of a file: A2 pitches less than A0, both follow."""
+    (tmp_path / "steps.csv").write_text("time,share\n0,0.5\n30,0.5\n30,0.6\n")
+    for power, most in (("0.5", 2550.0), (str(tmp_path / "steps.csv"), 3050.0)):
+        out = tmp_path / "out"
+        arguments = (*SHORT, "--seeds", 1, "--controllers", "A0,A2", "--power", power, "--out", out)
+        ran = command("compare", "nrel5mw", *arguments)
+        assert (ran.status, ran.err) == (0, "")
+        found = {(row["quantity"], row["scheme"]): float(row["mean"]) for row in rows(out / "comparison.csv")}
+        for scheme in ("A0", "A2"):
+            assert 2300.0 < found["power mean", scheme] < most
+            assert 0.0 < found["tracking error", scheme] < 400.0
+        assert found["pitch travel", "A2"] < found["pitch travel", "A0"]
+
+
+@pytest.mark.slow
 def test_one_scheme_and_one_seed_leave_nothing_of_an_earlier_comparison(command: Command, tmp_path: Path) -> None:
     for name in WITH_LOOPS:
         (tmp_path / name).write_text("old")
@@ -212,6 +228,7 @@ def files(tmp_path: Path) -> Iterator[Path]:
         (("--spectrum", "vonkarmann"), ("spectrum: expected 'kaimal', 'vonkarman' or 'mann'",)),
         (("--class", "IVB"), ("IVB",)),
         (("--iec", "EOG"), ("is not turbulent, so seeds do not apply: use --ntm, --iec ETM or --turbulence",)),
+        (("--power", "0.5"), ("the controller 'cpc' does not follow a power reference; name some of A0, A1, A2, A3",)),
         (("--pitch-actuator", "secondorder"), ("--pitch-actuator secondorder: did you mean 'second_order'",)),
     ],
 )

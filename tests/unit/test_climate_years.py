@@ -2,39 +2,28 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from meltemi import Turbine
+from meltemi import InputError, Turbine
+from meltemi.environment import air_density
 from meltemi.environment.climate import MONTH_HOURS, load_climate
 from meltemi.environment.drops import water_content
 from meltemi_papers.palanimuthu2022.beyond import climate as part
-from meltemi_papers.palanimuthu2022.beyond.climate.response import (
-    ICED,
-    QUICK,
-    SHED,
-    SLOPES,
-    WET,
-    Response,
-    Setup,
-    State,
-)
-from meltemi_papers.palanimuthu2022.beyond.climate.year import (
-    EDGES,
-    SHED_SHARE,
-    Curves,
-    a_year,
-    densities,
-    of_turbine,
-    years,
-)
+from meltemi_papers.palanimuthu2022.beyond.climate import of_turbine, years
 from meltemi_papers.study import Drawing
 from meltemi_reports.blocks import Table
+from meltemi_studies.climate.response import ICED, SHED, SLOPES, WET, Response, Setup, State
+from meltemi_studies.climate.tables import month_table
+from meltemi_studies.climate.weather import periods, read_weather
+from meltemi_studies.climate.year import SHED_SHARE, Curves, a_year
 
 SETUP = Setup(seeds=(1, 2))
 SPEEDS, DENSITIES = np.array(SETUP.speeds), np.array(SETUP.densities)
@@ -75,13 +64,13 @@ def response(turbine: Turbine) -> Response:
 
 def test_energy_goes_with_the_density(response: Response) -> None:
     site = load_climate("inland_plateau")
-    year = a_year(Curves(response), site, site)
+    year = a_year(Curves(response), site)
     # in such a power every month counts with its density, weighted with its wind's third power
     assert np.asarray(year.reference[1] / year.reference[0]) == pytest.approx(1.1)
-    hours = site.wind_hours(EDGES, response.turbine.hub_height)
-    middle = 0.5 * (EDGES[1:] + EDGES[:-1])
+    hours = site.wind_hours(Curves(response).edges, response.turbine.hub_height)
+    middle = Curves(response).middle
     flat = replace(response, power=0.5 * 1.225 * np.ones((3, len(SPEEDS), 2)))
-    assert a_year(Curves(flat), site, site).steps["altitude"] == pytest.approx(0.0, abs=1e-3)
+    assert a_year(Curves(flat), site).steps["altitude"] == pytest.approx(0.0, abs=1e-3)
     cube = hours @ np.minimum(middle, 24.0) ** 3
     assert year.reference[0] == pytest.approx(3600.0 * 0.5 * 1.225 * cube.sum(), rel=3e-3)
     in_air = year.reference + sum(year.steps[what] for what in ("altitude", "temperature", "humidity"))
@@ -93,12 +82,12 @@ def test_energy_goes_with_the_density(response: Response) -> None:
 
 def test_ice_takes_its_hours(response: Response) -> None:
     site = load_climate("inland_plateau")
-    one = a_year(Curves(response), site, site)
+    one = a_year(Curves(response), site)
     lost = (1.0 - SHED_SHARE) * 0.2 + SHED_SHARE * 0.1
-    always = a_year(Curves(response), site.replace(icing_hours=MONTH_HOURS), site)
+    always = a_year(Curves(response), site.replace(icing_hours=MONTH_HOURS))
     in_air = always.reference + sum(always.steps[what] for what in ("altitude", "temperature", "humidity"))
     assert always.steps["ice"] == pytest.approx(-lost * in_air)
-    twice = a_year(Curves(response), site.shifted(icing=2.0), site)
+    twice = a_year(Curves(response), site.shifted(icing=2.0))
     assert twice.steps["ice"] == pytest.approx(2.0 * one.steps["ice"])
     for name, slope in SLOPES.items():
         dry, rainy, ice = (always.loads[name][what] for what in ("humidity", "rain", "ice"))
@@ -106,7 +95,7 @@ def test_ice_takes_its_hours(response: Response) -> None:
         assert ice**slope == pytest.approx(shed + rainy**slope - dry**slope)
         # these loads go with the density alone
         assert always.loads[name]["altitude"] / always.loads[name]["reference"] == pytest.approx(
-            densities(site, "altitude")[0] / 1.225
+            periods(site).density("altitude")[0] / 1.225
         )
 
 
@@ -116,7 +105,7 @@ def test_rain_loads_blades_in_its_hours(response: Response) -> None:
     light = 0.01 * float(water_content(2.5 / 3.6e6) / water_content(32.0 / 3.6e6))
     for kind, more in (("rainstorm", 0.01), ("light", light)):
         rainy = site.replace(rain_hours={kind: 0.5 * MONTH_HOURS})
-        loads = a_year(Curves(response), rainy, rainy).loads
+        loads = a_year(Curves(response), rainy).loads
         for name, slope in SLOPES.items():
             damage = (loads[name]["rain"] / loads[name]["humidity"]) ** slope
             assert damage - 1.0 == pytest.approx(0.5 * ((1.0 + more) ** slope - 1.0), rel=1e-6)
@@ -124,7 +113,7 @@ def test_rain_loads_blades_in_its_hours(response: Response) -> None:
 
 def test_rain_takes_its_hours_and_never_more_than_there_is(response: Response) -> None:
     site = load_climate("tropical_coast")
-    one, none = a_year(Curves(response), site, site), a_year(Curves(response), site.shifted(rain=0.0), site)
+    one, none = a_year(Curves(response), site), a_year(Curves(response), site.shifted(rain=0.0))
     assert np.all(none.steps["rain"] == 0.0)
     assert np.all(one.steps["rain"] < 0.0)
     # this turbine makes so little that the review's formula takes all of it
@@ -132,16 +121,16 @@ def test_rain_takes_its_hours_and_never_more_than_there_is(response: Response) -
     clean = one.reference + sum(one.steps[what] for what in ("altitude", "temperature", "humidity"))
     assert np.all(-one.seed_rain <= clean * np.max(wet / MONTH_HOURS))
     assert np.all(one.seed_rain < 0.0)
-    full = a_year(Curves(replace(response, below=np.zeros(response.below.shape))), site, site)
+    full = a_year(Curves(replace(response, below=np.zeros(response.below.shape))), site)
     assert np.all(full.steps["rain"] == 0.0)
 
 
 def test_scenarios_shift_the_year(response: Response) -> None:
     found = years(response)
-    for year in found.years.values():
-        assert np.all(year.scenarios["3 K warmer"] < year.energy)
-        assert np.all(year.scenarios["wind 5 % slower"] < year.scenarios["humidity +0.1"])
-    plateau = found.years["inland_plateau"].scenarios
+    for name, year in found.years.items():
+        assert np.all(found.scenarios[name]["3 K warmer"] < year.energy)
+        assert np.all(found.scenarios[name]["wind 5 % slower"] < found.scenarios[name]["humidity +0.1"])
+    plateau = found.scenarios["inland_plateau"]
     assert np.all(plateau["3 K warmer, half the ice"] > plateau["3 K warmer"])
 
 
@@ -164,10 +153,84 @@ def test_tables_figure_and_words(response: Response) -> None:
     assert "nan" not in words
 
 
+HEADER = "LOCATION,Town,-,XXX,-,1,50.0,8.0,1.0,500.0\n" + "x\n" * 7
+EPW_ROWS = (
+    "2020,1,1,1,0,_,-5.0,-6,80,95000,0,0,0,0,0,0,0,0,0,0,180,4.0,0,0,9,9,0,0,0,0,0,0,0,0.0,1\n"
+    "2020,7,1,2,0,_,30.0,20,50,999999,0,0,0,0,0,0,0,0,0,0,180,8.0,0,0,9,9,0,0,0,0,0,0,0,4.0,1\n"
+    "2020,7,1,3,0,_,99.9,20,50,95000,0,0,0,0,0,0,0,0,0,0,180,8.0,0,0,9,9,0,0,0,0,0,0,0,0.0,1\n"
+)
+
+
+def test_hours_of_an_epw_file(tmp_path: Path) -> None:
+    path = tmp_path / "town.epw"
+    path.write_text(HEADER + EPW_ROWS)
+    found = periods(path)
+    assert (found.name, found.altitude, found.missing, found.month.tolist()) == ("town", 500.0, 1, [1, 7])
+    assert found.density()[0] == pytest.approx(float(air_density(-5.0, 0.8, pressure=95000.0)))
+    assert found.density()[1] == pytest.approx(float(air_density(30.0, 0.5, altitude=500.0)))
+    assert found.density("temperature")[1] > found.density()[1]  # moist air is lighter
+    edges = np.array([0.0, 6.0, 12.0, 20.0])
+    # 4 and 8 m/s at 10 m: 5.5 and 11.0 at 100 m
+    assert found.wind_hours(edges, 100.0).tolist() == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    assert read_weather(path, wind_height=2.0).wind_hours(edges, 100.0).tolist() == [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    # 4 mm/h: an hour of light rain, at most
+    assert {name: hours.tolist() for name, hours in found.rain_hours.items() if hours.any()} == {"light": [0.0, 1.0]}
+
+
+def test_a_year_of_hours_is_that_of_its_months(response: Response, tmp_path: Path) -> None:
+    """Energy of hours with the air of their own; a warm hour with wind and a cold calm one make less than the mean."""
+    path = tmp_path / "hours.csv"
+    path.write_text("temperature,humidity,pressure,wind_speed,icing\n-10,0,100000,3.3,0\n35,0,100000,8.1,0.5\n")
+    year = a_year(Curves(response), periods(path))
+    warm, cold = (float(air_density(t, pressure=1e5)) for t in (35.0, -10.0))
+    cube = 0.5 * np.array([Curves(response).middle[i] ** 3 for i in (0, 10)]) * 3600.0
+    assert year.reference[0] == pytest.approx(1.225 * cube.sum(), rel=5e-3)
+    assert (year.reference + year.steps["altitude"] + year.steps["temperature"])[0] == pytest.approx(
+        cold * cube[0] + warm * cube[1], rel=5e-3
+    )
+    assert year.constant[0] > 0.0
+    assert year.steps["ice"][0] == pytest.approx(-0.5 * 0.19 * warm * cube[1], rel=5e-3)
+    head = month_table(year).head
+    assert [row[0] for row in month_table(year).rows] == ["1"] and len(head) == len(month_table(year).rows[0])
+
+
+def test_without_rain_and_ice_nothing_of_them_is_simulated(response: Response) -> None:
+    site = load_climate("inland_plateau")
+    dry = a_year(Curves(replace(response, states={})), site.shifted(rain=0.0, icing=0.0))
+    full = a_year(Curves(response), site.shifted(rain=0.0, icing=0.0))
+    assert dry.energy == pytest.approx(full.energy)
+    for name in SLOPES:
+        assert dry.loads[name]["ice"] == pytest.approx(full.loads[name]["ice"])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.csv", "temperature,humidity\n1,1\n", "column wind_speed [m/s] is missing"),
+        ("a.csv", "temperatur,humidity,wind_speed\n1,1,1\n", "no column 'temperatur': did you mean 'temperature'"),
+        (
+            "a.csv",
+            "temperature,humidity,wind_speed\n1,80,1\n",
+            "humidity of 80 in hour 1: expected 0 to 1",
+        ),
+        ("a.csv", "temperature,humidity,wind_speed\n1,x,1\n", "hour 1, humidity: expected a number, found 'x'"),
+        ("a.csv", "temperature,humidity,wind_speed\n", "no hour has temperature, humidity, wind_speed"),
+        ("a.csv", "time,temperature,humidity,wind_speed\nnow,1,1,1\n", "time: expected ISO 8601"),
+        ("a.epw", "1,2\n", "line 1: expected LOCATION of an EPW file"),
+        ("a.epw", HEADER + "2020,1\n", "line 9: expected the 35 fields of an hour, found 2"),
+    ],
+)
+def test_what_is_no_weather_is_refused(tmp_path: Path, name: str, text: str, said: str) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(InputError, match=re.escape(said)):
+        periods(path)
+
+
 @pytest.mark.long
 def test_a_look_with_a_simulated_turbine(turbine: Turbine) -> None:
     told: list[Any] = []
-    found = of_turbine(turbine, QUICK, workers=2, progress=lambda share, what: told.append(share))
+    found = of_turbine(turbine, True, workers=2, progress=lambda share, what: told.append(share))
     assert told == sorted(told)
     r = found.response
     # thin air has less power below rated, and rated wind comes later

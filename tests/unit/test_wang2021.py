@@ -9,12 +9,11 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from meltemi import InputError, Run, build, load_turbine
+from meltemi import InputError, load_turbine
 from meltemi.app.cli import app
 from meltemi.control import YawProtection, yaw_threshold
 from meltemi_papers.wang2021.beyond.grid import Found, Grid
-from meltemi_papers.wang2021.beyond.limits import JUDGED, Limits, find_limits
-from meltemi_papers.wang2021.beyond.report import limits_table, recheck_table, relative
+from meltemi_papers.wang2021.beyond.report import recheck_table, relative
 from meltemi_papers.wang2021.beyond.year import PowerCurve, a_year
 from meltemi_papers.wang2021.claims import about_half
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, STOP, Gust, Gusts, spread
@@ -54,39 +53,6 @@ def test_the_laws_at_the_values_of_the_paper() -> None:
     assert np.abs(np.diff(fine)).max() < 0.04  # continuous
     steps = np.degrees(yaw_threshold(YawProtection(law="stepwise"), [0.0, 10.0, 10.1, 35.0, 35.1]))
     assert steps == pytest.approx([60.0, 60.0, 45.0, 45.0, 30.0], abs=1e-9)
-
-
-def limits(use: list[list[float]]) -> Limits:
-    errors = np.radians([0.0, 30.0, 60.0])
-    loads = {name: np.array(use) * (k + 1.0) for k, name in enumerate(JUDGED)}
-    return Limits(np.array([5.0, 10.0, 20.0, 25.0]), errors, loads, {name: k + 1.0 for k, name in enumerate(JUDGED)})
-
-
-def test_base_points_lie_where_a_load_reaches_its_limit() -> None:
-    found = limits([[0.2, 0.3, 0.4], [0.5, 0.5, 1.5], [0.8, 0.9, 0.7], [1.1, 1.2, 1.3]])
-    # within the limit everywhere; halfway from 30 to 60; within, but never above what a lower wind allows; beyond
-    assert np.degrees(found.allowed()) == pytest.approx([60.0, 45.0, 45.0, 0.0])
-    speeds, thresholds = found.base_points
-    assert YawProtection(wind_speeds=speeds, thresholds=thresholds).thresholds[1] == pytest.approx(np.radians(45.0))
-
-
-def test_a_failed_run_limits_its_own_yaw_error_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not the load limit, which would become infinite and allow everything."""
-
-    def found(cases: list[Run], **_: object) -> list[object]:
-        loads = dict.fromkeys(JUDGED, 1.0)
-        return [
-            FailedResult("no start") if c.name in ("etm 8 m/s 8 deg seed 1", "ntm 8 m/s 60 deg seed 1") else loads
-            for c in cases
-        ]
-
-    monkeypatch.setattr("meltemi_papers.wang2021.beyond.limits.cells", found)
-    monkeypatch.setattr("meltemi_papers.wang2021.beyond.limits.operating_point", lambda *_: None)
-    made = find_limits(build(load_turbine("nrel5mw")), [1], speeds=(8.0,), errors=tuple(np.radians((0.0, 30.0, 60.0))))
-    assert made.limit[JUDGED[0]] == pytest.approx(1.1)
-    assert made.use.tolist() == [[pytest.approx(1 / 1.1), pytest.approx(1 / 1.1), np.inf]]
-    assert limits_table(made).rows[0][3] == "failed"
-    assert np.degrees(made.allowed()) == pytest.approx([30.0])
 
 
 def test_a_bin_without_a_run_is_not_judged() -> None:

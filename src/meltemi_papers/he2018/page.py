@@ -10,13 +10,14 @@ import numpy as np
 
 from meltemi.controllers.names import SCHEMES
 from meltemi.postprocess.ensemble import MeanEstimate
+from meltemi.turbine.definition import Turbine
 from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.he2018 import beyond, search
-from meltemi_papers.he2018.claims import ceilings, change, claims, edgewise, likelihood, minutes, percent, reasons
+from meltemi_papers.he2018.claims import ceilings, change, claims, edgewise, likelihood, percent, reasons
 from meltemi_papers.he2018.designs import WHOLE_LEAD
 from meltemi_papers.he2018.figures import FIGURES, over_speeds
 from meltemi_papers.he2018.runs import BEST, CLASS_B, PREVIEWS, Runs, run_all
-from meltemi_papers.study import Chapter, Content, Contents, Draw, Study, tabled, worded
+from meltemi_papers.study import Chapter, Content, Contents, Draw, Study, applied, tabled, worded
 from meltemi_reports.blocks import Table
 from meltemi_tuning.run_store import guarded
 from meltemi_tuning.tuning_plots import plot_tuning
@@ -101,17 +102,10 @@ def _lead(runs: Runs, lines: list[Claim]) -> str:
     )
 
 
-def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
-    """Chapters, lead and facts of the page."""
-    lines = claims(runs)
-
-    def in_minutes(runs: Runs) -> Table:
-        return beyond.minutes_table([("ipc", minutes(runs, "ipc"), -47.9), ("cpfc", minutes(runs, "cpfc"), -55.3)])
-
+def _chapters(runs: Runs, draw: Draw) -> dict[str, Chapter]:
+    """What does not depend on the paper's numbers."""
     wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
-        "claims": ("Claim by claim", [lambda runs: claims_table(lines)]),
         "ceilings": ("How much was there to gain", [ceiling_table]),
-        "winds": ("In which wind the paper's figures hold", [beyond.winds, search.search_table, in_minutes]),
         "gains": ("Gains", [gains_table]),
         "division": ("Division of frequencies and the edgewise mode", [beyond.division]),
         "best": ("The best combination beside the paper's", [partial(beyond.best, reading=r) for r in runs.readings]),
@@ -123,19 +117,9 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
     cpfc = SCHEMES["cpfc"].loops
     tunings = zip(cpfc, runs.bench.tunings[cpfc], strict=True)
     loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in tunings}
-    winds = " and in ".join(runs.readings)
     below: dict[str, list[Content]] = {
-        "claims": [
-            f"Changes against CPC in {winds}, means over {len(runs.setup.seeds)} seeds with 95 % intervals.",
-            "The paper's numbers are those of one minute of one seed, which scatters more; see the winds.",
-            *reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why})),
-        ],
-        "winds": [
-            worded(lambda: search.told(search.estimate(runs)), "The most likely wind"),
-            draw("likelihood", "Likelihood of the paper's changes by wind", lambda: search.surface(runs)),
-        ],
         "gains": [draw("bode", "Loops of CPFC", lambda: plot_tuning(loops))],
-        "division": [beyond.DIVISION],
+        "division": [worded(partial(beyond.not_detuned, runs), "CPFC that is not detuned"), beyond.DIVISION],
         "best": [beyond.LIDAR],
         "lifetime": [
             draw("beyond_speeds", "Beyond the paper: changes over wind speed", lambda: over_speeds(runs)),
@@ -143,27 +127,60 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
             worded(partial(beyond.verdict, runs), "Which scheme to build"),
         ],
     }
+    return {
+        name: Chapter(heading, [*(tabled(heading, partial(of, runs)) for of in several), *below.get(name, [])])
+        for name, (heading, several) in wanted.items()
+    }
+
+
+def _facts(runs: Runs) -> list[tuple[str, str]]:
     turbine, setup = runs.bench.model.turbine, runs.setup
+    return [
+        ("turbine", f"{turbine.name}, flaps 66 to 96 % of the span, pitch actuator 11.11 rad/s"),
+        ("wind", "20 m/s, von Karman, shear exponent 0.2; " + "; ".join(runs.readings)),
+        ("seeds", ", ".join(str(seed) for seed in setup.seeds)),
+        ("runs", f"{setup.duration:g} s, the first {setup.transient:g} s not judged"),
+    ]
+
+
+def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
+    """Chapters, lead and facts of the page."""
+    lines = claims(runs)
+    words = (
+        f"Changes against CPC in {' and in '.join(runs.readings)}, means over {len(runs.setup.seeds)} seeds with 95 % "
+        "intervals. The paper's numbers are those of one minute of one seed: p is the two-sided share of our single "
+        "minutes that lie as far."
+    )
+    why = reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why}))
+    winds = [tabled("Other winds", partial(of, runs)) for of in (beyond.winds, search.search_table)]
+    likely: list[Content] = [
+        worded(lambda: search.told(search.estimate(runs)), "The most likely wind"),
+        draw("likelihood", "Likelihood of the paper's changes by wind", lambda: search.surface(runs)),
+    ]
     return Contents(
         lead=worded(partial(_lead, runs, lines), "What came of it"),
         chapters={
-            name: Chapter(heading, [*(tabled(heading, partial(of, runs)) for of in several), *below.get(name, [])])
-            for name, (heading, several) in wanted.items()
+            "claims": Chapter("Claim by claim", [claims_table(lines), words, *why]),
+            "winds": Chapter("In which wind the paper's figures hold", [*winds, *likely]),
+            **_chapters(runs, draw),
         },
-        facts=[
-            ("turbine", f"{turbine.name}, flaps 66 to 96 % of the span, pitch actuator 11.11 rad/s"),
-            ("wind", "20 m/s, von Karman, shear exponent 0.2; " + "; ".join(runs.readings)),
-            ("seeds", ", ".join(str(seed) for seed in setup.seeds)),
-            ("runs", f"{setup.duration:g} s, the first {setup.transient:g} s not judged"),
-        ],
-        shown=[
-            brief(claims_table(lines)),
-            tabled("Ceilings", lambda: ceiling_table(runs)),
-        ],
+        facts=_facts(runs),
+        shown=[brief(claims_table(lines)), tabled("Ceilings", lambda: ceiling_table(runs))],
     )
 
 
-STUDY = Study(
+def of_turbine(turbine: Turbine) -> Study[Runs]:
+    """The schemes on another turbine, in the wind of the class."""
+
+    def contents_of(runs: Runs, out: Path, draw: Draw) -> Contents:
+        lead = worded(partial(beyond.verdict, runs), "Which scheme to build")
+        return Contents(lead, _chapters(runs, draw), _facts(runs), [tabled("Schemes", partial(beyond.rivals, runs))])
+
+    words = "Combined pitch and flap control of He et al. (2018)"
+    return applied(STUDY, turbine, words, run=partial(run_all, turbine=turbine), contents=contents_of)
+
+
+STUDY: Study[Runs] = Study(
     name="he2018",
     title="He et al. (2018): combined individual pitch and flap control, reproduced",
     source="He, K., Qi, L., Zheng, L., Chen, Y. (2018): Combined pitch and trailing edge flap control for load "
@@ -172,4 +189,5 @@ STUDY = Study(
     figures=FIGURES,
     contents=contents,
     texts=("duel.md", "after.md"),
+    applied=of_turbine,
 )

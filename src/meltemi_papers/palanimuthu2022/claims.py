@@ -17,7 +17,7 @@ from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.figures.rain_power import STORM, loss
 from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
 from meltemi_papers.palanimuthu2022.paper import claim
-from meltemi_papers.palanimuthu2022.rain_drops import rain_loads
+from meltemi_studies.rain_drops import rain_loads
 
 WINDS, SPEEDS, PITCHES = (8.0, 10.0, 12.0), (0.45, 0.6, 0.75), (0.0, 4.0, 8.0)
 """[m/s], [rad/s], [deg] at which drops meet the blades."""

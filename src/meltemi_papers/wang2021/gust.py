@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from meltemi.control.controller import LogEntry
 from meltemi.simulation.result import Result
-from meltemi_papers.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION, extreme
 from meltemi_papers.wang2021.winds import GUST_BEGIN
+from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION, extreme
 from meltemi_tuning.run_store import FailedResult, FailedResultError
 
 Float = NDArray[np.float64]

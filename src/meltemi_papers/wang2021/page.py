@@ -17,12 +17,12 @@ from meltemi_papers.wang2021.beyond import report as beyond
 from meltemi_papers.wang2021.beyond.report import Beyond
 from meltemi_papers.wang2021.claims import REASONS, claims
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, RATIOS, SHORT, SLOW, STOP, peaks, spread
-from meltemi_papers.wang2021.loads import YAW_BENDING, YAW_TORSION
 from meltemi_papers.wang2021.runs import CALIBRATED, QUICK, Runs, Setup, run_all
 from meltemi_papers.wang2021.table2 import FITTED, MOMENT, POWER
 from meltemi_papers.wang2021.winds import measured
 from meltemi_reports.blocks import Table
 from meltemi_reports.state_diagram import plot_states
+from meltemi_studies.machine_loads import YAW_BENDING, YAW_TORSION
 from meltemi_tuning.run_store import FailedResult, guarded
 
 if TYPE_CHECKING:
@@ -256,7 +256,7 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
 STUDY = Study(
     name="wang2021",
     title="Wang et al. (2021): derate and look again instead of shutting down, reproduced",
-    source="Wang, Y., Cai, Y., Xu, Z., Li, J. (2021): yaw error strategy of a wind turbine by multibody dynamics. "
+    source="Wang, Y., Cai, X., Xu, B., Li, Z. (2021): yaw error strategy of a wind turbine by multibody dynamics. "
     "Frontiers in Energy Research 9, 711927.",
     run=run,
     runs=lambda found: found.runs,

@@ -23,7 +23,6 @@ from meltemi.turbine.definition import Turbine
 from meltemi_papers.study import Progress, span, told
 from meltemi_papers.wang2021 import winds
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, SHORT, STOP, Gust, Gusts
-from meltemi_papers.wang2021.loads import CHANNELS
 from meltemi_papers.wang2021.machines import (
     LIMITED,
     YAW_CONTROLS,
@@ -33,6 +32,7 @@ from meltemi_papers.wang2021.machines import (
     studied_turbine,
 )
 from meltemi_papers.wang2021.table2 import Calibration, Table2, calibrate, simulate_bins
+from meltemi_studies.machine_loads import CHANNELS
 from meltemi_tuning.run_store import FailedResult, attempt, cells
 
 AS_SCALED, CALIBRATED = "as scaled", "calibrated"

@@ -28,9 +28,14 @@ def bench_controller(
     turbine: Annotated[
         str, typer.Option("--turbine", help="A turbine's name or YAML file.", autocompletion=TURBINES)
     ] = ("nrel5mw"),
-    reference: Annotated[str, typer.Option("--reference", help="Controller against which changes are formed.")] = (
-        "baseline"
-    ),
+    reference: Annotated[
+        str | None,
+        typer.Option("--reference", help="Controller against which changes are formed [baseline; with --power A1]."),
+    ] = None,
+    power: Annotated[
+        str | None,
+        typer.Option("--power", help="Power reference: a share of rated power, or a CSV file of time,share [none]."),
+    ] = None,
     wind_class: Annotated[str, typer.Option("--wind-class", "--class", help="Class of IEC 61400-1, e.g. IIB.")] = "IB",
     limits: Annotated[
         Path | None, typer.Option("--limits", help="YAML file with other limits, e.g. over_speed: 1.2.")
@@ -49,6 +54,7 @@ def bench_controller(
     from meltemi.wind.iec.classes import as_class
     from meltemi_tuning.controller_bench.suite import BenchLimits
 
+    reference = reference or ("baseline" if power is None else "A1")
     labelled(controllers)
     absent = skipped({name: ("rosco",) for name in controllers if name.partition("@")[0] == "rosco"})
     if reference.partition("@")[0] == "rosco" or len(absent) == len(controllers):
@@ -65,7 +71,15 @@ def bench_controller(
     from meltemi.turbine.power_turbine import aeroelastic
 
     described = aeroelastic(load_turbine(turbine), "meltemi bench-controller")
-    inputs = repr(("bench-controller", wind_class, quick, [(name, digest(specification(name))) for name in names]))
+    grid = None
+    if power is not None:
+        from meltemi_tuning.power_reference import check_followers, power_grid
+
+        check_followers(names)
+        grid = power_grid(power, described.rated_power)
+    inputs = repr(
+        ("bench-controller", wind_class, quick, grid, [(name, digest(specification(name))) for name in names])
+    )
     from meltemi_tuning.controller_bench import report, study, tables
     from meltemi_tuning.run_store import run_store
 
@@ -80,6 +94,7 @@ def bench_controller(
                 quick=quick,
                 wind_class=wind_class,
                 limits=bounds,
+                grid=grid,
                 workers=workers,
                 progress=progress,
             )

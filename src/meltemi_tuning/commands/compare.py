@@ -55,6 +55,10 @@ def compare(
     pitch_actuator: Annotated[
         str | None, typer.Option("--pitch-actuator", help="second_order, ideal [that of the turbine].")
     ] = None,
+    power: Annotated[
+        str | None,
+        typer.Option("--power", help="Power reference: a share of rated power, or a CSV file of time,share [none]."),
+    ] = None,
     workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -76,6 +80,12 @@ def compare(
 
     described = equipped(_with_actuator(aeroelastic(load_turbine(turbine), "meltemi compare"), pitch_actuator), names)
     winds = _winds(given, described, duration, range(seed, seed + seeds))
+    grid = None
+    if power is not None:
+        from meltemi_tuning.power_reference import check_followers, power_grid
+
+        check_followers(names)
+        grid = power_grid(power, described.rated_power)
     from meltemi.simulation.rotors import build
     from meltemi_tuning import compare as study
     from meltemi_tuning import comparison_report as report
@@ -85,7 +95,7 @@ def compare(
     began = time.perf_counter()
     own = [digest(specification(name)) for name in names]
     folder_for(out)
-    with run_store(out, repr(("compare", transient, own))):
+    with run_store(out, repr(("compare", transient, own, grid))):
         model = build(described)
         with simulation_bar("tuning") as progress:
             designed = design_controllers(
@@ -102,6 +112,7 @@ def compare(
                 winds,
                 duration=duration,
                 transient=transient,
+                grid=grid,
                 workers=workers,
                 progress=progress,
             )
@@ -112,7 +123,10 @@ def compare(
             out,
             design=designed,
             title=f"{described.name}: {', '.join(comparison.schemes)} in the same wind fields",
-            facts=_facts(described, wind, [w.seed for w in winds], duration, transient),
+            facts=[
+                *_facts(described, wind, [w.seed for w in winds], duration, transient),
+                *([("Power reference", f"{power} of rated power")] if power else []),
+            ],
             repeat=shlex.join(["meltemi", *sys.argv[1:]]),
             footer=f"meltemi {_version()}",
         )

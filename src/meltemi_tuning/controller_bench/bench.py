@@ -121,7 +121,7 @@ class ControllerBench(Brief):
             "power std",
             "generator speed std",
             "pitch travel",
-            *(["flap travel"] if "flap travel" in by_speed[0] else []),
+            *(name for name in ("flap travel", "tracking error") if name in by_speed[0]),
         ):
             found[name] = float(share @ [r[name] for r in by_speed])
         return found

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError
+from meltemi.environment.grid import PowerGrid
 from meltemi.loadcases.store import Outcome
 from meltemi.postprocess.ensemble import actuator_travel
 from meltemi.postprocess.fatigue import damage_equivalent_load
@@ -28,6 +29,7 @@ from meltemi_tuning.controller_bench.disturbance import disturbed
 from meltemi_tuning.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
 from meltemi_tuning.controller_bench.suite import EVENT, BenchCase, BenchLimits, Situation, cases_of
 from meltemi_tuning.controller_bench.verdicts import SLOPES
+from meltemi_tuning.power_reference import tracking_error
 from meltemi_tuning.run_store import current, resumed
 
 STOPPED = 0.2
@@ -44,6 +46,7 @@ def run_bench(
     wind_class: str = "IB",
     limits: BenchLimits | None = None,
     sine: Multisine | None = None,
+    grid: PowerGrid | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> ControllerBench:
@@ -58,6 +61,7 @@ def run_bench(
       wind_class: of IEC 61400-1.
       limits: of the verdicts.
       sine: test signal of the margins.
+      grid: with a power reference outside starts, stops and grid losses; all controllers follow it.
       workers: threads.
       progress: callback with the completed fraction.
 
@@ -69,8 +73,8 @@ def run_bench(
         raise InputError("controllers: at least one controller is needed")
     sine, turbine = sine or Multisine(), model.turbine
     speeds = next(s.speeds for s in suite if s.group == "production")
-    in_suite = suite_runs(model, suite, entries, wind_class)
-    probed = probe_runs(model, speeds, entries, sine)
+    in_suite = suite_runs(model, suite, entries, wind_class, grid)
+    probed = probe_runs(model, speeds, entries, sine, grid)
     about = {run.name: case for (case, _), run in in_suite.items()}
     clear, reference = undeflected_clearance(model), turbine.control.pitch.reference_speed
 
@@ -108,12 +112,17 @@ def run_bench(
 
 
 def suite_runs(
-    model: BladedModel, suite: Iterable[Situation], entries: Sequence[Contender], wind_class: str
+    model: BladedModel,
+    suite: Iterable[Situation],
+    entries: Sequence[Contender],
+    wind_class: str,
+    grid: PowerGrid | None = None,
 ) -> dict[tuple[BenchCase, str], Run]:
     """Runs of the suite by case and controller; those of a case share its wind, equal plants a model."""
     flaps = [f"flap_{j + 1}_angle_{b + 1}" for j in range(model.n_flaps) for b in range(model.n_blades)]
     channels = ["generator_speed", "generator_power", *SLOPES, *flaps]
     channels += [f"{name}_{b + 1}" for name in ("pitch", "tip_clearance") for b in range(model.n_blades)]
+    channels += ["power_reference"] if grid is not None else []
     idling = Start(rotor_speed="idling", pitch=model.turbine.pitch_actuator.maximum)
     models = {model.turbine: model}
     found = {}
@@ -134,6 +143,7 @@ def suite_runs(
                     channels=channels,
                     transient=s.settling,
                     events=s.events,
+                    grid=None if s.group == "operation" else grid,
                     start=idling if s.starts else None,
                     name=f"{case.name}: {entry.name}",
                 )
@@ -141,7 +151,11 @@ def suite_runs(
 
 
 def probe_runs(
-    model: BladedModel, speeds: Iterable[float], entries: Sequence[Contender], sine: Multisine
+    model: BladedModel,
+    speeds: Iterable[float],
+    entries: Sequence[Contender],
+    sine: Multisine,
+    grid: PowerGrid | None = None,
 ) -> dict[tuple[float, str, float], Run]:
     """Runs with the test signal of the margins, by wind speed, controller and sign."""
     return {
@@ -151,6 +165,7 @@ def probe_runs(
             duration=sine.duration,
             controller=disturbed(entry.controller, probe=replace(sine, sign=sign)),
             channels=["generator_speed"],
+            grid=grid,
             output_step=STEP,
             name=f"margins, {v:g} m/s, {'up' if sign > 0.0 else 'down'}: {entry.name}",
         )
@@ -189,6 +204,8 @@ def numbers_of(result: Result, case: BenchCase, reference: float, clearance: flo
         "pitch travel": float(np.mean([actuator_travel(part, name) for name in pitches])),
         "pitch rate max": max(float(np.abs(np.diff(part[n]) / np.diff(part.time)).max()) for n in pitches),
     }
+    if "power_reference" in part.names:
+        found["tracking error"] = tracking_error(part)
     if flaps := [name for name in part.names if name.startswith("flap_")]:
         found["flap travel"] = sum(actuator_travel(part, name) for name in flaps) / len(pitches)
     for load, slope in SLOPES.items():

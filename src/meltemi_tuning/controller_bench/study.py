@@ -8,6 +8,7 @@ from meltemi.control.controller import Controller
 from meltemi.controllers.names import controller_keys, labelled
 from meltemi.controllers.schemes import equipped
 from meltemi.core.errors import InputError
+from meltemi.environment.grid import PowerGrid
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import Turbine
@@ -34,6 +35,7 @@ def bench_controllers(
     wind_class: str = "IB",
     limits: BenchLimits | None = None,
     options: ModelOptions | None = None,
+    grid: PowerGrid | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> ControllerBench:
@@ -48,6 +50,7 @@ def bench_controllers(
       wind_class: of IEC 61400-1.
       limits: of the verdicts.
       options: of the model.
+      grid: with a power reference outside starts, stops and grid losses; all controllers follow it.
       workers: threads.
       progress: callback with the completed fraction.
 
@@ -69,6 +72,7 @@ def bench_controllers(
         wind_class=wind_class,
         limits=limits,
         sine=QUICK_SINE if quick else None,
+        grid=grid,
         workers=workers,
         progress=progress and (lambda x: progress(share + (1.0 - share) * x)),
     )

@@ -30,6 +30,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "tower clearance": ("%", 100.0),
     "pitch travel": RATE,
     "flap travel": RATE,
+    "tracking error": ("kW", 1e-3),
     "pitch rate max": RATE,
     "stop time": ("s", 1.0),
 }

@@ -27,11 +27,11 @@ from meltemi.wind.iec.gusts import ecd
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulent import TurbulentWind
-from meltemi_papers.wang2021.beyond.limits import BasePoints
 from meltemi_papers.wang2021.gust import transitions
-from meltemi_papers.wang2021.loads import CHANNELS, LOADS, extreme, fatigue
 from meltemi_papers.wang2021.machines import strategy, with_yaw_rate
 from meltemi_papers.wang2021.winds import SHEAR
+from meltemi_studies.machine_loads import CHANNELS, LOADS, extreme, fatigue
+from meltemi_studies.yaw_limits import BasePoints
 from meltemi_tuning.run_store import FailedResult, attempt, cells, survivors
 
 if TYPE_CHECKING:

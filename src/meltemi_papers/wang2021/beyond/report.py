@@ -18,11 +18,11 @@ from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.rotors import build
 from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
 from meltemi_papers.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid
-from meltemi_papers.wang2021.beyond.limits import JUDGED, Limits, find_limits
 from meltemi_papers.wang2021.beyond.year import FRONTS, Year, a_year, power_curve
-from meltemi_papers.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi_papers.wang2021.runs import Runs
 from meltemi_reports.blocks import Table
+from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
+from meltemi_studies.yaw_limits import JUDGED, YawLimits, draw_limits, find_limits, limit_rows, limit_words
 from meltemi_tuning.run_store import FailedResult, attempt
 
 if TYPE_CHECKING:
@@ -36,6 +36,10 @@ KWH = 3.6e6
 """[J]."""
 WIND = ["speed", "rise", "change", "begin", "seed"]
 """Columns that identify a wind of the grid."""
+WIND_CLASS = "IIIB"
+"""Of the limits' turbulence; the turbine's class S does not say."""
+LIMIT_SPEEDS = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0)
+"""[m/s]."""
 STRATEGIES = ("S1", "S2", OURS, "S3")
 
 
@@ -49,7 +53,7 @@ class Beyond:
       years: a year of wind, by strategy and number of fronts.
     """
 
-    limits: Limits
+    limits: YawLimits
     grid: Found
     years: tuple[Year, ...]
 
@@ -58,12 +62,13 @@ def study(runs: Runs, *, workers: int | None, progress: Progress) -> Beyond:
     """Run limits, the grid of gusts with base points from the limits, and the year."""
     turbine, quick = runs.turbines[1], runs.setup.quick
     fixed = build(turbine, FAST.replace(yaw="held"))
-    few = {"speeds": (8.0, 25.0), "length": 30.0} if quick else {}
+    few = {"speeds": (8.0, 25.0), "length": 30.0} if quick else {"speeds": LIMIT_SPEEDS}
     limits = attempt(
         "limits",
         find_limits,
         fixed,
         runs.setup.limit_seeds,
+        wind_class=WIND_CLASS,
         workers=workers,
         progress=told(span(progress, 0.0, 0.15), "loads at yaw errors"),
         **few,
@@ -168,17 +173,13 @@ def recheck_table(grid: Found) -> Table:
     return Table(head, rows, "Derated, and stopped all the same", note=note)
 
 
-def limits_table(limits: Limits) -> Table:
+def limits_table(limits: YawLimits) -> Table:
     """Table of base points from load limits."""
-    rows = [
-        [f"{c:g}", *(f"{u:.2f}" if np.isfinite(u) else "failed" for u in use), f"{np.degrees(b):.0f}"]
-        for c, use, b in zip(limits.speeds, limits.use, limits.allowed(), strict=True)
-    ]
-    head = ["wind [m/s]", *(f"{np.degrees(e):.0f} deg" for e in limits.errors), "base point [deg]"]
-    words = "; ".join(f"{name} {limits.limit[name]:.2f} {LOADS[name].unit}" for name in JUDGED)
+    head, rows = limit_rows(limits)
     note = (
-        f"Largest load over its limit, of {len(JUDGED)} loads. Limits, 1.1 times extreme turbulence at 8 deg: {words}."
+        f"Largest load over its limit, of {len(JUDGED)} loads and both signs of the error; and the load that governs. "
     )
+    note += f"Limits, 1.1 times extreme turbulence at 8 deg: {limit_words(limits)}."
     return Table(head, rows, "Base points that keep loads within those of extreme turbulence", note=note)
 
 
@@ -266,7 +267,7 @@ def page(found: Beyond) -> Figure:
         ax.set_xlabel("direction change [deg]")
         ax.set_ylabel("rise [m/s]")
     _recheck(axes[2, 0], found.grid)
-    _limits(axes[2, 1], found.limits)
+    draw_limits(axes[2, 1], found.limits)
     _years(axes[2, 2], found.years)
     figure.suptitle(
         f"Derate or stop? {len(found.grid.rows)} runs; maps at {np.degrees(middle):.1f} deg/s, means over "
@@ -282,29 +283,6 @@ def _recheck(ax: Axes, grid: Found) -> None:
     _heat(ax, np.array(grid.grid.rechecks), rates, values, title, text=".0f", low=0.0, high=100.0)
     ax.set_xlabel("recheck after [s]")
     ax.set_ylabel("yaw rate [deg/s]")
-
-
-def _limits(ax: Axes, limits: Limits) -> None:
-    from matplotlib.colors import TwoSlopeNorm
-
-    c = np.linspace(0.0, 30.0, 301)
-    drawn = ax.contourf(
-        limits.speeds,
-        np.degrees(limits.errors),
-        limits.use.T,
-        levels=np.arange(0.2, 2.01, 0.2),
-        norm=TwoSlopeNorm(1.0, 0.0, 2.0),
-        cmap=_scale("change", DIVERGING[::-1]),
-        extend="both",
-    )
-    ax.figure.colorbar(drawn, ax=ax, label="largest load over its limit")
-    ax.plot(limits.speeds, np.degrees(limits.allowed()), "o-", color=INK, label="ours: loads within limits")
-    for colour, law in zip((COLOURS[4], COLOURS[2]), ("interpolated", "stepwise"), strict=True):
-        ax.plot(c, np.degrees(yaw_threshold(YawProtection(law=law), c)), color=colour, label=f"paper, {law}")  # type: ignore[arg-type]
-    ax.set_title("limit of the yaw error and the loads there")
-    ax.set_xlabel("wind speed [m/s]")
-    ax.set_ylabel("yaw error [deg]")
-    ax.legend()
 
 
 def _years(ax: Axes, years: tuple[Year, ...]) -> None:

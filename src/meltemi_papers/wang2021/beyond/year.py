@@ -34,8 +34,8 @@ from meltemi.core.threads import available_cores
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.definition import Turbine
-from meltemi_papers.wang2021.beyond.limits import BasePoints
 from meltemi_papers.wang2021.winds import measured
+from meltemi_studies.yaw_limits import BasePoints
 from meltemi_tuning.run_store import FailedResult, FailedResultError, attempt
 
 Float = NDArray[np.float64]

@@ -1,7 +1,7 @@
-"""Loads at the yaw bearing and tower top: definition, extreme and fatigue values.
+"""Loads of the machine: resultants at yaw bearing, tower and blade root, their extremes and equivalent loads.
 
-The paper names a "yaw bearing load" and a "tower top load" without components. The bearing is at the tower top, so both
-are cuts at one place; here the bearing has its moments and the tower top its shear force, and all of them are reported.
+The bearing is at the tower top, so the moments of the bearing and the shear force of the tower top are cuts at one
+place.
 """
 
 from __future__ import annotations

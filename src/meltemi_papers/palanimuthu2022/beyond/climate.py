@@ -1,35 +1,110 @@
-"""Annual results against the figures of the review, and the conclusion."""
+"""Annual energy and lifetime loads of an aeroelastic turbine at three sites, beside the review's figures.
+
+The study is that of ``meltemi climate`` (:mod:`meltemi_studies.climate`); here are its sites, scenarios and words.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.environment.climate import load_climate
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.environment.site import STANDARD
-from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
-from meltemi_papers.palanimuthu2022.beyond.climate.response import ICED, SIDE
-from meltemi_papers.palanimuthu2022.beyond.climate.year import AIR, Found, Year
-from meltemi_papers.palanimuthu2022.rain_drops import rain_loads
+from meltemi.postprocess.ensemble import MeanEstimate
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
+from meltemi_papers.palanimuthu2022.beyond.power import FAST
+from meltemi_papers.study import Chapter, Draw, Progress, answered
 from meltemi_reports.blocks import Table
+from meltemi_studies.climate import response
+from meltemi_studies.climate.response import ICED, SIDE, Response, Setup, respond
+from meltemi_studies.climate.tables import energy_table, load_table, of_standard, said, share, words, years_figure
+from meltemi_studies.climate.weather import periods
+from meltemi_studies.climate.year import AIR, Curves, Year, Years, whole_energy
+from meltemi_studies.rain_drops import rain_loads
 
 Float = NDArray[np.float64]
+CLIMATES = ("north_sea", "inland_plateau", "tropical_coast")
+TURBINE: Final = "iea22mw"
+SCENARIOS: dict[str, dict[str, float]] = {
+    "3 K warmer": {"temperature": 3.0},
+    "3 K warmer, half the ice": {"temperature": 3.0, "icing": 0.5},
+    "humidity +0.1": {"humidity": 0.1},
+    "rain half as long again": {"rain": 1.5},
+    "wind 5 % slower": {"wind": 0.95},
+}
 
 
-def words(name: str) -> str:
-    """Readable name of a site."""
-    return name.replace("_", " ")
+@dataclass(frozen=True)
+class Found(Years):
+    """Annual results at three sites.
+
+    Attributes:
+      common: (seeds,) [J] by site, with its air in the wind of the first one.
+      scenarios: (seeds,) [J] by site, all effects in, by scenario.
+    """
+
+    common: Mapping[str, Float]
+    scenarios: Mapping[str, Mapping[str, Float]]
 
 
-def share(part: Float, whole: Float) -> MeanEstimate:
-    """Mean of the seeds in percent with its 95 % confidence interval."""
-    return mean_interval(100.0 * part / whole)
+def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Found:
+    """Simulate the response and compute the years; few runs with ``runs.setup.quick``."""
+    return of_turbine(load_turbine(TURBINE), runs.setup.quick, workers=workers, progress=progress)
 
 
-def said(estimate: MeanEstimate, digits: int = 2) -> str:
-    """Mean and confidence interval with sign."""
-    mean = round(estimate.mean, digits) + 0.0  # no minus before a zero
-    return f"{mean:+.{digits}f} ± {estimate.half_width:.{digits}f}"
+def of_turbine(
+    turbine: Turbine, quick: bool, *, workers: int | None = None, progress: Progress = lambda share, what: None
+) -> Found:
+    """Annual results of a turbine in three climates."""
+    setup = response.QUICK if quick else Setup(options=FAST)
+    return years(respond(turbine, setup, workers=workers, progress=lambda share, what: progress(0.98 * share, what)))
+
+
+def years(response: Response) -> Found:
+    """Annual results in three climates from a response."""
+    sites, curves = [load_climate(name) for name in CLIMATES], Curves(response)
+    base = Years.of(response, sites)
+    hours = curves.hours(periods(sites[0]))
+    return Found(
+        response,
+        base.years,
+        common={name: curves.energy(year.density, hours) for name, year in base.years.items()},
+        scenarios={
+            site.name: {name: whole_energy(curves, site.shifted(**shift)) for name, shift in SCENARIOS.items()}
+            for site in sites
+        },
+    )
+
+
+def scenario_table(found: Found) -> Table:
+    """Table of scenarios."""
+    head = ["scenario", *(f"{words(name)}\n%" for name in found.years)]
+    rows = [
+        [name, *(said(share(found.scenarios[site][name] - y.energy, y.energy)) for site, y in found.years.items())]
+        for name in SCENARIOS
+    ]
+    return Table(head, rows, "Scenarios", note="Change of the year's energy with all effects in.")
+
+
+def chapter(found: Found, draw: Draw) -> Chapter:
+    """Chapter of a year in three climates."""
+    caption = (
+        "A year in three climates: what the turbine does, the air, and what weather adds; bars with 95 % intervals"
+    )
+    figure = draw("climate", caption, lambda: years_figure(found))
+    heading = "Beyond the paper: a year in three climates"
+    return answered(heading, lambda: verdict(found), [figure], lambda: tables(found))
+
+
+def tables(found: Found) -> list[Table]:
+    """Energy, the review beside it, loads, scenarios."""
+    return [energy_table(found), review_table(found), load_table(found), scenario_table(found)]
 
 
 def iced_loss(found: Found) -> tuple[float, float]:
@@ -58,7 +133,7 @@ def rain_loss(found: Found) -> tuple[float, float, float]:
 
 def spread(found: Found) -> tuple[MeanEstimate, MeanEstimate]:
     """Annual energy with the air of the second and third site relative to the first, in the first site's wind [%]."""
-    base, *others = (year.common for year in found.years.values())
+    base, *others = found.common.values()
     one, two = (share(each - base, base) for each in others)
     return one, two
 
@@ -68,11 +143,6 @@ def worst_density(found: Found) -> tuple[float, str]:
     worst = {name: 100.0 * (STANDARD / y.density - 1.0) for name, y in found.years.items()}
     name = max(worst, key=lambda n: float(np.abs(worst[n]).max()))
     return float(worst[name][np.argmax(np.abs(worst[name]))]), words(name)
-
-
-def of_standard(year: Year, what: str) -> MeanEstimate:
-    """[%] contribution of an effect to the energy at 1.225 kg/m^3; of all effects together for ``all``."""
-    return share(year.energy - year.reference if what == "all" else year.steps[what], year.reference)
 
 
 def in_its_air(year: Year) -> Float:

@@ -1,4 +1,4 @@
-"""Tables and figure of annual energy and lifetime loads."""
+"""Tables and figure of annual energy and lifetime loads at sites."""
 
 from __future__ import annotations
 
@@ -11,11 +11,9 @@ from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
-from meltemi_papers.palanimuthu2022.beyond.climate.response import ICED, IN_PLANE, ROOT, SHED, SIDE, SLOPES, TOWER, WET
-from meltemi_papers.palanimuthu2022.beyond.climate.review import of_standard, review_table, said, share, verdict, words
-from meltemi_papers.palanimuthu2022.beyond.climate.year import SHED_SHARE, STEPS, Found
-from meltemi_papers.study import Chapter, Draw, answered
 from meltemi_reports.blocks import Table
+from meltemi_studies.climate.response import ICED, IN_PLANE, ROOT, SHED, SIDE, SLOPES, TOWER, WET
+from meltemi_studies.climate.year import SHED_SHARE, STEPS, Year, Years
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +34,28 @@ NAMES = {
 SEED_RAIN = "rain by the review's formula, one drop size"
 
 
-def energy_table(found: Found) -> Table:
+def words(name: str) -> str:
+    """Readable name of a site."""
+    return name.replace("_", " ")
+
+
+def share(part: Float, whole: Float) -> MeanEstimate:
+    """Mean of the seeds in percent with its 95 % confidence interval."""
+    return mean_interval(100.0 * part / whole)
+
+
+def said(estimate: MeanEstimate, digits: int = 2) -> str:
+    """Mean and confidence interval with sign."""
+    mean = round(estimate.mean, digits) + 0.0  # no minus before a zero
+    return f"{mean:+.{digits}f} ± {estimate.half_width:.{digits}f}"
+
+
+def of_standard(year: Year, what: str) -> MeanEstimate:
+    """[%] contribution of an effect to the energy at 1.225 kg/m^3; of all effects together for ``all``."""
+    return share(year.energy - year.reference if what == "all" else year.steps[what], year.reference)
+
+
+def energy_table(found: Years) -> Table:
     """Table of the contribution of each effect to annual energy."""
     head, rows = ["", *(words(name) for name in found.years)], []
     all_ = list(found.years.values())
@@ -67,17 +86,17 @@ def energy_table(found: Found) -> Table:
     return Table(head, rows, "A year's energy", note=note)
 
 
-def _rated_winds(found: Found) -> str:
+def _rated_winds(found: Years) -> str:
     """Rated wind speed with ice and in rain."""
     response, parts = found.response, []
-    for name in (ICED, WET):
+    for name in response.states.keys() & {ICED, WET}:
         state = response.states[name]
         dry = float(response.rated_wind[response.setup.densities.index(state.density)])
         parts.append(f"{name} from {dry:.2f} to {state.rated_wind:.2f} m/s (at {state.density:g} kg/m³)")
-    return f"Rated wind moves with {' and with '.join(parts)}."
+    return f"Rated wind moves with {' and with '.join(sorted(parts))}." if parts else ""
 
 
-def load_table(found: Found) -> Table:
+def load_table(found: Years) -> Table:
     """Table of the contribution of each effect to lifetime loads."""
     head, rows = ["", *(words(name) for name in found.years)], []
     for name in SLOPES:
@@ -97,46 +116,44 @@ def load_table(found: Found) -> Table:
     return Table(head, rows, "Loads of a year", note=note)
 
 
-def scenario_table(found: Found) -> Table:
-    """Table of scenarios."""
-    head = ["scenario", *(f"{words(name)}\n%" for name in found.years)]
-    names = next(iter(found.years.values())).scenarios
-    rows = [
-        [name, *(said(share(y.scenarios[name] - y.energy, y.energy)) for y in found.years.values())] for name in names
-    ]
-    note = "Change of the year's energy with all effects in."
-    return Table(head, rows, "Scenarios", note=note)
+def month_table(year: Year) -> Table:
+    """Table of the months of a year: air, energy against standard air, weather."""
+    climate, rows = year.climate, []
+    for month in range(1, 13):
+        at = climate.month == month
+        if not at.any():
+            continue
+        air, energy, base = year.density[at], year.by_period[at].sum(), year.base_by_period[at].sum()
+        rain = sum(float(hours[at].sum()) for hours in climate.rain_hours.values())
+        hours = float(climate.hours[at].sum())
+        row = [f"{air.min():.3f}", f"{np.average(air, weights=climate.hours[at]):.3f}", f"{air.max():.3f}"]
+        row += [
+            f"{energy / 3.6e9:.1f}",
+            f"{100.0 * (energy / base - 1.0):+.2f}",
+            f"{energy / 3600.0 / hours / 1e3:.0f}",
+        ]
+        rows.append([str(month), *row, f"{rain:.0f}", f"{climate.icing_hours[at].sum():.0f}"])
+    head = ["month", "least density\nkg/m³", "mean density\nkg/m³", "most density\nkg/m³", "energy\nMWh"]
+    head += ["against 1.225 kg/m³\n%", "mean power\nkW", "rain\nh", "ice\nh"]
+    note = "Clean blades in dry air of the site; rain and ice are in the table of the year's energy."
+    return Table(head, rows, "Months", note=note)
 
 
-def chapter(found: Found, draw: Draw) -> Chapter:
-    """Chapter of a year in three climates."""
-    caption = (
-        "A year in three climates: what the turbine does, the air, and what weather adds; bars with 95 % intervals"
-    )
-    figure = draw("climate", caption, lambda: years_figure(found))
-    heading = "Beyond the paper: a year in three climates"
-    return answered(heading, lambda: verdict(found), [figure], lambda: tables(found))
-
-
-def tables(found: Found) -> list[Table]:
-    """Energy, the review beside it, loads, scenarios."""
-    return [energy_table(found), review_table(found), load_table(found), scenario_table(found)]
-
-
-def years_figure(found: Found) -> Figure:
+def years_figure(found: Years) -> Figure:
     """Turbine response, air density and effects of weather."""
     figure, axes = new_figure(2, 3, size=(15.0, 8.2), share=False)
     response = found.response
-    _over_speed(axes[0, 0], found, response.power, {name: response.states[name].power for name in (ICED, SHED)}, 1e6)
+    _over_speed(axes[0, 0], found, response.power, {s: response.states[s].power for s in _ice(found)}, 1e6)
     panel(axes[0, 0], f"{response.turbine.name}: mean power in turbulence", "MW")
     axes[0, 0].legend()
     for ax, name in ((axes[0, 1], ROOT), (axes[0, 2], TOWER)):
-        iced = {state: response.states[state].loads[name] for state in (ICED, SHED)}
+        iced = {state: response.states[state].loads[name] for state in _ice(found)}
         _over_speed(ax, found, response.loads[name], iced, 1e6)
         panel(ax, f"{NAMES[name]}: equivalent load", "MN m")
-    months = np.arange(1, 13)
     for colour, (name, year) in zip(COLOURS, found.years.items(), strict=False):
-        axes[1, 0].plot(months, year.density, "o-", color=colour, markersize=3, label=words(name))
+        months = np.unique(year.climate.month)
+        density = [year.density[year.climate.month == month].mean() for month in months]
+        axes[1, 0].plot(months, density, "o-", color=colour, markersize=3, label=words(name))
     axes[1, 0].axhline(STANDARD, color=COLOURS[8], linewidth=0.8, linestyle="--")
     axes[1, 0].set_xlabel("month")
     panel(axes[1, 0], "air density", "kg/m³")
@@ -153,13 +170,18 @@ def years_figure(found: Found) -> Figure:
     return figure
 
 
-def _over_speed(ax: Axes, found: Found, clean: Float, iced: dict[str, Float], unit: float) -> None:
+def _ice(found: Years) -> list[str]:
+    """States with ice that were simulated."""
+    return [state for state in (ICED, SHED) if state in found.response.states]
+
+
+def _over_speed(ax: Axes, found: Years, clean: Float, iced: dict[str, Float], unit: float) -> None:
     setup = found.response.setup
     for i, (density, values) in enumerate(zip(setup.densities, clean, strict=True)):
         ax.plot(
             setup.speeds, values.mean(axis=1) / unit, "o-", color=COLOURS[i], markersize=3, label=f"{density:g} kg/m³"
         )
-    for line, state in ((":", ICED), ("--", SHED)):
+    for line, state in zip((":", "--"), iced, strict=False):
         label = f"{state}, {setup.icing_density:g} kg/m³"
         ax.plot(setup.speeds, iced[state].mean(axis=1) / unit, line, color=COLOURS[4], label=label)
     ax.set_xlabel("wind speed [m/s]")

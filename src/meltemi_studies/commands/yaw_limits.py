@@ -1,0 +1,133 @@
+"""``meltemi yaw-limits``: the yaw errors that load limits allow, and the supervisor's settings for them."""
+
+from __future__ import annotations
+
+from math import radians
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from meltemi.app.options import TurbineArgument
+from meltemi.app.scans import angles_of, speeds_of
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
+from meltemi.core.errors import InputError, did_you_mean
+
+MOST_SEEDS = 1000
+
+
+def yaw_limits(
+    turbine: TurbineArgument,
+    wind_class: Annotated[str, typer.Option("--wind-class", "--class", help="Class of IEC 61400-1.")] = "IB",
+    wind_speeds: Annotated[
+        str | None, typer.Option("--wind-speeds", help="Wind speeds [m/s], e.g. 5:25:5 [seven, cut-in to cut-out].")
+    ] = None,
+    yaw_errors: Annotated[
+        str, typer.Option("--yaw-errors", help="Sizes of the yaw error [deg]; both signs are run.")
+    ] = "0:75:15",
+    load_limits: Annotated[
+        str | None,
+        typer.Option(
+            "--load-limits",
+            help="Limits [MN m, shear MN], e.g. yaw-bearing-bending=18,tower-base-bending=130 "
+            "[those of extreme turbulence].",
+        ),
+    ] = None,
+    allowance: Annotated[
+        float, typer.Option(help="Factor on the loads of extreme turbulence where no limits are given.")
+    ] = 1.1,
+    strategy: Annotated[str, typer.Option(help="Beyond the threshold: derate, stop, ignore.")] = "derate",
+    recheck: Annotated[float, typer.Option(help="Time after which a derated turbine looks again [s].")] = 90.0,
+    seeds: Annotated[int, typer.Option("--seeds", help="Number of wind fields.")] = 2,
+    duration: Annotated[float, typer.Option("--duration", help="Judged time of each run [s], after 30 s.")] = 150.0,
+    workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Find the yaw errors that load limits allow over wind speed: table, plot, a case with these settings."""
+    from meltemi.core.yamlfile import validated, write_record
+    from meltemi.simulation.options import ModelOptions
+    from meltemi.simulation.rotors import build
+    from meltemi.turbine.library import list_turbines, load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
+    from meltemi.wind.iec.classes import as_class
+
+    described = aeroelastic(load_turbine(turbine), "meltemi yaw-limits")
+    as_class(wind_class, None)
+    speeds = None if wind_speeds is None else speeds_of(wind_speeds)
+    errors = [radians(angle) for angle in angles_of(yaw_errors, "--yaw-errors")]
+    for option, values in (("--wind-speeds", speeds), ("--yaw-errors", errors)):
+        if values is not None and (len(values) < 2 or values != sorted(set(values)) or values[0] < 0.0):
+            raise InputError(f"{option}: expected at least two increasing values, none of them negative")
+    if not 1 <= seeds <= MOST_SEEDS:
+        raise InputError(f"--seeds {seeds}: expected a number of seeds from 1 to {MOST_SEEDS}")
+    for option, number, least in (("--duration", duration, 10.0), ("--allowance", allowance, 0.1)):
+        if not least <= number < 1e5:
+            raise InputError(f"{option} {number:g}: expected at least {least:g}")
+    from meltemi.control.supervisor.threshold import YawProtection
+    from meltemi.loadcases.case import LoadCase
+    from meltemi.report.plots import save
+    from meltemi.report.tables import write_csv
+    from meltemi_studies import yaw_limits as study
+    from meltemi_tuning.run_store import run_store
+
+    limit = None if load_limits is None else _limits(load_limits)
+    settings = {"strategy": strategy, "recheck_time": recheck}
+    validated(settings, YawProtection, "--strategy, --recheck")
+    folder_for(out)
+    with run_store(out, repr(("yaw-limits", described.content_hash()))) as book:
+        with simulation_bar("yaw limits") as progress:
+            found = study.find_limits(
+                build(described, ModelOptions(yaw="held")),
+                range(1, seeds + 1),
+                wind_class=wind_class,
+                speeds=speeds,
+                errors=errors,
+                limit=limit,
+                allowance=allowance,
+                length=duration,
+                workers=workers,
+                progress=progress,
+            )
+        failed = dict(book.failed)
+    head, rows = study.limit_rows(found)
+    print_table(f"{described.name}: largest load over its limit, over the yaw error", head, rows)
+    print(f"limits: {study.limit_words(found)}")
+    speed, thresholds = found.base_points
+    protection = settings | {"wind_speeds": speed.tolist(), "thresholds": thresholds.round(4).tolist()}
+    case = {
+        "turbine": turbine if turbine in list_turbines() else str(Path(turbine).resolve()),
+        "wind": {"kind": "iec", "model": "ECD", "speed": float(speed[len(speed) // 2]), "begin": 20.0},
+        "duration": 200.0,
+        "options": {"yaw": "driven"},
+        "controller": {"kind": "supervised", "yaw": {}, "protection": protection},
+    }
+    write_record(validated(case, LoadCase, "yaw_limits.yaml"), out / "yaw_limits.yaml")
+    wrote(
+        write_csv(out / "yaw_limits.csv", head, rows),
+        save(study.plot_limits(found), out / "yaw_limits.png"),
+        out / "yaw_limits.yaml",
+    )
+    suggest("run", out / "yaw_limits.yaml", "--out", out / "run")
+    for cell, why in failed.items():
+        say(f"failed: {cell}: {why}")
+    if failed:
+        raise typer.Exit(1)
+
+
+def _limits(text: str) -> dict[str, float]:
+    """Load limits by name from name=number, separated by commas."""
+    from meltemi_studies.machine_loads import LOADS
+
+    names = {name.replace(" ", "-"): name for name in LOADS}
+    found = {}
+    for part in text.split(","):
+        name, _, value = part.strip().partition("=")
+        if name not in names:
+            raise InputError(f"--load-limits: no load {name!r}: {did_you_mean(name, names)}")
+        try:
+            found[names[name]] = float(value)
+        except ValueError:
+            raise InputError(f"--load-limits {part.strip()!r}: expected {name}=number") from None
+        if not 0.0 < found[names[name]] < float("inf"):
+            raise InputError(f"--load-limits {part.strip()!r}: expected a positive number")
+    return found

@@ -1,0 +1,65 @@
+"""``meltemi climate``: a year of weather; the turbine's response is in closed form."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from terminal import Command
+
+from meltemi.turbine.definition import Turbine
+from meltemi_studies.climate import response
+from meltemi_studies.climate.response import SLOPES, Response, Setup
+
+HOURS = "temperature,humidity,pressure,wind_speed\n35,0.4,100000,8\n-10,0.4,100000,9\n5,0.4,,10\n"
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
+    """Power and loads that go with density and wind; the list gets what was asked for."""
+    found: list[Setup] = []
+
+    def respond(turbine: Turbine, setup: Setup, **_: Any) -> Response:
+        found.append(setup)
+        v, d = np.array(setup.speeds), np.array(setup.densities)[:, None, None]
+        power = d * v[:, None] ** 3 * np.ones(len(setup.seeds))
+        points: Any = [SimpleNamespace(wind=SimpleNamespace(speed=x), rotor_speed=1.0, pitch=0.0) for x in v]
+        loads = dict.fromkeys(SLOPES, power)
+        return Response(turbine, setup, power, 0.0 * power, loads, {}, np.array([12.0, 11.5, 11.0]), tuple(points))
+
+    monkeypatch.setattr(response, "respond", respond)
+    return found
+
+
+def test_a_year_of_hours(command: Command, tmp_path: Path, asked: list[Setup]) -> None:
+    (tmp_path / "site.csv").write_text(HOURS)
+    out = tmp_path / "out"
+    ran = command("climate", "nrel5mw", "--climate", tmp_path / "site.csv", "--altitude", 300, "--out", out)
+    assert (ran.status, ran.err) == (0, "")
+    names = ("energy.csv", "loads.csv", "months.csv", "periods.csv", "climate.png")
+    assert sorted(ran.files) == sorted(out / name for name in names) == sorted(out.iterdir())
+    assert asked[0].states == () and asked[0].speeds[0] == 4.0 and asked[0].speeds[-1] == 24.0
+    with (out / "periods.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["density [kg/m³]"]) for row in rows] == pytest.approx([1.1207, 1.3231, 1.2220], abs=1e-3)
+    assert all(float(row["mean power [kW]"]) > 0.0 for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--climate", "north_see"), "unknown climate 'north_see': did you mean 'north_sea'"),
+        (("--climate", "none.csv"), "none.csv: cannot be read"),
+        (("--climate", "north_sea", "--altitude", 300), "the climate north_sea has its own"),
+        (("--climate", "north_sea", "--seeds", 0), "--seeds 0: expected 1 to 1000"),
+        (("--climate", "north_sea", "--duration", 1), "--duration 1: expected 20 to 100000"),
+    ],
+)
+def test_what_is_no_year_is_refused(command: Command, tmp_path: Path, options: tuple[Any, ...], said: str) -> None:
+    ran = command("climate", "nrel5mw", *options, "--out", tmp_path / "out")
+    assert (ran.status, ran.out) == (2, "") and ran.err.count("\n") == 1
+    assert said in ran.err and not (tmp_path / "out").exists()

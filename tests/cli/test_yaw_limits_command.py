@@ -1,0 +1,56 @@
+"""``meltemi yaw-limits``: limits of the yaw error from loads, and a case that runs with them."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import pytest
+from terminal import Command
+
+from meltemi.core.yamlfile import read_record
+from meltemi.loadcases.case import LoadCase
+
+FEW = ("--wind-speeds", "12,20", "--yaw-errors", "0,45", "--seeds", 1, "--duration", 10)
+
+
+def test_yaw_limits_write_the_settings_of_the_supervisor(command: Command, tmp_path: Path) -> None:
+    limit = "tower-top-shear=1.2,tower-base-bending=80"
+    ran = command("yaw-limits", "nrel5mw", *FEW, "--load-limits", limit, "--strategy", "stop", "--out", tmp_path)
+    assert (ran.status, ran.err) == (0, "")
+    names = ("yaw_limits.csv", "yaw_limits.png", "yaw_limits.yaml")
+    assert sorted(ran.files) == sorted(tmp_path / name for name in names) == sorted(tmp_path.iterdir())
+    assert "limits: tower top shear 1.2 MN; tower base bending 80 MN m" in ran.out
+    rows = list(csv.DictReader((tmp_path / "yaw_limits.csv").read_text().splitlines()))
+    assert [row["wind [m/s]"] for row in rows] == ["12", "20"]
+    case = read_record(tmp_path / "yaw_limits.yaml", LoadCase)
+    protection = case.controller.protection  # type: ignore[union-attr]
+    assert protection is not None and protection.strategy == "stop" and case.options.yaw == "driven"
+    assert protection.wind_speeds.tolist() == [12.0, 20.0]
+    allowed = [float(row["allowed [deg]"]) for row in rows]
+    assert protection.thresholds * 57.29578 == pytest.approx(allowed, abs=0.06)
+    assert allowed[0] >= allowed[1] and allowed[1] < 45.0
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--load-limits", "tower-base=3"), "--load-limits: no load 'tower-base': did you mean 'tower-base-bending'"),
+        (("--load-limits", "tower-base-bending"), "'tower-base-bending': expected tower-base-bending=number"),
+        (("--load-limits", "tower-base-bending=-1"), "expected a positive number"),
+        (("--wind-speeds", "10"), "--wind-speeds: expected at least two increasing values"),
+        (("--yaw-errors", "-10,10"), "--yaw-errors: expected at least two increasing values, none of them negative"),
+        (("--strategy", "halt"), "--strategy, --recheck: strategy: expected 'derate', 'stop' or 'ignore'"),
+        (("--class", "IVB"), "IVB"),
+        (("--seeds", 0), "--seeds 0: expected a number of seeds from 1 to 1000"),
+        (("--duration", 1), "--duration 1: expected at least 10"),
+    ],
+)
+def test_what_has_no_limits_is_refused_at_once(
+    command: Command, tmp_path: Path, options: tuple[Any, ...], said: str
+) -> None:
+    ran = command("yaw-limits", "nrel5mw", *options, "--out", tmp_path / "out")
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err.startswith("error: ") and ran.err.count("\n") == 1 and said in ran.err
+    assert not (tmp_path / "out").exists()

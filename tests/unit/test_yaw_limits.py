@@ -1,0 +1,87 @@
+"""Base points of the yaw protection from load limits, without simulations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from meltemi import InputError, Model, Run
+from meltemi.control import YawProtection
+from meltemi_studies import yaw_limits
+from meltemi_studies.machine_loads import LOADS, TOWER_BASE
+from meltemi_studies.yaw_limits import (
+    DEAD_BAND,
+    JUDGED,
+    YawLimits,
+    find_limits,
+    limit_rows,
+    plot_limits,
+    speeds_between,
+)
+from meltemi_tuning.run_store import FailedResult
+
+
+def limits(use: list[list[float]], other: float = 0.5) -> YawLimits:
+    """Loads at 0, 30 and 60 degrees; errors of negative sign load by a factor less or more."""
+    errors = np.radians([0.0, 30.0, 60.0])
+    both = np.array(use)[..., None] * np.array([1.0, other])
+    loads = {name: both * (k + 1.0) * (1.0 if name == TOWER_BASE else 0.9) for k, name in enumerate(JUDGED)}
+    return YawLimits(np.array([5.0, 10.0, 20.0, 25.0]), errors, loads, {n: k + 1.0 for k, n in enumerate(JUDGED)})
+
+
+USE = [[0.2, 0.3, 0.4], [0.5, 0.5, 1.5], [0.8, 0.9, 0.7], [1.1, 1.2, 1.3]]
+
+
+def test_base_points_lie_where_a_load_reaches_its_limit() -> None:
+    found = limits(USE)
+    # within the limit everywhere; halfway from 30 to 60; within, but never above what a lower wind allows; beyond
+    assert np.degrees(found.allowed()) == pytest.approx([60.0, 45.0, 45.0, 0.0])
+    speeds, thresholds = found.base_points
+    assert YawProtection(wind_speeds=speeds, thresholds=thresholds).thresholds[1] == pytest.approx(np.radians(45.0))
+
+
+def test_the_worse_sign_of_the_error_governs() -> None:
+    assert limits(USE).governing()[:2] == ["tower base bending, +60 deg", "tower base bending, +60 deg"]
+    worse = limits(USE, other=1.2)
+    assert worse.governing()[1] == "tower base bending, -60 deg"
+    assert np.degrees(worse.allowed()[1]) == pytest.approx(40.0)
+    assert len(plot_limits(worse).axes) == 2
+
+
+@pytest.fixture
+def fake(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Runs in which all loads are 1, but for two that fail; the list gets their names."""
+    names: list[str] = []
+
+    def found(cases: list[Run], **_: object) -> list[Any]:
+        names.extend(str(c.name) for c in cases)
+        failed = ("etm 8 m/s 8 deg seed 1", "ntm 8 m/s 60 deg seed 1")
+        return [FailedResult("no start") if c.name in failed else dict.fromkeys(LOADS, 1.0) for c in cases]
+
+    monkeypatch.setattr(yaw_limits, "cells", found)
+    monkeypatch.setattr(yaw_limits, "operating_point", lambda *_: None)
+    return names
+
+
+def test_a_failed_run_limits_its_own_yaw_error_only(fake: list[str], model: Model) -> None:
+    """Not the load limit, which would become infinite and allow everything."""
+    assert np.degrees(DEAD_BAND) == pytest.approx(8.0)
+    made = find_limits(model, [1], speeds=(8.0,), errors=tuple(np.radians((0.0, 30.0, 60.0))))
+    assert made.limit[JUDGED[0]] == pytest.approx(1.1)
+    assert made.use.tolist() == [[pytest.approx(1 / 1.1), pytest.approx(1 / 1.1), np.inf]]
+    assert limit_rows(made)[1][0][3] == "failed"
+    assert np.degrees(made.allowed()) == pytest.approx([30.0])
+
+
+def test_with_limits_of_the_user_no_extreme_turbulence_is_run(fake: list[str], model: Model) -> None:
+    made = find_limits(model, [1], speeds=(8.0, 9.0), errors=(0.0, 0.5), limit={TOWER_BASE: 2.0})
+    assert made.limit == {TOWER_BASE: 2.0} and made.use == pytest.approx(np.full((2, 2), 0.5))
+    assert len(fake) == 6 and all(name.startswith("ntm") for name in fake)
+    with pytest.raises(InputError, match="no load 'tower base': did you mean 'tower base bending'"):
+        find_limits(model, [1], limit={"tower base": 2.0})
+
+
+def test_default_speeds_reach_from_cut_in_to_cut_out() -> None:
+    assert speeds_between(3.0, 25.0).tolist() == [5.0, 8.0, 12.0, 15.0, 18.0, 22.0, 25.0]
