@@ -21,8 +21,6 @@ from meltemi.environment.site import Environment
 from meltemi.io import read_openfast
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import ABOVE, new_figure, panel
-from meltemi.sea.current import Current
-from meltemi.sea.given import ComponentSea
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
@@ -31,6 +29,8 @@ from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.library import load_turbine
+from meltemi_sea.current import Current
+from meltemi_sea.given import ComponentSea
 from meltemi_verification.table import Comparison, Row, at_least, phase, relative
 from meltemi_verification.turbulent import thinned
 

@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.sea.conditions import Sea
-from meltemi.sea.field import AHEAD, sea_field
+from meltemi_sea.conditions import Sea
+from meltemi_sea.field import AHEAD, sea_field
 
 Float = NDArray[np.float64]
 SHARES = (0.0, 0.25, 0.5, 1.0)

@@ -14,11 +14,11 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
-from meltemi.sea.airy import GRAVITY, Components
-from meltemi.sea.conditions import BREAKS_IN_SHALLOWS, Sea, along, refuse_breaking
-from meltemi.sea.crest import Crest
-from meltemi.sea.spectra import default_peak_factor, jonswap
-from meltemi.sea.spreading import Spreading
+from meltemi_sea.airy import GRAVITY, Components
+from meltemi_sea.conditions import BREAKS_IN_SHALLOWS, Sea, along, refuse_breaking
+from meltemi_sea.crest import Crest
+from meltemi_sea.spectra import default_peak_factor, jonswap
+from meltemi_sea.spreading import Spreading
 
 Float = NDArray[np.float64]
 HIGHEST = 5.0
