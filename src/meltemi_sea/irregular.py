@@ -133,7 +133,7 @@ class IrregularSea(Sea):
         if high / step > MOST_COMPONENTS:
             raise InputError(f"sea.repeat: {self.repeat:g} s gives {high / step:.3g} waves, at most {MOST_COMPONENTS}")
         number = np.arange(max(math.ceil(low / step), 1), math.floor(high / step) + 1)
-        frequency = step * number
+        frequency: Float = step * number.astype(np.float64)
         variance = self.density(frequency) * step
         m0 = float(variance.sum())
         if m0 <= 0.0:

@@ -238,9 +238,9 @@ def piece_load(n: int, m: PileSystem) -> tuple[Vec, Vec, Vec]:
         a += m.a[k] * s
         turning += m.a[k] * shape.rotation[k, n]
     moving, F = node.lateral[n] + load.added[n], load.force[n]
-    k, c = node.soil[n], node.soil_damping[n]
-    fx = F.x - moving * a.x - k * u.x - c * du.x
-    fy = F.y - moving * a.y - k * u.y - c * du.y
+    spring, damper = node.soil[n], node.soil_damping[n]
+    fx = F.x - moving * a.x - spring * u.x - damper * du.x
+    fy = F.y - moving * a.y - spring * u.y - damper * du.y
     J = node.inertia[n]
     M = Vec(-J.x * turning.x, -J.y * turning.y, -J.z * turning.z)
     return u, Vec(fx, fy, -node.mass[n] * (m.structure.gravity + a.z)), M

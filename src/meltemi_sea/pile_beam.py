@@ -56,8 +56,8 @@ def pile_beam(support: Support) -> Beam:
         heights.append(s.flooded)
     for growth in s.growth:
         heights += [growth.bottom, growth.top]
-    for mass in s.masses:
-        heights += [mass.height - mass.length, mass.height]
+    for each in s.masses:
+        heights += [each.height - each.length, each.height]
     # twice, so that properties may jump there
     z = np.repeat(np.unique(np.clip(heights, foot, top)), 2)
     just = np.where(np.arange(len(z)) % 2, 1e-9, -1e-9) * (top - foot)

@@ -58,12 +58,12 @@ def sea_series(sea: Sea, depth: float, duration: float) -> SeaSeries:
     rows = AHEAD + (rows - AHEAD) % max(1, round(min(field.period, duration) / field.dt))
     current = np.zeros(len(height)) if sea.current is None else sea.current.at(height, depth) @ [x, y]
     return SeaSeries(
-        time=field.dt * np.arange(len(rows)),
+        time=field.dt * np.arange(len(rows), dtype=np.float64),
         elevation=field.elevation[rows],
         height=height,
         velocity=(field.velocity[rows] @ [x, y]) + current,
         acceleration=field.acceleration[rows] @ [x, y],
-        spectrum=(waves.frequency, 0.5 * abs(waves.amplitude) ** 2),
+        spectrum=(waves.frequency, 0.5 * np.abs(waves.amplitude, dtype=np.float64) ** 2),
     )
 
 

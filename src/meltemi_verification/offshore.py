@@ -76,8 +76,10 @@ FREQUENCY_BAND, FORCE_BAND, PHASE_BAND, STD_BAND, CORRELATION = 0.3, 0.5, 1.0, 0
 def monopile_model(*, water: bool = True, **changes: Any) -> BladedModel:
     """The turbine of the deck on its monopile, with degrees of freedom as in the runs of OpenFAST."""
     turbine = read_openfast(Path(str(distribution("rosco").locate_file(DECK))))
-    pile = load_turbine("iea15mw-monopile").support.replace(damping=0.0, **({} if water else {"flooded": None}))
-    options = {
+    support = load_turbine("iea15mw-monopile").support
+    assert support is not None
+    pile = support.replace(damping=0.0, **({} if water else {"flooded": None}))
+    options: dict[str, Any] = {
         "locked": ("generator", "drivetrain", "yaw"),
         "blade_model": "modal",
         "mode_shapes": "given",
@@ -142,7 +144,7 @@ def waves() -> Comparison:
     data = thinned("offshore_runs")
     for case, settings in CASES.items():
         reference = data[f"{case}_counts"] * data[f"{case}_steps"]
-        time = STEP * np.arange(len(reference))
+        time: Float = STEP * np.arange(len(reference), dtype=np.float64)
         ours = sea_run(case, float(time[-1]))
         inside = time >= settings.begin - 1e-6
         for name, series in zip(CHANNELS, reference.T, strict=True):

@@ -33,12 +33,8 @@ class Deferred:
     def adapter(self) -> TypeAdapter[Any]:
         return TypeAdapter(self.kind)  # of a class, or a union
 
-    def validate(self, value: Any) -> Any:
-        """The record of a value; problems keep their places in it."""
-        return self.adapter.validator.validate_python(value)
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        return core_schema.no_info_plain_validator_function(self.validate)
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:  # problems keep their places in the value
+        return core_schema.no_info_plain_validator_function(lambda value: self.adapter.validator.validate_python(value))
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
         return handler(self.adapter.core_schema)

@@ -147,8 +147,8 @@ GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|stage_\d_.*")
 
 def every_kind() -> dict[str, Channel]:
     """Channels of all kinds that a turbine may have, with the smallest numbers of nodes, stations and flaps."""
-    further = sum((channels_of_group(group) for group in ("electrical", "disk", "sea")), ())
-    further += channels_of_group("pile_station", 1)
+    groups = ("electrical", "disk", "sea")
+    further = sum((channels_of_group(group) for group in groups), channels_of_group("pile_station", 1))
     return catalogue(Contents(nodes=1, flaps=1, gears=(2, 3), further=further))
 
 
@@ -181,7 +181,7 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
         hint = "loads of the gearbox need options.drivetrain: quasi_static or multibody"
     if lower in {name.lower() for row in _rows("disk") for name in filter(None, row[:2])}:
         hint = "only a power-coefficient turbine has it"
-    if lower in {name.lower() for row in _rows("sea") for name in filter(None, row[:2])} or lower.startswith("pile_"):
+    if lower.startswith("pile_") or lower in {name.lower() for row in _rows("sea") for name in row[:2]}:
         hint = "only a turbine in the sea has it, with turbine.support"
     if lower in {row[0] for row in _rows("electrical")}:
         hint = "channels of the electrical system need options.electrical: averaged"
