@@ -21,8 +21,6 @@ from meltemi.environment.site import Environment
 from meltemi.io import read_openfast
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import ABOVE, new_figure, panel
-from meltemi.sea.current import Current
-from meltemi.sea.given import ComponentSea
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
@@ -31,6 +29,8 @@ from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.library import load_turbine
+from meltemi_sea.current import Current
+from meltemi_sea.given import ComponentSea
 from meltemi_verification.table import Comparison, Row, at_least, phase, relative
 from meltemi_verification.turbulent import thinned
 
@@ -76,8 +76,10 @@ FREQUENCY_BAND, FORCE_BAND, PHASE_BAND, STD_BAND, CORRELATION = 0.3, 0.5, 1.0, 0
 def monopile_model(*, water: bool = True, **changes: Any) -> BladedModel:
     """The turbine of the deck on its monopile, with degrees of freedom as in the runs of OpenFAST."""
     turbine = read_openfast(Path(str(distribution("rosco").locate_file(DECK))))
-    pile = load_turbine("iea15mw-monopile").support.replace(damping=0.0, **({} if water else {"flooded": None}))
-    options = {
+    support = load_turbine("iea15mw-monopile").support
+    assert support is not None
+    pile = support.replace(damping=0.0, **({} if water else {"flooded": None}))
+    options: dict[str, Any] = {
         "locked": ("generator", "drivetrain", "yaw"),
         "blade_model": "modal",
         "mode_shapes": "given",
@@ -142,7 +144,7 @@ def waves() -> Comparison:
     data = thinned("offshore_runs")
     for case, settings in CASES.items():
         reference = data[f"{case}_counts"] * data[f"{case}_steps"]
-        time = STEP * np.arange(len(reference))
+        time: Float = STEP * np.arange(len(reference), dtype=np.float64)
         ours = sea_run(case, float(time[-1]))
         inside = time >= settings.begin - 1e-6
         for name, series in zip(CHANNELS, reference.T, strict=True):

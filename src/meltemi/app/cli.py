@@ -31,7 +31,6 @@ from meltemi.app.options import (
     with_options,
 )
 from meltemi.app.scans import finish, speeds_of
-from meltemi.app.sea import sea
 from meltemi.app.terminal import (
     OutOption,
     folder_for,
@@ -427,7 +426,6 @@ def power_curve(
 
 
 app.command()(wind)
-app.command()(sea)
 app.command()(docs)
 
 

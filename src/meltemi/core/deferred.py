@@ -10,9 +10,11 @@ A field ``gearbox: Gearbox | None = None`` then costs turbines without one nothi
 
 from __future__ import annotations
 
+from functools import cached_property
 from importlib import import_module
 from typing import Annotated, Any
 
+from pydantic import TypeAdapter
 from pydantic_core import core_schema
 
 
@@ -27,15 +29,15 @@ class Deferred:
         """The record class."""
         return getattr(import_module(self.module), self.name)
 
-    def validate(self, value: Any) -> Any:
-        """The record of a value; problems keep their places in it."""
-        return self.kind.__pydantic_validator__.validate_python(value)
+    @cached_property
+    def adapter(self) -> TypeAdapter[Any]:
+        return TypeAdapter(self.kind)  # of a class, or a union
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        return core_schema.no_info_plain_validator_function(self.validate)
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:  # problems keep their places in the value
+        return core_schema.no_info_plain_validator_function(lambda value: self.adapter.validator.validate_python(value))
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
-        return handler(self.kind.__pydantic_core_schema__)
+        return handler(self.adapter.core_schema)
 
 
 def deferred(module: str, name: str) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
@@ -20,12 +20,12 @@ from meltemi.controllers.specification import (
     SupervisedCase,
     rooted,
 )
+from meltemi.core.deferred import deferred
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
-from meltemi.sea.kinds import AnySea
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import BaseEvent, Event, conflict
 from meltemi.simulation.model import Model, Stations
@@ -44,6 +44,11 @@ from meltemi.wind.formats import read_wind
 from meltemi.wind.iec.classes import WindClass
 from meltemi.wind.iec.models import IecWind, iec_wind
 from meltemi.wind.turbulent import AnyWind, TurbulentWind
+
+if TYPE_CHECKING:
+    from meltemi.environment import Sea
+else:
+    Sea = deferred("meltemi_sea.kinds", "AnySea")
 
 
 class SteadyCase(SteadyWind):
@@ -164,7 +169,7 @@ class LoadCase(Record):
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
     """Voltage, frequency, reactive power, and power reference, which needs a controller that follows it."""
-    sea: AnySea | None = None
+    sea: Sea | None = None
     """Waves and current around the turbine's support; by default still water."""
     icing: Icing | None = None
     """Ice on the blades, in place of that of the turbine file."""

@@ -97,13 +97,10 @@ class Contents:
     further: tuple[Channel, ...] = ()
 
 
-def channels_of_group(group: str) -> tuple[Channel, ...]:
-    """Channels of a group of ``channels.csv`` without numbers in their names."""
-    return tuple(_channel(row, ()) for row in _rows(group))
-
-
-def numbered_channels(group: str, count: int) -> tuple[Channel, ...]:
-    """Channels of a group of ``channels.csv`` for entries 1 to ``count`` along an axis."""
+def channels_of_group(group: str, count: int | None = None) -> tuple[Channel, ...]:
+    """Channels of a group of ``channels.csv``, for entries 1 to ``count`` along an axis if their names have numbers."""
+    if count is None:
+        return tuple(_channel(row, ()) for row in _rows(group))
     return tuple(_channel(row, (n,), n=n) for n in range(1, count + 1) for row in _rows(group))
 
 
@@ -121,7 +118,7 @@ def catalogue(contents: Contents = Contents()) -> dict[str, Channel]:
         for group, number in (("node", contents.nodes), ("station", contents.blade_stations)):
             for n in range(1, number + 1):
                 found += [_channel(row, (b - 1, n - 1), b=b, n=n) for row in _rows(group)]
-    found += numbered_channels("tower_station", contents.tower_stations)
+    found += channels_of_group("tower_station", contents.tower_stations)
     for name in contents.coordinates:
         unit = unit_of_coordinate(name)
         if name != "yaw":  # yaw has its own channel
@@ -150,8 +147,8 @@ GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|stage_\d_.*")
 
 def every_kind() -> dict[str, Channel]:
     """Channels of all kinds that a turbine may have, with the smallest numbers of nodes, stations and flaps."""
-    further = channels_of_group("electrical") + channels_of_group("disk") + channels_of_group("sea")
-    further += numbered_channels("pile_station", 1)
+    groups = ("electrical", "disk", "sea")
+    further = sum((channels_of_group(group) for group in groups), channels_of_group("pile_station", 1))
     return catalogue(Contents(nodes=1, flaps=1, gears=(2, 3), further=further))
 
 
@@ -184,7 +181,7 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
         hint = "loads of the gearbox need options.drivetrain: quasi_static or multibody"
     if lower in {name.lower() for row in _rows("disk") for name in filter(None, row[:2])}:
         hint = "only a power-coefficient turbine has it"
-    if lower in {name.lower() for row in _rows("sea") for name in filter(None, row[:2])} or lower.startswith("pile_"):
+    if lower.startswith("pile_") or lower in {name.lower() for row in _rows("sea") for name in row[:2]}:
         hint = "only a turbine in the sea has it, with turbine.support"
     if lower in {row[0] for row in _rows("electrical")}:
         hint = "channels of the electrical system need options.electrical: averaged"

@@ -108,10 +108,9 @@ class Part:
 
 PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.simulation.electric": lambda turbine, options: options.electrical != "ideal",
-    "meltemi.simulation.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,
+    "meltemi_sea.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,
 }
-"""Modules of parts, and whether a turbine with some options has it; ``part_of(turbine, options, rotor)`` there makes
-it."""
+"""Modules of parts, and whether a turbine with options has it; ``part_of(turbine, options, rotor)`` there makes it."""
 
 
 def parts_of(turbine: Any, options: Any, rotor: Any) -> tuple[Part, ...]:

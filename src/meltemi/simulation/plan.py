@@ -96,7 +96,8 @@ def planned(run: Run) -> Plan:
         )
     every_output = multiple(run.output_step, dt, "output_step")
     stations = run.stations or Stations()
-    parts = _parts(run, model)
+    sea = run.sea if run.sea is None or isinstance(run.sea, Part) else run.sea.part(model, run.duration, run.origin)
+    parts = tuple(part for part in (sea, run.other_wind) if part is not None)
     chosen = choose(model, run.channels, stations, parts)
     recorder = None
     if run.view:
@@ -119,16 +120,6 @@ def planned(run: Run) -> Plan:
             "or one of your own"
         )
     return Plan(model, stations, parts, tuple(chosen), recorder, events, dt, n_steps, every_output)
-
-
-def _parts(run: Run, model: Model[Any]) -> tuple[Part, ...]:
-    """What acts on the turbine in a run, besides its own parts."""
-    sea = run.sea
-    if sea is not None and not isinstance(sea, Part):
-        from meltemi.simulation.waves import sea_part
-
-        sea = sea_part(sea, model, run.duration, run.origin)
-    return tuple(part for part in (sea, run.other_wind) if part is not None)
 
 
 def _events(run: Run, model: Model[Any], dt: float, n_steps: int) -> Events:

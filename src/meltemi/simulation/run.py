@@ -17,7 +17,7 @@ from meltemi.wind.fields import Wind
 from meltemi.wind.turbulent import AnyWind
 
 if TYPE_CHECKING:
-    from meltemi.sea.conditions import Sea
+    from meltemi.environment import Sea
     from meltemi.simulation.events import BaseEvent
 
 

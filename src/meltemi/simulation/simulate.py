@@ -34,7 +34,6 @@ from meltemi.numbers.lanes import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.loop import Loop, loop_of
-from meltemi.simulation.parts import Part
 from meltemi.simulation.plan import Plan, controller_of, first_point, planned, wind_of
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Finding, Result
@@ -492,11 +491,6 @@ def _package() -> str:
         return "unknown"
 
 
-def _described(sea: Any) -> Any:
-    """A sea as data to repeat it; the name of the class of a part."""
-    return type(sea).__name__ if isinstance(sea, Part) else sea and sea.model_dump(mode="json")
-
-
 def describe(run: Simulation) -> dict[str, Any]:
     """Data to repeat a run."""
     model, wind = run.model, run.wind
@@ -510,7 +504,7 @@ def describe(run: Simulation) -> dict[str, Any]:
         "grid": None if run.grid is None else run.grid.model_dump(mode="json"),
         "wind": wind.label,
         "wind_hash": wind.content_hash(),
-        "sea": _described(run.sea),
+        "sea": getattr(run.sea, "content", dict)() or None,
         "controller": run.controller.name,
         "controller_state_hash": run.controller_hash,
         "start": run.start,

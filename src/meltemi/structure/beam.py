@@ -270,27 +270,8 @@ class Modes:
         return result
 
 
-def grounded(mesh: Mesh, stiffness: Float) -> Float:
-    """Factor G of the flexibility of a beam on springs (6, 6) under its first node: loads f move it by G G^T f."""
-    ground = np.linalg.cholesky(np.linalg.inv(stiffness))
-    return np.hstack([_carried(mesh.points, mesh.points[0], ground), mesh.flexibility])
-
-
-def softened(G: Float, stiffness: Float) -> Float:
-    """The factor of a structure with further springs to ground, (6n,) along the coordinates of its nodes (H-33)."""
-    wet = np.flatnonzero(stiffness)
-    inner = np.eye(G.shape[1]) + (G[wet] * stiffness[wet, None]).T @ G[wet]
-    result: Float = scipy.linalg.solve_triangular(np.linalg.cholesky(inner), G.T, lower=True).T
-    return result
-
-
 def natural_modes(
-    mesh: Mesh,
-    n: int,
-    *,
-    tip_mass: Float | None = None,
-    base: tuple[Float, Float] | None = None,
-    around: tuple[Float, Float] | None = None,
+    mesh: Mesh, n: int, *, tip_mass: Float | None = None, base: tuple[Float, Float] | None = None
 ) -> Modes:
     """The ``n`` lowest modes of a beam, clamped at its first node or on springs.
 
@@ -299,17 +280,14 @@ def natural_modes(
       n: number of modes.
       tip_mass: (6, 6) inertia of a rigid body carried by the last node, about that node.
       base: (6, 6) stiffness of springs under the first node and mass that moves with it; None clamps it.
-      around: (6n,) stiffness of springs to ground along the coordinates of the nodes, and mass that moves with them.
     """
     G, M = mesh.flexibility, mesh.mass.copy()
     alone = mesh.mass.copy()
     if base is not None:
-        G = grounded(mesh, base[0])
+        ground = np.linalg.cholesky(np.linalg.inv(base[0]))
+        G = np.hstack([_carried(mesh.points, mesh.points[0], ground), G])
         M[:6, :6] += base[1]
         alone[:6, :6] += base[1]
-    if around is not None:
-        G = softened(G, around[0])
-        M += np.diag(around[1])
     if tip_mass is not None:
         M[-6:, -6:] += tip_mass
     # with x = w G y the problem K x = w^2 M x is G^T M G y = y / w^2: no inverse is needed, the lowest modes are

@@ -24,15 +24,15 @@ from meltemi.turbine.imbalance import Imbalance, deviations
 from meltemi.turbine.representation import Machine
 
 if TYPE_CHECKING:
+    from meltemi.turbine import Support
     from meltemi.turbine.electrical import ElectricalSystem
     from meltemi.turbine.gearbox import Gearbox
     from meltemi.turbine.ice import Icing
-    from meltemi.turbine.support import Support
 else:
     Icing = deferred("meltemi.turbine.ice", "Icing")
     Gearbox = deferred("meltemi.turbine.gearbox", "Gearbox")
     ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
-    Support = deferred("meltemi.turbine.support", "Support")
+    Support = deferred("meltemi_sea.support", "Support")
 
 HALF_TURN = math.pi
 BaseMotion = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
@@ -690,13 +690,7 @@ class Turbine(Machine):
                     f"{did_you_mean(name, self.airfoils)}"
                 )
         if self.support is not None:
-            if abs(self.support.position[-1] - self.tower.base_height) > 1e-3:
-                raise ValueError(
-                    f"support.position ends at {self.support.position[-1]:g} m, but tower.base_height is "
-                    f"{self.tower.base_height:g} m"
-                )
-            if self.foundation is not None and (self.foundation.motions or self.support.soil is not None):
-                raise ValueError("foundation: motions, or a support with soil of its own, exclude it; remove one")
+            self.support.check_fit(self.tower, self.foundation)
         if self.icing is not None:
             self.icing.on(self.n_blades)
         for name in ("pitch", "mass"):

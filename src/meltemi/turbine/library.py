@@ -16,17 +16,8 @@ from meltemi.turbine.definition import Turbine
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
-Aeroelastic = Literal[
-    "nrel5mw",
-    "nrel5mw-monopile",
-    "iea10mw",
-    "iea15mw",
-    "iea15mw-monopile",
-    "iea22mw",
-    "iea22mw-monopile",
-    "zr20-122",
-    "ct30-155",
-]
+Aeroelastic = Literal["nrel5mw", "iea10mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
+AtSea = Literal["nrel5mw-monopile", "iea15mw-monopile", "iea22mw-monopile"]
 
 DATA = Path(__file__).parent / "data"
 WINDIO = "windIO/examples/turbine"
@@ -75,13 +66,12 @@ def list_turbines() -> list[str]:
 def packages_of(name: str) -> tuple[str, ...]:
     """Optional packages that have the data of a library turbine; none for others."""
     entry = library_entries().get(name)
-    if entry is not None and entry.base is not None:
-        return packages_of(entry.base)
-    return () if entry is None or entry.windio is None else ("windIO",)
+    own = () if entry is None or entry.windio is None else ("windIO",)
+    return own if entry is None or entry.base is None else packages_of(entry.base)
 
 
 @overload
-def load_turbine(name: Aeroelastic) -> Turbine: ...
+def load_turbine(name: Aeroelastic | AtSea) -> Turbine: ...
 @overload
 def load_turbine(name: Literal["pmsg20mw", "pmsg20mw-bem"]) -> PowerTurbine: ...
 @overload

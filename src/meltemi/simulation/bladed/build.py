@@ -101,7 +101,8 @@ def build_bladed(
     pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
     head = head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
     with _about(f"{turbine.name}: tower"):
-        tower = _tower(turbine, tower_counts, head, tower_layout, given=given)
+        make = tower_member if turbine.support is None else turbine.support.member
+        tower = make(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
     lift = float(tower.beam.position[-1]) - turbine.tower.length
     coordinates = _coordinates(turbine, blade, tower)
     position = blade_layout.position
@@ -166,15 +167,6 @@ def build_bladed(
         parts=parts_of(turbine, options, rotor),
         rotor=rotor,
     )
-
-
-def _tower(turbine: Turbine, counts: dict[str, int], head: Float, layout: NodeLayout, *, given: bool) -> Member:
-    """The tower, with the pile that may carry it."""
-    if turbine.support is None:
-        return tower_member(turbine.tower, counts, head, turbine.foundation, layout, given=given)
-    from meltemi.structure.support import supported_tower
-
-    return supported_tower(turbine.support, turbine.tower, counts, head, turbine.foundation, layout, given=given)
 
 
 def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.sea.airy import GRAVITY, Components, maccamy_fuchs, profiles, wave_number
+from meltemi_sea.airy import GRAVITY, Components, maccamy_fuchs, profiles, wave_number
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]

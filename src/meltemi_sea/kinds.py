@@ -9,10 +9,10 @@ from pydantic import Field
 
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import validated
-from meltemi.sea.conditions import Sea, StillWater
-from meltemi.sea.given import ComponentSea, ElevationSea
-from meltemi.sea.irregular import IrregularSea
-from meltemi.sea.regular import RegularSea
+from meltemi_sea.conditions import Sea, StillWater
+from meltemi_sea.given import ComponentSea, ElevationSea
+from meltemi_sea.irregular import IrregularSea
+from meltemi_sea.regular import RegularSea
 
 AnySea = Annotated[IrregularSea | RegularSea | ComponentSea | ElevationSea | StillWater, Field(discriminator="kind")]
 

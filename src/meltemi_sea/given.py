@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Vector
-from meltemi.sea.airy import GRAVITY, Components
-from meltemi.sea.conditions import Sea, along
+from meltemi_sea.airy import GRAVITY, Components
+from meltemi_sea.conditions import Sea, along
 
 
 class ComponentSea(Sea):

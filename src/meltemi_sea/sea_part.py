@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.maths.tables import View
-from meltemi.sea.conditions import Sea, Stretching
-from meltemi.sea.field import sea_field
 from meltemi.simulation.model import Model
 from meltemi.simulation.parts import Part
-from meltemi.simulation.pile import PileNode, PilePart, Water
+from meltemi_sea.conditions import Sea, Stretching
+from meltemi_sea.field import sea_field
+from meltemi_sea.pile import PileNode, PilePart, Water
 
 Float = NDArray[np.float64]
 

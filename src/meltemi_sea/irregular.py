@@ -14,11 +14,11 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
-from meltemi.sea.airy import GRAVITY, Components
-from meltemi.sea.conditions import BREAKS_IN_SHALLOWS, Sea, along, refuse_breaking
-from meltemi.sea.crest import Crest
-from meltemi.sea.spectra import default_peak_factor, jonswap
-from meltemi.sea.spreading import Spreading
+from meltemi_sea.airy import GRAVITY, Components
+from meltemi_sea.conditions import BREAKS_IN_SHALLOWS, Sea, along, refuse_breaking
+from meltemi_sea.crest import Crest
+from meltemi_sea.spectra import default_peak_factor, jonswap
+from meltemi_sea.spreading import Spreading
 
 Float = NDArray[np.float64]
 HIGHEST = 5.0
@@ -133,7 +133,7 @@ class IrregularSea(Sea):
         if high / step > MOST_COMPONENTS:
             raise InputError(f"sea.repeat: {self.repeat:g} s gives {high / step:.3g} waves, at most {MOST_COMPONENTS}")
         number = np.arange(max(math.ceil(low / step), 1), math.floor(high / step) + 1)
-        frequency = step * number
+        frequency: Float = step * number.astype(np.float64)
         variance = self.density(frequency) * step
         m0 = float(variance.sum())
         if m0 <= 0.0:

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from meltemi.sea.airy import GRAVITY, Components
-from meltemi.sea.conditions import Sea, along, refuse_breaking
+from meltemi_sea.airy import GRAVITY, Components
+from meltemi_sea.conditions import Sea, along, refuse_breaking
 
 
 class RegularSea(Sea):

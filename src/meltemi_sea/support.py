@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -9,7 +10,8 @@ from pydantic import Field, model_validator
 
 from meltemi.core.record import Record, Vector
 from meltemi.turbine.checks import per_station, positive, stations
-from meltemi.turbine.soil import Soil
+from meltemi.turbine.definition import Foundation, Tower
+from meltemi_sea.soil import Soil
 
 
 class PointMass(Record):
@@ -120,6 +122,23 @@ class Support(Record):
                 if not foot - 1e-6 <= height <= top + 1e-6:
                     raise ValueError(f"{name}: {height:g} m is not on the pile, from {foot:g} to {top:g} m")
         return self
+
+    def check_fit(self, tower: Tower, foundation: Foundation | None) -> None:
+        """Check that it carries a tower, and stands on a foundation, if there is one.
+
+        Raises:
+          ValueError: it does not.
+        """
+        if abs(self.position[-1] - tower.base_height) > 1e-3:
+            raise ValueError(
+                f"support.position ends at {self.position[-1]:g} m, but tower.base_height is {tower.base_height:g} m"
+            )
+        if foundation is not None and (foundation.motions or self.soil is not None):
+            raise ValueError("foundation: motions, or a support with soil of its own, exclude it; remove one")
+
+    def member(self, *arguments: Any, **options: Any) -> Any:
+        """The modal member of pile and tower, see :func:`meltemi_sea.pile_beam.supported_tower`."""
+        return import_module("meltemi_sea.pile_beam").supported_tower(self, *arguments, **options)  # it builds on this
 
     @property
     def load_stations(self) -> Any:

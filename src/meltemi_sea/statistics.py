@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.sea.conditions import Sea
-from meltemi.sea.field import AHEAD, sea_field
+from meltemi_sea.conditions import Sea
+from meltemi_sea.field import AHEAD, sea_field
 
 Float = NDArray[np.float64]
 SHARES = (0.0, 0.25, 0.5, 1.0)
@@ -58,12 +58,12 @@ def sea_series(sea: Sea, depth: float, duration: float) -> SeaSeries:
     rows = AHEAD + (rows - AHEAD) % max(1, round(min(field.period, duration) / field.dt))
     current = np.zeros(len(height)) if sea.current is None else sea.current.at(height, depth) @ [x, y]
     return SeaSeries(
-        time=field.dt * np.arange(len(rows)),
+        time=field.dt * np.arange(len(rows), dtype=np.float64),
         elevation=field.elevation[rows],
         height=height,
         velocity=(field.velocity[rows] @ [x, y]) + current,
         acceleration=field.acceleration[rows] @ [x, y],
-        spectrum=(waves.frequency, 0.5 * abs(waves.amplitude) ** 2),
+        spectrum=(waves.frequency, 0.5 * np.abs(waves.amplitude, dtype=np.float64) ** 2),
     )
 
 

@@ -6,7 +6,7 @@ Reference: docs/theory/sea.md (H-30 to H-44).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -17,10 +17,8 @@ from meltemi.structure.beam import (
     Mesh,
     Modes,
     assemble,
-    grounded,
     natural_modes,
     second_order,
-    softened,
     transfer,
 )
 from meltemi.structure.members import (
@@ -33,8 +31,8 @@ from meltemi.structure.members import (
     tower_member,
 )
 from meltemi.turbine.definition import Foundation, Tower
-from meltemi.turbine.soil import Soil
-from meltemi.turbine.support import Support
+from meltemi_sea.soil import Soil
+from meltemi_sea.support import Support
 
 Float = NDArray[np.float64]
 
@@ -58,8 +56,8 @@ def pile_beam(support: Support) -> Beam:
         heights.append(s.flooded)
     for growth in s.growth:
         heights += [growth.bottom, growth.top]
-    for mass in s.masses:
-        heights += [mass.height - mass.length, mass.height]
+    for each in s.masses:
+        heights += [each.height - each.length, each.height]
     # twice, so that properties may jump there
     z = np.repeat(np.unique(np.clip(heights, foot, top)), 2)
     just = np.where(np.arange(len(z)) % 2, 1e-9, -1e-9) * (top - foot)
@@ -206,6 +204,21 @@ def spread(springs: Springs, heights: Float) -> Float:
     return found.reshape(-1)
 
 
+def grounded(mesh: Mesh, stiffness: Float) -> Float:
+    """Factor G of the flexibility of a beam on springs (6, 6) under its first node: loads f move it by G G^T f."""
+    ground = np.linalg.cholesky(np.linalg.inv(stiffness))
+    carried_by = (transfer(mesh.points - mesh.points[0]) @ ground).reshape(-1, 6)
+    return np.hstack([carried_by, mesh.flexibility])
+
+
+def softened(G: Float, stiffness: Float) -> Float:
+    """The factor of a structure with further springs to ground, (6n,) along the coordinates of its nodes (H-33)."""
+    held = np.flatnonzero(stiffness)
+    inner = np.eye(G.shape[1]) + (G[held] * stiffness[held, None]).T @ G[held]
+    result: Float = scipy.linalg.solve_triangular(np.linalg.cholesky(inner), G.T, lower=True).T
+    return result
+
+
 def strain_stiffness(mesh: Mesh, shape: Float, low: float, high: float) -> Float:
     """(k, k) generalised stiffness of the part of a beam between two coordinates, for shapes (k, n, 6) on its mesh."""
     total = np.zeros((len(shape), len(shape)))
@@ -296,8 +309,15 @@ def supported_tower(
     if given:
         modes, names = _on_top_of_pile(alone, mesh, len(on_pile), ground)
     else:
-        moving = (ground.around, water_around(support, heights))
-        found = natural_modes(mesh, 12 + 4 * sum(counts.values()), tip_mass=tip_mass, base=ground.base, around=moving)
+        held, dry = mesh, mesh.mass.copy()
+        if ground.base is not None:
+            held = replace(mesh, flexibility=grounded(mesh, ground.base[0]))
+            dry[:6, :6] += ground.base[1]
+        wet = dry + np.diag(water_around(support, heights))
+        held = replace(held, flexibility=softened(held.flexibility, ground.around), mass=wet)
+        found = natural_modes(held, 12 + 4 * sum(counts.values()), tip_mass=tip_mass)
+        flat = found.shape.reshape(len(found.shape), -1)
+        found = replace(found, mass_alone=flat @ dry @ flat.T)
         wanted = {kind: (i, counts[key]) for i, (kind, key) in enumerate(zip(KINDS, counts, strict=True))}
         modes, names = pick_modes(found, mesh, wanted)
     kept = Member(tuple(names), modes, _damping(support, alone, mesh, modes, names, ground), second_order(modes), beam)

@@ -8,12 +8,12 @@ import numpy as np
 
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import heading, new_figure, panel
-from meltemi.sea.statistics import SeaSeries
+from meltemi_sea.statistics import SeaSeries
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from meltemi.sea.conditions import Sea
+    from meltemi_sea.conditions import Sea
 
 SHOWN = 300.0
 """[s] of the series."""

@@ -21,14 +21,14 @@ from meltemi.maths.records import Array1, Array2, Constant, Record, Single
 from meltemi.maths.rotations import rotation
 from meltemi.maths.tables import Numbers, Table, Vectors, View, number, xyz
 from meltemi.maths.vectors import cross
-from meltemi.sea.field import AHEAD, BEHIND
-from meltemi.simulation.channels import Channel, channels_of_group, numbered_channels
+from meltemi.simulation.channels import Channel, channels_of_group
 from meltemi.simulation.parts import ParameterTables, Part
 from meltemi.simulation.step import outer_forces, outer_section_loads
 from meltemi.simulation.system import Outputs, System
-from meltemi.structure import support as pile
 from meltemi.turbine.exchange import TowerShape
-from meltemi.turbine.support import Support
+from meltemi_sea import pile_beam as pile
+from meltemi_sea.field import AHEAD, BEHIND
+from meltemi_sea.support import Support
 
 Float = NDArray[np.float64]
 FEATURE = "the pile and the sea"
@@ -238,9 +238,9 @@ def piece_load(n: int, m: PileSystem) -> tuple[Vec, Vec, Vec]:
         a += m.a[k] * s
         turning += m.a[k] * shape.rotation[k, n]
     moving, F = node.lateral[n] + load.added[n], load.force[n]
-    k, c = node.soil[n], node.soil_damping[n]
-    fx = F.x - moving * a.x - k * u.x - c * du.x
-    fy = F.y - moving * a.y - k * u.y - c * du.y
+    spring, damper = node.soil[n], node.soil_damping[n]
+    fx = F.x - moving * a.x - spring * u.x - damper * du.x
+    fy = F.y - moving * a.y - spring * u.y - damper * du.y
     J = node.inertia[n]
     M = Vec(-J.x * turning.x, -J.y * turning.y, -J.z * turning.z)
     return u, Vec(fx, fy, -node.mass[n] * (m.structure.gravity + a.z)), M
@@ -332,7 +332,7 @@ class PilePart(Part):
 
     def channels(self) -> Sequence[Channel]:
         """The sea, its loads, those of the ground, and section loads."""
-        stations = numbered_channels("pile_station", len(self.pile_stations) - 1)
+        stations = channels_of_group("pile_station", len(self.pile_stations) - 1)
         return (*channels_of_group("sea"), *stations)
 
 

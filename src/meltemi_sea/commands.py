@@ -13,7 +13,7 @@ from meltemi.app.terminal import OutOption, folder_for, print_table, suggest, wr
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
-    from meltemi.sea.conditions import Sea
+    from meltemi_sea.conditions import Sea
 
 
 def sea(
@@ -35,9 +35,9 @@ def sea(
         raise InputError(f"--depth and --duration must be positive, found {depth:g} m and {duration:g} s")
     from meltemi.core.csvfile import write_columns
     from meltemi.report.plots import save
-    from meltemi.report.sea_plots import plot_sea
     from meltemi.report.tables import write_csv
-    from meltemi.sea.statistics import SeaSeries, sea_series, sea_statistics
+    from meltemi_sea.plots import plot_sea
+    from meltemi_sea.statistics import SeaSeries, sea_series, sea_statistics
 
     series: SeaSeries = sea_series(found, depth, duration)
     folder_for(out)
@@ -58,9 +58,9 @@ def sea(
 def _described(target: str, regular: bool, given: dict[str, Any]) -> Sea:
     """The sea of the command line."""
     from meltemi.core.yamlfile import read_mapping
-    from meltemi.sea.irregular import IrregularSea
-    from meltemi.sea.kinds import sea_of
-    from meltemi.sea.regular import RegularSea
+    from meltemi_sea.irregular import IrregularSea
+    from meltemi_sea.kinds import sea_of
+    from meltemi_sea.regular import RegularSea
 
     if Path(target).suffix in (".yaml", ".yml"):
         if given or regular:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
@@ -10,8 +11,8 @@ from pydantic import Field
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.shown import Viewed
-from meltemi.sea.airy import GRAVITY, Components, wave_number
-from meltemi.sea.current import Current
+from meltemi_sea.airy import GRAVITY, Components, wave_number
+from meltemi_sea.current import Current
 
 Stretching = Literal["none", "vertical", "extrapolation", "wheeler"]
 BREAKS_IN_SHALLOWS, BREAKS_STEEP = 0.78, 0.142
@@ -45,6 +46,10 @@ class Sea(Record, Viewed):
         """
         none = np.zeros(0)
         return Components(none, none.astype(np.complex128), none, None)
+
+    def part(self, model: Any, duration: float, origin: tuple[float, float]) -> Any:
+        """What the sea does in a run of a model, see :func:`meltemi_sea.sea_part.sea_part`."""
+        return import_module("meltemi_sea.sea_part").sea_part(self, model, duration, origin)  # it builds on this
 
 
 class StillWater(Sea):
