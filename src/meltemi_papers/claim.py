@@ -76,8 +76,15 @@ def reasons_of(study: str) -> dict[str, str]:
 HERE = Path(__file__).parent
 UNJUDGED = "cannot be judged: "
 """How a verdict begins that depends on a cell that failed."""
+FEWEST_SEEDS = 4
+"""Below which intervals are as wide as effects, and nothing is judged by them."""
 UNCHECKED = "cannot be checked: "
 """How a verdict begins on a claim for which the paper, or this simulation, lacks what a comparison needs."""
+
+
+def enough(seeds: int, verdict: object) -> object:
+    """A verdict that rests on seeds, if they are enough."""
+    return verdict if seeds >= FEWEST_SEEDS else f"{UNJUDGED}{seeds} seeds, {FEWEST_SEEDS} are needed"
 
 
 def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Claim]:

@@ -10,13 +10,14 @@ tenth of rated power either way; a turbine that is to give full power can only f
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.control.controller import Controller
 from meltemi.control.power_control.controller import PowerController
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
@@ -31,12 +32,13 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
+from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
 from meltemi_papers.palanimuthu2022.beyond.compared import Setup, by_seed
-from meltemi_papers.study import Chapter, Draw, Progress, answered
+from meltemi_papers.study import Chapter, Draw, Drawing, Progress, answered, span
 from meltemi_reports.blocks import Table
 from meltemi_reports.ensemble_tables import scheme_rows
 
@@ -48,6 +50,8 @@ Float = NDArray[np.float64]
 TURBINE = "iea22mw"
 BASE_SPEED = 0.864
 """Of rated speed: where the turbine's optimal torque meets rated power, and A0 holds it when 100 % are asked for."""
+UPPER, FRONT_LEVEL = (0.88, 0.91, 0.94, 0.97), 0.75
+"""Shares of rated speed that A2 holds at most, and of rated power that is asked for then."""
 FAST = ModelOptions(
     flap_modes=2, edge_modes=1, torsion_modes=1, fore_aft_modes=1, side_side_modes=1, locked=("drivetrain",)
 )
@@ -55,6 +59,13 @@ FAST = ModelOptions(
 lower than with all modes, other loads 2 %."""
 STEP = 0.05
 """[s] between records."""
+
+
+def few_modes(turbine: Turbine) -> ModelOptions:
+    """Options of the model: ``FAST``, with the shaft free where there is a gearbox."""
+    return FAST if turbine.drivetrain.gear_ratio == 1.0 else FAST.replace(locked=())
+
+
 MOVES = np.radians(0.1)
 """[rad/s] from which a blade counts as moving."""
 TOWER, ROOT, SHAFT = "tower_base_moment_fore_aft", "root_moment_out_of_plane_1", "rotor_torque"
@@ -79,6 +90,7 @@ UNITS = {
     SHAFT_LOAD: ("MN m", 1e-6),
 }
 SHOWN = (PITCH, TRACKING, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
+FRONT = (TOWER_LOAD, ROOT_LOAD, ENERGY)
 STEADY, FOLLOWING = "steady", "following"
 SCHEMES = ("A0", "A1", "A2", "A3")
 """Of the power control; the first is the base of changes."""
@@ -126,32 +138,116 @@ def quantities(result: Result, rated_power: float, rated_speed: float) -> dict[s
     }
 
 
-def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
-    """The schemes at all levels in all winds, on the aeroelastic turbine."""
-    turbine = aeroelastic(load_turbine(TURBINE), "loads in turbulence")
-    setup, schemes = (QUICK, ("A0", "A2")) if runs.setup.quick else (FULL, SCHEMES)
-    model, performance = build(turbine, FAST), performance_of(turbine)
-    start = operating_point(model, setup.speed)
-    rated_speed = turbine.rated_rotor_speed
-    asked = [(signal, level) for signal in (STEADY, FOLLOWING) for level in setup.levels]
-    duration = setup.begin + setup.length
+@dataclass(frozen=True)
+class Costs:
+    """What the schemes cost.
+
+    Attributes:
+      tables: of the schemes, by what is asked for.
+      front: of A2 with other upper speeds, at ``FRONT_LEVEL`` of rated power; the first scheme is A2.
+    """
+
+    tables: Tables
+    front: EnsembleTable
+
+
+def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Costs:
+    """The schemes at all levels in all winds, and A2 with other upper speeds, on the aeroelastic turbine."""
+    turbine = turbine or aeroelastic(load_turbine(TURBINE), "loads in turbulence")
+    setup, schemes = (QUICK, ("A0", "A2")) if quick else (FULL, SCHEMES)
+    performance, asked = performance_of(turbine), [(s, level) for s in (STEADY, FOLLOWING) for level in setup.levels]
+    rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+
+    def law(**settings: Any) -> Controller:
+        return PowerController(turbine, performance, PowerControl.model_validate(settings))
+
+    laws = {scheme: law(scheme=scheme) for scheme in schemes}
+    costs = _compared(turbine, setup, asked, laws, workers, span(progress, 0.0, 0.75))
+    others = {f"A2, {100.0 * x:.0f} %": law(scheme="A2", upper_speed=x * rated) for x in UPPER[:: 3 if quick else 1]}
+    laws = {"A2": law(scheme="A2"), "A0": law(scheme="A0"), "A1": law(scheme="A1"), **others}
+    front = _compared(turbine, setup, [(STEADY, FRONT_LEVEL)], laws, workers, span(progress, 0.75, 0.25))
+    return Costs(costs, next(iter(front.values())))
+
+
+def _compared(
+    turbine: Turbine,
+    setup: Setup,
+    asked: Sequence[tuple[str, float]],
+    laws: Mapping[str, Controller],
+    workers: int | None,
+    progress: Progress,
+) -> Tables:
+    """Controllers in all winds, by what is asked for."""
+    model = build(turbine, few_modes(turbine))
+    start, duration = operating_point(model, setup.speed), setup.begin + setup.length
 
     def reduced(result: Result) -> dict[str, float]:
-        return quantities(result.between(setup.begin, duration), turbine.rated_power, rated_speed)
+        return quantities(result.between(setup.begin, duration), turbine.rated_power, turbine.rated_rotor_speed)
 
     def cases(seed: int) -> Iterator[Run]:
         wind = generate_field(ntm(setup.speed, "IB", seed=seed, points=setup.points), turbine, duration)
         for signal, level in asked:
             grid = PowerGrid(power_reference=reference(setup, turbine.rated_power, level, signal, seed))
-            for scheme in schemes:
-                law = PowerController(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
+            for scheme, law in laws.items():
                 given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
                 yield Run(model, wind, duration=duration, controller=law, name=f"{signal} {level:g} {scheme}", **given)
 
     rows = by_seed(
-        setup.seeds, asked, schemes, cases, reduced, workers=workers, progress=progress, what="what the schemes cost"
+        setup.seeds,
+        asked,
+        tuple(laws),
+        cases,
+        reduced,
+        workers=workers,
+        progress=progress,
+        what="what the schemes cost",
     )
     return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
+
+
+def front_figure(front: EnsembleTable) -> Figure:
+    """Loads over pitch travel, for A2 with several upper speeds between A0 and A1."""
+    figure, axes = new_figure(1, len(FRONT), size=(13.0, 4.2), share=False)
+    for ax, quantity in zip(axes[0], FRONT, strict=True):
+        unit, factor = UNITS[quantity]
+        for i, scheme in enumerate(front.schemes):
+            x, y = (front.entry(name, scheme).value for name in (PITCH, quantity))
+            own = COLOURS[("A2", "A0", "A1").index(scheme)] if scheme in ("A2", "A0", "A1") else COLOURS[4]
+            ax.errorbar(
+                x.mean * UNITS[PITCH][1],
+                y.mean * factor,
+                y.half_width * factor,
+                x.half_width * UNITS[PITCH][1],
+                fmt="o",
+                color=own,
+                markersize=4,
+                linewidth=0.8,
+            )
+            ax.annotate(
+                scheme,
+                (x.mean * UNITS[PITCH][1], y.mean * factor),
+                fontsize=7,
+                xytext=(4, 4 + 2 * i),
+                textcoords="offset points",
+            )
+        panel(ax, quantity, unit)
+        ax.set_xlabel(f"{PITCH} [{UNITS[PITCH][0]}]")
+    return figure
+
+
+def efficient(front: EnsembleTable, quantities: Sequence[str]) -> list[str]:
+    """Schemes that no other beats in all of these, more energy and less of the rest, by their means."""
+
+    def costs(scheme: str) -> Float:
+        means = {name: front.entry(name, scheme).value.mean for name in quantities}
+        return np.array([-x if name == ENERGY else x for name, x in means.items()])
+
+    every = {scheme: costs(scheme) for scheme in front.schemes}
+    return [
+        scheme
+        for scheme, own in every.items()
+        if not any(np.all(other <= own) and np.any(other < own) for name, other in every.items() if name != scheme)
+    ]
 
 
 def costs_figure(tables: Tables) -> Figure:
@@ -183,30 +279,39 @@ def costs_figure(tables: Tables) -> Figure:
     return figure
 
 
-def chapter(found: Tables, draw: Draw) -> Chapter:
+def chapter(found: Costs, draw: Draw) -> Chapter:
     """Chapter of the active-power schemes."""
-    words = "Cost of the schemes on an aeroelastic 22 MW turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
-    figure = draw("power_costs", words, lambda: costs_figure(found))
     heading = "Beyond the paper: what each scheme of limited power costs"
-    return answered(heading, lambda: verdict(found), [figure], lambda: tables(found))
+    return answered(heading, lambda: verdict(found), drawings(found, draw), lambda: tables(found))
 
 
-def tables(found: Tables) -> list[Table]:
-    """One table for a constant and one for a varying power reference."""
+def drawings(found: Costs, draw: Draw) -> list[Drawing]:
+    """Figures of the schemes and of the upper speed."""
+    words = "Cost of the schemes on an aeroelastic turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
+    front = f"A2 with upper speeds of so many percent of rated, at {100.0 * FRONT_LEVEL:.0f} % of rated power"
+    return [
+        draw("power_costs", words, lambda: costs_figure(found.tables)),
+        draw("power_front", front, lambda: front_figure(found.front)),
+    ]
+
+
+def tables(found: Costs) -> list[Table]:
+    """One table for a constant and one for a varying power reference, and one of the upper speeds."""
     made = []
     for signal, words in ((STEADY, "A steady reference"), (FOLLOWING, "A reference that follows a regulation signal")):
         rows = []
-        for (kind, level), ensemble in found.items():
+        for (kind, level), ensemble in found.tables.items():
             if kind == signal:
-                head, some, _ = scheme_rows(ensemble, UNITS, means=False)
-                rows += [[f"{100.0 * level:.0f} %", *row] for row in some]
-        names = next(iter(found.values())).schemes
+                rows += [[f"{100.0 * level:.0f} %", *row] for row in scheme_rows(ensemble, UNITS, means=False)[1]]
+        names = next(iter(found.tables.values())).schemes
         head = ["asked for", "quantity", "unit", names[0], *(f"{name} against {names[0]}, %" for name in names[1:])]
         made.append(Table(head, rows, caption=f"{words}; changes seed by seed with 95 % intervals.", text_columns=3))
-    return made
+    head = ["quantity", "unit", "A2", *(f"{name}, %" for name in found.front.schemes[1:])]
+    caption = f"Upper speeds of A2 at {100.0 * FRONT_LEVEL:.0f} % of rated power; changes against A2"
+    return [*made, Table(head, scheme_rows(found.front, UNITS, means=False)[1], caption, text_columns=2)]
 
 
-def span(found: Tables, quantity: str, scheme: str) -> str:
+def range_of(found: Tables, quantity: str, scheme: str) -> str:
     """Smallest and largest mean change of a quantity in percent, over levels and signals."""
     changes = [c.mean for t in found.values() if (c := t.entry(quantity, scheme).change) is not None]
     return f"{100.0 * min(changes):+.0f} to {100.0 * max(changes):+.0f} %"
@@ -235,15 +340,16 @@ def _at_full_power(table: EnsembleTable) -> str:
     return f"{slow_base()}. Against A1, A2 makes {power:+.1f} % of power and {pitch:+.0f} % of pitch travel there."
 
 
-def verdict(found: Tables) -> str:
+def verdict(costs: Costs) -> str:
     """Conclusion, from the results."""
+    found = costs.tables
     first = next(iter(found.values()))
     base, *others = first.schemes
     words = f"The schemes on an aeroelastic turbine ({TURBINE}) in turbulence, {first.seeds} seeds for each of "
     lines = [words + f"{len(found)} combinations of level and signal; changes are means against {base}."]
     shown = (PITCH, TRACKING, ENERGY, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
     for scheme in others:
-        lines.append(f"{scheme}: " + ", ".join(f"{what} {span(found, what, scheme)}" for what in shown) + ".")
+        lines.append(f"{scheme}: " + ", ".join(f"{what} {range_of(found, what, scheme)}" for what in shown) + ".")
     best = []
     for what in shown:
         ranks = [best_scheme(table, what) for table in found.values()]
@@ -252,4 +358,10 @@ def verdict(found: Tables) -> str:
     lines.append(f"Best of {len(found)}: " + "; ".join(best) + ".")
     if (STEADY, 1.0) in found and {"A1", "A2"} <= set(others):
         lines.append(_at_full_power(found[STEADY, 1.0]))
+    front = {q: efficient(costs.front, (PITCH, ENERGY, q)) for q in (TOWER_LOAD, ROOT_LOAD)}
+    lines.append(
+        "The speed at which A2 holds the speed again is a choice between pitch travel and loads. Not beaten in pitch "
+        f"travel, energy and the load of the tower base are {', '.join(front[TOWER_LOAD])}; with the load of the blade "
+        f"root in its place {', '.join(front[ROOT_LOAD])}."
+    )
     return "\n\n".join(lines)
