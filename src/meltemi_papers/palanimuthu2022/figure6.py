@@ -111,8 +111,8 @@ def gains_table(runs: Runs) -> Table:
         "40 °C on. Sharpness: curvature of C_p at its maximum, -C_p'' λ²/C_p. All curves have the paper's maximum of "
         "0.48 at 9.5085. M1 has the constants of the MathWorks block, Heier those of 1998, Slootweg those of "
         "variable-speed turbines of 2003, constant speed those of the same source; M3 scaled is the curve of the "
-        "blades of a public 20 MW design; M2 is fitted to the paper's two gains. In the table M3 scaled the controller finds "
-        "its best point at 9.46. While the rotor of case i changes its speed it gives kinetic energy to the generator, "
-        "or takes it."
+        "blades of a public 20 MW design; M2 is fitted to the paper's two gains. In the table M3 scaled the "
+        "controller finds its best point at 9.46. While the rotor of case i changes its speed it gives kinetic energy "
+        "to the generator, or takes it."
     )
     return Table(head, rows, "Gain of the adapted law, by what the paper leaves open", 1, groups, note)
