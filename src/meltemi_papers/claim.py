@@ -12,8 +12,9 @@ from typing import Any, Literal, get_args
 from meltemi_reports.blocks import Table
 from meltemi_tuning.run_store import guarded
 
-Basis = Literal["paper", "equations", "expectation"]
-"""What a claim rests on: the paper states it, it follows from the paper's equations, or it is our expectation."""
+Basis = Literal["paper", "equations", "expectation", "surrogate"]
+"""What a claim rests on: the paper states it, it follows from the paper's equations, it is our expectation, or it is
+our surrogate of a turbine beside its measurement, which the paper's model is not compared with."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ def count_held(found: Sequence[Claim]) -> str:
     return f"{n.held} of {of} claims of the paper hold" + (f" ({', '.join(rest)})." if rest else ".")
 
 
-def claims_table(found: Sequence[Claim]) -> Table:
+def claims_table(found: Sequence[Claim], caption: str = "Claims of the paper") -> Table:
     """Table of claims, those of the paper first; with tolerances if any claim has one."""
     columns = ["claim", "verdict", "paper", "tolerance", "ours", "basis", "reason", "where"]
     order = get_args(Basis).index
@@ -129,7 +130,7 @@ def claims_table(found: Sequence[Claim]) -> Table:
     if not any(c.tolerance for c in found):
         columns.remove("tolerance")
         rows = [row[:3] + row[4:] for row in rows]
-    return Table(columns, rows, "Claims of the paper", text_columns=len(columns))
+    return Table(columns, rows, caption, text_columns=len(columns))
 
 
 def brief(table: Table) -> Table:

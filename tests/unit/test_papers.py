@@ -52,7 +52,7 @@ def test_a_claim_is_filled_and_judged() -> None:
     found = claim("power std", "110 kW in bin 8", True, name="as scaled")
     words = "same bin, two standard errors over our seeds"
     item, paper = "largest std of power, as scaled", "109 kW in bin 7"
-    assert found == Claim(item, paper, "110 kW in bin 8", "holds", "Table 2", tolerance=words)
+    assert found == Claim(item, paper, "110 kW in bin 8", "holds", "Table 2", tolerance=words, basis="surrogate")
     assert claim("power std", "", False, name="").verdict == "differs"
     assert claim("power std", "", "cannot be judged: why", name="").verdict == "cannot be judged: why"
     with pytest.raises(KeyError, match="name"):

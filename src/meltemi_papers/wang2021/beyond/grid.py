@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -55,6 +55,7 @@ class Grid:
       rises: [m/s] of the gust.
       changes: [rad] of the direction.
       begins: [s] of the gust in the turbulence.
+      signs: of the direction change, 1 clockwise from above.
       seeds: of turbulence.
       yaw_rates: [rad/s].
       rechecks: [s] of the derating strategy.
@@ -63,14 +64,15 @@ class Grid:
     speeds: tuple[float, ...] = (7.0, 10.67)
     rises: tuple[float, ...] = (0.0, 7.0, 14.33)
     changes: tuple[float, ...] = tuple(np.radians((30.0, 45.0, 60.0, 75.0, 90.0)))
-    begins: tuple[float, ...] = (20.0, 35.0)
+    begins: tuple[float, ...] = (20.0,)
+    signs: tuple[Literal[1, -1], ...] = (1, -1)
     seeds: tuple[int, ...] = (1, 2)
     yaw_rates: tuple[float, ...] = tuple(np.radians((0.3, 0.5, 0.8)))
     rechecks: tuple[float, ...] = (30.0, 60.0, 90.0)
 
     def __len__(self) -> int:
         winds = len(self.speeds) * len(self.rises) * len(self.changes) * len(self.begins) * len(self.seeds)
-        return winds * len(self.yaw_rates) * (2 + len(self.rechecks))
+        return winds * len(self.signs) * len(self.yaw_rates) * (2 + len(self.rechecks))
 
 
 QUICK = Grid(speeds=(10.67,), rises=(5.0, 14.33), changes=(0.8, 1.2), begins=(20.0,), seeds=(1,), rechecks=(30.0, 90.0))
@@ -84,8 +86,8 @@ class Found:
 
     Attributes:
       grid: what was varied.
-      rows: columns speed, rise, change, begin, seed, yaw_rate, strategy, recheck, energy [J] from the begin of the gust
-        to ``DOWN`` after it, stops, derates, and (load, "extreme" | "fatigue").
+      rows: columns speed, rise, change, begin, sign, seed, yaw_rate, strategy, recheck, energy [J] from the begin of
+        the gust to ``DOWN`` after it, stops, derates, and (load, "extreme" | "fatigue").
     """
 
     grid: Grid
@@ -151,13 +153,15 @@ class _Cases:
 
     def __iter__(self) -> Iterator[Run]:
         g = self.grid
-        for speed, seed, begin, rise, change in product(g.speeds, g.seeds, g.begins, g.rises, g.changes):
+        winds = product(g.speeds, g.seeds, g.begins, g.rises, g.changes, g.signs)
+        for speed, seed, begin, rise, change, sign in winds:
             for rate, (name, recheck, protection) in product(g.yaw_rates, self.strategies):
                 key = {
                     "speed": speed,
                     "rise": rise,
                     "change": change,
                     "begin": begin,
+                    "sign": sign,
                     "seed": seed,
                     "yaw_rate": rate,
                     "strategy": name,
@@ -167,7 +171,7 @@ class _Cases:
                 self.keys[label] = key
                 yield Run(
                     model=self.models[rate],
-                    wind=partial(self.wind, speed, seed, begin, rise, change),
+                    wind=partial(self.wind, speed, seed, begin, rise, change, sign),
                     duration=LENGTH,
                     controller=strategy(self.machines[rate], protection),
                     channels=(*CHANNELS, "generator_power", "operating_state"),
@@ -180,8 +184,9 @@ class _Cases:
         wind = TurbulentWind(speed=speed, intensity=INTENSITY, seed=seed, shear_exponent=SHEAR, points=15)
         return generate_field(wind, self.turbine, LENGTH)
 
-    def _wind(self, speed: float, seed: int, begin: float, rise: float, change: float) -> WindBox:
-        return with_gust(self.box(speed, seed), ecd(self.turbine, speed, gust=rise, change=change, begin=begin))
+    def _wind(self, speed: float, seed: int, begin: float, rise: float, change: float, sign: Literal[1, -1]) -> WindBox:
+        gust = ecd(self.turbine, speed, gust=rise, change=change, begin=begin, sign=sign)
+        return with_gust(self.box(speed, seed), gust)
 
 
 def reduced(result: Result) -> dict[str, Any]:
