@@ -126,9 +126,7 @@ def test_the_direction_of_the_change_decides_a_statement() -> None:
     gusts = Gusts({one: [benign] * 4, other: [hard] * 4}, (one, other))  # type: ignore[list-item]
     bearing, top, order = _loads(gusts)
     assert bearing.verdict.startswith("holds only for yaw bearing bending over S1 with 30 s, counter-clockwise")
-    assert (
-        "yaw bearing bending over S1 1.10 clockwise; yaw bearing bending over S1 0.50 counter-clockwise" in bearing.ours
-    )
+    assert bearing.ours.startswith("yaw bearing bending over S1 1.10 clockwise; yaw bearing bending over S1 0.50 count")
     assert top.verdict == "differs"
     assert order.verdict == "holds only for 30 s, clockwise"
 

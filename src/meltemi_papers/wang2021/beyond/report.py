@@ -197,8 +197,8 @@ def nothing_words(grid: Found) -> str:
         parts.append(f"with a {direction} change it {gains} and loses {costs(grid, OURS, 'energy', sign)} a gust")
     return (
         f"Against doing nothing (S3), derating at base points from loads ({OURS}) earns this: {'; '.join(parts)}. "
-        "Where it lowers nothing, doing nothing dominates; the limits then only say that the loads of gusts stay within "
-        "those of extreme turbulence."
+        "Where it lowers nothing, doing nothing dominates; the limits then only say that the loads of gusts stay "
+        "within those of extreme turbulence."
     )
 
 
