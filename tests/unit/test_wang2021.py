@@ -12,13 +12,13 @@ from typer.testing import CliRunner
 from meltemi import InputError, load_turbine
 from meltemi.app.cli import app
 from meltemi.control import YawProtection, yaw_threshold
-from meltemi_papers.wang2021.beyond.grid import Found, Grid
-from meltemi_papers.wang2021.beyond.report import recheck_table, relative
-from meltemi_papers.wang2021.beyond.year import PowerCurve, a_year
+from meltemi_papers.wang2021.beyond import recheck_table, relative, site
 from meltemi_papers.wang2021.claims import _loads, about_half
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, STOP, Gust, Gusts, Setting, spread
 from meltemi_papers.wang2021.table2 import POWER, Calibration, SpeedLoop, Table2, calibrate
 from meltemi_papers.wang2021.winds import GUST_BEGIN, GUST_RISE, gust, measured
+from meltemi_studies.wind_year import PowerCurve, a_year
+from meltemi_studies.yaw_gusts import Found, Grid
 from meltemi_tuning.run_store import FailedResult, FailedResultError
 
 CHECKS = ((7.5, 52.5), (8.8, 48.6), (10.0, 45.0), (15.0, 42.0), (20.0, 39.0), (25.0, 36.0), (30.0, 33.0), (40.0, 30.0))
@@ -169,7 +169,9 @@ def test_a_year_has_the_order_of_the_strategies() -> None:
     """Ignoring loses nothing, derating less than stopping; more fronts, more stops; light winds turn most."""
     speed = np.arange(3.0, 10.0)
     curve = PowerCurve(speed, 3e6 * np.minimum(speed / 9.0, 1.0) ** 3, 3.0, 25.0, 3e6)
-    years = a_year(load_turbine("ct30-155"), curve, (np.array([5.0, 25.0]), np.radians([75.0, 20.0])), days=60.0)
+    years = a_year(
+        load_turbine("ct30-155"), curve, (np.array([5.0, 25.0]), np.radians([75.0, 20.0])), site(), days=60.0
+    )
     by = {(y.fronts, y.strategy): y for y in years}
     for fronts in (0, 200):
         s1, s2, s3 = (by[fronts, name] for name in ("S1", "S2", "S3"))
@@ -182,6 +184,10 @@ def test_a_year_has_the_order_of_the_strategies() -> None:
     power = np.interp(v, curve.speed, curve.power) * ((v >= 3.0) & (v <= 25.0))
     mean = float(np.sum(rayleigh * power) * (v[1] - v[0]))
     assert by[0, "S3"].energy == pytest.approx(mean * 60.0 * 86400.0, rel=0.15)  # two months are a sample
+
+
+def test_the_site_of_the_year_is_that_of_the_paper() -> None:
+    assert site().mean == 7.11 and len(site().intensity) == 18
 
 
 def test_the_measured_bins_are_those_of_the_paper() -> None:

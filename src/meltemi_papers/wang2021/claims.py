@@ -24,12 +24,12 @@ from meltemi_papers.wang2021.gust import (
     Setting,
     ordered,
     spread,
-    transitions,
 )
 from meltemi_papers.wang2021.runs import AS_SCALED, STOP_AT, Runs
 from meltemi_papers.wang2021.table2 import FITTED, MOMENT, POWER, Table2
 from meltemi_papers.wang2021.winds import measured
 from meltemi_studies.machine_loads import TOP_SHEAR
+from meltemi_studies.yaw_gusts import transitions
 from meltemi_tuning.run_store import survivors
 
 Float = NDArray[np.float64]

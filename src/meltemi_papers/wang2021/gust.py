@@ -9,10 +9,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.controller import LogEntry
 from meltemi.simulation.result import Result
 from meltemi_papers.wang2021.winds import GUST_BEGIN
 from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION, extreme
+from meltemi_studies.yaw_gusts import transitions
 from meltemi_tuning.run_store import FailedResult, FailedResultError
 
 Float = NDArray[np.float64]
@@ -28,11 +28,6 @@ RATIOS = tuple((load, against) for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR)
 """Loads of derating, and the strategy that they are compared with."""
 MOVED = np.radians(0.2)
 """[rad] of pitch beyond which it has begun to move."""
-
-
-def transitions(result: Result, to: str) -> list[LogEntry]:
-    """Log entries of transitions to a state with this word in its name, such as "stop"."""
-    return [entry for entry in result.log if to in entry.what.rsplit("->", 1)[-1]]
 
 
 def first(result: Result, where: NDArray[np.bool_]) -> float:

@@ -7,9 +7,6 @@ from typing import Final
 from meltemi.control.controller import Controller
 from meltemi.control.coordinated import CoordinatedController
 from meltemi.control.power_control.settings import PowerControl
-from meltemi.control.supervisor.settings import Supervision
-from meltemi.control.supervisor.supervised import SupervisedController
-from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.control.yaw import YawControl
 from meltemi.core.units import rpm
 from meltemi.simulation.performance import performance_of
@@ -17,6 +14,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi_papers.wang2021.gust import MACHINE, SLOW
 from meltemi_papers.wang2021.turbines import scaled_turbine
+from meltemi_studies.yaw_gusts import with_yaw_rate
 from meltemi_tuning.baseline_tuning import FREQUENCY, OF_SPEED, tune_baseline
 
 MEASURED: Final = "zr20-122"
@@ -52,22 +50,9 @@ def gust_machines(yaw_rate: float) -> dict[str, Turbine]:
     return {n: t.replace(**TORQUE_HELD) for n, t in {MACHINE: fast, SLOW: studied_turbine(yaw_rate)}.items()}
 
 
-def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
-    """The turbine with another yaw drive [rad/s]."""
-    return turbine.replace(**{"yaw.rate": rate})
-
-
 YAW_CONTROLS = {1.0: YawControl(average_time=1.0, start_time=0.0), 10.0: YawControl(average_time=10.0, start_time=0.0)}
 YAW_CONTROLS |= {YawControl().average_time: YawControl()}
 """By averaging time [s]: two that start as soon as the averaged error leaves the dead band, and the default."""
-SUPERVISION = Supervision(over_speed=1.25, trip_speed=1.3, normal_rate=0.1)
-"""Speed limits wide enough for the strategies to act alone: at 60 degrees of yaw error the speed swings by up to 17 %.
-Stops pitch at 0.1 rad/s, 5.7 deg/s: the paper gives no rate, the scaled actuator has 6.5 deg/s."""
-
-
-def strategy(turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None) -> Controller:
-    """Supervisor with yaw control and a strategy of yaw protection."""
-    return SupervisedController(turbine, SUPERVISION, yaw=yaw or YawControl(), protection=protection)
 
 
 def slowed(turbine: Turbine, yaw: YawControl) -> Controller:

@@ -13,9 +13,8 @@ import numpy as np
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, applied, span, tabled, told, worded
-from meltemi_papers.wang2021 import figures
-from meltemi_papers.wang2021.beyond import report as beyond
-from meltemi_papers.wang2021.beyond.report import Beyond
+from meltemi_papers.wang2021 import beyond, figures
+from meltemi_papers.wang2021.beyond import Beyond
 from meltemi_papers.wang2021.claims import REASONS, claims
 from meltemi_papers.wang2021.gust import (
     DERATE,
@@ -31,13 +30,14 @@ from meltemi_papers.wang2021.gust import (
     peaks,
     spread,
 )
-from meltemi_papers.wang2021.machines import YAW_CONTROLS, with_yaw_rate
+from meltemi_papers.wang2021.machines import YAW_CONTROLS
 from meltemi_papers.wang2021.runs import CALIBRATED, QUICK, YAW_RATE, Runs, Setup, run_all, run_gusts
 from meltemi_papers.wang2021.table2 import FITTED, LOOP_BINS, MOMENT, POWER
 from meltemi_papers.wang2021.winds import measured
 from meltemi_reports.blocks import Table
 from meltemi_reports.state_diagram import plot_states
 from meltemi_studies.machine_loads import TOP_SHEAR, YAW_BENDING
+from meltemi_studies.yaw_gusts import with_yaw_rate
 from meltemi_tuning.run_store import FailedResult, attempt, guarded
 
 if TYPE_CHECKING:

@@ -31,12 +31,12 @@ from meltemi_papers.wang2021.machines import (
     gust_machines,
     measured_turbine,
     slowed,
-    strategy,
     studied_turbine,
     with_speed_loop,
 )
 from meltemi_papers.wang2021.table2 import Calibration, SpeedLoop, Table2, calibrate, choose_speed_loop, simulate_bins
 from meltemi_studies.machine_loads import CHANNELS
+from meltemi_studies.yaw_gusts import strategy
 from meltemi_tuning.run_store import FailedResult, attempt, cells
 
 AS_SCALED, CALIBRATED, EARLY = "as scaled", "calibrated", "calibrated, speed limited early"

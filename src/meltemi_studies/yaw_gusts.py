@@ -14,7 +14,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from meltemi.control.controller import Controller, LogEntry
+from meltemi.control.supervisor.settings import Supervision
+from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection
+from meltemi.control.yaw import YawControl
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
@@ -24,12 +28,10 @@ from meltemi.simulation.trim import operating_point
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind, WindBox
 from meltemi.wind.iec.gusts import ecd
+from meltemi.wind.iec.winds import NORMAL_EXPONENT
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulent import TurbulentWind
-from meltemi_papers.wang2021.gust import transitions
-from meltemi_papers.wang2021.machines import strategy, with_yaw_rate
-from meltemi_papers.wang2021.winds import SHEAR
 from meltemi_studies.machine_loads import CHANNELS, LOADS, extreme, fatigue
 from meltemi_studies.yaw_limits import BasePoints
 from meltemi_tuning.run_store import FailedResult, attempt, cells, survivors
@@ -44,6 +46,29 @@ DOWN = 600.0
 """[s] from the stop of a turbine to production again: wait, yaw, start-up."""
 LENGTH = 150.0
 """[s] of a run."""
+
+
+STOP_RATE = 0.1
+"""[rad/s] of the pitch in stops, 5.7 deg/s, where the actuator has it; Wang et al. (2021) give none."""
+
+
+def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
+    """The turbine with another yaw drive [rad/s]."""
+    return turbine.replace(**{"yaw.rate": rate})
+
+
+def strategy(turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None) -> Controller:
+    """Supervisor with yaw control and a strategy of yaw protection."""
+    actuator = turbine.pitch_actuator
+    rate = STOP_RATE if actuator.kind == "ideal" else min(STOP_RATE, actuator.rate_limit)
+    # limits of the speed wide enough for the strategies to act alone: at 60 degrees it swings by up to 17 %
+    settings = Supervision(over_speed=1.25, trip_speed=1.3, normal_rate=rate)
+    return SupervisedController(turbine, settings, yaw=yaw or YawControl(), protection=protection)
+
+
+def transitions(result: Result, to: str) -> list[LogEntry]:
+    """Log entries of transitions to a state with this word in its name, such as "stop"."""
+    return [entry for entry in result.log if to in entry.what.rsplit("->", 1)[-1]]
 
 
 @dataclass(frozen=True)
@@ -138,7 +163,7 @@ class _Cases:
             self.strategies.append((OURS, longest, ours))
         self.machines = {rate: with_yaw_rate(turbine, rate) for rate in grid.yaw_rates}
         self.models: dict[float, BladedModel] = {rate: build(t, FAST) for rate, t in self.machines.items()}
-        steady = {speed: SteadyWind(speed=speed, shear_exponent=SHEAR) for speed in grid.speeds}
+        steady = {speed: SteadyWind(speed=speed, shear_exponent=NORMAL_EXPONENT) for speed in grid.speeds}
         model = self.models[grid.yaw_rates[0]]
         self.starts = {
             speed: attempt(f"steady operation at {speed:g} m/s", operating_point, model, wind)
@@ -181,7 +206,7 @@ class _Cases:
                 )
 
     def _box(self, speed: float, seed: int) -> WindBox:
-        wind = TurbulentWind(speed=speed, intensity=INTENSITY, seed=seed, shear_exponent=SHEAR, points=15)
+        wind = TurbulentWind(speed=speed, intensity=INTENSITY, seed=seed, shear_exponent=NORMAL_EXPONENT, points=15)
         return generate_field(wind, self.turbine, LENGTH)
 
     def _wind(self, speed: float, seed: int, begin: float, rise: float, change: float, sign: Literal[1, -1]) -> WindBox:
