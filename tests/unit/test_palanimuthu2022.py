@@ -43,6 +43,8 @@ from meltemi_papers.palanimuthu2022.runs import (
 )
 from meltemi_papers.study import Chapter, Drawing
 from meltemi_reports.blocks import Table
+from meltemi_studies.power_schemes import coordination as schemes
+from meltemi_studies.power_schemes import costs
 
 DIFFER = {"pairs", "warm", "rating"}
 """Reasons of the lines that differ: contradictions in the paper, and what depends on a coefficient it does not give."""
@@ -196,21 +198,21 @@ def test_no_page_leads_out_of_its_folder(study: str) -> None:
     assert "](../" not in written and f"]({study}/" not in written
 
 
-def coordination_of(level: float) -> coordination.Tables:
+def coordination_of(level: float) -> schemes.Tables:
     """Three seeds in which only the pitch of each blade travels far, and all but the base win two percent."""
 
     def values(name: str, seed: int) -> dict[str, float]:
         far = {"each for itself": 1.0, "all three, individual pitch": 3.0}.get(name, 0.5)
-        quantities = dict.fromkeys(coordination.UNITS, 1.0 + 0.01 * seed)
+        quantities = dict.fromkeys(schemes.UNITS, 1.0 + 0.01 * seed)
         energy = 1.0 if name == "each for itself" else 1.02
-        return quantities | {coordination.PITCH: far, coordination.ENERGY: energy + 1e-4 * seed}
+        return quantities | {schemes.PITCH: far, schemes.ENERGY: energy + 1e-4 * seed}
 
-    by_seed = {seed: {name: values(name, seed) for name in coordination.CANDIDATES} for seed in (1, 2, 3)}
-    return {level: ensemble_table(by_seed, coordination.SLOPES)}
+    by_seed = {seed: {name: values(name, seed) for name in schemes.CANDIDATES} for seed in (1, 2, 3)}
+    return {level: ensemble_table(by_seed, schemes.SLOPES)}
 
 
 def test_energy_has_a_scale_of_its_own() -> None:
-    figure = coordination.coordination_figure(coordination_of(0.6))
+    figure = schemes.coordination_figure(coordination_of(0.6))
     energy, others = figure.axes
     assert energy.get_ylim()[1] < 3.0 < 100.0 < others.get_ylim()[1]
     assert [len(ax.patches) for ax in (energy, others)] == [6, 30]
@@ -218,9 +220,9 @@ def test_energy_has_a_scale_of_its_own() -> None:
 
 def test_loads_and_actuation_are_judged_by_intervals() -> None:
     def of(names: tuple[str, ...], seeds: tuple[int, ...] = (1, 2, 3, 4)) -> EnsembleTable:
-        row = dict.fromkeys(coordination.UNITS, 1.0)
-        spared = row | {coordination.PITCH: 0.5, coordination.TURNED: 0.4, coordination.TOWER_LOAD: 1.3}
-        spared |= {coordination.PITCH_STARTS: 0.8, coordination.SWING: 0.9}
+        row = dict.fromkeys(schemes.UNITS, 1.0)
+        spared = row | {schemes.PITCH: 0.5, schemes.TURNED: 0.4, schemes.TOWER_LOAD: 1.3}
+        spared |= {schemes.PITCH_STARTS: 0.8, schemes.SWING: 0.9}
         return ensemble_table(
             {
                 seed: {
@@ -229,14 +231,14 @@ def test_loads_and_actuation_are_judged_by_intervals() -> None:
                 }
                 for seed in seeds
             },
-            coordination.SLOPES,
+            schemes.SLOPES,
         )
 
-    ours = (coordination.PROPOSAL, *coordination.OURS)
-    found = bench_claims(coordination.Bench(of((coordination.CONVENTIONAL, *ours)), of(ours)))
+    ours = (schemes.PROPOSAL, *schemes.OURS)
+    found = bench_claims(schemes.Bench(of((schemes.CONVENTIONAL, *ours)), of(ours)))
     assert [c.verdict for c in found] == ["holds", "holds", "differs"]  # the yaw drive starts as often
     assert "pitch travel -50 ± 0 %" in found[0].ours and "tower base fore-aft DEL +30" in found[0].ours
-    few = coordination.Bench(of((coordination.CONVENTIONAL, *ours), (1, 2)), of(ours, (1, 2)))
+    few = schemes.Bench(of((schemes.CONVENTIONAL, *ours), (1, 2)), of(ours, (1, 2)))
     assert {c.verdict for c in bench_claims(few)} == {"cannot be judged: 2 seeds, 4 are needed"}
 
 
@@ -272,12 +274,12 @@ def test_what_no_other_beats_is_efficient() -> None:
     rows = {"A0": (4.0, 1.0, 1.0), "A1": (1.0, 2.0, 1.2), "A2": (2.0, 1.5, 1.1), "bad": (3.0, 1.6, 1.05)}
 
     def of(seed: int) -> dict[str, dict[str, float]]:
-        keys = (power.PITCH, power.TOWER_LOAD, power.ENERGY)
+        keys = (costs.PITCH, costs.TOWER_LOAD, costs.ENERGY)
         return {s: dict(zip(keys, (x + 0.01 * seed for x in v), strict=True)) for s, v in rows.items()}
 
-    table = ensemble_table({seed: of(seed) for seed in (1, 2)}, {power.TOWER_LOAD: 4.0})
-    assert power.efficient(table, (power.PITCH, power.TOWER_LOAD)) == ["A0", "A1", "A2"]
-    assert power.efficient(table, (power.ENERGY, power.PITCH)) == ["A1"]
+    table = ensemble_table({seed: of(seed) for seed in (1, 2)}, {costs.TOWER_LOAD: 4.0})
+    assert costs.efficient(table, (costs.PITCH, costs.TOWER_LOAD)) == ["A0", "A1", "A2"]
+    assert costs.efficient(table, (costs.ENERGY, costs.PITCH)) == ["A1"]
 
 
 @pytest.mark.long

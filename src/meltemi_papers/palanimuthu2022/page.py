@@ -17,17 +17,7 @@ from meltemi_papers.palanimuthu2022 import beyond
 from meltemi_papers.palanimuthu2022.beyond import climate as climates
 from meltemi_papers.palanimuthu2022.beyond import coordination as coordinated
 from meltemi_papers.palanimuthu2022.beyond import power
-from meltemi_papers.palanimuthu2022.beyond.coordination import (
-    ENERGY,
-    PITCH,
-    PROPOSAL,
-    ROOT_LOAD,
-    TOWER_LOAD,
-    TURNED,
-    Bench,
-    bench,
-    bench_chapter,
-)
+from meltemi_papers.palanimuthu2022.beyond.coordination import bench, bench_chapter
 from meltemi_papers.palanimuthu2022.claims import BLADES_IN_RAIN, RAIN, REASONS, formula_claims
 from meltemi_papers.palanimuthu2022.figure6 import gains_table, mean_gains
 from meltemi_papers.palanimuthu2022.figures import climate, plane, rain, rain_power
@@ -46,6 +36,10 @@ from meltemi_papers.palanimuthu2022.runs import PHYSICAL, PLAIN, QUICK, Runs, Se
 from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, answered, applied, span, tabled, worded
 from meltemi_reports.blocks import Table
 from meltemi_studies.climate.tables import energy_table, load_table
+from meltemi_studies.power_schemes.coordination import ENERGY, PITCH, PROPOSAL, ROOT_LOAD, TOWER_LOAD, TURNED, Bench
+from meltemi_studies.power_schemes.costs import PITCH as TRAVEL
+from meltemi_studies.power_schemes.costs import TOWER_LOAD as TOWER
+from meltemi_studies.power_schemes.costs import efficient
 from meltemi_tuning.run_store import attempt, guarded
 
 if TYPE_CHECKING:
@@ -106,7 +100,7 @@ def run(
     paper = PAPER if parts else 1.0
     runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, 0.4 * paper))
     told = span(progress, 0.4 * paper, 0.6 * paper)
-    loads = attempt("on an aeroelastic turbine", bench, runs, workers=workers, progress=told)
+    loads = attempt("on an aeroelastic turbine", bench, quick, workers=workers, progress=told)
     found = Found(runs, loads, [*formula_claims(), *run_claims(runs, loads)])
     length = (1.0 - paper) / max(len(parts), 1)
     for number, name in enumerate(parts):
@@ -204,7 +198,7 @@ def of_turbine(turbine: Turbine) -> Study[Mapping[str, Any]]:
             name: answered(heading, lambda: "", pictures, of)
             for name, heading, pictures, of in zip(beyond.PARTS, headings, drawn, made, strict=True)
         }
-        lead = worded(lambda: _said_of(power.efficient(costs.front, (power.PITCH, power.TOWER_LOAD))), "Limited power")
+        lead = worded(lambda: _said_of(efficient(costs.front, (TRAVEL, TOWER))), "Limited power")
         return Contents(lead, chapters, [("turbine", turbine.name)], [tabled("A year", lambda: energy_table(years))])
 
     words = "Limited power, coordination and climates of Palanimuthu et al. (2022)"

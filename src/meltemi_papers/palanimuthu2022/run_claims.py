@@ -10,17 +10,6 @@ from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_t
 from meltemi.simulation.result import Result
 from meltemi_papers.claim import UNCHECKED, Claim, claim_group, enough
 from meltemi_papers.palanimuthu2022 import paper
-from meltemi_papers.palanimuthu2022.beyond.coordination import (
-    PITCH,
-    PITCH_STARTS,
-    PROPOSAL,
-    ROOT_LOAD,
-    STARTS,
-    SWING,
-    TOWER_LOAD,
-    TURNED,
-    Bench,
-)
 from meltemi_papers.palanimuthu2022.figure6 import kilo, temperature_claims
 from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
 from meltemi_papers.palanimuthu2022.paper import claim
@@ -36,6 +25,17 @@ from meltemi_papers.palanimuthu2022.runs import (
     aero_power,
 )
 from meltemi_reports.blocks import Table
+from meltemi_studies.power_schemes.coordination import (
+    PITCH,
+    PITCH_STARTS,
+    PROPOSAL,
+    ROOT_LOAD,
+    STARTS,
+    SWING,
+    TOWER_LOAD,
+    TURNED,
+    Bench,
+)
 
 Float = NDArray[np.float64]
 ENOUGH = 9.6

@@ -18,7 +18,6 @@ from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi_papers.palanimuthu2022.beyond.power import few_modes
 from meltemi_papers.study import Chapter, Draw, Drawing, Progress, answered
 from meltemi_reports.blocks import Table
 from meltemi_studies.climate import response
@@ -26,6 +25,7 @@ from meltemi_studies.climate.response import ICED, SIDE, Response, Setup, respon
 from meltemi_studies.climate.tables import energy_table, load_table, of_standard, said, share, words, years_figure
 from meltemi_studies.climate.weather import periods
 from meltemi_studies.climate.year import AIR, Curves, Year, Years, whole_energy
+from meltemi_studies.power_schemes.costs import few_modes
 from meltemi_studies.rain_drops import rain_loads
 
 Float = NDArray[np.float64]
