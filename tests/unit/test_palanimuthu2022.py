@@ -20,7 +20,6 @@ from meltemi.simulation.result import Result
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi_papers.claim import UNCHECKED, reason_lines
-from meltemi_papers.markdown import alone, documented
 from meltemi_papers.palanimuthu2022 import page, paper
 from meltemi_papers.palanimuthu2022.beyond import coordination, power
 from meltemi_papers.palanimuthu2022.claims import REASONS, formula_claims
@@ -43,6 +42,7 @@ from meltemi_papers.palanimuthu2022.runs import (
 )
 from meltemi_papers.study import Chapter, Drawing
 from meltemi_reports.blocks import Table
+from meltemi_reports.markdown import alone, documented
 from meltemi_studies.power_schemes import coordination as schemes
 from meltemi_studies.power_schemes import costs
 

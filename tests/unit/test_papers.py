@@ -12,9 +12,9 @@ from meltemi.core.physics import PHYSICS
 from meltemi_papers.claim import UNCHECKED, Claim, claims_of, claims_table, reasons_of, rows_of
 from meltemi_papers.commands import STUDIES
 from meltemi_papers.he2018.claims import KINDS
-from meltemi_papers.markdown import plain, sections, table_lines
 from meltemi_papers.summary import claims_on, summary
 from meltemi_reports.blocks import Code, Section, Table
+from meltemi_reports.markdown import plain, sections, table_lines
 
 FOLDER = Path(meltemi_papers.__path__[0])
 STATED = ["wang2021", "palanimuthu2022"]

@@ -13,7 +13,7 @@ from meltemi.simulation.performance import performance_of
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi_papers.wang2021.gust import MACHINE, SLOW
-from meltemi_papers.wang2021.turbines import scaled_turbine
+from meltemi_studies.scaling.library import scaled_turbine
 from meltemi_studies.yaw_gusts import with_yaw_rate
 from meltemi_tuning.baseline_tuning import FREQUENCY, OF_SPEED, tune_baseline
 
