@@ -85,7 +85,7 @@ UNCHECKED = "cannot be checked: "
 
 def enough(seeds: int, verdict: object) -> object:
     """A verdict that rests on seeds, if they are enough."""
-    return verdict if seeds >= FEWEST_SEEDS else f"{UNJUDGED}{seeds} seeds, {FEWEST_SEEDS} are needed"
+    return verdict if seeds >= FEWEST_SEEDS else f"{UNJUDGED}it needs {FEWEST_SEEDS} seeds, there are {seeds}"
 
 
 def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Claim]:

@@ -89,7 +89,7 @@ def test_a_number_of_the_papers_holds_if_it_is_one_of_our_minutes() -> None:
     assert [verdict for _, verdict in found] == ["holds", "smaller effect", "larger effect"]
     assert "p = " in found[0][0] and "none of 234 as far" in found[1][0]
     few = Drawn(1.0, windows=dict.fromkeys([WHOLE, PAPER, "0", "1"], (0.0, 60.0)))
-    assert KINDS["near"][0](few, row)[-1] == "cannot be judged: 12 minutes, 40 are needed"  # type: ignore
+    assert KINDS["near"][0](few, row)[-1] == "cannot be judged: it needs 40 minutes, there are 12"  # type: ignore
 
 
 def test_the_papers_changes_are_likely_where_minutes_scatter_about_them() -> None:

@@ -239,7 +239,7 @@ def test_loads_and_actuation_are_judged_by_intervals() -> None:
     assert [c.verdict for c in found] == ["holds", "holds", "differs"]  # the yaw drive starts as often
     assert "pitch travel -50 ± 0 %" in found[0].ours and "tower base fore-aft DEL +30" in found[0].ours
     few = schemes.Bench(of((schemes.CONVENTIONAL, *ours), (1, 2)), of(ours, (1, 2)))
-    assert {c.verdict for c in bench_claims(few)} == {"cannot be judged: 2 seeds, 4 are needed"}
+    assert {c.verdict for c in bench_claims(few)} == {"cannot be judged: it needs 4 seeds, there are 2"}
 
 
 def test_changes_say_against_what() -> None:

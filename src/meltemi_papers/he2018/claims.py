@@ -119,7 +119,7 @@ def _near(c: Comparison, stated: Stated) -> tuple[str, str]:
     if stated["scheme"] == "cpfc" and ADDED in c.schemes:
         ours += f"; not detuned {percent(change(c, stated['quantity'], ADDED))}"
     if len(x) < FEWEST_MINUTES:
-        return ours, f"{UNJUDGED}{len(x)} minutes, {FEWEST_MINUTES} are needed"
+        return ours, f"{UNJUDGED}it needs {FEWEST_MINUTES} minutes, there are {len(x)}"
     effect = "smaller effect" if abs(x.mean()) < abs(paper) else "larger effect"
     return ours, "holds" if p >= LEAST_P else effect
 
