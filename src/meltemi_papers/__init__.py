@@ -1,5 +1,4 @@
 """Published studies, reproduced from their own set-up and compared claim by claim: ``meltemi reproduce``.
 
-Nothing in meltemi imports this package; ``scaled_turbine`` (:mod:`meltemi_papers.wang2021.turbines`) made two turbines
-of its library.
+What works on any turbine stands in ``meltemi_studies`` and has commands of its own; nothing imports this package.
 """

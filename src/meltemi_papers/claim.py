@@ -12,8 +12,9 @@ from typing import Any, Literal, get_args
 from meltemi_reports.blocks import Table
 from meltemi_tuning.run_store import guarded
 
-Basis = Literal["paper", "equations", "expectation"]
-"""What a claim rests on: the paper states it, it follows from the paper's equations, or it is our expectation."""
+Basis = Literal["paper", "equations", "expectation", "surrogate"]
+"""What a claim rests on: the paper states it, it follows from the paper's equations, it is our expectation, or it is
+our surrogate of a turbine beside its measurement, which the paper's model is not compared with."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,15 @@ def reasons_of(study: str) -> dict[str, str]:
 HERE = Path(__file__).parent
 UNJUDGED = "cannot be judged: "
 """How a verdict begins that depends on a cell that failed."""
+FEWEST_SEEDS = 4
+"""Below which intervals are as wide as effects, and nothing is judged by them."""
 UNCHECKED = "cannot be checked: "
 """How a verdict begins on a claim for which the paper, or this simulation, lacks what a comparison needs."""
+
+
+def enough(seeds: int, verdict: object) -> object:
+    """A verdict that rests on seeds, if they are enough."""
+    return verdict if seeds >= FEWEST_SEEDS else f"{UNJUDGED}it needs {FEWEST_SEEDS} seeds, there are {seeds}"
 
 
 def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Claim]:
@@ -111,7 +119,7 @@ def count_held(found: Sequence[Claim]) -> str:
     return f"{n.held} of {of} claims of the paper hold" + (f" ({', '.join(rest)})." if rest else ".")
 
 
-def claims_table(found: Sequence[Claim]) -> Table:
+def claims_table(found: Sequence[Claim], caption: str = "Claims of the paper") -> Table:
     """Table of claims, those of the paper first; with tolerances if any claim has one."""
     columns = ["claim", "verdict", "paper", "tolerance", "ours", "basis", "reason", "where"]
     order = get_args(Basis).index
@@ -122,7 +130,7 @@ def claims_table(found: Sequence[Claim]) -> Table:
     if not any(c.tolerance for c in found):
         columns.remove("tolerance")
         rows = [row[:3] + row[4:] for row in rows]
-    return Table(columns, rows, "Claims of the paper", text_columns=len(columns))
+    return Table(columns, rows, caption, text_columns=len(columns))
 
 
 def brief(table: Table) -> Table:

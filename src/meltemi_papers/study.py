@@ -17,9 +17,9 @@ from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.claim import UNJUDGED
-from meltemi_papers.markdown import alone, documented, plain, plain_table, sections, table_lines
 from meltemi_reports.blocks import Document, Picture, Section, Table
 from meltemi_reports.html import result_first, write_page
+from meltemi_reports.markdown import alone, documented, plain, plain_table, sections, table_lines
 from meltemi_tuning.run_store import current, guarded, run_store
 
 if TYPE_CHECKING:

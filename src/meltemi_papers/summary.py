@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from meltemi_papers.claim import UNCHECKED, UNJUDGED
-from meltemi_papers.markdown import table_lines, table_rows
 from meltemi_reports.blocks import Table
+from meltemi_reports.markdown import table_lines, table_rows
 
 CAPTION = "*Claims of the paper*"
 NAMED = {"claim", "quantity", "scheme", "paper", "verdict", "tolerance", "basis", "reason", "where"}

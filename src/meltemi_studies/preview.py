@@ -1,4 +1,4 @@
-"""Preview settings from a wind and a turbine: rotor-averaged wind speed, and pitch of steady operation.
+"""Preview settings from a wind and a turbine: rotor-averaged wind speed, errors of a lidar, pitch of steady operation.
 
 The lead time compensates the delays of the low-pass filter and of the pitch actuator.
 
@@ -6,6 +6,9 @@ Reference: docs/theory/control.md (C-39, C-41).
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +23,8 @@ Float = NDArray[np.float64]
 
 FREQUENCY = 1.0
 """[rad/s] corner of the low-pass filter: eddies of higher frequencies are smaller than the rotor."""
+BEAM_RADIUS = 0.7
+"""Of the beams of a lidar, over the rotor's."""
 SPACING = 1.0
 """[m/s] wind speed step of the pitch table."""
 
@@ -86,3 +91,44 @@ def preview_of(
         spacing=SPACING,
         pitch=pitch,
     )
+
+
+@dataclass(frozen=True)
+class Lidar:
+    """How the wind is measured before the rotor; none of the errors by default.
+
+    Attributes:
+      frequency: [rad/s] corner of the preview's low-pass.
+      beams: at 0.7 of the radius, of which the mean is taken; 0: the mean over the rotor.
+      decay: [s] of the coherence exp(-decay f) between the wind measured and the wind at the rotor.
+      lost: share of the seconds without measurement, in which the last value is held.
+    """
+
+    frequency: float = FREQUENCY
+    beams: int = 0
+    decay: float = 0.0
+    lost: float = 0.0
+
+
+def measured(box: WindBox, model: BladedModel, lidar: Lidar) -> Float:
+    """(T,) [m/s] wind speed at the rotor as a lidar measures it, at the times of a wind box from zero on."""
+    turbine, rng = model.turbine, np.random.default_rng(1)
+    u = rotor_average(box, turbine.hub_height, turbine.rotor_radius)
+    if lidar.beams:
+        rows, columns = box.velocity.shape[1:3]
+        z = box.bottom + box.dz * np.arange(rows) - turbine.hub_height
+        y = box.dy * (np.arange(columns) - 0.5 * (columns - 1))
+        at = BEAM_RADIUS * turbine.rotor_radius * np.exp(2j * pi * (np.arange(lidar.beams) + 0.5) / lidar.beams)
+        points = [(int(np.abs(z - p.real).argmin()), int(np.abs(y - p.imag).argmin())) for p in at]
+        u = np.mean([box.velocity[:, row, column, 0] for row, column in points], axis=0, dtype=np.float64)
+    if lidar.decay:
+        tones = np.fft.rfft(u - u.mean())
+        kept = np.exp(-0.5 * lidar.decay * np.fft.rfftfreq(len(u), box.dt))
+        other = np.abs(tones) * np.exp(2j * pi * rng.random(len(tones)))
+        u = u.mean() + np.fft.irfft(kept * tones + np.sqrt(1.0 - kept**2) * other, len(u))
+    if lidar.lost:
+        second = np.arange(len(u)) * box.dt // 1.0
+        there = (rng.random(int(second[-1]) + 1) >= lidar.lost)[second.astype(int)]
+        there[0] = True
+        u = u[np.maximum.accumulate(np.where(there, np.arange(len(u)), 0))]
+    return np.interp(box.dt * np.arange(len(u)), box.passing - turbine.nacelle.overhang / box.speed, u)

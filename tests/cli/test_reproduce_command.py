@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import csv
 import re
+from dataclasses import replace
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from terminal import Command
 from typer.testing import CliRunner
 
 from meltemi import InputError
@@ -16,7 +20,11 @@ from meltemi.app.cli import app
 from meltemi.core.errors import Status
 from meltemi.simulation.channels import catalogue
 from meltemi.simulation.result import Result
+from meltemi.turbine.definition import Turbine
+from meltemi_papers.commands import STUDIES
 from meltemi_papers.he2018.claims import harmonic_amplitude, percent
+from meltemi_papers.study import Chapter, Contents, Study
+from meltemi_reports.blocks import Table
 
 
 def test_an_unknown_study_is_refused_with_the_closest_name(tmp_path: Path) -> None:
@@ -39,6 +47,46 @@ def test_the_duel_without_rosco_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_
     monkeypatch.setattr("meltemi.core.extras.distribution", missing)
     found = CliRunner().invoke(app, ["reproduce", "he2018", "--rosco", "--out", str(tmp_path / "out")])
     assert "pip install --no-deps" in str(found.exception)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("study", list(STUDIES))
+def test_a_study_is_applied_to_another_turbine(
+    command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, study: str
+) -> None:
+    """A page of its own, without claims and without the paper's texts; the runs are not those of this test."""
+    page = import_module(f"meltemi_papers.{study}.page")
+    whole = page.STUDY.applied
+
+    def short(turbine: Turbine) -> Study[Any]:
+        found = whole(turbine)
+        assert found.figures == {} and found.parts == () and found.texts == ()
+        table = Table(["load"], [["1"]], "Loads")
+        said = Contents("All of it.", {"loads": Chapter("Loads", [table])}, [("turbine", turbine.name)], [table])
+        return replace(found, run=lambda **_: 0, contents=lambda *_: said)
+
+    monkeypatch.setattr(page, "STUDY", replace(page.STUDY, applied=short))
+    ran = command("reproduce", study, "--turbine", "nrel5mw", "--out", tmp_path)
+    assert (ran.status, ran.err) == (0, "")
+    name = f"{study}_nrel5mw"
+    assert {path.name for path in ran.files} == {"loads.csv", f"{name}.md", f"{name}.html"}
+    text = (tmp_path / f"{name}.md").read_text(encoding="utf-8")
+    assert "applied to nrel5mw" in text and "Nothing here is a claim of the paper" in text and "verdict" not in text
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--turbine", "nrel5m"), "nrel5mw"),
+        (("--turbine", "pmsg20mw"), "pmsg20mw"),
+        (("--turbine", "nrel5mw", "--rosco"), "without --rosco and --beyond"),
+    ],
+)
+def test_what_no_study_applies_to_is_refused(
+    command: Command, tmp_path: Path, options: tuple[str, ...], said: str
+) -> None:
+    ran = command("reproduce", "he2018", *options, "--out", tmp_path / "out")
+    assert (ran.status, ran.out) == (2, "") and said in ran.err and ran.err.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 

@@ -289,6 +289,8 @@ def test_each_scheme_holds_its_speed_in_a_steady_wind(machine: PowerTurbine, tor
     lower = lower_speed(x, optimal_gain(x), 15e6)
     assert found["A0"] == pytest.approx(lower, rel=1e-3)
     assert found["A1"] == pytest.approx(0.75, rel=1e-3)
+    slower = Run(machine, PowerControl(scheme="rated_speed", upper_speed=0.71), 11.0, 600.0, reference=15e6)
+    assert slower.speed[-1] == pytest.approx(0.71, rel=1e-3) and slower.power[-1] == pytest.approx(15e6, rel=1e-4)
     assert lower < found["A2"] <= 0.751 and found["A3"] <= 0.751
 
 
@@ -519,6 +521,7 @@ def test_inertia_gives_the_energy_of_a_synchronous_machine(machine: PowerTurbine
         {"scheme": "A1"},
         {"scheme": "A3"},
         {"recovery_speed": 0.03},
+        {"upper_speed": 0.7},
         {"reference_rate": 1e6},
         {"frequency": 0.2},
         {"damping_ratio": 1.0},
@@ -578,6 +581,8 @@ def test_wrong_settings_are_refused(wrong: dict[str, Any], words: str) -> None:
 def test_what_does_not_suit_the_turbine_is_refused(machine: PowerTurbine) -> None:
     with pytest.raises(InputError, match="recovery_speed"):
         PowerController(machine, BLADED, PowerControl(recovery_speed=0.8))
+    with pytest.raises(InputError, match="upper_speed 0.8 rad/s must not be above the rotor's 0.75"):
+        PowerController(machine, BLADED, PowerControl(upper_speed=0.8))
     with pytest.raises(InputError, match="more tip-speed ratios"):
         PowerController(machine, performance(BEM[:5], RATIOS[:5]))
 

@@ -18,9 +18,9 @@ from meltemi.core.units import rpm
 from meltemi.structure.members import blade_member, cells
 from meltemi.turbine import scale_turbine, typical_masses
 from meltemi.turbine.gearbox import size_gearbox
-from meltemi_papers.wang2021.turbines import BOTH, NUMBERS, scaled_turbine
 from meltemi_reports.portrait import masses
 from meltemi_studies.scaling.factors import design_ratio
+from meltemi_studies.scaling.library import BOTH, NUMBERS, scaled_turbine
 from meltemi_studies.scaling.machine import Inertia, inertia_of
 from meltemi_studies.scaling.tower_frequency import first_fore_aft
 

@@ -17,7 +17,7 @@ from meltemi.environment import air_density
 from meltemi.environment.climate import MONTH_HOURS, load_climate
 from meltemi.environment.drops import water_content
 from meltemi_papers.palanimuthu2022.beyond import climate as part
-from meltemi_papers.palanimuthu2022.beyond.climate import of_turbine, years
+from meltemi_papers.palanimuthu2022.beyond.climate import study, years
 from meltemi_papers.study import Drawing
 from meltemi_reports.blocks import Table
 from meltemi_studies.climate.response import ICED, SHED, SLOPES, WET, Response, Setup, State
@@ -230,7 +230,7 @@ def test_what_is_no_weather_is_refused(tmp_path: Path, name: str, text: str, sai
 @pytest.mark.long
 def test_a_look_with_a_simulated_turbine(turbine: Turbine) -> None:
     told: list[Any] = []
-    found = of_turbine(turbine, True, workers=2, progress=lambda share, what: told.append(share))
+    found = study(True, turbine=turbine, workers=2, progress=lambda share, what: told.append(share))
     assert told == sorted(told)
     r = found.response
     # thin air has less power below rated, and rated wind comes later

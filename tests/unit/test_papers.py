@@ -12,9 +12,9 @@ from meltemi.core.physics import PHYSICS
 from meltemi_papers.claim import UNCHECKED, Claim, claims_of, claims_table, reasons_of, rows_of
 from meltemi_papers.commands import STUDIES
 from meltemi_papers.he2018.claims import KINDS
-from meltemi_papers.markdown import plain, sections, table_lines
 from meltemi_papers.summary import claims_on, summary
 from meltemi_reports.blocks import Code, Section, Table
+from meltemi_reports.markdown import plain, sections, table_lines
 
 FOLDER = Path(meltemi_papers.__path__[0])
 STATED = ["wang2021", "palanimuthu2022"]
@@ -52,7 +52,7 @@ def test_a_claim_is_filled_and_judged() -> None:
     found = claim("power std", "110 kW in bin 8", True, name="as scaled")
     words = "same bin, two standard errors over our seeds"
     item, paper = "largest std of power, as scaled", "109 kW in bin 7"
-    assert found == Claim(item, paper, "110 kW in bin 8", "holds", "Table 2", tolerance=words)
+    assert found == Claim(item, paper, "110 kW in bin 8", "holds", "Table 2", tolerance=words, basis="surrogate")
     assert claim("power std", "", False, name="").verdict == "differs"
     assert claim("power std", "", "cannot be judged: why", name="").verdict == "cannot be judged: why"
     with pytest.raises(KeyError, match="name"):

@@ -12,13 +12,13 @@ from typer.testing import CliRunner
 from meltemi import InputError, load_turbine
 from meltemi.app.cli import app
 from meltemi.control import YawProtection, yaw_threshold
-from meltemi_papers.wang2021.beyond.grid import Found, Grid
-from meltemi_papers.wang2021.beyond.report import recheck_table, relative
-from meltemi_papers.wang2021.beyond.year import PowerCurve, a_year
-from meltemi_papers.wang2021.claims import about_half
-from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, STOP, Gust, Gusts, spread
-from meltemi_papers.wang2021.table2 import POWER, Calibration, Table2, calibrate
+from meltemi_papers.wang2021.beyond import recheck_table, relative, site
+from meltemi_papers.wang2021.claims import _loads, about_half
+from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, STOP, Gust, Gusts, Setting, spread
+from meltemi_papers.wang2021.table2 import POWER, Calibration, SpeedLoop, Table2, calibrate
 from meltemi_papers.wang2021.winds import GUST_BEGIN, GUST_RISE, gust, measured
+from meltemi_studies.wind_year import PowerCurve, a_year
+from meltemi_studies.yaw_gusts import Found, Grid
 from meltemi_tuning.run_store import FailedResult, FailedResultError
 
 CHECKS = ((7.5, 52.5), (8.8, 48.6), (10.0, 45.0), (15.0, 42.0), (20.0, 39.0), (25.0, 36.0), (30.0, 33.0), (40.0, 30.0))
@@ -41,7 +41,8 @@ def test_the_gust_passes_the_thresholds_when_the_paper_says() -> None:
     times = [unfiltered_trigger(YawProtection(law=law)) for law in ("interpolated", "stepwise")]  # type: ignore[arg-type]
     assert times == pytest.approx([16.05, 16.10], abs=0.1)
     assert times[0] < times[1]
-    wind = gust(load_turbine("ct30-155"))
+    wind, other = (gust(load_turbine("ct30-155"), sign) for sign in (1, -1))
+    assert other.direction == pytest.approx(-wind.direction)
     assert wind.speed[0] + wind.gust[-1] == pytest.approx(25.0)
     assert np.degrees(wind.direction[-1]) == pytest.approx(67.48, abs=0.01)
 
@@ -94,11 +95,46 @@ def test_the_calibration_finds_a_penalty(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_phases_with_a_failed_run_do_not_count() -> None:
+    one, other = Setting(MACHINE, 1.0, 1), Setting(MACHINE, 1.0, -1)
     whole = Gust(dict.fromkeys((STOP, DERATE, IGNORE), "a result"))  # type: ignore[arg-type]
     lost = Gust({STOP: FailedResult("S1: it diverged"), DERATE: "a result", IGNORE: "a result"})  # type: ignore[dict-item]
-    assert Gusts({(MACHINE, 1.0): [whole, lost]}).values(MACHINE, 1.0, lambda g: 0.5) == pytest.approx([0.5])
+    gusts = Gusts({one: [whole, lost], other: [whole]}, (one, other))
+    assert gusts.values(one, lambda g: 0.5) == pytest.approx([0.5])
+    assert gusts.over_all(lambda g: 0.5) == pytest.approx([0.5, 0.5])
+    assert len(gusts.over_all(lambda g: 0.5, MACHINE, -1)) == 1 and gusts.first(-1) is whole
     with pytest.raises(FailedResultError, match="S1: it diverged"):
-        Gusts({(MACHINE, 1.0): [lost]}).values(MACHINE, 1.0, lambda g: 0.5)
+        Gusts({one: [lost]}, (one,)).values(one, lambda g: 0.5)
+
+
+class Peaks:
+    """A gust whose peaks are given by strategy, for all loads alike."""
+
+    def __init__(self, **peaks: float) -> None:
+        self.results = {STOP: peaks["stop"], DERATE: peaks["derate"], IGNORE: peaks["ignore"]}
+
+    def peak(self, strategy: str, load: str) -> float:
+        return self.results[strategy]
+
+    def ratio(self, load: str, against: str, strategy: str = DERATE) -> float:
+        return self.results[strategy] / self.results[against]
+
+
+def test_the_direction_of_the_change_decides_a_statement() -> None:
+    """One row for each statement: it names the settings in which it holds."""
+    one, other = Setting(MACHINE, 30.0, 1), Setting(MACHINE, 30.0, -1)
+    benign, hard = Peaks(stop=1.0, derate=1.1, ignore=1.2), Peaks(stop=2.0, derate=1.0, ignore=1.0)
+    gusts = Gusts({one: [benign] * 4, other: [hard] * 4}, (one, other))  # type: ignore[list-item]
+    bearing, top, order = _loads(gusts)
+    assert bearing.verdict.startswith("holds only for yaw bearing bending over S1 with 30 s, counter-clockwise")
+    assert bearing.ours.startswith("yaw bearing bending over S1 1.10 clockwise; yaw bearing bending over S1 0.50 count")
+    assert top.verdict == "differs"
+    assert order.verdict == "holds only for 30 s, clockwise"
+
+
+def test_the_speed_loop_is_chosen_by_least_squares() -> None:
+    loop = SpeedLoop({1.0: np.array([30.0, 30.0, 30.0, 30.0]), 1.6: np.array([19.0, 15.0, 17.0, 21.0])})
+    assert loop.target.round().tolist() == [19.0, 15.0, 17.0, 21.0]
+    assert loop.chosen == 1.6
 
 
 def test_about_half_is_a_digit_of_the_paper_and_the_scatter_of_the_phases() -> None:
@@ -109,7 +145,7 @@ def test_about_half_is_a_digit_of_the_paper_and_the_scatter_of_the_phases() -> N
 
 
 def test_gains_and_rechecks_of_a_grid() -> None:
-    wind = {"speed": 10.0, "rise": 5.0, "change": 1.0, "begin": 20.0, "seed": 1}
+    wind = {"speed": 10.0, "rise": 5.0, "change": 1.0, "begin": 20.0, "sign": 1, "seed": 1}
     rows = [
         {**wind, "yaw_rate": r, "strategy": s, "recheck": t, "energy": e, "stops": n, "derates": d}
         for r, s, t, e, n, d in (
@@ -133,7 +169,9 @@ def test_a_year_has_the_order_of_the_strategies() -> None:
     """Ignoring loses nothing, derating less than stopping; more fronts, more stops; light winds turn most."""
     speed = np.arange(3.0, 10.0)
     curve = PowerCurve(speed, 3e6 * np.minimum(speed / 9.0, 1.0) ** 3, 3.0, 25.0, 3e6)
-    years = a_year(load_turbine("ct30-155"), curve, (np.array([5.0, 25.0]), np.radians([75.0, 20.0])), days=60.0)
+    years = a_year(
+        load_turbine("ct30-155"), curve, (np.array([5.0, 25.0]), np.radians([75.0, 20.0])), site(), days=60.0
+    )
     by = {(y.fronts, y.strategy): y for y in years}
     for fronts in (0, 200):
         s1, s2, s3 = (by[fronts, name] for name in ("S1", "S2", "S3"))
@@ -146,6 +184,10 @@ def test_a_year_has_the_order_of_the_strategies() -> None:
     power = np.interp(v, curve.speed, curve.power) * ((v >= 3.0) & (v <= 25.0))
     mean = float(np.sum(rayleigh * power) * (v[1] - v[0]))
     assert by[0, "S3"].energy == pytest.approx(mean * 60.0 * 86400.0, rel=0.15)  # two months are a sample
+
+
+def test_the_site_of_the_year_is_that_of_the_paper() -> None:
+    assert site().mean == 7.11 and len(site().intensity) == 18
 
 
 def test_the_measured_bins_are_those_of_the_paper() -> None:

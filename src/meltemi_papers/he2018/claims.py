@@ -21,7 +21,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.flaps import naca64618_flap
-from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, reasons_of, rows_of
+from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, enough, reasons_of, rows_of
 from meltemi_papers.he2018.designs import ADDED, WHOLE_LEAD
 from meltemi_papers.he2018.runs import CLASS_B, FAST_MODEL, PAPER, SPEED, Runs
 from meltemi_tuning.compare import WHOLE, Comparison
@@ -37,8 +37,8 @@ EDGEWISE = (0.95, 1.3)
 THREE = ("cpc", "ipc", "cpfc")
 LEAST_P = 0.05
 """Two-sided probability from which one more minute of ours may be the paper's."""
-FEWEST_MINUTES, FEWEST_SEEDS = 40, 4
-"""Below which nothing is judged: no probability would be below ``LEAST_P``, and intervals are as wide as effects."""
+FEWEST_MINUTES = 40
+"""Below which no probability would be below ``LEAST_P``."""
 TABLE_1 = (np.radians(17.47), 12.1 * pi / 30.0, 5.297e6)
 """[rad], [rad/s], [W] pitch, rotor speed and shaft power of NREL's report at 20 m/s, and tolerances."""
 TABLE_1_WITHIN = (np.radians(0.1), 0.05 * pi / 30.0, 5e3)
@@ -86,8 +86,7 @@ def _judged(runs: Runs, stated: Stated) -> list[Claim]:
     else:
         found = {name: of(c, stated) for name, c in runs.readings.items()}
         ours = "; ".join(f"{text} ({name})" for name, (text, _) in found.items())
-        seeds, verdict = len(runs.setup.seeds), found[CLASS_B][1]
-        verdict = verdict if seeds >= FEWEST_SEEDS else f"{UNJUDGED}{seeds} seeds, {FEWEST_SEEDS} are needed"
+        verdict = str(enough(len(runs.setup.seeds), found[CLASS_B][1]))
     names = ("item", "paper", "where", "basis", "reason")
     words = {name: stated[name] for name in names} | ({"reason": ""} if verdict == "holds" else {})
     return [Claim(**words, ours=ours, verdict=verdict, tolerance=tolerance)]  # type: ignore[arg-type]
@@ -120,7 +119,7 @@ def _near(c: Comparison, stated: Stated) -> tuple[str, str]:
     if stated["scheme"] == "cpfc" and ADDED in c.schemes:
         ours += f"; not detuned {percent(change(c, stated['quantity'], ADDED))}"
     if len(x) < FEWEST_MINUTES:
-        return ours, f"{UNJUDGED}{len(x)} minutes, {FEWEST_MINUTES} are needed"
+        return ours, f"{UNJUDGED}it needs {FEWEST_MINUTES} minutes, there are {len(x)}"
     effect = "smaller effect" if abs(x.mean()) < abs(paper) else "larger effect"
     return ours, "holds" if p >= LEAST_P else effect
 

@@ -23,9 +23,9 @@ from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulent import AnyWind
-from meltemi_papers.he2018.designs import LIDARS, Lidar, Tunings, designs, measured
+from meltemi_papers.he2018.designs import LIDARS, Tunings, designs
 from meltemi_papers.study import Progress
-from meltemi_studies.preview import preview_of, steady_pitch
+from meltemi_studies.preview import Lidar, measured, preview_of, steady_pitch
 from meltemi_tuning.compare import WHOLE, Comparison, compare
 from meltemi_tuning.run_store import FailedResult, attempt
 

@@ -26,11 +26,11 @@ Float = NDArray[np.float64]
 
 FORMULA, CALIBRATED, BLADES = "M1", "M2", "M3"
 """Heier's formula with the paper's best point; the same fitted to Figure 6; the table of a 20 MW rotor's blades."""
-HEIER, SLOOTWEG, SCALED = "Heier", "Slootweg", "M3 scaled"
-CURVES = (FORMULA, HEIER, SLOOTWEG, SCALED)
+HEIER, SLOOTWEG, CONSTANT, COMMON, SCALED = "Heier", "Slootweg", "constant speed", "0.22, 116, 12.5", "M3 scaled"
+CURVES = (FORMULA, HEIER, SLOOTWEG, CONSTANT, COMMON, SCALED)
 """Readings of the coefficient that the paper does not give, all with its best point: the constants of the MathWorks
-block (M1); of Heier (1998); of variable-speed turbines after Slootweg et al. (2003), IEEE Trans. Power Syst. 18(1); the
-blades' own curve, scaled."""
+block (M1); of Heier (1998); of variable-speed and of constant-speed turbines after Slootweg et al. (2003), IEEE Trans.
+Power Syst. 18(1); a common set of the same form; the blades' own curve, scaled."""
 
 
 @dataclass(frozen=True)
@@ -121,8 +121,10 @@ def _coefficient(model: str) -> Coefficient:
     if model == CALIBRATED:
         return CalibratedCoefficient()
     shift = 0.035 - 0.003  # of Slootweg's 1/l - 0.003 against 1/l - 0.035, at zero pitch
-    constants = {
+    constants = {  # Figure 6 does not pitch: the pitch's part of the constant-speed curve is Heier's
         HEIER: (0.5, 116.0, 0.4, 5.0, 21.0, 0.0),
+        CONSTANT: (0.44 * math.exp(-16.5 * 0.037), 125.0, 0.4, 6.94 - 125.0 * 0.037, 16.5, 0.0),  # of 1/l + 0.002
+        COMMON: (0.22, 116.0, 0.4, 5.0, 12.5, 0.0),
         SLOOTWEG: (0.73 * math.exp(-18.4 * shift), 151.0, 0.58, 13.2 - 151.0 * shift, 18.4, 0.0),
     }
     return HeierCoefficient(constants=constants[model])

@@ -10,22 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from meltemi.postprocess.ensemble import MeanEstimate
+from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import packages_of
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.palanimuthu2022 import beyond
-from meltemi_papers.palanimuthu2022.beyond.coordination import (
-    ENERGY,
-    PITCH,
-    PROPOSAL,
-    ROOT_LOAD,
-    TOWER_LOAD,
-    TURNED,
-    Bench,
-    bench,
-    bench_chapter,
-)
+from meltemi_papers.palanimuthu2022.beyond import climate as climates
+from meltemi_papers.palanimuthu2022.beyond import coordination as coordinated
+from meltemi_papers.palanimuthu2022.beyond import power
+from meltemi_papers.palanimuthu2022.beyond.coordination import bench, bench_chapter
 from meltemi_papers.palanimuthu2022.claims import BLADES_IN_RAIN, RAIN, REASONS, formula_claims
-from meltemi_papers.palanimuthu2022.diagrams import diagram
 from meltemi_papers.palanimuthu2022.figure6 import gains_table, mean_gains
 from meltemi_papers.palanimuthu2022.figures import climate, plane, rain, rain_power
 from meltemi_papers.palanimuthu2022.figures import runs as run_figures
@@ -40,9 +33,14 @@ from meltemi_papers.palanimuthu2022.run_claims import (
     travel_ratio,
 )
 from meltemi_papers.palanimuthu2022.runs import PHYSICAL, PLAIN, QUICK, Runs, Setup, run_all
-from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, span, tabled, worded
+from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, answered, applied, span, tabled, worded
 from meltemi_reports.blocks import Table
-from meltemi_tuning.run_store import attempt
+from meltemi_studies.climate.tables import energy_table, load_table
+from meltemi_studies.power_schemes.coordination import ENERGY, PITCH, PROPOSAL, ROOT_LOAD, TOWER_LOAD, TURNED, Bench
+from meltemi_studies.power_schemes.costs import PITCH as TRAVEL
+from meltemi_studies.power_schemes.costs import TOWER_LOAD as TOWER
+from meltemi_studies.power_schemes.costs import efficient
+from meltemi_tuning.run_store import attempt, guarded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,7 +60,6 @@ class Found:
 
 
 FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
-    "fig01_system": ("Figure 1: the system, from its environment to the grid", lambda runs: diagram("system")),
     "fig02_humidity": ("Figure 2: density over temperature and humidity", lambda runs: climate.humidity()),
     "fig03_altitude": ("Figure 3: density over temperature and altitude", lambda runs: climate.altitude()),
     "fig04_temperature": (
@@ -88,11 +85,6 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
         "Figure 14: power over rotor speed by number and density of drops",
         lambda runs: rain_power.by_number(),
     ),
-    "fig15_climate": ("Figure 15: from weather to power", lambda runs: diagram("climate")),
-    "fig16_coordination": (
-        "Figure 16: pitch, torque and yaw under one controller",
-        lambda runs: diagram("coordination"),
-    ),
     "fig17_rated_speed": ("Figure 17: pitch from rated speed on (A1)", plane.rated_speed),
     "fig18_hold": ("Figure 18: pitch held between the speeds (A2)", plane.hold),
     "fig19_wide_hold": ("Figure 19: pitch held down to the speed that suits it (A3)", plane.wide_hold),
@@ -108,13 +100,13 @@ def run(
     paper = PAPER if parts else 1.0
     runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, 0.4 * paper))
     told = span(progress, 0.4 * paper, 0.6 * paper)
-    loads = attempt("on an aeroelastic turbine", bench, runs, workers=workers, progress=told)
+    loads = attempt("on an aeroelastic turbine", bench, quick, workers=workers, progress=told)
     found = Found(runs, loads, [*formula_claims(), *run_claims(runs, loads)])
     length = (1.0 - paper) / max(len(parts), 1)
     for number, name in enumerate(parts):
         partly(found)
         told = span(progress, paper + number * length, length)
-        part = attempt(name, _part(name).study, runs, workers=workers, progress=told)
+        part = attempt(name, _part(name).study, runs.setup.quick, workers=workers, progress=told)
         found = replace(found, parts={**found.parts, name: part})
     return found
 
@@ -173,7 +165,51 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     )
 
 
-STUDY = Study(
+def of_turbine(turbine: Turbine) -> Study[Mapping[str, Any]]:
+    """The schemes, the coordination and the climates on another turbine."""
+
+    def run_parts(*, quick: bool, workers: int | None, progress: Progress, **_: Any) -> dict[str, Any]:
+        return {
+            name: attempt(
+                name,
+                _part(name).study,
+                quick,
+                turbine=turbine,
+                workers=workers,
+                progress=span(progress, i / len(beyond.PARTS), 1.0 / len(beyond.PARTS)),
+            )
+            for i, name in enumerate(beyond.PARTS)
+        }
+
+    def contents_of(found: Mapping[str, Any], out: Path, draw: Draw) -> Contents:
+        costs, coordination, years = (found[name] for name in beyond.PARTS)
+        headings = ("What each scheme of limited power costs", "Which coordination wins", "A year in three climates")
+        drawn = (
+            guarded(lambda: power.drawings(costs, draw), lambda why: []),
+            guarded(lambda: [coordinated.drawing(coordination, draw)], lambda why: []),
+            guarded(lambda: [climates.drawing(years, draw)], lambda why: []),
+        )
+        made: list[Callable[[], Sequence[Table]]] = [
+            lambda: power.tables(costs),
+            lambda: coordinated.tables(coordination),
+            lambda: [energy_table(years), load_table(years), climates.scenario_table(years)],
+        ]
+        chapters = {
+            name: answered(heading, lambda: "", pictures, of)
+            for name, heading, pictures, of in zip(beyond.PARTS, headings, drawn, made, strict=True)
+        }
+        lead = worded(lambda: _said_of(efficient(costs.front, (TRAVEL, TOWER))), "Limited power")
+        return Contents(lead, chapters, [("turbine", turbine.name)], [tabled("A year", lambda: energy_table(years))])
+
+    words = "Limited power, coordination and climates of Palanimuthu et al. (2022)"
+    return applied(STUDY, turbine, words, run=run_parts, contents=contents_of, runs=lambda found: found, parts_need={})
+
+
+def _said_of(names: Sequence[str]) -> str:
+    return f"Not beaten in pitch travel and load of the tower base at 75 % of rated power: {', '.join(names)}."
+
+
+STUDY: Study[Found] = Study(
     name="palanimuthu2022",
     title="Palanimuthu et al. (2022): a 20 MW turbine in its climate and on the grid, reproduced",
     source="Palanimuthu, K., Mayilsamy, G., Basheer, A. A., Lee, S.-R., Song, D., Joo, Y. H. (2022): A review of "
@@ -184,5 +220,6 @@ STUDY = Study(
     figures=FIGURES,
     contents=contents,
     parts=beyond.PARTS,
+    applied=of_turbine,
     parts_need=dict.fromkeys((RAIN, "loads on an aeroelastic turbine"), packages_of(BLADES_IN_RAIN)),
 )

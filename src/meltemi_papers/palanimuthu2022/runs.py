@@ -15,7 +15,7 @@ from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
 from meltemi.environment.air import Air
 from meltemi.environment.grid import PowerGrid
-from meltemi.environment.site import Environment
+from meltemi.environment.site import STANDARD, Environment
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
@@ -55,6 +55,8 @@ CHANNELS = (
 )
 HUMID = 0.4
 """Relative humidity of Figure 3; that of Figure 6 is constant and not stated."""
+HUMIDITIES = (0.2, 0.6, 0.8)
+"""Further ones of Figure 6."""
 RAMPS, TURBULENT = "ramps", "turbulence"
 HOT, COLD = Air(temperature=35.0, humidity=0.3), Air(temperature=15.0)
 """Cases ii and i of Figure 20."""
@@ -218,8 +220,9 @@ def temperature_cases(reading: Reading) -> list[Run]:
     model, humidity, inertia, converters = reading
     options = ModelOptions(electrical="averaged") if converters else None
     machine, made = machine_with(model, inertia), rotor(model)
-    air = Air(temperature=staircase(paper.TEMPERATURES, INTERVAL, 15.0), humidity=humidity)
-    speed = made.best()[0] * STEADY / made.radius
+    first = paper.TEMPERATURES[0]
+    air = Air(temperature=staircase(paper.TEMPERATURES, INTERVAL, first), humidity=humidity)
+    rho = float(density(first, humidity))
     adapted = "temperature" if humidity == 0.0 else "weather"
     return [
         _case(
@@ -228,7 +231,7 @@ def temperature_cases(reading: Reading) -> list[Run]:
             SteadyWind(speed=STEADY),
             air,
             INTERVAL * (1 + len(paper.TEMPERATURES)),
-            speed=speed,
+            speed=made.settled(STANDARD if how == "fixed" else rho, rho) * STEADY / made.radius,
             options=options,
             name=f"Fig. 6, {model}, humidity {humidity:g}, J {inertia:.4g}, {how}{', converters' if options else ''}",
         )
@@ -258,6 +261,7 @@ def humidity_cases() -> list[Run]:
 def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     """Run all simulations of the paper."""
     readings = [Reading(*at) for at in product(setup.curves, (0.0, HUMID), setup.inertias)]
+    readings += [Reading(FORMULA, humidity) for humidity in HUMIDITIES]
     readings += [Reading(CALIBRATED, 0.1, SMALL), *([CONVERTERS] if setup.converters else [])]
     steps = [case for reading in readings for case in temperature_cases(reading)]
     moist = humidity_cases()

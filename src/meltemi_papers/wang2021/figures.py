@@ -13,7 +13,7 @@ from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.result import Result
 from meltemi_papers.panels import Panel, channel, series
-from meltemi_papers.wang2021.gust import DERATE, IGNORE, STOP, Gust
+from meltemi_papers.wang2021.gust import DERATE, SIGNS, Gust, Gusts
 from meltemi_papers.wang2021.table2 import MOMENT, POWER, Table2
 from meltemi_papers.wang2021.winds import measured
 from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
@@ -102,26 +102,26 @@ def thresholds() -> Figure:
     return figure
 
 
-def gust_wind(gust: Gust) -> Figure:
-    """Figure 9: speed and direction of the wind."""
+def gust_wind(gusts: Gusts) -> Figure:
+    """Figure 9: speed and direction of the wind, both directions."""
     figure, axes = new_figure(2, size=(9.0, 4.4))
-    result = gust.results[DERATE]
-    u, v = result["wind_x"], result["wind_y"]
-    axes[0, 0].plot(result.time, np.hypot(u, v), color=COLOURS[0])
+    for colours, (sign, words) in zip((COLOURS[:3], COLOURS[3:]), SIGNS.items(), strict=False):
+        result = gusts.first(sign).results[DERATE]
+        u, v = result["wind_x"], result["wind_y"]
+        axes[0, 0].plot(result.time, np.hypot(u, v), color=colours[0], label=words)
+        axes[1, 0].plot(result.time, np.degrees(np.arctan2(-v, u)), color=colours[0], label=f"wind, {words}")
+        error, limit = np.degrees(result["yaw_error"]), np.degrees(result["yaw_threshold"])
+        axes[1, 0].plot(result.time, error, color=colours[1], label="yaw error of S2")
+        axes[1, 0].plot(result.time, sign * limit, color=colours[2], linestyle="--", label="threshold")
+    axes[1, 0].legend(ncols=2)
     panel(axes[0, 0], "Fig. 9: wind speed at the hub", "m/s")
-    axes[1, 0].plot(result.time, np.degrees(np.arctan2(-v, u)), color=COLOURS[0], label="wind direction")
-    axes[1, 0].plot(
-        result.time, np.degrees(np.abs(result["yaw_error"])), color=COLOURS[1], label="yaw error, filtered, of S2"
-    )
-    axes[1, 0].plot(result.time, np.degrees(result["yaw_threshold"]), color=COLOURS[2], label="threshold, interpolated")
-    axes[1, 0].legend()
-    panel(axes[1, 0], "Fig. 9: wind direction; yaw error and its threshold", "deg")
+    panel(axes[1, 0], "Fig. 9: direction; filtered yaw error and its threshold", "deg")
     axes[-1, 0].set_xlabel("time [s]")
     return figure
 
 
 def gust_runs(gust: Gust) -> Figure:
-    """Figure 10: pitch, power, loads under the three strategies; dotted: the paper's 18 s and 2,000 kW."""
+    """Figure 10: pitch, power, loads under the strategies; dotted: the paper's 18 s and 2,000 kW."""
     panels: list[Panel] = [
         ("Fig. 10A: pitch", "deg", lambda r: np.degrees(r["pitch_1"])),
         ("Fig. 10B: electrical power", "kW", channel("generator_power", 1e-3)),
@@ -130,7 +130,7 @@ def gust_runs(gust: Gust) -> Figure:
     for letter, name in (("C", YAW_BENDING), ("C", YAW_TORSION), ("D", TOP_SHEAR)):
         load = LOADS[name]
         panels.append((f"Fig. 10{letter}: {name}", load.unit, lambda r, load=load: load.size(r) * load.factor))  # type: ignore[misc]
-    figure = series(panels, {name: gust.results[name] for name in (STOP, DERATE, IGNORE)}, height=1.8, rest=0.6)
+    figure = series(panels, dict(gust.results), height=1.8, rest=0.6)
     pitch, power, *_ = figure.axes
     pitch.axvline(18.0, color=INK, linestyle=":", linewidth=1.0)
     power.axhline(2000.0, color=INK, linestyle=":", linewidth=1.0)

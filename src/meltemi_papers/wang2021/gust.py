@@ -1,34 +1,33 @@
-"""Figures 9 and 10: the gust with direction change under the three strategies, by machine, yaw average and phase."""
+"""Figures 9 and 10: the gust with direction change under the strategies, by machine, yaw control, direction, phase."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.controller import LogEntry
 from meltemi.simulation.result import Result
 from meltemi_papers.wang2021.winds import GUST_BEGIN
 from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION, extreme
+from meltemi_studies.yaw_gusts import transitions
 from meltemi_tuning.run_store import FailedResult, FailedResultError
 
 Float = NDArray[np.float64]
 STOP, DERATE, IGNORE = "S1 stop", "S2 derate", "S3 ignore"
-SHORT = "S2, recheck after 30 s"
-MACHINE, SLOW, HELD = "12.6 rpm", "9.9 rpm", ", power held"
-"""Machines in the gust: the paper's rotor speed and a slower one, with the paper's constant torque above rated or, as
-the suffix of their names says, with constant power."""
+EMERGENCY, SLOWED, SHORT = "S1 emergency stop", "S2 by speed", "S2, recheck after 30 s"
+"""Stopping as the paper says, beside the normal stop of the yaw protection; derating by a lower rotor speed in place of
+a lower torque; a recheck that comes too early."""
+MACHINE, SLOW = "12.6 rpm", "9.9 rpm"
+"""Machines in the gust: the paper's rotor speed and a slower one, with constant torque above rated."""
+SIGNS: Mapping[Literal[1, -1], str] = {1: "clockwise", -1: "counter-clockwise"}
+"""Of the direction change, seen from above: the paper gives none, the standard has both."""
 RATIOS = tuple((load, against) for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR) for against in (STOP, IGNORE))
 """Loads of derating, and the strategy that they are compared with."""
 MOVED = np.radians(0.2)
 """[rad] of pitch beyond which it has begun to move."""
-
-
-def transitions(result: Result, to: str) -> list[LogEntry]:
-    """Log entries of transitions to a state with this word in its name, such as "stop"."""
-    return [entry for entry in result.log if to in entry.what.rsplit("->", 1)[-1]]
 
 
 def first(result: Result, where: NDArray[np.bool_]) -> float:
@@ -59,11 +58,6 @@ class Gust:
         result = self.results[strategy]
         return first(result, np.abs(result["pitch_1"] - result["pitch_1"][0]) > MOVED)
 
-    def parting(self, strategy: str) -> float:
-        """[s] time at which the pitch of blade 1 differs by 0.2 degrees from that without any reaction to the error."""
-        one, other = self.results[strategy], self.results[IGNORE]
-        return first(one, np.abs(one["pitch_1"] - other["pitch_1"]) > MOVED)
-
     def triggered(self, strategy: str) -> float:
         """[s] time at which the yaw error first exceeds its threshold, both as measured by the controller."""
         result = self.results[strategy]
@@ -84,51 +78,62 @@ class Gust:
         return self.results[strategy].between(begin, end)["generator_power"]
 
 
+class Setting(NamedTuple):
+    """Machine, averaging time [s] of the yaw control, and sign of the direction change."""
+
+    machine: str
+    average: float
+    sign: Literal[1, -1]
+
+    @property
+    def words(self) -> str:
+        """The setting in words."""
+        return f"{self.machine}, {self.average:g} s, {SIGNS[self.sign]}"
+
+
 @dataclass(frozen=True)
 class Gusts:
-    """Runs of all machines and yaw controls.
+    """Runs of all machines, yaw controls and directions.
 
     Attributes:
-      phases: by machine and averaging time [s] of the yaw control: one entry for each azimuth of the rotor.
+      phases: by setting: one entry for each azimuth of the rotor.
+      shown: settings of the figures: both directions.
     """
 
-    phases: Mapping[tuple[str, float], Sequence[Gust]] = field(repr=False)
+    phases: Mapping[Setting, Sequence[Gust]] = field(repr=False)
+    shown: tuple[Setting, ...]
 
-    @property
-    def averages(self) -> list[float]:
-        """[s] of the yaw control, in order."""
-        return sorted({average for _, average in self.phases})
+    def first(self, sign: int) -> Gust:
+        """Of the figures in a direction, the first phase."""
+        return self.phases[next(s for s in self.shown if s.sign == sign)][0]
 
-    @property
-    def shown(self) -> Gust:
-        """Of the paper's machine with the default yaw control, that of the figures."""
-        return self.phases[MACHINE, self.averages[-1]][0]
-
-    def values(self, machine: str, average: float, of: Callable[[Gust], float]) -> Float:
+    def values(self, setting: Setting, of: Callable[[Gust], float]) -> Float:
         """(phases,) values of a function of the runs, without phases in which a run failed.
 
         Raises:
           FailedResultError: every phase has a run that failed.
         """
-        gusts = self.phases[machine, average]
+        gusts = self.phases[setting]
         failed = [r for g in gusts for r in g.results.values() if isinstance(r, FailedResult)]
         found = [of(g) for g in gusts if not any(isinstance(r, FailedResult) for r in g.results.values())]
         if not found:
             raise FailedResultError(failed[0].why)
         return np.array(found)
 
-    def ordered(self, machine: str, average: float) -> Float:
-        """(phases,) whether the tower-top load rises from stopping over derating to ignoring."""
+    def over_all(self, of: Callable[[Gust], float], machine: str = "", sign: int = 0) -> Float:
+        """Values in all settings, of a machine and a direction if they are given."""
+        chosen = [s for s in self.phases if machine in ("", s.machine) and sign in (0, s.sign)]
+        return np.concatenate([self.values(setting, of) for setting in chosen])
 
-        def rises(g: Gust) -> float:
-            one, two, three = (g.peak(name, TOP_SHEAR) for name in (STOP, DERATE, IGNORE))
-            return float(one < two < three)
+    def ratios(self, setting: Setting, load: str, against: str, strategy: str = DERATE) -> Float:
+        """(phases,) ratios of the peaks of a load under a strategy, derating, and under another."""
+        return self.values(setting, lambda g: g.ratio(load, against, strategy))
 
-        return self.values(machine, average, rises)
 
-    def ratios(self, machine: str, average: float, load: str, against: str) -> Float:
-        """(phases,) ratios of the peaks of a load under derating and under another strategy."""
-        return self.values(machine, average, lambda g: g.ratio(load, against))
+def ordered(g: Gust) -> float:
+    """Whether the tower-top load rises from stopping over derating to ignoring."""
+    one, two, three = (g.peak(name, TOP_SHEAR) for name in (STOP, DERATE, IGNORE))
+    return float(one < two < three)
 
 
 def spread(values: Float, form: str = ".2f") -> str:
@@ -141,7 +146,7 @@ def peaks(gust: Gust) -> list[list[str]]:
     """Table rows: peaks of every load under every strategy, and ratios."""
     rows = []
     for name, load in LOADS.items():
-        values = [gust.peak(strategy, name) for strategy in (STOP, DERATE, IGNORE)]
+        values = [gust.peak(strategy, name) for strategy in gust.results]
         ratios = [gust.ratio(name, against) for against in (STOP, IGNORE)]
         rows.append([f"{name} [{load.unit}]", *(f"{v:.2f}" for v in values), *(f"{r:.2f}" for r in ratios)])
     return rows

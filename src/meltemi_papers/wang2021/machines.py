@@ -5,15 +5,17 @@ from __future__ import annotations
 from typing import Final
 
 from meltemi.control.controller import Controller
-from meltemi.control.supervisor.settings import Supervision
-from meltemi.control.supervisor.supervised import SupervisedController
-from meltemi.control.supervisor.threshold import YawProtection
+from meltemi.control.coordinated import CoordinatedController
+from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
 from meltemi.core.units import rpm
+from meltemi.simulation.performance import performance_of
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi_papers.wang2021.gust import HELD, MACHINE, SLOW
-from meltemi_papers.wang2021.turbines import scaled_turbine
+from meltemi_papers.wang2021.gust import MACHINE, SLOW
+from meltemi_studies.scaling.library import scaled_turbine
+from meltemi_studies.yaw_gusts import with_yaw_rate
+from meltemi_tuning.baseline_tuning import FREQUENCY, OF_SPEED, tune_baseline
 
 MEASURED: Final = "zr20-122"
 STUDIED: Final = "ct30-155"
@@ -21,11 +23,20 @@ STUDIED: Final = "ct30-155"
 TORQUE_HELD: Final = {"control.torque.hold": "torque"}
 LIMITED = 2.0e6
 """[W] to which the paper derates."""
+RATING = 2.037e6
+"""[W] that the paper's own simulation holds; Table 1 has 2 MW, Table 2 2,036 to 2,040 kW."""
 
 
 def measured_turbine() -> Turbine:
-    """ZR2.0-122 with the torque of the paper above rated: constant."""
-    return load_turbine(MEASURED).replace(**TORQUE_HELD)
+    """ZR2.0-122 with the rating of the paper's own simulation, and its torque above rated: constant."""
+    return scaled_turbine(MEASURED, rated_power=RATING).replace(**TORQUE_HELD)
+
+
+def with_speed_loop(turbine: Turbine, factor: float, tip_speed_ratio: float | None = None) -> Turbine:
+    """The turbine with a speed loop of so many times the usual frequency, and a tip-speed ratio below rated."""
+    frequency = factor * FREQUENCY * turbine.rated_rotor_speed / OF_SPEED
+    tuned = tune_baseline(turbine, frequency=frequency, tip_speed_ratio=tip_speed_ratio)
+    return turbine.replace(control=tuned.control).replace(**TORQUE_HELD)
 
 
 def studied_turbine(yaw_rate: float) -> Turbine:
@@ -34,25 +45,17 @@ def studied_turbine(yaw_rate: float) -> Turbine:
 
 
 def gust_machines(yaw_rate: float) -> dict[str, Turbine]:
-    """CT3.0-155 with the paper's rotor speed or a slower one, torque or power held above rated; yaw rate in rad/s."""
+    """CT3.0-155 with the paper's rotor speed or a slower one, torque held above rated; yaw rate in rad/s."""
     fast = with_yaw_rate(scaled_turbine(STUDIED, rotor_speed=rpm(12.6)), yaw_rate)
-    held = {MACHINE: fast, SLOW: studied_turbine(yaw_rate)}
-    return {n: t.replace(**TORQUE_HELD) for n, t in held.items()} | {n + HELD: t for n, t in held.items()}
-
-
-def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
-    """The turbine with another yaw drive [rad/s]."""
-    return turbine.replace(**{"yaw.rate": rate})
+    return {n: t.replace(**TORQUE_HELD) for n, t in {MACHINE: fast, SLOW: studied_turbine(yaw_rate)}.items()}
 
 
 YAW_CONTROLS = {1.0: YawControl(average_time=1.0, start_time=0.0), 10.0: YawControl(average_time=10.0, start_time=0.0)}
 YAW_CONTROLS |= {YawControl().average_time: YawControl()}
 """By averaging time [s]: two that start as soon as the averaged error leaves the dead band, and the default."""
-SUPERVISION = Supervision(over_speed=1.25, trip_speed=1.3, normal_rate=0.1)
-"""Speed limits wide enough for the strategies to act alone: at 60 degrees of yaw error the speed swings by up to 17 %.
-Stops pitch at 0.1 rad/s, 5.7 deg/s: the paper gives no rate, the scaled actuator has 6.5 deg/s."""
 
 
-def strategy(turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None) -> Controller:
-    """Supervisor with yaw control and a strategy of yaw protection."""
-    return SupervisedController(turbine, SUPERVISION, yaw=yaw or YawControl(), protection=protection)
+def slowed(turbine: Turbine, yaw: YawControl) -> Controller:
+    """Power control that meets a limit of the power at the lowest speed that gives it (A0)."""
+    power = PowerControl(scheme="optimal_speed")
+    return CoordinatedController(turbine, performance_of(turbine), power=power, yaw=yaw)

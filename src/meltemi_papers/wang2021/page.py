@@ -10,20 +10,35 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from meltemi_papers.claim import Claim, brief, claims_table, count_held, listed, reason_lines
-from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, span, tabled, worded
-from meltemi_papers.wang2021 import figures
-from meltemi_papers.wang2021.beyond import report as beyond
-from meltemi_papers.wang2021.beyond.report import Beyond
+from meltemi.turbine.definition import Turbine
+from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
+from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, applied, span, tabled, told, worded
+from meltemi_papers.wang2021 import beyond, figures
+from meltemi_papers.wang2021.beyond import Beyond
 from meltemi_papers.wang2021.claims import REASONS, claims
-from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, RATIOS, SHORT, SLOW, STOP, peaks, spread
-from meltemi_papers.wang2021.runs import CALIBRATED, QUICK, Runs, Setup, run_all
-from meltemi_papers.wang2021.table2 import FITTED, MOMENT, POWER
+from meltemi_papers.wang2021.gust import (
+    DERATE,
+    EMERGENCY,
+    IGNORE,
+    RATIOS,
+    SHORT,
+    SIGNS,
+    SLOWED,
+    STOP,
+    Gusts,
+    ordered,
+    peaks,
+    spread,
+)
+from meltemi_papers.wang2021.machines import YAW_CONTROLS
+from meltemi_papers.wang2021.runs import CALIBRATED, QUICK, YAW_RATE, Runs, Setup, run_all, run_gusts
+from meltemi_papers.wang2021.table2 import FITTED, LOOP_BINS, MOMENT, POWER
 from meltemi_papers.wang2021.winds import measured
 from meltemi_reports.blocks import Table
 from meltemi_reports.state_diagram import plot_states
-from meltemi_studies.machine_loads import YAW_BENDING, YAW_TORSION
-from meltemi_tuning.run_store import FailedResult, guarded
+from meltemi_studies.machine_loads import TOP_SHEAR, YAW_BENDING
+from meltemi_studies.yaw_gusts import with_yaw_rate
+from meltemi_tuning.run_store import FailedResult, attempt, guarded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -64,10 +79,14 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
     "fig06_threshold": ("Figures 6 and 7: the threshold", lambda runs: figures.thresholds()),
     "fig07_supervisor": ("Figure 7: the supervisor, drawn from its own table", lambda runs: plot_states()),
     "fig08_recheck": ("Figure 8: derate and look again, from the table", lambda runs: plot_states("yaw")),
-    "fig09_wind": ("Figure 9: the gust with direction change", lambda runs: figures.gust_wind(runs.gusts.shown)),
+    "fig09_wind": ("Figure 9: the gust with direction change, both directions", lambda r: figures.gust_wind(r.gusts)),
     "fig10_strategies": (
-        "Figure 10: the three strategies, 12.6 rpm, default yaw control; dotted: the paper's 18 s and 2,000 kW",
-        lambda runs: figures.gust_runs(runs.gusts.shown),
+        "Figure 10: the strategies, clockwise change, 12.6 rpm, default yaw control; dotted: the paper's numbers",
+        lambda runs: figures.gust_runs(runs.gusts.first(1)),
+    ),
+    "fig10_counter": (
+        "Figure 10 with the counter-clockwise change",
+        lambda runs: figures.gust_runs(runs.gusts.first(-1)),
     ),
 }
 
@@ -79,7 +98,9 @@ def run(
     runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, SHARE))
     later: Any = FailedResult("not run yet")
     partly(Found(runs, Beyond(later, later, later)))
-    return Found(runs, beyond.study(runs, workers=workers, progress=span(progress, SHARE, 1.0 - SHARE)))
+    told_of = span(progress, SHARE, 1.0 - SHARE)
+    more = beyond.study(runs.turbines[1], quick, limit_seeds=runs.setup.limit_seeds, workers=workers, progress=told_of)
+    return Found(runs, more)
 
 
 def calibration_words(runs: Runs) -> str:
@@ -116,36 +137,69 @@ def bins_table(runs: Runs) -> Table:
     return Table(head, rows, "Table 2 of the paper and ours", groups=groups, text_columns=1, note=note)
 
 
-def loads_table(runs: Runs) -> Table:
-    """Table of peak loads after the start of the gust."""
-    head = ["largest size after the gust began", STOP, DERATE, IGNORE, "S2 over S1", "S2 over S3"]
-    rows = peaks(runs.gusts.shown)
-    return Table(head, rows, "Loads of the strategies in the gust: 12.6 rpm, default yaw control, first phase")
+def loops_table(runs: Runs) -> Table:
+    """Table of the tried speed loops."""
+    loop = runs.loop
+    rows = [["measured", *(f"{x:.0f}" for x in loop.target), ""]]
+    rows += [
+        [f"{factor:g}", *(f"{x:.0f}" for x in std), f"{np.sqrt(np.mean((std - loop.target) ** 2)):.1f}"]
+        for factor, std in loop.power_std.items()
+    ]
+    head = ["frequency over the usual one", *(f"bin {k}\nkW" for k in LOOP_BINS), "rms off\nkW"]
+    note = f"Std of power as scaled, {len(runs.setup.limit_seeds)} seeds; chosen by the least squares: {loop.chosen:g}."
+    return Table(head, rows, "Frequency of the speed loop", note=note)
 
 
-def ratios_table(runs: Runs) -> Table:
-    """Table of ratios of loads by machine and yaw control, over the phases."""
-    g = runs.gusts
-    head = ["machine", "yaw average\ns", *(f"{load}\nS2 over {against[:2]}" for load, against in RATIOS)]
-    head += ["tower top\nS1 < S2 < S3", "largest speed\nof rated"]
+def loads_tables(runs: Runs) -> list[Table]:
+    """Tables of peak loads after the start of the gust, by direction."""
+    made = []
+    for sign, words in SIGNS.items():
+        gust = runs.gusts.first(sign)
+        head = ["largest size after the gust began", *gust.results, "S2 over S1", "S2 over S3"]
+        caption = f"Loads of the strategies, {words} change, 12.6 rpm, default yaw control, first phase"
+        made.append(Table(head, peaks(gust), caption))
+    return made
+
+
+def ratios_table(g: Gusts) -> Table:
+    """Table of ratios of loads by setting, over the phases."""
+    against = [(load, DERATE, other) for load, other in RATIOS]
+    against += [(YAW_BENDING, DERATE, EMERGENCY), (YAW_BENDING, STOP, IGNORE)]
+    head = ["machine", "yaw average\ns", "change"]
+    head += [f"{load}\n{own[:2]} over {other if other == EMERGENCY else other[:2]}" for load, own, other in against]
+    head += ["tower top\nS1 < S2 < S3"]
     rows = []
-    for machine, average in g.phases:
-        rated = float(machine.split()[0])
-        fastest = g.values(machine, average, lambda each: max(r["rotor_speed"].max() for r in each.results.values()))
-        ordered = g.ordered(machine, average)
-        rows.append([machine, f"{average:g}", *(spread(g.ratios(machine, average, *which)) for which in RATIOS)])
-        rows[-1] += [f"{ordered.sum():.0f} of {len(ordered)}", f"{fastest.max() * 30.0 / np.pi / rated:.2f}"]
+    for setting in g.phases:
+        x = g.values(setting, ordered)
+        cells = [spread(g.ratios(setting, load, other, own)) for load, own, other in against]
+        rows.append([setting.machine, f"{setting.average:g}", SIGNS[setting.sign], *cells])
+        rows[-1].append(f"{x.sum():.0f} of {len(x)}")
     note = (
-        f"Smallest to largest over {runs.setup.phases} azimuths of the rotor. The torque is constant above rated but "
-        f'for "power held". {max(g.averages):g} s and a start time of 10 s are the default yaw control; the others '
-        "start at once. The paper gives neither."
+        f"Smallest to largest over {len(next(iter(g.phases.values())))} azimuths of the rotor. The default yaw control "
+        "averages over 30 s and starts after 10 s; the others start at once. The paper gives neither, and no direction."
     )
     return Table(head, rows, "Peaks of derating over those of stopping and ignoring", text_columns=1, note=note)
 
 
+def slowed_words(g: Gusts) -> str:
+    """Derating by a lower rotor speed against derating by a lower torque, and emergency against normal stops."""
+    parts = []
+    for setting in g.shown:
+        whole = [x for x in g.phases[setting] if SLOWED in x.results and EMERGENCY in x.results]
+        bending, shear = (
+            spread(np.array([x.ratio(load, DERATE, SLOWED) for x in whole])) for load in (YAW_BENDING, TOP_SHEAR)
+        )
+        stop = spread(np.array([x.ratio(YAW_BENDING, STOP, EMERGENCY) for x in whole]))
+        parts.append(
+            f"{SIGNS[setting.sign]} {bending} in bending at the bearing and {shear} at the tower top (the emergency "
+            f"stop {stop} of the normal one in bending)"
+        )
+    return f"Derating by a lower rotor speed has, of the peaks of derating at rated speed, {'; '.join(parts)}."
+
+
 def log_table(runs: Runs) -> Table:
     """Table of the supervisor's transitions."""
-    results = {**runs.gusts.shown.results, SHORT: runs.recheck}
+    results = {**runs.gusts.first(1).results, SHORT: runs.recheck}
     rows = [
         [name, f"{entry.time:.2f}", entry.what, entry.reason]
         for name, result in results.items()
@@ -154,34 +208,29 @@ def log_table(runs: Runs) -> Table:
     return Table(["strategy", "time [s]", "transition", "reason"], rows, "The supervisor's log", text_columns=4)
 
 
-def gust_words(runs: Runs) -> str:
-    """Where derating loads less than the other strategies in the paper's gust, and where more."""
-    g = runs.gusts
+def gust_words(g: Gusts) -> str:
+    """Where derating loads less than the other strategies in the paper's gust, and where more, by direction."""
 
-    def of(machine: str, load: str, against: str) -> str:
-        return spread(np.concatenate([g.ratios(machine, t, load, against) for t in g.averages]))
+    def of(machine: str, sign: int, load: str, own: str, other: str) -> str:
+        return spread(g.over_all(lambda x: x.ratio(load, other, own), machine, sign))
 
+    machine = next(iter(g.phases)).machine
     parts = [
-        f"at {m} {of(m, YAW_BENDING, STOP)} of that of stopping and {of(m, YAW_BENDING, IGNORE)} of that of ignoring"
-        for m in (MACHINE, SLOW)
+        f"with a {words} change {of(machine, sign, YAW_BENDING, DERATE, STOP)} of that of stopping and "
+        f"{of(machine, sign, YAW_BENDING, DERATE, IGNORE)} of that of doing nothing"
+        for sign, words in SIGNS.items()
     ]
-    more = {
-        t: [m for m, s in g.phases if s == t and g.ratios(m, t, YAW_BENDING, STOP).mean() > 1.0] for t in g.averages
+    worst = {
+        sign: float(g.over_all(lambda x: max(x.peak(name, YAW_BENDING) for name in x.results), machine, sign).max())
+        for sign in SIGNS
     }
-    worse = [
-        f"with a yaw average of {t:g} s at {' and '.join(m.replace(', ', ' with ') for m in names)}"
-        for t, names in more.items()
-        if names
-    ]
-    order = {m: np.concatenate([g.ordered(m, t) for t in g.averages]) for m in (MACHINE, SLOW)}
-    rises = [f"{x.sum():.0f} of {len(x)} runs at {m}" for m, x in order.items()]
+    governs = max(SIGNS, key=lambda sign: worst[sign])
+    own = {sign: float(np.median(g.over_all(lambda x: x.peak(STOP, YAW_BENDING), machine, sign))) for sign in SIGNS}
     return (
-        "What derating saves in the paper's gust depends on the rotor speed, on the yaw control and on the azimuth of "
-        f"the rotor. The bending at the yaw bearing is {'; '.join(parts)} the error (yaw averages of "
-        f"{listed(g.averages)} s, {runs.setup.phases} azimuths). "
-        + (f"In the mean over the azimuths it exceeds that of stopping {'; '.join(worse)}. " if worse else "")
-        + f"The torsion is {of(MACHINE, YAW_TORSION, STOP)} of that of stopping at {MACHINE}. "
-        f"The tower-top load rises from stopping over derating to ignoring in {' and '.join(rises)}."
+        "What derating saves in the paper's gust depends on the direction of the change, which the paper does not "
+        f"give. The bending at the yaw bearing of derating is at {machine} {'; '.join(parts)}. Stopping has a median "
+        f"peak of {' and '.join(f'{own[sign]:.0f} MN m {words}' for sign, words in SIGNS.items())}: the "
+        f"{SIGNS[governs]} change governs."
     )
 
 
@@ -215,7 +264,7 @@ def lead(lines: Sequence[Claim], runs: Runs, more: Beyond) -> str:
     """The result in a few sentences."""
     parts = [
         count_held(lines),
-        worded(lambda: gust_words(runs), "The gust"),
+        worded(lambda: gust_words(runs.gusts), "The gust"),
         worded(lambda: grid_words(more), "The grid of gusts"),
         worded(lambda: calibrated_words(runs), "Table 2"),
     ]
@@ -226,21 +275,29 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     """Chapters, lead and facts of the page."""
     runs, more = found.runs, found.more
     lines = claims(runs)
-    table = claims_table(lines)
-    ratios = tabled("Ratios of loads", lambda: ratios_table(runs))
-    loads = tabled("Loads of the strategies", lambda: loads_table(runs))
+    table = claims_table([c for c in lines if c.basis != "surrogate"])
+    beside = claims_table([c for c in lines if c.basis == "surrogate"], "Surrogate against measurement")
+    ratios = tabled("Ratios of loads", lambda: ratios_table(runs.gusts))
+    loads = guarded(lambda: loads_tables(runs), lambda why: [])
     files = []
     if not isinstance(more.grid, FailedResult):
         files.append(out / "grid.csv")
         more.grid.rows.to_csv(files[0], index=False, float_format="%.6g")
+    words = (
+        "Our turbine is scaled from another one. Its Table 2 beside the measured one says how good a surrogate it is, "
+        "not whether the paper is right: its model is compared with Figures 4 and 5."
+    )
+    loops = tabled("Frequency of the speed loop", lambda: loops_table(runs))
+    bins = tabled("Table 2 of the paper and ours", lambda: bins_table(runs))
+    slower = worded(lambda: slowed_words(runs.gusts), "Derating by speed")
     return Contents(
         lead=lead(lines, runs, more),
         chapters={
             "claims": Chapter("Claim by claim", [table, *reason_lines(REASONS)]),
-            "table2": Chapter("Table 2", [tabled("Table 2 of the paper and ours", lambda: bins_table(runs))]),
             "strategies": Chapter(
-                "Loads of the strategies", [ratios, loads, tabled("The log", lambda: log_table(runs))]
+                "Loads of the strategies", [ratios, slower, *loads, tabled("The log", lambda: log_table(runs))]
             ),
+            "table2": Chapter("Surrogate against measurement", [words, loops, bins, beside]),
             "beyond": beyond.chapter(more, draw),
         },
         facts=[
@@ -253,7 +310,51 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     )
 
 
-STUDY = Study(
+@dataclass(frozen=True)
+class OfTurbine:
+    """The strategies in the gust, and what lies beyond the paper, of another turbine."""
+
+    gusts: Gusts
+    more: Beyond
+
+
+def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
+    """The strategies on another turbine: in the gust, over the grid of gusts, in a year of wind."""
+
+    def run_both(*, quick: bool, workers: int | None, progress: Progress, **_: Any) -> OfTurbine:
+        tell = told(span(progress, 0.0, 0.2), "gust with direction change")
+        machine = with_yaw_rate(turbine, turbine.yaw.rate or YAW_RATE)
+        speed = beyond.rated_wind(machine) + 2.0
+        given = {"averages": [max(YAW_CONTROLS)], "speed": speed, "limited": turbine.rated_power * 2.0 / 3.0}
+        pair = attempt("gust", run_gusts, {turbine.name: machine}, 2 if quick else 4, workers, tell, **given)
+        gusts = pair if isinstance(pair, FailedResult) else pair[0]
+        more = beyond.study(machine, quick, speed=speed, workers=workers, progress=span(progress, 0.2, 0.8))
+        return OfTurbine(gusts, more)
+
+    def contents_of(found: OfTurbine, out: Path, draw: Draw) -> Contents:
+        g, more = found.gusts, found.more
+        ratios = tabled("Ratios of loads", lambda: ratios_table(g))
+        drawn = [
+            draw(f"gust_{words.replace('-', '_')}", f"The strategies, {words} change", partial(_shown, g, sign))
+            for sign, words in SIGNS.items()
+        ]
+        slower = worded(lambda: slowed_words(g), "Derating by speed")
+        chapters = {
+            "strategies": Chapter("Loads of the strategies", [ratios, slower, *drawn]),
+            "beyond": beyond.chapter(more, draw),
+        }
+        lead = " ".join((worded(lambda: gust_words(g), "The gust"), worded(lambda: grid_words(more), "The grid")))
+        return Contents(lead, chapters, [("turbine", turbine.name)], [ratios])
+
+    words = "Yaw-error limits and derating of Wang et al. (2021)"
+    return applied(STUDY, turbine, words, run=run_both, contents=contents_of, runs=lambda found: found)
+
+
+def _shown(g: Gusts, sign: int) -> Figure:
+    return figures.gust_runs(g.first(sign))
+
+
+STUDY: Study[Found] = Study(
     name="wang2021",
     title="Wang et al. (2021): derate and look again instead of shutting down, reproduced",
     source="Wang, Y., Cai, X., Xu, B., Li, Z. (2021): yaw error strategy of a wind turbine by multibody dynamics. "
@@ -262,5 +363,6 @@ STUDY = Study(
     runs=lambda found: found.runs,
     figures=FIGURES,
     contents=contents,
+    applied=of_turbine,
     needs=("pandas",),
 )

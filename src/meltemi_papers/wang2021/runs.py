@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
+from meltemi.control.controller import Controller
 from meltemi.control.supervisor.settings import Supervision
 from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection
-from meltemi.simulation.events import Request
+from meltemi.simulation.events import BaseEvent, PowerLimit, Request
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
@@ -22,20 +24,24 @@ from meltemi.simulation.trim import operating_point
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.study import Progress, span, told
 from meltemi_papers.wang2021 import winds
-from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, SHORT, STOP, Gust, Gusts
+from meltemi_papers.wang2021.gust import DERATE, EMERGENCY, IGNORE, SHORT, SIGNS, SLOWED, STOP, Gust, Gusts, Setting
 from meltemi_papers.wang2021.machines import (
     LIMITED,
     YAW_CONTROLS,
     gust_machines,
     measured_turbine,
-    strategy,
+    slowed,
     studied_turbine,
+    with_speed_loop,
 )
-from meltemi_papers.wang2021.table2 import Calibration, Table2, calibrate, simulate_bins
+from meltemi_papers.wang2021.table2 import Calibration, SpeedLoop, Table2, calibrate, choose_speed_loop, simulate_bins
 from meltemi_studies.machine_loads import CHANNELS
+from meltemi_studies.yaw_gusts import strategy
 from meltemi_tuning.run_store import FailedResult, attempt, cells
 
-AS_SCALED, CALIBRATED = "as scaled", "calibrated"
+AS_SCALED, CALIBRATED, EARLY = "as scaled", "calibrated", "calibrated, speed limited early"
+TIP_SPEED_RATIO = 10.5
+"""Of the last one: with it the rated speed is reached in a wind below rated, so that there is a speed limit area."""
 YAW_RATE = float(np.radians(0.5))
 """[rad/s] by default; the paper gives none."""
 RECHECK, SHORT_RECHECK = 90.0, 30.0
@@ -56,15 +62,15 @@ class Setup:
     Attributes:
       seeds: of turbulence.
       period: [s] of a run of Table 2, after its transient.
-      limit_seeds: of the search for base points.
+      limit_seeds: of the search for base points, and of the choice of the speed loop.
       phases: azimuths of the rotor in the gust, over the 120 degrees from blade to blade.
       quick: a small grid of gusts.
     """
 
-    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    seeds: tuple[int, ...] = (1, 2, 3, 4)
     period: float = 600.0
     limit_seeds: tuple[int, ...] = (1, 2)
-    phases: int = 6
+    phases: int = 4
     quick: bool = False
 
 
@@ -79,8 +85,9 @@ class Runs:
     Attributes:
       setup: how much.
       turbines: measured, and that studied beyond the paper.
+      loop: of the measured one.
       calibration: of the measured one.
-      tables: Table 2, as scaled and calibrated.
+      tables: Table 2, as scaled, calibrated, and calibrated with an early limit of the speed.
       start_up, power_stage: V1 and V2 of the calibrated turbine, by seed.
       gusts: Figures 9 and 10.
       recheck: derating in the gust with a recheck while the error is still beyond the threshold.
@@ -88,6 +95,7 @@ class Runs:
 
     setup: Setup
     turbines: tuple[Turbine, Turbine] = field(repr=False)
+    loop: SpeedLoop
     calibration: Calibration
     tables: Mapping[str, Table2]
     start_up: tuple[Result, ...] = field(repr=False)
@@ -98,37 +106,34 @@ class Runs:
 
 def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     """Run all simulations of the paper."""
-    turbine, studied = measured_turbine(), studied_turbine(YAW_RATE)
+    base, studied = measured_turbine(), studied_turbine(YAW_RATE)
 
-    calibration = attempt(
-        "calibration",
-        calibrate,
-        turbine,
-        setup.seeds,
-        period=setup.period,
-        workers=workers,
-        progress=told(span(progress, 0.0, 0.25), "calibration"),
-    )
+    def more(begin: float, length: float, what: str) -> dict[str, Any]:
+        return {"workers": workers, "progress": told(span(progress, begin, length), what)}
+
+    def slower(factor: float) -> Turbine:
+        return with_speed_loop(base, factor)
+
+    given = {"period": setup.period}
+    loop = attempt("speed loop", choose_speed_loop, slower, setup.limit_seeds, **given, **more(0.0, 0.08, "speed loop"))
+    factor = 1.0 if isinstance(loop, FailedResult) else loop.chosen
+    turbine = slower(factor)
+    early = with_speed_loop(base, factor, tip_speed_ratio=TIP_SPEED_RATIO)
+    calibration = attempt("calibration", calibrate, turbine, setup.seeds, **given, **more(0.08, 0.17, "calibration"))
     tables = {}
-    for i, (name, each) in enumerate(((AS_SCALED, Calibration()), (CALIBRATED, calibration))):
+    kinds = ((AS_SCALED, turbine, Calibration()), (CALIBRATED, turbine, calibration), (EARLY, early, calibration))
+    for i, (name, machine, each) in enumerate(kinds):
+        told_of = more(0.25 + 0.18 * i, 0.18, f"Table 2, {name}")
         tables[name] = attempt(
-            f"Table 2, {name}",
-            simulate_bins,
-            turbine,
-            each,
-            winds.measured(),
-            setup.seeds,
-            period=setup.period,
-            workers=workers,
-            progress=told(span(progress, 0.25 + 0.3 * i, 0.3), f"Table 2, {name}"),
+            f"Table 2, {name}", simulate_bins, machine, each, winds.measured(), setup.seeds, **given, **told_of
         )
-    tell = told(span(progress, 0.85, 0.05), "V1 and V2")
+    tell = told(span(progress, 0.79, 0.06), "V1 and V2")
     both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, tell)
     one, two = (both, both) if isinstance(both, FailedResult) else both
-    tell = told(span(progress, 0.9, 0.1), "gust with direction change")
-    pair = attempt("gust", run_gusts, setup.phases, workers, tell)
+    tell = told(span(progress, 0.85, 0.15), "gust with direction change")
+    pair = attempt("gust", run_gusts, gust_machines(YAW_RATE), setup.phases, workers, tell)
     gusts, recheck = (pair, pair) if isinstance(pair, FailedResult) else pair
-    return Runs(setup, (turbine, studied), calibration, tables, one, two, gusts, recheck)
+    return Runs(setup, (turbine, studied), loop, calibration, tables, one, two, gusts, recheck)
 
 
 def validation(
@@ -169,47 +174,80 @@ def validation(
     return tuple(found[: len(seeds)]), tuple(found[len(seeds) :])
 
 
-def run_gusts(phases: int, workers: int | None, progress: Callable[[float], None]) -> tuple[Gusts, Result]:
-    """The strategies in the gust with direction change, and a recheck that comes too early."""
+def run_gusts(
+    machines: Mapping[str, Turbine],
+    phases: int,
+    workers: int | None,
+    progress: Callable[[float], None],
+    *,
+    averages: Sequence[float] = tuple(YAW_CONTROLS),
+    speed: float = winds.GUST_SPEED,
+    limited: float = LIMITED,
+) -> tuple[Gusts, Result]:
+    """The strategies in the gust with direction change, and a recheck that comes too early.
+
+    Args:
+      machines: by name.
+      phases: azimuths of the rotor.
+      workers, progress: of the runs.
+      averages: [s] of the yaw control.
+      speed: [m/s] before the gust.
+      limited: [W] to which is derated.
+    """
     protections = {
         STOP: YawProtection(strategy="stop"),
-        DERATE: YawProtection(strategy="derate", recheck_time=RECHECK, power_limit=LIMITED),
+        DERATE: YawProtection(strategy="derate", recheck_time=RECHECK, power_limit=limited),
         IGNORE: YawProtection(strategy="ignore"),
-        SHORT: YawProtection(strategy="derate", recheck_time=SHORT_RECHECK, power_limit=LIMITED),
+        SHORT: YawProtection(strategy="derate", recheck_time=SHORT_RECHECK, power_limit=limited),
     }
-    models = {name: build(turbine, ModelOptions(yaw="driven")) for name, turbine in gust_machines(YAW_RATE).items()}
-    winds_of = {name: winds.gust(model.turbine) for name, model in models.items()}
+    models = {name: build(turbine, ModelOptions(yaw="driven")) for name, turbine in machines.items()}
+    blown = {(name, sign): winds.gust(turbine, sign, speed) for name, turbine in machines.items() for sign in SIGNS}
     starts = {
-        name: attempt(f"steady operation, {name}", operating_point, model, winds_of[name])
+        name: attempt(f"steady operation, {name}", operating_point, model, blown[name, 1])
         for name, model in models.items()
     }
-    keys = [
-        (machine, average, phase, name)
-        for machine, average, phase in product(models, YAW_CONTROLS, range(phases))
-        for name in (STOP, DERATE, IGNORE)
-    ]
-    keys.append((MACHINE, max(YAW_CONTROLS), 0, SHORT))
-    cases = [
-        Run(
+    settings = [Setting(*of) for of in product(models, averages, SIGNS)]
+
+    def case(setting: Setting, phase: int, name: str, controller: Controller, *events: BaseEvent) -> Run:
+        machine = setting.machine
+        return Run(
             model=models[machine],
-            wind=winds_of[machine],
+            wind=blown[machine, setting.sign],
             duration=GUST_LENGTH,
-            controller=strategy(models[machine].turbine, protections[name], YAW_CONTROLS[average]),
+            controller=controller,
+            events=events,
             channels=SHOWN,
             start=at_azimuth(starts[machine], 2.0 * np.pi / 3.0 * phase / phases),
-            name=f"{name}, {machine}, average {average:g} s, phase {phase}",
+            name=f"{name}, {setting.words}, phase {phase}",
         )
-        for machine, average, phase, name in keys
-    ]
-    found = dict(zip(keys, cells(cases, workers=workers, progress=progress), strict=True))
+
+    def protected(setting: Setting, name: str) -> Controller:
+        return strategy(models[setting.machine].turbine, protections[name], YAW_CONTROLS[setting.average])
+
+    keys = [(s, phase, name) for s, phase in product(settings, range(phases)) for name in (STOP, DERATE, IGNORE)]
+    keys.append((settings[-len(SIGNS)]._replace(machine=next(iter(models))), 0, SHORT))
+    cases = [case(s, phase, name, protected(s, name)) for s, phase, name in keys]
+    found = dict(zip(keys, cells(cases, workers=workers, progress=lambda share: progress(0.65 * share)), strict=True))
+    # what no strategy of the yaw protection does begins when stopping began
+    later = []
+    for s, phase in product(settings, range(phases)):
+        begin = attempt(f"trigger, {s.words}", Gust({STOP: found[s, phase, STOP]}).triggered, STOP)
+        if isinstance(begin, FailedResult) or np.isnan(begin):
+            continue
+        stop = Request(at=begin, request="emergency_stop")
+        later.append(((s, phase, EMERGENCY), case(s, phase, EMERGENCY, protected(s, IGNORE), stop)))
+        if s.average == averages[-1]:
+            law = slowed(models[s.machine].turbine, YAW_CONTROLS[s.average])
+            limit = PowerLimit(at=begin, power=limited)
+            later.append(((s, phase, SLOWED), case(s, phase, SLOWED, law, limit)))
+    values = cells([run for _, run in later], workers=workers, progress=lambda share: progress(0.65 + 0.35 * share))
+    found |= {key: x for (key, _), x in zip(later, values, strict=True) if not isinstance(x, FailedResult)}
+    order = (STOP, EMERGENCY, DERATE, SLOWED, IGNORE)
     gusts = {
-        (machine, average): [
-            Gust({name: found[machine, average, phase, name] for name in (STOP, DERATE, IGNORE)})
-            for phase in range(phases)
-        ]
-        for machine, average in product(models, YAW_CONTROLS)
+        s: [Gust({n: found[s, p, n] for n in order if (s, p, n) in found}) for p in range(phases)] for s in settings
     }
-    return Gusts(gusts), found[keys[-1]]
+    shown = tuple(s for s in settings if s.machine == next(iter(models)) and s.average == averages[-1])
+    return Gusts(gusts, shown), found[keys[-1]]
 
 
 def at_azimuth(point: OperatingPoint, azimuth: float) -> OperatingPoint:

@@ -142,6 +142,58 @@ def simulate_bins(
     return Table2(calibration, bin_statistics(runs, SPEED, edges=EDGES), runs, lost)
 
 
+SPEED_LOOPS = (1.0, 1.3, 1.6, 2.0)
+"""Tried frequencies of the speed loop over the usual one, that of the NREL 5 MW by the rated rotor speeds."""
+LOOP_BINS = (12, 14, 16, 18)
+"""Bins by whose std of power it is chosen."""
+
+
+@dataclass(frozen=True)
+class SpeedLoop:
+    """Choice of the speed loop.
+
+    Attributes:
+      power_std: by tried factor, (bins,) [kW].
+    """
+
+    power_std: Mapping[float, Float]
+
+    @property
+    def target(self) -> Float:
+        """(bins,) [kW] measured."""
+        return np.array([row.power_std for row in measured() if row.bin in LOOP_BINS])
+
+    @property
+    def chosen(self) -> float:
+        """The factor with the least sum of squares of the differences from the measured std."""
+        return min(self.power_std, key=lambda k: float(np.sum((self.power_std[k] - self.target) ** 2)))
+
+
+def choose_speed_loop(
+    make: Callable[[float], Turbine],
+    seeds: Sequence[int],
+    *,
+    period: float = 600.0,
+    workers: int | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> SpeedLoop:
+    """Simulate the bins with each tried factor; ``make`` gives the turbine with it."""
+    rows = [row for row in measured() if row.bin in LOOP_BINS]
+    found = {}
+    for i, factor in enumerate(SPEED_LOOPS):
+        bins = simulate_bins(
+            make(factor),
+            Calibration(),
+            rows,
+            seeds,
+            period=period,
+            workers=workers,
+            progress=lambda share, i=i: progress((i + share) / len(SPEED_LOOPS)),  # type: ignore[misc]
+        ).whole()
+        found[factor] = bins.column(POWER, "std")[[row.bin - 1 for row in rows]]
+    return SpeedLoop(found)
+
+
 def calibrate(
     turbine: Turbine,
     seeds: Sequence[int],

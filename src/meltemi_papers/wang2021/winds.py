@@ -10,6 +10,7 @@ import csv
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -92,9 +93,9 @@ def power_stage(turbine: Turbine, seed: int, duration: float = 480.0) -> WindBox
     return with_gust(_box(turbine, POWER_SPEED, POWER_INTENSITY, seed, duration), turn)
 
 
-def gust(turbine: Turbine, rise: float = GUST_RISE) -> WindSeries:
-    """Figure 9: 10.67 m/s and 67.5 degrees within 10 s."""
-    return ecd(turbine, GUST_SPEED, gust=rise, begin=GUST_BEGIN)
+def gust(turbine: Turbine, sign: Literal[1, -1] = 1, speed: float = GUST_SPEED, rise: float = GUST_RISE) -> WindSeries:
+    """Figure 9: 10.67 m/s and 67.5 degrees within 10 s, clockwise from above with ``sign`` 1."""
+    return ecd(turbine, speed, gust=rise, begin=GUST_BEGIN, sign=sign)
 
 
 def _box(turbine: Turbine, speed: float, intensity: float, seed: int, duration: float) -> WindBox:

@@ -101,7 +101,12 @@ def power_settings(turbine: AnyTurbine, performance: RotorPerformance, settings:
     frequency = settings.frequency or default_frequency(turbine, rotor, inertia)
     n, m, k = len(rotor.tip_speed_ratio), len(rotor.pitch), len(rotor.share)
     x = PowerControlState.of(ratios=n, pitches=m, shares=k, power_coefficient=rotor.power)
-    x.filter_frequency, x.reference_speed = corner, reference
+    upper = reference / ratio if settings.upper_speed is None else settings.upper_speed
+    if not upper <= reference / ratio * (1.0 + 1e-9):
+        raise InputError(
+            f"PowerController: upper_speed {upper:g} rad/s must not be above the rotor's {reference / ratio:g} rad/s"
+        )
+    x.filter_frequency, x.reference_speed = corner, upper * ratio if settings.upper_speed else reference
     for name in ("cut_in_speed", "optimal_speed", "rated_power", "maximum_torque"):
         setattr(x, name, getattr(torque, name))
     x.torque_rate = torque.rate_limit

@@ -58,6 +58,9 @@ class PowerControl(Record):
     recovery_speed: float | None = Field(default=None, gt=0.0)
     """[rad/s] of the rotor above the lower speed, where A2 and A3 begin to lower the pitch; 2 % of rated speed by
     default."""
+    upper_speed: float | None = Field(default=None, gt=0.0)
+    """[rad/s] of the rotor, which the pitch of A1 to A3 holds while power is limited; rated speed by default. A lower
+    one costs pitch travel, and spares the loads of fast rotation."""
     reference_rate: float | None = Field(default=None, gt=0.0)
     """[W/s] at which the set-point of the power moves; a tenth of rated power each second by default."""
     droop: Droop | None = None

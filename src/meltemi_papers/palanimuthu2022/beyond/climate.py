@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,14 @@ from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi_papers.palanimuthu2022.beyond.power import FAST
-from meltemi_papers.study import Chapter, Draw, Progress, answered
+from meltemi_papers.study import Chapter, Draw, Drawing, Progress, answered
 from meltemi_reports.blocks import Table
 from meltemi_studies.climate import response
 from meltemi_studies.climate.response import ICED, SIDE, Response, Setup, respond
 from meltemi_studies.climate.tables import energy_table, load_table, of_standard, said, share, words, years_figure
 from meltemi_studies.climate.weather import periods
 from meltemi_studies.climate.year import AIR, Curves, Year, Years, whole_energy
+from meltemi_studies.power_schemes.costs import few_modes
 from meltemi_studies.rain_drops import rain_loads
 
 Float = NDArray[np.float64]
@@ -53,16 +53,16 @@ class Found(Years):
     scenarios: Mapping[str, Mapping[str, Float]]
 
 
-def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Found:
-    """Simulate the response and compute the years; few runs with ``runs.setup.quick``."""
-    return of_turbine(load_turbine(TURBINE), runs.setup.quick, workers=workers, progress=progress)
-
-
-def of_turbine(
-    turbine: Turbine, quick: bool, *, workers: int | None = None, progress: Progress = lambda share, what: None
+def study(
+    quick: bool,
+    *,
+    turbine: Turbine | None = None,
+    workers: int | None = None,
+    progress: Progress = lambda share, what: None,
 ) -> Found:
-    """Annual results of a turbine in three climates."""
-    setup = response.QUICK if quick else Setup(options=FAST)
+    """Annual results of the review's aeroelastic turbine, or another one, in three climates."""
+    turbine = turbine or load_turbine(TURBINE)
+    setup = response.QUICK if quick else Setup(options=few_modes(turbine))
     return years(respond(turbine, setup, workers=workers, progress=lambda share, what: progress(0.98 * share, what)))
 
 
@@ -94,12 +94,14 @@ def scenario_table(found: Found) -> Table:
 
 def chapter(found: Found, draw: Draw) -> Chapter:
     """Chapter of a year in three climates."""
-    caption = (
-        "A year in three climates: what the turbine does, the air, and what weather adds; bars with 95 % intervals"
-    )
-    figure = draw("climate", caption, lambda: years_figure(found))
     heading = "Beyond the paper: a year in three climates"
-    return answered(heading, lambda: verdict(found), [figure], lambda: tables(found))
+    return answered(heading, lambda: verdict(found), [drawing(found, draw)], lambda: tables(found))
+
+
+def drawing(found: Found, draw: Draw) -> Drawing:
+    """The figure of the years."""
+    caption = "A year in three climates: the turbine, the air, and what weather adds; bars with 95 % intervals"
+    return draw("climate", caption, lambda: years_figure(found))
 
 
 def tables(found: Found) -> list[Table]:

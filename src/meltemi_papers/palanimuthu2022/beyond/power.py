@@ -1,212 +1,77 @@
-"""Pitch duty, loads and power tracking of the active-power schemes on the aeroelastic turbine in turbulence.
-
-The base of all changes is A0, which pitches at the speed at which the reference is just met. At full power that is a
-slow base, see ``BASE_SPEED``: the usual controller there is A1.
-
-The schemes hold a share of rated power, or follow a regulation signal about it, in the same winds. The signal is made
-like those that grid operators send for secondary control: no mean, all periods from 40 s to ten minutes, at most a
-tenth of rated power either way; a turbine that is to give full power can only follow it downwards.
-"""
+"""Chapter on what the active-power schemes cost on the aeroelastic turbine: :mod:`meltemi_studies.power_schemes`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from numpy.typing import NDArray
-
-from meltemi.control.power_control.controller import PowerController
-from meltemi.control.power_control.settings import PowerControl
-from meltemi.core.series import TimeSeries
-from meltemi.environment.grid import PowerGrid
-from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel, ensemble_table
-from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.report.palette import COLOURS
-from meltemi.report.plots import new_figure, panel
-from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.performance import performance_of
-from meltemi.simulation.result import Result
-from meltemi.simulation.rotors import build
-from meltemi.simulation.run import Run
-from meltemi.simulation.trim import operating_point
+from meltemi.postprocess.ensemble import EnsembleTable
+from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
-from meltemi.wind.iec.winds import ntm
-from meltemi.wind.turbulence.field import generate_field
-from meltemi_papers.palanimuthu2022.beyond.compared import Setup, by_seed
-from meltemi_papers.study import Chapter, Draw, Progress, answered
+from meltemi_papers.study import Chapter, Draw, Drawing, Progress, answered
 from meltemi_reports.blocks import Table
 from meltemi_reports.ensemble_tables import scheme_rows
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Float = NDArray[np.float64]
+from meltemi_studies.power_schemes import costs as schemes
+from meltemi_studies.power_schemes.costs import (
+    ENERGY,
+    FOLLOWING,
+    FRONT_LEVEL,
+    PITCH,
+    ROOT_LOAD,
+    SHAFT_LOAD,
+    STEADY,
+    TOWER_LOAD,
+    TRACKING,
+    UNITS,
+    Costs,
+    Tables,
+    costs_figure,
+    efficient,
+    front_figure,
+)
 
 TURBINE = "iea22mw"
 BASE_SPEED = 0.864
 """Of rated speed: where the turbine's optimal torque meets rated power, and A0 holds it when 100 % are asked for."""
-FAST = ModelOptions(
-    flap_modes=2, edge_modes=1, torsion_modes=1, fore_aft_modes=1, side_side_modes=1, locked=("drivetrain",)
-)
-"""A direct drive's shaft is stiff: without it the time step is three times as long. The tower's loads are 7 to 10 %
-lower than with all modes, other loads 2 %."""
-STEP = 0.05
-"""[s] between records."""
-MOVES = np.radians(0.1)
-"""[rad/s] from which a blade counts as moving."""
-TOWER, ROOT, SHAFT = "tower_base_moment_fore_aft", "root_moment_out_of_plane_1", "rotor_torque"
-CHANNELS = ("generator_power", "power_reference", "rotor_speed", "pitch_1", TOWER, ROOT, SHAFT)
-PITCH, MOVING, TRACKING, ENERGY, SPEED = (
-    "pitch travel",
-    "time with moving pitch",
-    "tracking error",
-    "mean power",
-    "scatter of speed",
-)
-TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD = "tower base fore-aft DEL", "blade root DEL", "shaft torque DEL"
-SLOPES = {TOWER_LOAD: 4.0, ROOT_LOAD: 10.0, SHAFT_LOAD: 4.0}
-UNITS = {
-    PITCH: ("deg/min", np.degrees(60.0)),
-    MOVING: ("%", 100.0),
-    TRACKING: ("% of rated", 100.0),
-    ENERGY: ("MW", 1e-6),
-    SPEED: ("% of rated", 100.0),
-    TOWER_LOAD: ("MN m", 1e-6),
-    ROOT_LOAD: ("MN m", 1e-6),
-    SHAFT_LOAD: ("MN m", 1e-6),
-}
-SHOWN = (PITCH, TRACKING, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
-STEADY, FOLLOWING = "steady", "following"
-SCHEMES = ("A0", "A1", "A2", "A3")
-"""Of the power control; the first is the base of changes."""
 
 
-FULL = Setup(speed=12.0, levels=(0.4, 0.6, 0.8, 1.0), length=600.0, begin=100.0, points=21)
-QUICK = replace(FULL, seeds=(1, 2), levels=(0.6, 1.0), length=60.0, begin=40.0, points=11)
-
-Tables = Mapping[tuple[str, float], EnsembleTable]
-"""By what is asked for (steady or following) and level."""
-
-
-def regulation_signal(seed: int, duration: float, step: float = 2.0) -> tuple[Float, Float]:
-    """Times [s] and a signal between -1 and 1 with equal power at all periods from 40 s to ten minutes."""
-    n = int(duration / step) + 2
-    rng = np.random.default_rng(seed)
-    frequency = np.fft.rfftfreq(2 * n, step)
-    inside = (frequency > 1.0 / 600.0) & (frequency < 1.0 / 40.0)
-    spectrum = np.where(inside, np.exp(2j * np.pi * rng.random(len(frequency))), 0.0)
-    signal: Float = np.fft.irfft(spectrum)[:n]
-    return step * np.arange(n, dtype=float), signal / np.abs(signal).max()
+def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Costs:
+    """The schemes on the review's aeroelastic turbine, or another one."""
+    turbine = turbine or aeroelastic(load_turbine(TURBINE), "loads in turbulence")
+    return schemes.study(turbine, quick, workers=workers, progress=progress)
 
 
-def reference(setup: Setup, rated: float, level: float, signal: str, seed: int) -> float | TimeSeries:
-    """[W] power reference of the operator."""
-    if signal == STEADY:
-        return level * rated
-    time, value = regulation_signal(seed, setup.begin + setup.length)
-    return TimeSeries(time=time, value=rated * np.minimum(level + 0.1 * value, 1.0))
-
-
-def quantities(result: Result, rated_power: float, rated_speed: float) -> dict[str, float]:
-    """Power, pitch duty, loads and tracking error of a run."""
-    loads = equivalent_loads(result, [TOWER, ROOT, SHAFT])
-    power, pitch = result["generator_power"], result["pitch_1"]
-    return {
-        PITCH: actuator_travel(result, "pitch_1"),
-        MOVING: float(np.mean(np.abs(np.diff(pitch)) > MOVES * STEP)),
-        TRACKING: float(np.sqrt(np.mean((power - result["power_reference"]) ** 2))) / rated_power,
-        SPEED: float(result["rotor_speed"].std()) / rated_speed,
-        ENERGY: float(power.mean()),
-        TOWER_LOAD: loads[TOWER],
-        ROOT_LOAD: loads[ROOT],
-        SHAFT_LOAD: loads[SHAFT],
-    }
-
-
-def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
-    """The schemes at all levels in all winds, on the aeroelastic turbine."""
-    turbine = aeroelastic(load_turbine(TURBINE), "loads in turbulence")
-    setup, schemes = (QUICK, ("A0", "A2")) if runs.setup.quick else (FULL, SCHEMES)
-    model, performance = build(turbine, FAST), performance_of(turbine)
-    start = operating_point(model, setup.speed)
-    rated_speed = turbine.rated_rotor_speed
-    asked = [(signal, level) for signal in (STEADY, FOLLOWING) for level in setup.levels]
-    duration = setup.begin + setup.length
-
-    def reduced(result: Result) -> dict[str, float]:
-        return quantities(result.between(setup.begin, duration), turbine.rated_power, rated_speed)
-
-    def cases(seed: int) -> Iterator[Run]:
-        wind = generate_field(ntm(setup.speed, "IB", seed=seed, points=setup.points), turbine, duration)
-        for signal, level in asked:
-            grid = PowerGrid(power_reference=reference(setup, turbine.rated_power, level, signal, seed))
-            for scheme in schemes:
-                law = PowerController(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
-                given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
-                yield Run(model, wind, duration=duration, controller=law, name=f"{signal} {level:g} {scheme}", **given)
-
-    rows = by_seed(
-        setup.seeds, asked, schemes, cases, reduced, workers=workers, progress=progress, what="what the schemes cost"
-    )
-    return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
-
-
-def costs_figure(tables: Tables) -> Figure:
-    """Changes over the power level with 95 % confidence intervals; lower row with a regulation signal."""
-    figure, axes = new_figure(2, len(SHOWN), size=(15.0, 6.4), share=False)
-    for row, signal in zip(axes, (STEADY, FOLLOWING), strict=True):
-        levels = [level for kind, level in tables if kind == signal]
-        schemes = tables[signal, levels[0]].schemes
-        for ax, quantity in zip(row, SHOWN, strict=True):
-            unit, factor = UNITS[quantity]
-            for i, scheme in enumerate(schemes):
-                entries = [tables[signal, level].entry(quantity, scheme).value for level in levels]
-                ax.errorbar(
-                    100.0 * np.array(levels) + 0.8 * (i - 1.5),
-                    [entry.mean * factor for entry in entries],
-                    [entry.half_width * factor for entry in entries],
-                    color=COLOURS[i],
-                    marker="o",
-                    markersize=4,
-                    linewidth=1.2,
-                    capsize=2,
-                    label=scheme,
-                )
-            panel(ax, f"{quantity}, {signal}", unit)
-            ax.set_ylim(bottom=0.0)
-            if signal == FOLLOWING:
-                ax.set_xlabel("asked for [% of rated power]")
-    axes[0, 0].legend()
-    return figure
-
-
-def chapter(found: Tables, draw: Draw) -> Chapter:
+def chapter(found: Costs, draw: Draw) -> Chapter:
     """Chapter of the active-power schemes."""
-    words = "Cost of the schemes on an aeroelastic 22 MW turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
-    figure = draw("power_costs", words, lambda: costs_figure(found))
     heading = "Beyond the paper: what each scheme of limited power costs"
-    return answered(heading, lambda: verdict(found), [figure], lambda: tables(found))
+    return answered(heading, lambda: verdict(found), drawings(found, draw), lambda: tables(found))
 
 
-def tables(found: Tables) -> list[Table]:
-    """One table for a constant and one for a varying power reference."""
+def drawings(found: Costs, draw: Draw) -> list[Drawing]:
+    """Figures of the schemes and of the upper speed."""
+    words = "Cost of the schemes on an aeroelastic turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
+    front = f"A2 with upper speeds of so many percent of rated, at {100.0 * FRONT_LEVEL:.0f} % of rated power"
+    return [
+        draw("power_costs", words, lambda: costs_figure(found.tables)),
+        draw("power_front", front, lambda: front_figure(found.front)),
+    ]
+
+
+def tables(found: Costs) -> list[Table]:
+    """One table for a constant and one for a varying power reference, and one of the upper speeds."""
     made = []
     for signal, words in ((STEADY, "A steady reference"), (FOLLOWING, "A reference that follows a regulation signal")):
         rows = []
-        for (kind, level), ensemble in found.items():
+        for (kind, level), ensemble in found.tables.items():
             if kind == signal:
-                head, some, _ = scheme_rows(ensemble, UNITS, means=False)
-                rows += [[f"{100.0 * level:.0f} %", *row] for row in some]
-        names = next(iter(found.values())).schemes
+                rows += [[f"{100.0 * level:.0f} %", *row] for row in scheme_rows(ensemble, UNITS, means=False)[1]]
+        names = next(iter(found.tables.values())).schemes
         head = ["asked for", "quantity", "unit", names[0], *(f"{name} against {names[0]}, %" for name in names[1:])]
         made.append(Table(head, rows, caption=f"{words}; changes seed by seed with 95 % intervals.", text_columns=3))
-    return made
+    head = ["quantity", "unit", "A2", *(f"{name}, %" for name in found.front.schemes[1:])]
+    caption = f"Upper speeds of A2 at {100.0 * FRONT_LEVEL:.0f} % of rated power; changes against A2"
+    return [*made, Table(head, scheme_rows(found.front, UNITS, means=False)[1], caption, text_columns=2)]
 
 
-def span(found: Tables, quantity: str, scheme: str) -> str:
+def range_of(found: Tables, quantity: str, scheme: str) -> str:
     """Smallest and largest mean change of a quantity in percent, over levels and signals."""
     changes = [c.mean for t in found.values() if (c := t.entry(quantity, scheme).change) is not None]
     return f"{100.0 * min(changes):+.0f} to {100.0 * max(changes):+.0f} %"
@@ -235,15 +100,16 @@ def _at_full_power(table: EnsembleTable) -> str:
     return f"{slow_base()}. Against A1, A2 makes {power:+.1f} % of power and {pitch:+.0f} % of pitch travel there."
 
 
-def verdict(found: Tables) -> str:
+def verdict(costs: Costs) -> str:
     """Conclusion, from the results."""
+    found = costs.tables
     first = next(iter(found.values()))
     base, *others = first.schemes
     words = f"The schemes on an aeroelastic turbine ({TURBINE}) in turbulence, {first.seeds} seeds for each of "
     lines = [words + f"{len(found)} combinations of level and signal; changes are means against {base}."]
     shown = (PITCH, TRACKING, ENERGY, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
     for scheme in others:
-        lines.append(f"{scheme}: " + ", ".join(f"{what} {span(found, what, scheme)}" for what in shown) + ".")
+        lines.append(f"{scheme}: " + ", ".join(f"{what} {range_of(found, what, scheme)}" for what in shown) + ".")
     best = []
     for what in shown:
         ranks = [best_scheme(table, what) for table in found.values()]
@@ -252,4 +118,10 @@ def verdict(found: Tables) -> str:
     lines.append(f"Best of {len(found)}: " + "; ".join(best) + ".")
     if (STEADY, 1.0) in found and {"A1", "A2"} <= set(others):
         lines.append(_at_full_power(found[STEADY, 1.0]))
+    front = {q: efficient(costs.front, (PITCH, ENERGY, q)) for q in (TOWER_LOAD, ROOT_LOAD)}
+    lines.append(
+        "The speed at which A2 holds the speed again is a choice between pitch travel and loads. Not beaten in pitch "
+        f"travel, energy and the load of the tower base are {', '.join(front[TOWER_LOAD])}; with the load of the blade "
+        f"root in its place {', '.join(front[ROOT_LOAD])}."
+    )
     return "\n\n".join(lines)

@@ -8,10 +8,11 @@ from typing import TypeVar
 
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
-from meltemi_papers.study import Progress
 from meltemi_tuning.run_store import FailedResult, FailedResultError, cells
 
 Question = TypeVar("Question")
+Progress = Callable[[float, str], None]
+"""Called with the completed fraction and the current step."""
 
 
 @dataclass(frozen=True)

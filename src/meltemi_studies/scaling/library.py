@@ -1,6 +1,6 @@
 """The library's turbines that are scaled from the NREL 5 MW: the two of Wang et al. (2021), and how they are made.
 
-    python -m meltemi_papers.wang2021.turbines [folder]     makes their files again
+    python -m meltemi_studies.scaling.library [folder]     makes their files again
 
 Diameter, power, rotor speeds, gear ratio, tower height and wind speeds are those of Wang et al. (2021), Table 1. Not
 stated there, and chosen: the tip-speed ratio (9.15 and 9.3 belong to the stated rated winds), efficiencies (generator
@@ -93,7 +93,7 @@ def main(folder: Path = DATA) -> None:
     for name in NUMBERS:
         path = folder / f"{name}.yaml"
         write_turbine(scaled_turbine(name), path)
-        made = "# Made by python -m meltemi_papers.wang2021.turbines; docs/guide/scaling.md says how.\n"
+        made = "# Made by python -m meltemi_studies.scaling.library; docs/guide/scaling.md says how.\n"
         path.write_text(made + path.read_text(encoding="utf-8"), encoding="utf-8")
 
 

@@ -10,11 +10,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from meltemi.control.controller import Controller, LogEntry
+from meltemi.control.supervisor.settings import Supervision
+from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection
+from meltemi.control.yaw import YawControl
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
@@ -24,12 +28,10 @@ from meltemi.simulation.trim import operating_point
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind, WindBox
 from meltemi.wind.iec.gusts import ecd
+from meltemi.wind.iec.winds import NORMAL_EXPONENT
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulent import TurbulentWind
-from meltemi_papers.wang2021.gust import transitions
-from meltemi_papers.wang2021.machines import strategy, with_yaw_rate
-from meltemi_papers.wang2021.winds import SHEAR
 from meltemi_studies.machine_loads import CHANNELS, LOADS, extreme, fatigue
 from meltemi_studies.yaw_limits import BasePoints
 from meltemi_tuning.run_store import FailedResult, attempt, cells, survivors
@@ -46,6 +48,29 @@ LENGTH = 150.0
 """[s] of a run."""
 
 
+STOP_RATE = 0.1
+"""[rad/s] of the pitch in stops, 5.7 deg/s, where the actuator has it; Wang et al. (2021) give none."""
+
+
+def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
+    """The turbine with another yaw drive [rad/s]."""
+    return turbine.replace(**{"yaw.rate": rate})
+
+
+def strategy(turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None) -> Controller:
+    """Supervisor with yaw control and a strategy of yaw protection."""
+    actuator = turbine.pitch_actuator
+    rate = STOP_RATE if actuator.kind == "ideal" else min(STOP_RATE, actuator.rate_limit)
+    # limits of the speed wide enough for the strategies to act alone: at 60 degrees it swings by up to 17 %
+    settings = Supervision(over_speed=1.25, trip_speed=1.3, normal_rate=rate)
+    return SupervisedController(turbine, settings, yaw=yaw or YawControl(), protection=protection)
+
+
+def transitions(result: Result, to: str) -> list[LogEntry]:
+    """Log entries of transitions to a state with this word in its name, such as "stop"."""
+    return [entry for entry in result.log if to in entry.what.rsplit("->", 1)[-1]]
+
+
 @dataclass(frozen=True)
 class Grid:
     """Parameters of the gusts and strategies.
@@ -55,6 +80,7 @@ class Grid:
       rises: [m/s] of the gust.
       changes: [rad] of the direction.
       begins: [s] of the gust in the turbulence.
+      signs: of the direction change, 1 clockwise from above.
       seeds: of turbulence.
       yaw_rates: [rad/s].
       rechecks: [s] of the derating strategy.
@@ -63,14 +89,15 @@ class Grid:
     speeds: tuple[float, ...] = (7.0, 10.67)
     rises: tuple[float, ...] = (0.0, 7.0, 14.33)
     changes: tuple[float, ...] = tuple(np.radians((30.0, 45.0, 60.0, 75.0, 90.0)))
-    begins: tuple[float, ...] = (20.0, 35.0)
+    begins: tuple[float, ...] = (20.0,)
+    signs: tuple[Literal[1, -1], ...] = (1, -1)
     seeds: tuple[int, ...] = (1, 2)
     yaw_rates: tuple[float, ...] = tuple(np.radians((0.3, 0.5, 0.8)))
     rechecks: tuple[float, ...] = (30.0, 60.0, 90.0)
 
     def __len__(self) -> int:
         winds = len(self.speeds) * len(self.rises) * len(self.changes) * len(self.begins) * len(self.seeds)
-        return winds * len(self.yaw_rates) * (2 + len(self.rechecks))
+        return winds * len(self.signs) * len(self.yaw_rates) * (2 + len(self.rechecks))
 
 
 QUICK = Grid(speeds=(10.67,), rises=(5.0, 14.33), changes=(0.8, 1.2), begins=(20.0,), seeds=(1,), rechecks=(30.0, 90.0))
@@ -84,8 +111,8 @@ class Found:
 
     Attributes:
       grid: what was varied.
-      rows: columns speed, rise, change, begin, seed, yaw_rate, strategy, recheck, energy [J] from the begin of the gust
-        to ``DOWN`` after it, stops, derates, and (load, "extreme" | "fatigue").
+      rows: columns speed, rise, change, begin, sign, seed, yaw_rate, strategy, recheck, energy [J] from the begin of
+        the gust to ``DOWN`` after it, stops, derates, and (load, "extreme" | "fatigue").
     """
 
     grid: Grid
@@ -136,7 +163,7 @@ class _Cases:
             self.strategies.append((OURS, longest, ours))
         self.machines = {rate: with_yaw_rate(turbine, rate) for rate in grid.yaw_rates}
         self.models: dict[float, BladedModel] = {rate: build(t, FAST) for rate, t in self.machines.items()}
-        steady = {speed: SteadyWind(speed=speed, shear_exponent=SHEAR) for speed in grid.speeds}
+        steady = {speed: SteadyWind(speed=speed, shear_exponent=NORMAL_EXPONENT) for speed in grid.speeds}
         model = self.models[grid.yaw_rates[0]]
         self.starts = {
             speed: attempt(f"steady operation at {speed:g} m/s", operating_point, model, wind)
@@ -151,13 +178,15 @@ class _Cases:
 
     def __iter__(self) -> Iterator[Run]:
         g = self.grid
-        for speed, seed, begin, rise, change in product(g.speeds, g.seeds, g.begins, g.rises, g.changes):
+        winds = product(g.speeds, g.seeds, g.begins, g.rises, g.changes, g.signs)
+        for speed, seed, begin, rise, change, sign in winds:
             for rate, (name, recheck, protection) in product(g.yaw_rates, self.strategies):
                 key = {
                     "speed": speed,
                     "rise": rise,
                     "change": change,
                     "begin": begin,
+                    "sign": sign,
                     "seed": seed,
                     "yaw_rate": rate,
                     "strategy": name,
@@ -167,7 +196,7 @@ class _Cases:
                 self.keys[label] = key
                 yield Run(
                     model=self.models[rate],
-                    wind=partial(self.wind, speed, seed, begin, rise, change),
+                    wind=partial(self.wind, speed, seed, begin, rise, change, sign),
                     duration=LENGTH,
                     controller=strategy(self.machines[rate], protection),
                     channels=(*CHANNELS, "generator_power", "operating_state"),
@@ -177,11 +206,12 @@ class _Cases:
                 )
 
     def _box(self, speed: float, seed: int) -> WindBox:
-        wind = TurbulentWind(speed=speed, intensity=INTENSITY, seed=seed, shear_exponent=SHEAR, points=15)
+        wind = TurbulentWind(speed=speed, intensity=INTENSITY, seed=seed, shear_exponent=NORMAL_EXPONENT, points=15)
         return generate_field(wind, self.turbine, LENGTH)
 
-    def _wind(self, speed: float, seed: int, begin: float, rise: float, change: float) -> WindBox:
-        return with_gust(self.box(speed, seed), ecd(self.turbine, speed, gust=rise, change=change, begin=begin))
+    def _wind(self, speed: float, seed: int, begin: float, rise: float, change: float, sign: Literal[1, -1]) -> WindBox:
+        gust = ecd(self.turbine, speed, gust=rise, change=change, begin=begin, sign=sign)
+        return with_gust(self.box(speed, seed), gust)
 
 
 def reduced(result: Result) -> dict[str, Any]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,14 @@ from meltemi.report.figure import MINUS
 from meltemi.report.palette import COLOURS, DIVERGING, GROWING, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.rotors import build
+from meltemi.turbine.definition import Turbine
 from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
-from meltemi_papers.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid
-from meltemi_papers.wang2021.beyond.year import FRONTS, Year, a_year, power_curve
-from meltemi_papers.wang2021.runs import Runs
+from meltemi_papers.wang2021.gust import SIGNS
+from meltemi_papers.wang2021.winds import measured
 from meltemi_reports.blocks import Table
 from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
+from meltemi_studies.wind_year import FRONTS, WindSite, Year, a_year, power_curve
+from meltemi_studies.yaw_gusts import FAST, OURS, QUICK, Found, Grid, run_grid
 from meltemi_studies.yaw_limits import JUDGED, YawLimits, draw_limits, find_limits, limit_rows, limit_words
 from meltemi_tuning.run_store import FailedResult, attempt
 
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 KWH = 3.6e6
 """[J]."""
-WIND = ["speed", "rise", "change", "begin", "seed"]
+WIND = ["speed", "rise", "change", "begin", "sign", "seed"]
 """Columns that identify a wind of the grid."""
 WIND_CLASS = "IIIB"
 """Of the limits' turbulence; the turbine's class S does not say."""
@@ -58,36 +60,64 @@ class Beyond:
     years: tuple[Year, ...]
 
 
-def study(runs: Runs, *, workers: int | None, progress: Progress) -> Beyond:
-    """Run limits, the grid of gusts with base points from the limits, and the year."""
-    turbine, quick = runs.turbines[1], runs.setup.quick
+def study(
+    turbine: Turbine,
+    quick: bool,
+    *,
+    limit_seeds: Sequence[int] = (1, 2),
+    speed: float | None = None,
+    workers: int | None,
+    progress: Progress,
+) -> Beyond:
+    """Run limits, the grid of gusts with base points from the limits, and the year.
+
+    Args:
+      turbine: which.
+      quick: a look.
+      limit_seeds: of the limits.
+      speed: [m/s] of the larger one of the grid's winds; by default that of the paper's gust.
+      workers, progress: of the runs.
+    """
     fixed = build(turbine, FAST.replace(yaw="held"))
-    few = {"speeds": (8.0, 25.0), "length": 30.0} if quick else {"speeds": LIMIT_SPEEDS}
+    speeds = LIMIT_SPEEDS if speed is None else None
+    few: dict[str, Any] = {"speeds": (8.0, 25.0), "length": 30.0} if quick else {"speeds": speeds}
     limits = attempt(
         "limits",
         find_limits,
         fixed,
-        runs.setup.limit_seeds,
+        limit_seeds[: 1 if quick else None],
         wind_class=WIND_CLASS,
         workers=workers,
         progress=told(span(progress, 0.0, 0.15), "loads at yaw errors"),
         **few,
     )
     ours = attempt("base points", lambda: limits.base_points)
+    chosen = QUICK if quick else Grid()
     grid = attempt(
         "grid",
         run_grid,
         turbine,
-        QUICK if quick else Grid(),
+        chosen if speed is None else replace(chosen, speeds=(*chosen.speeds[:-1], speed)),
         None if isinstance(ours, FailedResult) else ours,
         workers=workers,
         progress=told(span(progress, 0.15, 0.8), "gusts"),
     )
     progress(0.95, "a year of wind")
     curve = attempt("power curve", power_curve, fixed)
-    years = attempt("year", a_year, turbine, curve, ours, days=10.0 if quick else 365.0, workers=workers)
+    years = attempt("year", a_year, turbine, curve, ours, site(), days=10.0 if quick else 365.0, workers=workers)
     progress(1.0, "done")
     return Beyond(limits, grid, years)
+
+
+def site() -> WindSite:
+    """The paper's site: a mean of 7.11 m/s, weighted by the numbers of sets, and the intensities of Table 2."""
+    speed, intensity, sets = np.array([(row.speed, row.intensity, row.sets) for row in measured()]).T
+    return WindSite(round(float(speed @ sets / sets.sum()), 2), speed, intensity)
+
+
+def rated_wind(turbine: Turbine) -> float:
+    """[m/s] at which the turbine reaches rated power."""
+    return float(power_curve(build(turbine, FAST.replace(yaw="held"))).speed[-1])
 
 
 def longest(grid: Found) -> pd.DataFrame:
@@ -113,9 +143,9 @@ def by_wind(rows: pd.DataFrame, strategy: str, recheck: float, column: str) -> F
     return np.asarray(change.groupby([part[name] for name in WIND]).mean().to_numpy())
 
 
-def costs(grid: Found, strategy: str, column: str) -> str:
-    """Mean and 95 % interval over the winds of what a strategy changes in a load, or of the energy that it loses."""
-    rows = grid.rows
+def costs(grid: Found, strategy: str, column: str, sign: int = 0) -> str:
+    """Mean and 95 % interval over the winds, of a direction if given, of what a strategy changes or loses."""
+    rows = grid.rows[grid.rows["sign"] == sign] if sign else grid.rows
     found = by_wind(rows, strategy, rows[rows["strategy"] == strategy]["recheck"].max(), column)
     return _cost(found, column)
 
@@ -132,24 +162,51 @@ def winds_of(grid: Found) -> int:
 
 
 def costs_table(grid: Found) -> Table:
-    """Table of energy loss and loads of each strategy, over all gusts of the grid."""
+    """Table of energy loss and loads of each strategy by direction, over all gusts of the grid."""
     columns = [f"{load}, extreme" for load in LOADS] + [f"{load}, fatigue" for load in (YAW_BENDING, YAW_TORSION)]
     rows = []
-    for name in STRATEGIES:
-        own = grid.rows[grid.rows["strategy"] == name]
-        for recheck, part in own.groupby("recheck"):
-            words = f"{name}, recheck after {recheck:g} s" if recheck else name
-            cells = [words, f"{100.0 * part['stops'].mean():.0f}", f"{100.0 * part['derates'].mean():.0f}"]
-            found = [_cost(by_wind(grid.rows, name, recheck, c), c) for c in ("energy", *columns)]
-            rows.append([*cells, *(each.removesuffix(" %").removesuffix(" kWh") for each in found)])
-    head = ["strategy", "stops\n% of runs", "derates\n% of runs", "energy lost\nkWh a gust"]
+    for sign, direction in SIGNS.items():
+        of_sign = grid.rows[grid.rows["sign"] == sign]
+        for name in STRATEGIES:
+            for recheck, part in of_sign[of_sign["strategy"] == name].groupby("recheck"):
+                words = f"{name}, recheck after {recheck:g} s" if recheck else name
+                cells = [
+                    direction,
+                    words,
+                    f"{100.0 * part['stops'].mean():.0f}",
+                    f"{100.0 * part['derates'].mean():.0f}",
+                ]
+                found = [_cost(by_wind(of_sign, name, recheck, c), c) for c in ("energy", *columns)]
+                rows.append([*cells, *(each.removesuffix(" %").removesuffix(" kWh") for each in found)])
+    head = ["change", "strategy", "stops\n% of runs", "derates\n% of runs", "energy lost\nkWh a gust"]
     head += [f"{load}\nextreme %" for load in LOADS] + [f"{load}\nfatigue %" for load in (YAW_BENDING, YAW_TORSION)]
     note = (
         f"Loads and energy against S3, which ignores the error, in the same wind; means and 95 % intervals over "
         f"{winds_of(grid)} winds, each with {len(grid.grid.yaw_rates)} yaw rates. Energy from the start of a run to "
         f"ten minutes after its end. {OURS}: base points from loads, see below."
     )
-    return Table(head, rows, "The paper's strategies and ours in the same gusts", note=note)
+    return Table(head, rows, "The paper's strategies and ours in the same gusts", text_columns=2, note=note)
+
+
+def nothing_words(grid: Found) -> str:
+    """Whether doing nothing is as good as derating at base points from loads, by direction."""
+    parts = []
+    for sign, direction in SIGNS.items():
+        rows = grid.rows[grid.rows["sign"] == sign]
+        recheck = rows[rows["strategy"] == OURS]["recheck"].max()
+        found = {
+            load: mean_interval(100.0 * by_wind(rows, OURS, recheck, f"{load}, {what}"))
+            for what in ("extreme", "fatigue")
+            for load in LOADS
+        }
+        lower = [load for load, e in found.items() if e.n > 1 and e.high < 0.0]
+        gains = f"lowers {', '.join(lower)}" if lower else "lowers no load beyond its interval"
+        parts.append(f"with a {direction} change it {gains} and loses {costs(grid, OURS, 'energy', sign)} a gust")
+    return (
+        f"Against doing nothing (S3), derating at base points from loads ({OURS}) earns this: {'; '.join(parts)}. "
+        "Where it lowers nothing, doing nothing dominates; the limits then only say that the loads of gusts stay "
+        "within those of extreme turbulence."
+    )
 
 
 def stopped_all_the_same(grid: Found) -> Float:
@@ -210,6 +267,7 @@ def chapter(found: Beyond, draw: Draw) -> Chapter:
         "Beyond the paper: what an owner would do",
         [
             worded(partial(verdict, found), "What to do"),
+            worded(lambda: nothing_words(found.grid), "Doing nothing"),
             draw("beyond", "Derate or stop: one page to act on", lambda: page(found)),
             tabled("What the strategies cost", lambda: costs_table(found.grid)),
             tabled("Extremes of derating over those of stopping", lambda: better(found.grid)),
@@ -271,7 +329,7 @@ def page(found: Beyond) -> Figure:
     _years(axes[2, 2], found.years)
     figure.suptitle(
         f"Derate or stop? {len(found.grid.rows)} runs; maps at {np.degrees(middle):.1f} deg/s, means over "
-        "wind speeds, seeds, begins; bending at the yaw bearing",
+        "wind speeds, seeds, directions; bending at the yaw bearing",
     )
     return figure
 

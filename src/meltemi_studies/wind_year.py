@@ -4,14 +4,14 @@ The yaw control and the threshold of the supervisor run at 1 Hz in a wind made f
 curve. Directions change for four reasons:
 
 * turbulence: lateral velocities of 0.8 of the longitudinal ones, with the length scales of IEC 61400-1 and the
-  intensity of the paper's site at that wind speed (Table 2);
+  intensity of the site at that wind speed;
 * meandering: lateral velocities of 0.6 m/s over twenty minutes whatever the wind speed, so that light winds turn most
   (after Mahrt 2011, J. Appl. Meteorol. Climatol. 50, 144-152);
 * weather: the mean direction drifts within a day;
 * fronts: fast turns of 30 to 120 degrees within 10 to 60 s, with a rise of up to 15 m/s that fades within ten minutes.
-  There are no statistics of them for the site; their number a year is varied.
+  There are no statistics of them; their number a year is varied.
 
-The mean wind has a Weibull distribution (Rayleigh, 7.11 m/s as in the paper's measurements) and changes within hours.
+The mean wind has a Rayleigh distribution and changes within hours.
 
 The functions are compiled anew in every process: the cache of kernels does not look at studies.
 """
@@ -34,14 +34,11 @@ from meltemi.core.threads import available_cores
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.definition import Turbine
-from meltemi_papers.wang2021.winds import measured
 from meltemi_studies.yaw_limits import BasePoints
 from meltemi_tuning.run_store import FailedResult, FailedResultError, attempt
 
 Float = NDArray[np.float64]
 DAY, HOUR = 86400.0, 3600.0
-MEAN_WIND = 7.11
-"""[m/s] of the paper's measurements, weighted by their number."""
 WEATHER, DRIFT = 8.0 * HOUR, 24.0 * HOUR
 """[s] time scales of mean speed and mean direction."""
 MEANDER, MEANDER_TIME = 0.6, 1200.0
@@ -57,6 +54,20 @@ DOWN_TIME = 600.0
 WINDOW = 30
 """[s] of the mean wind."""
 STRATEGIES = {"S3": 0, "S1": 1, "S2": 2}
+
+
+@dataclass(frozen=True)
+class WindSite:
+    """Wind of a site at hub height.
+
+    Attributes:
+      mean: [m/s] of a year.
+      speed, intensity: (n,) [m/s], [-] turbulence intensity over the wind speed.
+    """
+
+    mean: float
+    speed: Float
+    intensity: Float
 
 
 @dataclass(frozen=True)
@@ -145,6 +156,7 @@ def live(
     curve_speed: Float,
     curve_power: Float,
     cut_out: float,
+    mean_wind: float,
     site_speed: Float,
     site_intensity: Float,
     strategy: int,
@@ -165,16 +177,16 @@ def live(
       measured_now: by the sensors.
       found: gets energy [J], passes, derates, stops, seconds down.
     """
-    ring = np.full(WINDOW, MEAN_WIND)
+    ring = np.full(WINDOW, mean_wind)
     mean, drift, along, across, meander = 0.0, 0.0, 0.0, 0.0, 0.0
     turned, turning, turn_left, rise, rising = 0.0, 0.0, 0.0, 0.0, 0.0
     nacelle, state, timer = 0.0, 0, 0.0
-    total = WINDOW * MEAN_WIND
+    total = WINDOW * mean_wind
     for k in range(seconds):
         mean = course(mean, WEATHER, normal(k, 0, seed))
         drift = course(drift, DRIFT, normal(k, 1, seed))
         share = 0.5 * math.erfc(mean / math.sqrt(2.0))
-        speed = max(MEAN_WIND * math.sqrt(-4.0 / math.pi * math.log(max(share, 1e-12))), 0.3)
+        speed = max(mean_wind * math.sqrt(-4.0 / math.pi * math.log(max(share, 1e-12))), 0.3)
         along = course(along, LENGTH_U / speed, normal(k, 2, seed))
         across = course(across, LENGTH_V / speed, normal(k, 3, seed))
         meander = course(meander, MEANDER_TIME, normal(k, 4, seed))
@@ -236,13 +248,14 @@ def a_year(
     turbine: Turbine,
     curve: PowerCurve,
     ours: BasePoints,
+    site: WindSite,
     *,
     days: float = 365.0,
     seed: int = 1,
     workers: int | None = None,
 ) -> tuple[Year, ...]:
-    """Annual results of all strategies and numbers of fronts in the same wind."""
-    rows = measured()
+    """Annual results of all strategies and numbers of fronts in the same wind; ``ours`` are base points beside those of
+    Wang et al. (2021)."""
     paper = YawProtection()
     first = (paper.wind_speeds, paper.thresholds)
     kinds = {"S1": ("S1", first), "S2": ("S2", first), "S2 ours": ("S2", ours), "S3": ("S3", first)}
@@ -257,8 +270,9 @@ def a_year(
             curve.speed,
             curve.power,
             curve.cut_out,
-            np.array([r.speed for r in rows]),
-            np.array([r.intensity for r in rows]),
+            site.mean,
+            site.speed,
+            site.intensity,
             STRATEGIES[kind],
             YawThreshold.of(wind_speed=base[0], threshold=base[1]),
             2.0 / 3.0 * curve.rated,
