@@ -155,8 +155,9 @@ def test_seas_and_supports_of_the_page_are_valid() -> None:
     from meltemi_sea.kinds import sea_of
 
     page, safe = "docs/guide/sea.md", YAML(typ="safe")
-    sea, support, soil = (safe.load(text) for text in blocks(page, "yaml"))
-    assert sea_of(sea["sea"], page).height == 6.0
+    titles = ("", ' title="in a turbine file"', ' title="in the support"')
+    sea, support, soil = (safe.load(blocks(page, f"yaml{title}")[0]) for title in titles)
+    assert sea_of(sea["sea"], page).label.startswith("JONSWAP sea 6 m")
     content = support["support"] | {"soil": soil["soil"], "position": [-60.0, -10.0, 15.0]}
     described = meltemi.turbine.Support.model_validate(content)
     assert len(described.soil.layers) == 3
