@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import floor, sqrt
+from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Vec
+from meltemi.maths.generic import whole
 from meltemi.maths.records import Array1, Array2, Constant, Record, Single
 from meltemi.maths.rotations import rotation
 from meltemi.maths.tables import Numbers, Table, Vectors, View, number, xyz
@@ -125,9 +126,9 @@ class Instant(NamedTuple):
 def cubic(t: float, step: float, period: float) -> Instant:
     """Rows and weights of Lagrange's cubic interpolation at time ``t`` in samples ``step`` apart (H-22)."""
     if period < 1e9:
-        t -= period * floor(t / period)
+        t -= period * whole(t / period)
     x = t / step
-    row = floor(x)
+    row = whole(x)
     s = x - row
     a, b = -s * (s - 1.0) * (s - 2.0) / 6.0, (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0
     c, d = -(s + 1.0) * s * (s - 2.0) / 2.0, (s + 1.0) * s * (s - 1.0) / 6.0

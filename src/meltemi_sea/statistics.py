@@ -50,7 +50,7 @@ def sea_series(sea: Sea, depth: float, duration: float) -> SeaSeries:
       InputError: waves break, or the sea does not last.
     """
     waves = sea.components(depth, duration)
-    height = -depth * np.array(SHARES)
+    height = 0.0 - depth * np.array(SHARES)
     field = sea_field(waves, depth, height, duration)
     mean = np.angle(np.sum(abs(waves.amplitude) ** 2 * np.exp(1j * waves.direction))) if len(waves.direction) else 0.0
     x, y = np.cos(mean), np.sin(mean)

@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 import typer
+from ruamel.yaml import YAML
 
 import meltemi
 from meltemi.app.cli import app
@@ -142,6 +143,24 @@ def test_wind_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     exec(compile(small, page, "exec"), {"__name__": "page"})
     plt.close("all")
     assert (tmp_path / "small.nc").stat().st_size < (tmp_path / "field.nc").stat().st_size
+
+
+def test_a_turbine_at_sea(capsys: pytest.CaptureFixture[str]) -> None:
+    page = "docs/guide/sea.md"
+    exec(compile("\n".join(blocks(page, "python")), page, "exec"), {"__name__": "page"})
+    assert capsys.readouterr().out == blocks(page, 'text title="printed"')[0]
+
+
+def test_seas_and_supports_of_the_page_are_valid() -> None:
+    from meltemi_sea.kinds import sea_of
+
+    page, safe = "docs/guide/sea.md", YAML(typ="safe")
+    titles = ("", ' title="in a turbine file"', ' title="in the support"')
+    sea, support, soil = (safe.load(blocks(page, f"yaml{title}")[0]) for title in titles)
+    assert sea_of(sea["sea"], page).label.startswith("JONSWAP sea 6 m")
+    content = support["support"] | {"soil": soil["soil"], "position": [-60.0, -10.0, 15.0]}
+    described = meltemi.turbine.Support.model_validate(content)
+    assert len(described.soil.layers) == 3
 
 
 @pytest.mark.slow

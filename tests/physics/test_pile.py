@@ -300,3 +300,25 @@ def test_still_water_is_what_a_run_without_sea_has(turbine: Turbine) -> None:
     case.evaluate(0.0)
     assert not case.view("pile_load")["force"].any()
     assert case.view("pile_load")["added"].sum() == pytest.approx(RHO * np.pi * 9.0 * DEPTH, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_derivatives_pass_through_the_water(turbine: Turbine) -> None:
+    """The mean mudline moment in a sea and current by the density of the water: dual numbers against differences."""
+    model = build(turbine, ModelOptions(**SMALL))
+    sea = RegularSea(height=2.0, period=6.0, current=Current(uniform=1.0))
+    name = "mudline_reaction_moment_y"
+
+    def run(density: float) -> meltemi.Run:
+        changed = model.with_parameters(**{"water.density": density})
+        return meltemi.Run(changed, 9.0, duration=2.0, sea=sea, channels=(name,), start=Start(rotor_speed=1.0))
+
+    found = meltemi.analysis.sensitivity(run(RHO), ["water.density"])
+    series = []
+    for density in (RHO + 1.0, RHO - 1.0):
+        simulation = meltemi.Simulation(run(density))
+        simulation.advance(simulation.n_steps)
+        series.append(simulation.result()[name])
+    above, below = series
+    slope = found.slopes[:, 0, 0]
+    np.testing.assert_allclose(slope, 0.5 * (above - below), rtol=1e-4, atol=1e-4 * abs(slope).max())

@@ -150,6 +150,16 @@ def _electrical() -> None:
     simulate(model, SteadyWind(speed=12.0), duration=0.1)
 
 
+def _sea() -> None:
+    """Time loop of a turbine on a pile; the sea is data."""
+    from meltemi.simulation.rotors import build
+    from meltemi.simulation.simulate import simulate
+    from meltemi.turbine.library import load_turbine
+    from meltemi.wind.fields import SteadyWind
+
+    simulate(build(load_turbine("nrel5mw-monopile")), SteadyWind(speed=12.0), duration=0.1)
+
+
 def _turbulence() -> None:
     """Turbulent wind fields."""
     from meltemi.turbine.library import load_turbine
@@ -202,6 +212,7 @@ STAGES: dict[str, Callable[[], None]] = {
     "runs": _runs,
     "modal blades": _modal_blades,
     "electrical": _electrical,
+    "sea": _sea,
     "section loads": _section_loads,
     "stepping": _stepping,
     "turbulence": _turbulence,

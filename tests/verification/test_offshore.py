@@ -1,0 +1,27 @@
+"""The monopile in waves against OpenFAST's figures, which come with the package; the deck comes with rosco."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("windIO")
+
+from meltemi_verification import offshore
+from meltemi_verification.known import KNOWN
+from meltemi_verification.table import Verdict
+
+pytestmark = [pytest.mark.rosco, pytest.mark.slow]
+
+
+def test_frequencies_in_water_and_air() -> None:
+    rows = offshore.frequencies().judged(KNOWN).rows
+    assert [row for row in rows if row.verdict is Verdict.FAIL] == []
+    given = [row for row in rows if "given" in row.case]
+    assert len(given) == 6 and all(abs(row.deviation) < 0.15 for row in given)
+
+
+def test_loads_in_waves() -> None:
+    rows = offshore.waves().judged(KNOWN).rows
+    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is Verdict.FAIL] == []
+    force = [row for row in rows if row.what.startswith("Hydro") and row.measure == "%"]
+    assert force and all(abs(row.deviation) < 0.15 for row in force)
