@@ -7,31 +7,19 @@ from numpy.typing import NDArray
 
 from meltemi.aero import stall_tables, variants
 from meltemi.aero.flaps import ALPHAS, DELTAS
-from meltemi.aero.flaps import STEP as INCREMENT_STEP
 from meltemi.aero.rotational_augmentation import augmented
-from meltemi.aero.tables import (
-    AeroNode,
-    AeroOptions,
-    AeroParameters,
-    PolarPoint,
-    SectionConstants,
-    TowerFlow,
-)
+from meltemi.aero.tables import AeroNode, AeroOptions, AeroParameters, PolarPoint, SectionConstants, TowerFlow
 from meltemi.core.errors import InputError
 from meltemi.core.variants import number
 from meltemi.environment.site import Environment
 from meltemi.maths.tables import View
 from meltemi.simulation.options import ModelOptions
 from meltemi.structure.beam import section_axes
-from meltemi.structure.members import (
-    NodeLayout,
-)
+from meltemi.structure.members import NodeLayout
 from meltemi.turbine.definition import Airfoil, Turbine
 
 Float = NDArray[np.float64]
 
-FLAP_FADE = np.radians(16.0)
-"""[rad] beyond the angles of attack of a flap's data, over which its increments fade out."""
 POLAR_STEP = np.radians(0.25)
 """[rad] step of the polars' grid, which contains the usual half and whole degrees of polar files."""
 FADE_BEGIN, FADE_END = 1.0, 2.0
@@ -271,23 +259,12 @@ def flap_nodes(turbine: Turbine, layout: NodeLayout) -> Float:
 
 
 def flap_increments(turbine: Turbine) -> Float:
-    """(F, ALPHAS DELTAS, 3) increments on the grid of the kernels: bicubic between the data, faded out beyond stall."""
-    result = np.zeros((len(turbine.blade.flaps), ALPHAS * DELTAS, 3))
-    if not len(result):
-        return result
-    from scipy.interpolate import PchipInterpolator, RectBivariateSpline  # its import takes a quarter of a second
+    """(F, ALPHAS DELTAS, 3) increments on the grid of the kernels."""
+    if not turbine.blade.flaps:
+        return np.zeros((0, ALPHAS * DELTAS, 3))
+    from meltemi.simulation.flaps import increments
 
-    alpha = INCREMENT_STEP * (np.arange(ALPHAS) - ALPHAS // 2)
-    delta = INCREMENT_STEP * (np.arange(DELTAS) - DELTAS // 2)
-    for table, flap in zip(result, turbine.blade.flaps, strict=True):
-        d = flap.increments
-        inside, bent = np.clip(alpha, *d.angle_of_attack[[0, -1]]), np.clip(delta, *d.deflection[[0, -1]])
-        fade = 0.5 + 0.5 * np.cos(np.pi * np.minimum(np.abs(alpha - inside) / FLAP_FADE, 1.0))
-        lift = RectBivariateSpline(d.angle_of_attack, d.deflection, d.lift)(inside, bent)
-        drag, moment = (PchipInterpolator(d.deflection, x)(bent) for x in (d.drag, d.moment))
-        grid = np.stack([lift, np.broadcast_to(drag, lift.shape), np.broadcast_to(moment, lift.shape)], axis=-1)
-        table[:] = (fade[:, None, None] * grid).reshape(-1, 3)
-    return result
+    return increments(turbine)
 
 
 def per_blade(turbine: Turbine, rows: Float) -> Float:
