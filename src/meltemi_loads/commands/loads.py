@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import radians
 from pathlib import Path
 from time import monotonic
@@ -209,35 +209,35 @@ def _show(plan: Plan) -> None:
     print(f"{assumed} values of the table come from practice, not from the standard (docs: load case tables)")
 
 
-@loads.command("run")
-def run_(
-    base: BaseArgument,
+@dataclass(frozen=True)
+class ExecutionOptions:
+    """How missing runs are made."""
+
     shard: Annotated[
         str | None, typer.Option(help="Only every N-th case, beginning with the k-th: k/N, e.g. 3/16.")
-    ] = None,
-    workers: Annotated[int | None, typer.Option(help="Threads [one for each core].")] = None,
+    ] = None
+    workers: Annotated[int | None, typer.Option(help="Threads [one for each core].")] = None
     dask: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler, or: local (processes of this machine).")
-    ] = None,
-    device: Annotated[str, typer.Option(help="cpu; cuda or cuda-single: a graphics card.")] = "cpu",
-    retry: Annotated[bool, typer.Option("--retry", help="Rerun failed cases.")] = False,
-) -> None:
+    ] = None
+    device: Annotated[str, typer.Option(help="cpu; cuda or cuda-single: a graphics card.")] = "cpu"
+    retry: Annotated[bool, typer.Option("--retry", help="Rerun failed cases.")] = False
+
+    def given(self) -> dict[str, Any]:
+        """Arguments of ``run_base`` and ``run_surrogate``."""
+        return asdict(self) | {"shard": shard_of(self.shard)}
+
+
+@loads.command("run")
+@with_options
+def run_(base: BaseArgument, options: ExecutionOptions) -> None:
     """Run the missing cases of a load base."""
     from meltemi_loads.loadbase.engine import run_base
 
     planned = _planned(base)
     folder_for(base)
     with simulation_bar("load cases", len(planned.cases), "cases") as bar:
-        found = run_base(
-            planned,
-            base,
-            shard=shard_of(shard),
-            workers=workers,
-            dask=dask,
-            device=device,
-            retry=retry,
-            progress=told(bar),
-        )
+        found = run_base(planned, base, progress=told(bar), **options.given())
     _show_status(found, base, planned)
 
 
