@@ -37,10 +37,9 @@ def on_files(files: Any, *, config: Any, **_: Any) -> Any:
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
-    def row(cells: list[str]) -> str:
-        return "| " + " | ".join(c.replace("|", "\\|").replace("\n", " ") for c in cells) + " |"
+    from meltemi.report.tables import markdown_table
 
-    return "\n".join([row(head), "|" + "---|" * len(head), *(row(r) for r in rows)])
+    return "\n".join(markdown_table(head, rows))
 
 
 def record(path: str) -> str:

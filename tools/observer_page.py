@@ -12,6 +12,7 @@ import numpy as np
 import meltemi
 from meltemi.loads import damage_equivalent_load
 from meltemi.postprocess.fatigue import usual_slope
+from meltemi.report.tables import markdown_table
 from meltemi.wind.turbulent import realised
 from meltemi_studies.observer import SENSORS, observer
 from meltemi_studies.preview import rotor_average
@@ -78,11 +79,6 @@ def soft(name, speeds):
     return rows
 
 
-def table(head, rows):
-    """Lines of a Markdown table."""
-    return ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
-
-
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--turbines", default="nrel5mw,iea15mw")
@@ -111,7 +107,7 @@ def main():
             rows.append([f"{speed:g}", *cells(runs)])
         runs = np.concatenate(all_rows)
         rows += [["all", *cells(runs)], *extremes(runs)]
-        lines += ["", f"## {model.turbine.name}", "", *table(head, rows)]
+        lines += ["", f"## {model.turbine.name}", "", *markdown_table(head, rows)]
     lines += [
         "",
         "## Flexible and rigid blades",
@@ -125,7 +121,7 @@ def main():
             print(name, speed, mine, stiff, flush=True)
             shift = f"{100.0 * (stiff / speed - 1.0):+.1f} %"
             rows.append([name, f"{speed:g}", f"{mine:.2f}", f"{stiff:.2f}", shift])
-    lines += table(["turbine", "wind m/s", "flexible model m/s", "rigid blades m/s", "error rigid"], rows)
+    lines += markdown_table(["turbine", "wind m/s", "flexible model m/s", "rigid blades m/s", "error rigid"], rows)
     given.out.write_text("\n".join(lines) + "\n")
 
 

@@ -24,6 +24,7 @@ import meltemi
 from meltemi.loadcases.card import CHUNK, Image
 from meltemi.postprocess.files import write_netcdf
 from meltemi.postprocess.summary import Summary, counted, summary
+from meltemi.report.tables import markdown_table
 from meltemi.simulation.simulate import march
 from meltemi_loads.loadbase import engine, store
 from meltemi_loads.loadbase.campaign import make_campaign
@@ -208,8 +209,7 @@ def memory(size: float) -> str:
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in Markdown."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return "\n".join(markdown_table(head, rows))
 
 
 def money(seconds: float, price: float) -> str:

@@ -67,14 +67,14 @@ class ImportedModel(ImportedTurbine):
 
 def report_text(notes: Sequence[ImportNote], title: str) -> str:
     """The notes as a Markdown page, most important first."""
+    from meltemi.report.tables import markdown_table
+
     lines = [f"# {title}", ""]
     for kind in KINDS:
         chosen = [note for note in notes if note.kind == kind]
         lines += [f"## {kind.capitalize()} ({len(chosen)})", ""]
         if chosen:
-            lines += ["| where | what | " + ("to" if kind == "used" else "why") + " |", "|---|---|---|"]
-        for note in chosen:
-            cells = (note.where, note.what, note.why)
-            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+            head = ["where", "what", "to" if kind == "used" else "why"]
+            lines += markdown_table(head, [(note.where, note.what, note.why) for note in chosen])
         lines.append("")
     return "\n".join(lines)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 
+from meltemi.report.tables import markdown_table
 from meltemi_reports.blocks import Code, Section, Table
 
 PICTURE = re.compile(r"(!\[.*?\]\()([^/)\s]+\.png\))")
@@ -27,16 +28,11 @@ def documented(text: str, name: str) -> str:
 def table_lines(table: Table) -> list[str]:
     """Caption, table and note as lines of Markdown."""
 
-    def clean(text: str) -> str:
-        return text.replace("\n", " ").replace("|", "\\|")
-
-    head = [clean(h) for h in table.head]
+    head = table.head
     if table.groups:
         names = [text for text, span in table.groups for _ in range(span)]
         head = [f"{name}: {h}" if name else h for name, h in zip(names, head, strict=True)]
-    lines = [f"*{table.caption}*", "", "| " + " | ".join(head) + " |"]
-    lines.append("|" + "|".join("---" if i < table.text_columns else "---:" for i in range(len(head))) + "|")
-    lines += ["| " + " | ".join(clean(cell) for cell in row) + " |" for row in table.texts]
+    lines = [f"*{table.caption}*", "", *markdown_table(head, table.texts, table.text_columns)]
     return lines + (["", table.note] if table.note else [])
 
 

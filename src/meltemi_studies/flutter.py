@@ -21,7 +21,7 @@ from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
-from meltemi.simulation.campbell import WHIRL, follow, participation, strain
+from meltemi.simulation.campbell import WHIRL, curve_values, follow, participation, strain
 from meltemi.simulation.continuation import CarefulOrbit
 from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
@@ -32,6 +32,7 @@ from meltemi.simulation.orbit import FULL
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import aeroelastic
+from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import AnyWind
 
 Float = NDArray[np.float64]
@@ -152,30 +153,16 @@ def flutter(
     described = aeroelastic(turbine.turbine if isinstance(turbine, Model) else turbine, "flutter")
     if described.n_blades != 3:
         raise UnsupportedError("flutter: the fixed frame needs three blades")
-    control = described.control
     rated = described.rated_rotor_speed
     speeds = np.linspace(*RANGE, POINTS) * rated if rotor_speeds is None else np.array(rotor_speeds, dtype=float)
     if not len(speeds) or not np.all(np.diff(speeds, prepend=0.0) > 0.0):
         raise InputError("flutter: rotor_speeds must be positive and increase")
-    angle = control.pitch.minimum if pitch is None else pitch
+    angle = described.control.pitch.minimum if pitch is None else pitch
     check_prescribed("flutter", described, float(speeds[-1]), angle)
     steady = steady_wind(wind, described.hub_height)
-    model = (
-        with_static_gears(with_blades(turbine, "flutter"))
-        if isinstance(turbine, Model)
-        else stability_model(described, options)
-    )
-    locked = model.locked.copy()
-    if not generator_free:
-        locked[model.coordinates.index("generator")] = 1.0
-    held, stiffness = replace(model, locked=locked), strain(model)
-    orbit = CarefulOrbit(model, steady)
-    orbit.level = FULL
-
-    def modes_at(speed: float) -> list[Mode]:
-        orbit.sweep(speed, angle, 0.0)
-        linear = linearise(held, orbit.finish(), (), (), azimuths=AZIMUTHS)
-        return linear.modes() + diverging(linear)
+    own = with_static_gears(with_blades(turbine, "flutter")) if isinstance(turbine, Model) else None
+    model = own or stability_model(described, options)
+    modes_at, stiffness = _modes_of(model, steady, angle, generator_free), strain(model)
 
     def reached(speed: float) -> list[Mode]:
         """The modes at a speed; none without steady motion."""
@@ -206,21 +193,27 @@ def flutter(
                 found[i], failures[float(speed)] = [], KINK
     oscillating = [[mode for mode in modes if mode.frequency > 0.0] for modes in found]
     curves = follow(oscillating, [i for i, modes in enumerate(oscillating) if modes], stiffness)
-    labels = sorted(curves, key=lambda n: float(np.mean([m.frequency for m in curves[n] if m is not None])))
-    nan = (np.nan, np.nan)
-    values = [[(m.frequency, m.damping) if m else nan for m in curves[label]] for label in labels]
-    numbers = np.array(values).reshape(len(labels), len(speeds), 2)
-    return Flutter(
-        wind_speed=orbit.wind.speed,
-        pitch=angle,
-        rotor_speed=speeds,
-        labels=tuple(labels),
-        frequency=numbers[:, :, 0],
-        damping=numbers[:, :, 1],
-        least=np.array([blade_mode(modes, stiffness).damping if modes else np.nan for modes in found]),
-        limit=limit,
-        failures=failures,
-    )
+    least = np.array([blade_mode(modes, stiffness).damping if modes else np.nan for modes in found])
+    values = curve_values(curves, len(speeds))
+    return Flutter(steady.speed, angle, speeds, tuple(curves), *values, least, limit, failures)
+
+
+def _modes_of(
+    model: BladedModel, wind: SteadyWind, pitch: float, generator_free: bool
+) -> Callable[[float], list[Mode]]:
+    """Function of the rotor speed [rad/s] that gives the modes, from the motion that it found at the speed before."""
+    locked = model.locked.copy()
+    if not generator_free:
+        locked[model.coordinates.index("generator")] = 1.0
+    held, orbit = replace(model, locked=locked), CarefulOrbit(model, wind)
+    orbit.level = FULL
+
+    def modes_at(speed: float) -> list[Mode]:
+        orbit.sweep(speed, pitch, 0.0)
+        linear = linearise(held, orbit.finish(), (), (), azimuths=AZIMUTHS)
+        return linear.modes() + diverging(linear)
+
+    return modes_at
 
 
 def blade_mode(modes: Sequence[Mode], stiffness: dict[str, float]) -> Mode:

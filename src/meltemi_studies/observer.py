@@ -31,6 +31,7 @@ from meltemi.simulation.trim import operating_point
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.spectra import coherence_decay, densities, scale_parameter
+from meltemi_studies.kalman_design import condensed, discrete, stationary
 
 Float = NDArray[np.float64]
 
@@ -543,26 +544,6 @@ ARRAYS = ("centre", "A", "B", "K", "C", "D", "inputs", "outputs", "covariance", 
 """What :func:`_design` gives, as attributes of :class:`Observer`."""
 
 
-def condensed(linear: LinearModel, fast: NDArray[np.bool_]) -> LinearModel:
-    """The model whose states of a mask are in equilibrium with the others (O-1a).
-
-    In the fixed frame this is exact for steady wind with shear, yaw and tilt: what a blade meets once a revolution is
-    constant there, and the lag of a state in the rotating frame is part of its matrix.
-
-    Args:
-      linear: in the fixed frame.
-      fast: (n,) which states.
-    """
-    kept = ~fast
-    follows = -np.linalg.solve(linear.A[np.ix_(fast, fast)], np.hstack([linear.A[np.ix_(fast, kept)], linear.B[fast]]))
-    n = int(kept.sum())
-    A = linear.A[np.ix_(kept, kept)] + linear.A[np.ix_(kept, fast)] @ follows[:, :n]
-    B = linear.B[kept] + linear.A[np.ix_(kept, fast)] @ follows[:, n:]
-    C, D = linear.C[:, kept] + linear.C[:, fast] @ follows[:, :n], linear.D + linear.C[:, fast] @ follows[:, n:]
-    states, units = (tuple(np.array(x)[kept].tolist()) for x in (linear.states, linear.state_units))
-    return replace(linear, A=A, B=B, C=C, D=D, states=states, state_units=units, x0=linear.x0[kept])
-
-
 def _design(linear: LinearModel, turbine: AnyTurbine, turbulence: ExpectedTurbulence, R: Float) -> tuple[Float, ...]:
     """Discrete model, gain and covariances at one wind speed (O-1 to O-10)."""
     speed, omega = float(linear.u0[2]), linear.point.rotor_speed
@@ -599,37 +580,3 @@ def _design(linear: LinearModel, turbine: AnyTurbine, turbulence: ExpectedTurbul
     K, P, S = stationary(Ad, C[: len(SENSORS)], Q, R)
     centre = np.concatenate([linear.x0, [speed], np.zeros(h - 1)])
     return centre, Ad, Bd, K, C, linear.D[:, :m], linear.u0[:m], linear.y0, P, S, Q
-
-
-def discrete(A: Float, B: Float, W: Float, dt: float) -> tuple[Float, Float, Float]:
-    """Matrices of a step, and covariance of its noise (Van Loan 1978; O-7).
-
-    Args:
-      A, B: (n, n), (n, m) of dz/dt = A z + B u + w.
-      W: (n, n) intensity of w.
-      dt: [s].
-    """
-    from scipy.linalg import expm
-
-    n, m = B.shape
-    both = expm(np.block([[A, B], [np.zeros((m, n + m))]]) * dt)
-    loan = expm(np.block([[-A, W], [np.zeros((n, n)), A.T]]) * dt)
-    Ad = both[:n, :n]
-    Q = loan[n:, n:].T @ loan[:n, n:]
-    return Ad, both[:n, n:], 0.5 * (Q + Q.T)
-
-
-def stationary(A: Float, C: Float, Q: Float, R: Float) -> tuple[Float, Float, Float]:
-    """Gain, covariance after an update and covariance of the innovation in the steady state (O-8, O-9).
-
-    Args:
-      A, C: (n, n), (s, n) of a discrete model.
-      Q, R: (n, n), (s, s) covariances of process and sensors.
-    """
-    from scipy.linalg import solve_discrete_are
-
-    M = solve_discrete_are(A.T, C.T, Q, R)
-    S = C @ M @ C.T + R
-    K = np.linalg.solve(S, C @ M).T
-    P = M - K @ S @ K.T
-    return K, 0.5 * (P + P.T), S

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import pi
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -311,19 +311,9 @@ def compare(
     for name, (begin, end) in judged.items():
         if not 0.0 <= begin < end <= duration:
             raise InputError(f"compare: window {name!r} from {begin:g} to {end:g} s does not fit in {duration:g} s")
-    flaps = [f"flap_{j + 1}_angle_{b + 1}" for j in range(model.n_flaps) for b in range(model.n_blades)]
-    channels = [name for name in CHANNELS if not (name[-1] == "3" and model.n_blades < 3)] + flaps
     quantities = QUANTITIES
     if grid is not None and grid.power_reference is not None:
-        quantities, channels = (*QUANTITIES, TRACKING), [*channels, "power_reference"]
-
-    def cases() -> Iterator[Run]:
-        for k, wind in enumerate(winds):
-            shared = SharedField(wind, model, duration, len(controllers))
-            for scheme, controller in controllers.items():
-                name, settings = f"{k}:{scheme}", {"duration": duration, "channels": channels, "grid": grid}
-                yield Run(model, shared, controller=controller, name=name, **settings)  # type: ignore[arg-type]
-
+        quantities = (*QUANTITIES, TRACKING)
     done: dict[int, int] = {}
     lock = threading.Lock()
 
@@ -336,7 +326,8 @@ def compare(
             done[k] = done.get(k, 0) + 1
         return summary
 
-    outcomes = resumed(cases(), reduce=reduce, workers=workers, progress=progress, total=len(controllers) * len(winds))
+    cases, total = _cases(model, controllers, winds, duration, grid), len(controllers) * len(winds)
+    outcomes = resumed(cases, reduce=reduce, workers=workers, progress=progress, total=total)
     by_name = {outcome.name: outcome for outcome in outcomes}
     failures = tuple(outcome for outcome in outcomes if not outcome.ok)
     for failure in failures:
@@ -405,6 +396,24 @@ class SharedField:
             self.left -= 1
             self.field = found if self.left else None
             return found
+
+
+def _cases(
+    model: BladedModel,
+    controllers: Mapping[str, Controller | Callable[[Wind], Controller]],
+    winds: Sequence[AnyWind],
+    duration: float,
+    grid: PowerGrid | None,
+) -> Iterator[Run]:
+    flaps = [f"flap_{j + 1}_angle_{b + 1}" for j in range(model.n_flaps) for b in range(model.n_blades)]
+    channels = [name for name in CHANNELS if not (name[-1] == "3" and model.n_blades < 3)] + flaps
+    if grid is not None and grid.power_reference is not None:
+        channels.append("power_reference")
+    given: dict[str, Any] = {"duration": duration, "channels": channels, "grid": grid}
+    for k, wind in enumerate(winds):
+        shared = SharedField(wind, model, duration, len(controllers))
+        for scheme, controller in controllers.items():
+            yield Run(model, shared, controller=controller, name=f"{k}:{scheme}", **given)
 
 
 def _limits(run: RunSummary, window: str) -> tuple[IdealRemoval, IdealRemoval]:

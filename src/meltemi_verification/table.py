@@ -226,12 +226,12 @@ class Report:
 
     def markdown(self) -> str:
         """The report as a page."""
+        from meltemi.report.tables import markdown_table
+
         lines = [f"**{self.summary()}**", ""]
         for table in self.tables:
             lines += [f"## {table.title}", "", f"Reference: {table.source}.", ""]
-            head, rows = table.head_and_rows()
-            lines += ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-            lines += ["| " + " | ".join(row) + " |" for row in rows]
+            lines += markdown_table(*table.head_and_rows())
             reasons = dict.fromkeys(row.why for row in table.rows if row.why)
             lines += ["", *(f"Known deviation: {why}" for why in reasons)]
             lines += ["", *(f"![{name}]({name}.png)" for name in table.figures), ""]

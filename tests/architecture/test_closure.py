@@ -23,8 +23,9 @@ simulate(build(load_turbine("nrel5mw")), SteadyWind(speed=12.0), duration=0.01, 
 """
 BY_REGISTRATION = (
     "control.supervisor core.representation electrical environment.drops environment.rain numbers.duals "
-    "simulation.disk simulation.electric simulation.events simulation.ice simulation.rain simulation.scene "
-    "structure.gear_train turbine.electrical turbine.gearbox turbine.icing turbine.power_turbine wind.turbulence"
+    "simulation.disk simulation.electric simulation.events simulation.flaps simulation.ice simulation.rain "
+    "simulation.scene structure.gear_train turbine.electrical turbine.gearbox turbine.icing turbine.power_turbine "
+    "wind.turbulence"
 ).split()
 """What a plain simulation reaches by registration only: packages and modules of meltemi, and all built on it."""
 

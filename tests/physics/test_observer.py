@@ -18,14 +18,13 @@ from meltemi.simulation.channels import Contents, catalogue
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.turbine.library import write_turbine
+from meltemi_studies.kalman_design import discrete, stationary
 from meltemi_studies.observer import (
     SENSORS,
     ExpectedTurbulence,
     Observer,
     SensorNoise,
-    discrete,
     observer,
-    stationary,
 )
 
 pytestmark = pytest.mark.slow

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import pickle
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from types import FunctionType
@@ -15,6 +16,7 @@ import pytest
 
 import meltemi
 from meltemi import InputError, TurbulentWind
+from meltemi.core.calls import arguments_of, explained
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.units import from_text
 from meltemi.namespaces import NAMESPACES, declared
@@ -153,3 +155,38 @@ def test_fingerprints_tell_code_and_content_apart() -> None:
     assert fingerprint(partial(gain, 1.0)) != fingerprint(partial(gain, 2.0))
     assert fingerprint({"a": 1.0}) != fingerprint({"a": 2.0})
     assert fingerprint(object()) is None
+
+
+@dataclass(frozen=True, kw_only=True)
+class How:
+    """How it is done.
+
+    Attributes:
+      workers: threads.
+    """
+
+    workers: int = 1
+
+
+@dataclass(frozen=True)
+class What(How):
+    """What is done.
+
+    Attributes:
+      name: of it.
+    """
+
+    name: str
+
+
+def test_arguments_of_a_record_that_derives_from_another() -> None:
+    @arguments_of(What)
+    def do(asked: What) -> str:
+        """Do it."""
+        return f"{asked.name} by {asked.workers}"
+
+    assert do("wash", workers=2) == "wash by 2"
+    assert [*inspect.signature(do).parameters] == ["name", "workers"]
+    assert do.__doc__ is not None and "name: of it." in do.__doc__ and "workers: threads." in do.__doc__
+    with pytest.raises(InputError, match="unknown argument 'worker'; did you mean 'workers'"):
+        explained(do)("wash", worker=2)  # type: ignore[call-arg]

@@ -20,7 +20,7 @@ from meltemi.analysis import OperatingPoint
 from meltemi.plots import plot_performance, plot_power_curve
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import EVERYBODY, new_figure, plot_channel, save
-from meltemi.report.tables import POWER_CURVE, power_curve_rows, rich_table
+from meltemi.report.tables import POWER_CURVE, markdown_table, power_curve_rows, rich_table
 from meltemi.simulation.channels import standard
 from meltemi.simulation.performance import RotorPerformance
 
@@ -247,3 +247,9 @@ def test_tables_on_the_terminal() -> None:
     # numbers stand at the right
     ends = {line.rstrip("│").rstrip()[-1] for line in lines if line.startswith("│")}
     assert ends == {"5", "2"}
+
+
+def test_cells_of_a_markdown_table_stay_in_their_column() -> None:
+    lines = markdown_table(["load\nkN m", "value"], [["a|b", "1"], ["", "2"]], text_columns=1)
+    assert lines == ["| load kN m | value |", "|---|---:|", "| a\\|b | 1 |", "|  | 2 |"]
+    assert markdown_table(["x", "y"], []) == ["| x | y |", "|---|---|"]

@@ -128,19 +128,12 @@ def run(
     """Simulate a case; writes a table, a plot and a result file."""
     if options.start not in (None, "operating", "deck"):
         raise InputError(f"--start {options.start!r}: expected operating or deck")
-    given = options.given()
+    case, written = _case(target, options.given())
     path = Path(target)
-    written = path.suffix in (".yaml", ".yml") and (is_case(path) or not (given or path.exists()))
-    if written:
-        case, folder = _case_of_file(path, given), path.parent
-    elif path.suffix.lower() == ".fst":
-        case, folder = _case_of_deck(path, given), Path()
-    else:
-        case, folder = _case_of_options(target, given), Path()
+    folder = path.parent if written else Path()
     from dataclasses import replace
     from tempfile import TemporaryDirectory
 
-    from meltemi.core.errors import Status
     from meltemi.core.yamlfile import validated, write_record
     from meltemi.loadcases.case import LoadCase, case_run, case_turbine, self_contained
 
@@ -167,15 +160,29 @@ def run(
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
             files.append(out / "case.yaml")
-    from meltemi.report.tables import early_extremes, statistics_rows
+    _show(result, f", after {case.transient:g} s" if case.transient else "")
+    wrote(*files)
+    suggest(*_after_run(case, folder, out))
+    _tell(result)
 
-    meta, warnings = result.meta, result.warnings
+
+def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:
+    """The case of a target and options, and whether it stands in a file of its own."""
+    path = Path(target)
+    if path.suffix in (".yaml", ".yml") and (is_case(path) or not (given or path.exists())):
+        return _case_of_file(path, given), True
+    return _case_of_deck(path, given) if path.suffix.lower() == ".fst" else _case_of_options(target, given), False
+
+
+def _show(result: Result, after: str) -> None:
+    """Print statistics and events of a result, and the times of its run."""
+    from meltemi.report.tables import statistics_rows
+
+    meta = result.meta
     if result.sampled:
-        after = f", after {case.transient:g} s" if case.transient else ""
-        print_table(f"{turbine.name}: {meta['wind']}{after}", *statistics_rows(result), text_columns=3)
+        print_table(f"{meta['turbine']}: {meta['wind']}{after}", *statistics_rows(result), text_columns=3)
         print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for other loads")
         print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
-        warnings = (*warnings, *filter(None, [early_extremes(result)]))
     if result.log:
         happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
         print_table("Events", ["time s", "source", "what", "reason"], happened, text_columns=4)
@@ -184,9 +191,14 @@ def run(
         f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "
         f"preparation {meta['prepare_seconds']:.1f} s, compilation {meta['compile_seconds']:.1f} s)"
     )
-    wrote(*files)
-    suggest(*_after_run(case, folder, out))
-    for warning in warnings:
+
+
+def _tell(result: Result) -> None:
+    """Print warnings and findings; ends the command with the status of the run."""
+    from meltemi.core.errors import Status
+    from meltemi.report.tables import early_extremes
+
+    for warning in (*result.warnings, *filter(None, [early_extremes(result) if result.sampled else ""])):
         say(f"warning: {warning}")
     if result.status is Status.DOUBTFUL:
         for finding in result.findings:

@@ -96,6 +96,15 @@ SeaOption = Annotated[
     ),
 ]
 
+WorkersOption = Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")]
+MOST_WORKERS = 1000
+
+
+def check_workers(workers: int | None) -> None:
+    """Refuse an impossible ``--workers`` before the work begins."""
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
+
 
 IEC_MODELS = _one_of("NTM", "ETM", "EWM1", "EWM50", "NWP", "EOG", "EDC", "ECD", "ECG", "EWSH", "EWSV")
 """Completion of a wind model of IEC 61400-1."""

@@ -139,6 +139,13 @@ def say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
+def made_by() -> dict[str, str]:
+    """Command line and version, for the page of a command."""
+    import meltemi
+
+    return {"repeat": shlex.join(["meltemi", *sys.argv[1:]]), "footer": f"meltemi {meltemi.__version__}"}
+
+
 def wrote(*files: Path) -> None:
     """Print the files that a command wrote."""
     for file in files:

@@ -11,7 +11,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache, wraps
 from numbers import Real
 from types import UnionType
-from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 
@@ -35,7 +35,8 @@ def arguments_of(record: Callable[P, S]) -> Callable[[Callable[[S], R]], Callabl
             return function(record(*args, **kwargs))
 
         shown = inspect.signature(record).replace(return_annotation=function.__annotations__["return"])
-        told = inspect.cleandoc(record.__doc__ or "").partition("Attributes:\n")[2]
+        kinds = [kind for kind in inspect.getmro(cast("type", record)) if is_dataclass(kind)]  # with what they inherit
+        told = "\n".join(inspect.cleandoc(kind.__doc__ or "").partition("Attributes:\n")[2] for kind in kinds)
         summary, section, rest = inspect.cleandoc(function.__doc__ or "").partition("\nReturns:\n")
         call.__doc__ = f"{summary}\nArgs:\n{told}\n{section}{rest}"
         vars(call)["__signature__"], vars(call)["__record__"] = shown, record

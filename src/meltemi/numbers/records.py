@@ -2,7 +2,8 @@
 
 Access to fields and entries is generated inline, without reference counts: the host owns the memory. A record is the
 address of its words, which nothing writes while kernels run; so their loads are marked as invariant, and stores of a
-kernel into arrays do not force it to load them again.
+kernel into arrays do not force it to load them again. One module: types, boxing and access of tables and of records are
+two halves of the same layout.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -140,6 +140,14 @@ def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], t
     for row in rows:
         table.add_row(*row)
     return table
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]], text_columns: int | None = None) -> list[str]:
+    """Lines of a Markdown table; columns after the first ``text_columns`` are numbers, by default none are."""
+    sides = ["---" if text_columns is None or i < text_columns else "---:" for i in range(len(head))]
+    lines = [[" ".join(cell.split()).replace("|", "\\|") for cell in line] for line in (head, *rows)]
+    first, *others = (f"| {' | '.join(line)} |" for line in lines)
+    return [first, f"|{'|'.join(sides)}|", *others]
 
 
 HEAD_UNIT = re.compile(

@@ -114,18 +114,7 @@ def campbell(
       UnsupportedError: the rotor does not have three blades.
     """
     model = with_blades(model, "campbell")
-    if wind_speeds is not None and rotor_speeds is None:
-        given = [float(value) for value in wind_speeds]
-    elif rotor_speeds is not None and wind_speeds is None:
-        given = [float(value) for value in rotor_speeds]
-    else:
-        raise InputError("campbell: give one of wind_speeds and rotor_speeds")
-    if rotor_speeds is not None and air:
-        raise InputError("campbell: with air the rotor speed follows from the wind: give wind_speeds, or air=False")
-    if model.n_blades != 3:
-        raise UnsupportedError("campbell: the fixed frame needs three blades")
-    if not given:
-        raise InputError("campbell: no wind speeds or rotor speeds")
+    given = _points(model, wind_speeds, rotor_speeds, air)
     free = air if generator_free is None else generator_free
     model = with_static_gears(model)  # modes of a gearbox have far higher frequencies
     vacuum = replace(
@@ -140,8 +129,7 @@ def campbell(
         if progress is not None:
             progress((i + share) / len(given))
 
-    found: list[list[Mode]] = []
-    operation, failures = [], {}
+    found, operation, failures = list[list[Mode]](), [], {}
     for i, value in enumerate(given):
         where_now, modes = (value, np.nan, np.nan) if rotor_speeds is None else (np.nan, value, 0.0), []
         try:
@@ -168,21 +156,34 @@ def campbell(
     # begin where modes are distinguished best: at high rotor speed in vacuum, in slow wind with little damping
     order = [i for i in np.argsort(where[:, 0] if air else -where[:, 1], kind="stable") if found[i]]
     curves = follow(found, [int(i) for i in order], strain(model), bool(np.any(where[:, 1] > 0.0)))
-    labels = sorted(curves, key=lambda n: float(np.mean([m.frequency for m in curves[n] if m is not None])))
+    frequency, damping = curve_values(curves, len(given))
+    wind_speed, rotor_speed, pitch = where.T
+    tracked = tuple(tuple(curve) for curve in curves.values())
+    return Campbell(wind_speed, rotor_speed, pitch, tuple(curves), frequency, damping, tracked, air, failures)
+
+
+def _points(
+    model: BladedModel, wind_speeds: Sequence[float] | None, rotor_speeds: Sequence[float] | None, air: bool
+) -> list[float]:
+    """The wind speeds or rotor speeds that are given; errors as for :func:`campbell`."""
+    if (wind_speeds is None) == (rotor_speeds is None):
+        raise InputError("campbell: give one of wind_speeds and rotor_speeds")
+    if rotor_speeds is not None and air:
+        raise InputError("campbell: with air the rotor speed follows from the wind: give wind_speeds, or air=False")
+    if model.n_blades != 3:
+        raise UnsupportedError("campbell: the fixed frame needs three blades")
+    given = [float(value) for speeds in (wind_speeds, rotor_speeds) if speeds is not None for value in speeds]
+    if not given:
+        raise InputError("campbell: no wind speeds or rotor speeds")
+    return given
+
+
+def curve_values(curves: dict[str, list[Mode | None]], n: int) -> tuple[Float, Float]:
+    """(modes, n) frequencies [rad/s] and damping ratios of curves; NaN where a mode is missing."""
     nan = (np.nan, np.nan)
-    values = [[(m.frequency, m.damping) if m else nan for m in curves[label]] for label in labels]
-    numbers = np.array(values).reshape(len(labels), len(given), 2)
-    return Campbell(
-        wind_speed=where[:, 0],
-        rotor_speed=where[:, 1],
-        pitch=where[:, 2],
-        labels=tuple(labels),
-        frequency=numbers[:, :, 0],
-        damping=numbers[:, :, 1],
-        modes=tuple(tuple(curves[label]) for label in labels),
-        air=air,
-        failures=failures,
-    )
+    values = [[(m.frequency, m.damping) if m else nan for m in curve] for curve in curves.values()]
+    frequency, damping = np.moveaxis(np.array(values).reshape(len(curves), n, 2), -1, 0)
+    return frequency, damping
 
 
 def _shifted(done: Callable[[float], None], share: float) -> None:
@@ -258,7 +259,9 @@ def participation(mode: Mode, stiffness: dict[str, float], turning: bool = True)
 def follow(
     found: Sequence[Sequence[Mode]], order: Sequence[int], stiffness: dict[str, float], turning: bool = True
 ) -> dict[str, list[Mode | None]]:
-    """Curves of modes by name; at each operating point every mode has at most one name and every name at most one mode.
+    """Curves of modes by name, in the order of their mean frequencies.
+
+    At each operating point every mode has at most one name and every name at most one mode.
 
     A mode gets the name of the coordinate that holds its strain energy, if the mode of that name at the previous point
     is similar to it. There are as many names as coordinates; the remaining modes are not structural.
@@ -285,4 +288,6 @@ def follow(
         for k, j in zip(*linear_sum_assignment(-score), strict=True):
             if score[k, j] >= LEAST:
                 curves[names[j]][i] = last[names[j]] = found[i][k]
-    return {name: curve for name, curve in curves.items() if any(curve)}
+    curves = {name: curve for name, curve in curves.items() if any(curve)}
+    order_of = {name: float(np.mean([m.frequency for m in curve if m])) for name, curve in curves.items()}
+    return {name: curves[name] for name in sorted(curves, key=lambda name: order_of[name])}

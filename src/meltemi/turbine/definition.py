@@ -3,7 +3,8 @@
 Frames, signs and azimuth zero are defined in ``docs/conventions.md``. In short: x points downwind,
 z up or from the blade root to its tip, y completes the right-handed set; blade pitch and twist are
 positive towards feather (nose into the wind); tilt lifts the upwind end of the shaft; cone leans the
-blades upwind. Units are SI throughout: metre, kilogram, second, radian, newton, watt.
+blades upwind. Units are SI throughout: metre, kilogram, second, radian, newton, watt. One module,
+in the order of a turbine file, so that the description of a turbine can be read at once.
 """
 
 from __future__ import annotations

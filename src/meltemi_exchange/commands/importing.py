@@ -56,7 +56,7 @@ def import_(
     The files are the turbine, the case (not of windIO) and the report.
     """
     from meltemi.core.yamlfile import read_mapping, write_record
-    from meltemi.turbine.library import load_turbine, write_turbine
+    from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
     from meltemi_exchange.deck_case import deck_case
     from meltemi_exchange.hawc2 import import_hawc2
@@ -65,20 +65,13 @@ def import_(
 
     if start not in ("operating", "deck"):
         raise InputError(f"--start {start!r}: expected operating or deck")
-    kind = SOURCES.get(source.suffix.lower(), "an OpenFAST deck")
     of_decks = {"--blade": blade != "deck", "--fixed-base": fixed_base, "--momentum-wake": momentum_wake}
     of_decks["--discon"] = discon is not None
-    of_models = {"--control-of": control_of is not None, "--start": start == "deck"}
-    for option, used in {**of_decks, **(of_models if kind == "a windIO file" else {})}.items():
-        if used and kind != "an OpenFAST deck":
-            owner = "OpenFAST decks" if option in of_decks else "OpenFAST decks and HAWC2 models"
-            raise InputError(f"{option} is for {owner}, {source} is {kind}")
+    kind = _kind(source, of_decks, {"--control-of": control_of is not None, "--start": start == "deck"})
     if kind == "a windIO file":
         imported = import_windio(source, extra)
         _show(imported)
-        folder_for(out)
-        write_turbine(imported.turbine, out / "turbine.yaml")
-        _write_report(imported, source, out)
+        _write(imported, source, out)
         wrote(out / "turbine.yaml", out / "report.md")
         suggest("run", out / "turbine.yaml", "--wind-speed", 12)
         return
@@ -96,10 +89,8 @@ def import_(
     _show(deck)
     if deck.wind is None:
         print(f"the wind of the deck is not supported in a case file; the case has {case.wind.model_dump()} instead")
-    folder_for(out)
-    write_turbine(deck.turbine, out / "turbine.yaml")
+    _write(deck, source, out)
     write_record(case, out / "case.yaml")
-    _write_report(deck, source, out)
     wrote(out / "turbine.yaml", out / "case.yaml", out / "report.md")
     if any("PC_GS_KP" in note.what for note in deck.noted("approximated")):
         say("the pitch gains of ROSCO's settings are approximated (see above); ROSCO itself controls the deck by")
@@ -107,6 +98,16 @@ def import_(
         suggest("run", source, "--controller", f"rosco{given}")
     else:
         suggest("run", out / "case.yaml")
+
+
+def _kind(source: Path, of_decks: dict[str, bool], of_models: dict[str, bool]) -> str:
+    """What the file is; raises an error if an option is used that others have (options and whether they are used)."""
+    kind = SOURCES.get(source.suffix.lower(), "an OpenFAST deck")
+    for option, used in {**of_decks, **(of_models if kind == "a windIO file" else {})}.items():
+        if used and kind != "an OpenFAST deck":
+            owner = "OpenFAST decks" if option in of_decks else "OpenFAST decks and HAWC2 models"
+            raise InputError(f"{option} is for {owner}, {source} is {kind}")
+    return kind
 
 
 def _show(imported: ImportedTurbine) -> None:
@@ -124,10 +125,14 @@ def _show(imported: ImportedTurbine) -> None:
         say(f"warning: {words}")
 
 
-def _write_report(imported: ImportedTurbine, source: Path, out: Path) -> None:
+def _write(imported: ImportedTurbine, source: Path, out: Path) -> None:
+    """Write turbine and report."""
     from meltemi.core.files import write_text
+    from meltemi.turbine.library import write_turbine
     from meltemi_exchange.report import report_text
 
+    folder_for(out)
+    write_turbine(imported.turbine, out / "turbine.yaml")
     text = report_text(imported.notes, f"{source.name} as a turbine")
     write_text(out / "report.md", text)
 

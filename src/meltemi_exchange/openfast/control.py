@@ -85,6 +85,13 @@ def from_discon(v: Values, notes: list[ImportNote]) -> tuple[dict[str, Any], dic
         },
         "source": f"{where}: settings of ROSCO, mapped to the baseline controller",
     }
+    v.unneeded("as many as PC_GS_angles has", "schedule")
+    v.unneeded("region 3 begins at 0.99 of PC_RefSpd", "rated_speed")
+    return control, _actuator(v, where, fine)
+
+
+def _actuator(v: Values, where: str, fine: float) -> dict[str, Any]:
+    """Pitch actuator from ROSCO's settings; ``fine`` [rad] is the pitch below rated."""
     actuator = {
         "rate_limit": v["pitch_rate"],
         "minimum": min(v["minimum_pitch"], fine),
@@ -92,8 +99,6 @@ def from_discon(v: Values, notes: list[ImportNote]) -> tuple[dict[str, Any], dic
         "kind": "ideal",
         "source": where,
     }
-    v.unneeded("as many as PC_GS_angles has", "schedule")
-    v.unneeded("region 3 begins at 0.99 of PC_RefSpd", "rated_speed")
     if v.given("actuator", 0) != 2:
         v.unneeded("of PA_Mode 2", "actuator_frequency", "actuator_damping")
         if v.given("actuator", 0) == 1:
@@ -102,7 +107,7 @@ def from_discon(v: Values, notes: list[ImportNote]) -> tuple[dict[str, Any], dic
         actuator |= {"kind": "second_order", "natural_frequency": v["actuator_frequency"]}
         if v.given("actuator_damping", 0.0) > 0.0:
             actuator["damping_ratio"] = v["actuator_damping"]
-    return control, actuator
+    return actuator
 
 
 def _schedule(angle: Float, gains: Float) -> tuple[float, Float, Float]:

@@ -77,12 +77,8 @@ def read_deck(
       InputError: with file, line, keyword and what was expected; or what the deck lacks, by key paths for ``extra``.
       UnsupportedError: something that is not modelled, by its name.
     """
-    path = Path(path)
-    notes: list[ImportNote] = []
-    v = Values(notes)
-    main = read_input(path, "main")
-    if main.find("EDFile") is None and main.find("CompElast") is None:
-        raise InputError(f"{path}: not the main file of an OpenFAST deck (.fst): no CompElast and EDFile in it")
+    path, notes = Path(path), list[ImportNote]()
+    v, main = Values(notes), _main(path)
     v.read(main)
     _refuse_modules(main, v, fixed_base)
     elastodyn = v.read(_open(main, "EDFile", "ElastoDyn"))
@@ -90,18 +86,12 @@ def read_deck(
     aero_values = Values(notes)
     aero = aero_values.read(_open(main, "AeroFile", "AeroDyn"))
     _refuse_wake(aero, aero_values, momentum_wake)
-
     polars = _polars(aero, aero_values, notes)
     shape_path = _file(aero, aero_values, "blade_file")
     outer = read_aerodyn_blade(read_input(shape_path, "AeroDyn blade"), list(polars.airfoils), notes)
-    length = v["tip_radius"] - v["hub.radius"]
-    if not length > 0.0:
-        raise InputError(f"{elastodyn.path}: TipRad must be larger than HubRad")
-    structure = _structure(main, elastodyn, v, length, blade, notes)
-
+    structure = _structure(main, elastodyn, v, blade, notes)
     tower = read_tower(read_input(_file(elastodyn, v, "tower_file"), "ElastoDyn tower"), v, notes)
     add_diameter(tower, aero, aero_values, notes)
-
     data: dict[str, Any] = {
         "name": path.stem,
         "description": _title(main),
@@ -111,11 +101,7 @@ def read_deck(
         "airfoils": polars.airfoils,
         "tower": tower,
     }
-    for target, value in v.data.items():
-        if "." in target and value is not None:
-            set_keys(data, target, value)
-    _nacelle(data, v)
-    data["hub"]["source"] = data["nacelle"]["source"] = elastodyn.path.name
+    _machine(data, v, elastodyn.path.name)
     if v["air_density"] is not None:
         aero_values.unneeded("that of the main file is used", "air_density")
     if v.given("comp_sub", 0) != 1:
@@ -123,45 +109,37 @@ def read_deck(
     if not fixed_base and v.given("comp_sub", 0) == 1:
         data["foundation"] = read_substructure(main, v, notes)
     servo = _control(main, data, v, None if discon is None else Path(discon), notes)
-    if not servo.get("step"):
-        v.unneeded("the time step follows from the highest frequency of the model", "time_step", "library_step")
-    if not (v.given("pitch_free", False) and data.get("pitch_actuator", {}).get("kind") == "second_order"):
-        names = ("pitch_inertia", "bearing_inertia", "pitch_stiffness", "pitch_damping")
-        v.unneeded("of PitchDOF, with ROSCO", *names)
-        if v.given("pitch_free", False):
-            v.note("ignored", "pitch_free", "the pitch actuator is that of the controller")
     _drivetrain(data, v)
-    if control_of is not None:
-        for name in ("control", "pitch_actuator", "rated_power"):
-            value = getattr(control_of, name)
-            data[name] = value.content() if isinstance(value, Record) else value
-        notes.append(ImportNote("used", "control_of", control_of.name, "control, pitch_actuator, rated_power"))
-
-    for target, value in (extra or {}).items():
-        set_keys(data, target, value)
-        notes.append(ImportNote("used", "extra", f"{target}", "given in addition to the deck"))
+    _replaced(data, control_of, extra or {}, notes)
     _ask(path, data)
     turbine = _validated(data, path, v)
     inflow = v.file(main, "inflow") if v.given("comp_inflow", 1) == 1 else None
     wind = read_inflow(read_input(inflow, "InflowWind"), turbine.hub_height, notes) if inflow else None
     density = v["air_density"] if v["air_density"] is not None else aero_values["air_density"]
+    surroundings = {"air_density": density, "gravity": v["gravity"]}
     return Deck(
         turbine,
         tuple(notes),
         options=_options(turbine, v, aero_values, polars, momentum_wake),
-        environment={
-            name: value for name, value in (("air_density", density), ("gravity", v["gravity"])) if value is not None
-        },
+        environment={name: value for name, value in surroundings.items() if value is not None},
         wind=wind,
         duration=min(v.given("duration", 60.0), 1e6),
         output_step=v.given("output_step", 0.05),
-        start={
-            "rotor_speed": v.given("rotor_speed", 0.0),
-            "pitch": v.given("pitch", 0.0),
-            "azimuth": math.remainder(v.given("azimuth", 0.0) - v.given("azimuth_up", 0.0), 2.0 * math.pi),
-        },
+        start=_start(v),
         library=servo,
     )
+
+
+def _start(v: Values) -> dict[str, float]:
+    azimuth = math.remainder(v.given("azimuth", 0.0) - v.given("azimuth_up", 0.0), 2.0 * math.pi)
+    return {"rotor_speed": v.given("rotor_speed", 0.0), "pitch": v.given("pitch", 0.0), "azimuth": azimuth}
+
+
+def _main(path: Path) -> InputFile:
+    main = read_input(path, "main")
+    if main.find("EDFile") is None and main.find("CompElast") is None:
+        raise InputError(f"{path}: not the main file of an OpenFAST deck (.fst): no CompElast and EDFile in it")
+    return main
 
 
 def _open(main: InputFile, keyword: str, module: str) -> InputFile:
@@ -277,8 +255,11 @@ def _polars(aero: InputFile, values: Values, notes: list[ImportNote]) -> Polars:
 
 
 def _structure(
-    main: InputFile, elastodyn: InputFile, v: Values, length: float, blade: BladeChoice, notes: list[ImportNote]
+    main: InputFile, elastodyn: InputFile, v: Values, blade: BladeChoice, notes: list[ImportNote]
 ) -> dict[str, Any]:
+    length = v["tip_radius"] - v["hub.radius"]
+    if not length > 0.0:
+        raise InputError(f"{elastodyn.path}: TipRad must be larger than HubRad")
     if blade not in ("deck", "elastodyn", "beamdyn"):
         raise InputError(f"blade: {blade!r}: {did_you_mean(str(blade), ['deck', 'elastodyn', 'beamdyn'])}")
     matrices = blade == "beamdyn" or (blade == "deck" and v["comp_elast"] == 2)
@@ -300,8 +281,27 @@ def _structure(
     return structure
 
 
-def _nacelle(data: dict[str, Any], v: Values) -> None:
+def _replaced(
+    data: dict[str, Any], control_of: Turbine | None, extra: Mapping[str, Any], notes: list[ImportNote]
+) -> None:
+    """Put the control of another turbine and further values in the place of those of the deck."""
+    if control_of is not None:
+        for name in ("control", "pitch_actuator", "rated_power"):
+            value = getattr(control_of, name)
+            data[name] = value.content() if isinstance(value, Record) else value
+        notes.append(ImportNote("used", "control_of", control_of.name, "control, pitch_actuator, rated_power"))
+    for target, value in extra.items():
+        set_keys(data, target, value)
+        notes.append(ImportNote("used", "extra", target, "given in addition to the deck"))
+
+
+def _machine(data: dict[str, Any], v: Values, source: str) -> None:
+    """Set what has a key path of the turbine: hub, nacelle, drivetrain."""
+    for target, value in v.data.items():
+        if "." in target and value is not None:
+            set_keys(data, target, value)
     data["nacelle"] |= {"mass": v["nacelle_mass"], "mass_centre": tuple(v[f"nacelle_{axis}"] for axis in "xyz")}
+    data["hub"]["source"] = data["nacelle"]["source"] = source
 
 
 def _drivetrain(data: dict[str, Any], v: Values) -> None:
@@ -355,6 +355,13 @@ def _control(
     yaw.setdefault("damping", 0.0)
     if yaw.get("rate") and yaw["rate"] >= 0.2:
         yaw.pop("rate")
+    if not library.get("step"):
+        v.unneeded("the time step follows from the highest frequency of the model", "time_step", "library_step")
+    if not (v.given("pitch_free", False) and data.get("pitch_actuator", {}).get("kind") == "second_order"):
+        own_drive = ("pitch_inertia", "bearing_inertia", "pitch_stiffness", "pitch_damping")
+        v.unneeded("of PitchDOF, with ROSCO", *own_drive)
+        if v.given("pitch_free", False):
+            v.note("ignored", "pitch_free", "the pitch actuator is that of the controller")
     return library
 
 

@@ -3,7 +3,8 @@
 Every array is in one block of memory, and the adjoint of the number at an address is ``SHADOW`` bytes behind it. So
 the adjoint of ``load`` adds to the shadow, and that of ``store`` takes from it. The values that an adjoint needs are
 written, block by block of the code, onto a tape in the order of execution, and read backwards. Values that follow from
-others, such as addresses, are computed again.
+others, such as addresses, are computed again. One module: both functions follow the same blocks, and their rules have
+to be read side by side.
 
 Reference: docs/theory/adjoint.md (J-3); Griewank & Walther (2008), Evaluating Derivatives, chapters 3, 4 and 6.
 """

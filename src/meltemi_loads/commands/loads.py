@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from math import radians
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from meltemi.app.commands import Group
-from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, ControllerInputOption, controller_of_options
+from meltemi.app.options import (
+    CONTROLLER,
+    CONTROLLERS,
+    TURBINES,
+    ControllerInputOption,
+    controller_of_options,
+    with_options,
+)
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
+    from meltemi.wind.iec.classes import Edition
+    from meltemi_loads.loadbase.campaign import Campaign
     from meltemi_loads.loadbase.engine import BaseStatus, Progress
     from meltemi_loads.loadbase.plan import Plan
     from meltemi_loads.loadbase.timing import Cost
@@ -43,7 +53,76 @@ def group() -> None:
     """Load bases: the design load cases of IEC 61400-1 for a turbine."""
 
 
+@dataclass(frozen=True)
+class PlanOptions:
+    """Options of a campaign; angles in degrees."""
+
+    wind_class: Annotated[
+        str | None, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1, e.g. IB.")
+    ] = None
+    edition: Annotated[int, typer.Option(help="Edition of IEC 61400-1: 3, 4.")] = 4
+    table: Annotated[Path | None, typer.Option(help="Changes of the table: YAML, or Excel as --excel writes it.")] = (
+        None
+    )
+    site: Annotated[
+        Path | None, typer.Option(help="Site conditions (JSON form of IEC 61400-15-1) instead of a class.")
+    ] = None
+    site_turbine: Annotated[str | None, typer.Option(help="ID of the turbine in that form.")] = None
+    quick: Annotated[bool, typer.Option("--quick", help="One seed, three speeds: for a first test.")] = False
+    seeds: Annotated[int | None, typer.Option(help="Number of turbulence seeds [6].")] = None
+    duration: Annotated[float | None, typer.Option(help="Evaluated duration [s] [600].")] = None
+    transient: Annotated[float | None, typer.Option(help="Initial transient [s] [60].")] = None
+    yaw_error: Annotated[float | None, typer.Option(help="Usual yaw error [deg] [8].")] = None
+    inclination: Annotated[float | None, typer.Option(help="Flow inclination [deg] [8].")] = None
+    rated_wind: Annotated[float | None, typer.Option(help="V_r [m/s] [from steady operation].")] = None
+    cut_in: Annotated[float | None, typer.Option(help="V_in [m/s] [that of the turbine].")] = None
+    cut_out: Annotated[float | None, typer.Option(help="V_out [m/s] [that of the turbine].")] = None
+    v_maint: Annotated[float | None, typer.Option(help="V_maint [m/s] [18].")] = None
+    idle_pitch: Annotated[float | None, typer.Option(help="Pitch when parked [deg] [feather].")] = None
+    extreme_wind: Annotated[
+        str | None, typer.Option(help="Extreme wind speed model: turbulent, steady [turbulent].")
+    ] = None
+    years: Annotated[float | None, typer.Option(help="Lifetime [years] [20].")] = None
+    controller: Annotated[
+        str | None, typer.Option(help=f"Controller: {CONTROLLER} [supervised].", autocompletion=CONTROLLERS)
+    ] = None
+    controller_input: ControllerInputOption = None
+
+    def given(self) -> dict[str, Any]:
+        """Settings of the campaign that are given, angles in radians."""
+        plain = "duration transient seeds yaw_error rated_wind cut_in cut_out v_maint extreme_wind years".split()
+        found = {name: getattr(self, name) for name in (*plain, "inclination", "idle_pitch")}
+        found = {name: value for name, value in found.items() if value is not None}
+        found |= {name: round(radians(found[name]), 9) for name in ("inclination", "idle_pitch") if name in found}
+        named = {"--controller": self.controller, "--controller-input": self.controller_input}
+        if law := {option: value for option, value in named.items() if value is not None}:
+            found["controller"] = controller_of_options(law)
+        return found | ({"quick": True} if self.quick else {})
+
+    def campaign(self, turbine: str) -> Campaign:
+        """The campaign of a turbine."""
+        from meltemi_loads.loadbase.campaign import make_campaign
+        from meltemi_loads.loadbase.changes import read_changes
+        from meltemi_loads.loadbase.site import read_site
+
+        if (self.wind_class is None) == (self.site is None):
+            raise InputError("give either --class (for instance --class IB) or --site FILE")
+        if self.site is None and self.site_turbine is not None:
+            raise InputError("--site-turbine needs --site")
+        given, edition = self.given(), cast("Edition", self.edition)  # which is checked with the campaign
+        of_class: Any = self.wind_class
+        if self.site is not None:
+            given["site"] = found = read_site(self.site, self.site_turbine)
+            given.setdefault("inclination", found.inclination)
+            of_class = found.wind_class(edition)
+        if self.table is not None:
+            given["changes"] = read_changes(self.table, edition)
+        with simulation_bar("operating points of the plan"):
+            return make_campaign(turbine, of_class, edition, **given)
+
+
 @loads.command("plan")
+@with_options
 def plan_(
     turbine: Annotated[
         str,
@@ -52,76 +131,21 @@ def plan_(
             autocompletion=TURBINES,
         ),
     ],
-    wind_class: Annotated[
-        str | None, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1, e.g. IB.")
-    ] = None,
-    edition: Annotated[int, typer.Option("--edition", help="Edition of IEC 61400-1: 3, 4.")] = 4,
-    table: Annotated[
-        Path | None, typer.Option("--table", help="Changes of the table: YAML, or Excel as --excel writes it.")
-    ] = None,
-    site: Annotated[
-        Path | None, typer.Option("--site", help="Site conditions (JSON form of IEC 61400-15-1) instead of a class.")
-    ] = None,
-    site_turbine: Annotated[str | None, typer.Option("--site-turbine", help="ID of the turbine in that form.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="One seed, three speeds: for a first test.")] = False,
-    seeds: Annotated[int | None, typer.Option("--seeds", help="Number of turbulence seeds [6].")] = None,
-    duration: Annotated[float | None, typer.Option("--duration", help="Evaluated duration [s] [600].")] = None,
-    transient: Annotated[float | None, typer.Option("--transient", help="Initial transient [s] [60].")] = None,
-    yaw_error: Annotated[float | None, typer.Option("--yaw-error", help="Usual yaw error [deg] [8].")] = None,
-    inclination: Annotated[float | None, typer.Option("--inclination", help="Flow inclination [deg] [8].")] = None,
-    rated_wind: Annotated[float | None, typer.Option("--rated-wind", help="V_r [m/s] [from steady operation].")] = None,
-    cut_in: Annotated[float | None, typer.Option("--cut-in", help="V_in [m/s] [that of the turbine].")] = None,
-    cut_out: Annotated[float | None, typer.Option("--cut-out", help="V_out [m/s] [that of the turbine].")] = None,
-    v_maint: Annotated[float | None, typer.Option("--v-maint", help="V_maint [m/s] [18].")] = None,
-    idle_pitch: Annotated[float | None, typer.Option("--idle-pitch", help="Pitch when parked [deg] [feather].")] = None,
-    extreme_wind: Annotated[
-        str | None, typer.Option("--extreme-wind", help="Extreme wind speed model: turbulent, steady [turbulent].")
-    ] = None,
-    years: Annotated[float | None, typer.Option("--years", help="Lifetime [years] [20].")] = None,
-    controller: Annotated[
-        str | None,
-        typer.Option("--controller", help=f"Controller: {CONTROLLER} [supervised].", autocompletion=CONTROLLERS),
-    ] = None,
-    controller_input: ControllerInputOption = None,
+    options: PlanOptions,
     excel: Annotated[bool, typer.Option("--excel", help="Also write the table as table.xlsx.")] = False,
     out: OutOption = Path("base"),
 ) -> None:
     """List all cases of a load base; writes campaign.yaml and plan.csv."""
-    angles = {"inclination": inclination, "idle_pitch": idle_pitch}
-    plain: dict[str, Any] = {"duration": duration, "transient": transient, "seeds": seeds, "yaw_error": yaw_error}
-    plain |= {"rated_wind": rated_wind, "cut_in": cut_in, "cut_out": cut_out, "v_maint": v_maint}
-    plain |= {"extreme_wind": extreme_wind, "years": years, "quick": quick or None}
-    given = {name: value for name, value in plain.items() if value is not None}
-    given |= {name: round(radians(value), 9) for name, value in angles.items() if value is not None}
-    if controller is not None or controller_input is not None:
-        named = {"--controller": controller, "--controller-input": controller_input}
-        given["controller"] = controller_of_options({k: v for k, v in named.items() if v is not None})
-    from meltemi_loads.loadbase.campaign import FILE, make_campaign, read_campaign, write_campaign
-    from meltemi_loads.loadbase.changes import read_changes
+    from meltemi_loads.loadbase.campaign import FILE, read_campaign, write_campaign
     from meltemi_loads.loadbase.plan import plan, write_plan
     from meltemi_loads.loadbase.timing import finished_cost, timed_cost
 
     if (Path(turbine) / FILE).is_file():
-        named = {"--class": wind_class, "--table": table, "--site": site}
-        if given or any(value is not None for value in named.values()):
+        if options != PlanOptions(edition=options.edition, site_turbine=options.site_turbine):
             raise InputError(f"{turbine} is the folder of a load base; change its {FILE} instead of using options")
         campaign, out = read_campaign(turbine), Path(turbine)
     else:
-        if (wind_class is None) == (site is None):
-            raise InputError("give either --class (for instance --class IB) or --site FILE")
-        if site is not None:
-            from meltemi_loads.loadbase.site import read_site
-
-            given["site"] = read_site(site, site_turbine)
-            given = {"inclination": given["site"].inclination} | given
-        elif site_turbine is not None:
-            raise InputError("--site-turbine needs --site")
-        if table is not None:
-            given["changes"] = read_changes(table, edition)
-        with simulation_bar("operating points of the plan"):
-            campaign = make_campaign(
-                turbine, given["site"].wind_class(edition) if wind_class is None else wind_class, edition, **given
-            )
+        campaign = options.campaign(turbine)
     planned = plan(campaign)
     _show(planned)
     folder_for(out)
@@ -185,35 +209,35 @@ def _show(plan: Plan) -> None:
     print(f"{assumed} values of the table come from practice, not from the standard (docs: load case tables)")
 
 
-@loads.command("run")
-def run_(
-    base: BaseArgument,
+@dataclass(frozen=True)
+class ExecutionOptions:
+    """How missing runs are made."""
+
     shard: Annotated[
-        str | None, typer.Option("--shard", help="Only every N-th case, beginning with the k-th: k/N, e.g. 3/16.")
-    ] = None,
-    workers: Annotated[int | None, typer.Option("--workers", help="Threads [one for each core].")] = None,
+        str | None, typer.Option(help="Only every N-th case, beginning with the k-th: k/N, e.g. 3/16.")
+    ] = None
+    workers: Annotated[int | None, typer.Option(help="Threads [one for each core].")] = None
     dask: Annotated[
-        str | None, typer.Option("--dask", help="Address of a Dask scheduler, or: local (processes of this machine).")
-    ] = None,
-    device: Annotated[str, typer.Option("--device", help="cpu; cuda or cuda-single: a graphics card.")] = "cpu",
-    retry: Annotated[bool, typer.Option("--retry", help="Rerun failed cases.")] = False,
-) -> None:
+        str | None, typer.Option(help="Address of a Dask scheduler, or: local (processes of this machine).")
+    ] = None
+    device: Annotated[str, typer.Option(help="cpu; cuda or cuda-single: a graphics card.")] = "cpu"
+    retry: Annotated[bool, typer.Option("--retry", help="Rerun failed cases.")] = False
+
+    def given(self) -> dict[str, Any]:
+        """Arguments of ``run_base`` and ``run_surrogate``."""
+        return asdict(self) | {"shard": shard_of(self.shard)}
+
+
+@loads.command("run")
+@with_options
+def run_(base: BaseArgument, options: ExecutionOptions) -> None:
     """Run the missing cases of a load base."""
     from meltemi_loads.loadbase.engine import run_base
 
     planned = _planned(base)
     folder_for(base)
     with simulation_bar("load cases", len(planned.cases), "cases") as bar:
-        found = run_base(
-            planned,
-            base,
-            shard=shard_of(shard),
-            workers=workers,
-            dask=dask,
-            device=device,
-            retry=retry,
-            progress=told(bar),
-        )
+        found = run_base(planned, base, progress=told(bar), **options.given())
     _show_status(found, base, planned)
 
 
@@ -285,7 +309,7 @@ def show(
     base: BaseArgument,
     case: Annotated[str, typer.Argument(help="Name of a case, e.g. dlc1.3-14-y0-s04.")],
     plot: Annotated[bool, typer.Option("--plot", help="Also write a plot.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for the files [cases in that of the base].")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the files [cases in that of the base].")] = None,
 ) -> None:
     """Simulate a case of a load base again; writes its series."""
     from meltemi.postprocess.files import write_netcdf
@@ -321,16 +345,12 @@ def show(
 @loads.command()
 def report(
     base: BaseArgument,
-    against: Annotated[
-        Path | None, typer.Option("--against", help="Another load base, to which utilisations refer.")
-    ] = None,
-    limits: Annotated[
-        Path | None, typer.Option("--limits", help="Limits of loads (YAML), to which utilisations refer.")
-    ] = None,
+    against: Annotated[Path | None, typer.Option(help="Another load base, to which utilisations refer.")] = None,
+    limits: Annotated[Path | None, typer.Option(help="Limits of loads (YAML), to which utilisations refer.")] = None,
     settings: SettingsOption = None,
     project: Annotated[
         Path | None,
-        typer.Option("--project", help="Project, author, revision, date (YAML) [project.yaml in the base's folder]."),
+        typer.Option(help="Project, author, revision, date (YAML) [project.yaml in the base's folder]."),
     ] = None,
     word: Annotated[bool, typer.Option("--word", help="Also write report.docx, with the same content.")] = False,
 ) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meltemi.app.commands import Group
-from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, controller_of_options
+from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, controller_of_options, with_options
 from meltemi.app.terminal import (
     OutOption,
     folder_for,
@@ -23,7 +23,7 @@ from meltemi.app.terminal import (
 )
 from meltemi.core.errors import InputError
 from meltemi.core.extras import missing
-from meltemi_loads.commands.loads import shard_of, told
+from meltemi_loads.commands.loads import ExecutionOptions, told
 
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
@@ -135,26 +135,15 @@ def _numbers(text: str, option: str, n: int) -> list[float]:
 
 
 @surrogate.command()
-def run(
-    folder: FolderArgument,
-    shard: Annotated[
-        str | None, typer.Option("--shard", help="Only every N-th case, beginning with the k-th: k/N, e.g. 3/16.")
-    ] = None,
-    workers: Annotated[int | None, typer.Option("--workers", help="Threads [one for each core].")] = None,
-    dask: Annotated[
-        str | None, typer.Option("--dask", help="Address of a Dask scheduler, or: local (processes of this machine).")
-    ] = None,
-    device: Annotated[str, typer.Option("--device", help="cpu; cuda or cuda-single: a graphics card.")] = "cpu",
-    retry: Annotated[bool, typer.Option("--retry", help="Rerun failed cases.")] = False,
-) -> None:
+@with_options
+def run(folder: FolderArgument, options: ExecutionOptions) -> None:
     """Run the missing points of a surrogate."""
     from meltemi_loads.surrogate.campaign import read_surrogate_campaign, run_surrogate
 
     n = len(read_surrogate_campaign(folder)[1])
     folder_for(folder)
     with simulation_bar("points", n, "runs") as bar:
-        options: dict[str, Any] = {"workers": workers, "dask": dask, "device": device, "retry": retry}
-        done, failed, missing = run_surrogate(folder, shard=shard_of(shard), progress=told(bar), **options)
+        done, failed, missing = run_surrogate(folder, progress=told(bar), **options.given())
     print(f"{done} of {n} runs done, {failed} failed, {missing} missing")
     suggest("surrogate", "fit" if done else "run", folder)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
+from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.extras import need
 from meltemi.core.representation import Card, Fold
@@ -131,28 +132,52 @@ class BaseStatus(Shown):
         return sum(row.failed for row in self.dlcs)
 
 
-def run_base(
-    plan: Plan,
-    folder: str | Path,
-    *,
-    shard: tuple[int, int] = (1, 1),
-    workers: int | None = None,
-    dask: str | None = None,
-    device: str = "cpu",
-    retry: bool = False,
-    progress: Callable[[Progress], None] | None = None,
-) -> BaseStatus:
-    """Run the cases of a load base that are missing.
+@dataclass(frozen=True, kw_only=True)
+class Execution:
+    """How the missing runs of a load base or of a surrogate are made.
 
-    Args:
-      plan: of the load base.
-      folder: of the load base; results are written to ``results`` in it.
+    Attributes:
       shard: number k, from 1, and N: only every N-th case, beginning with the k-th.
       workers: threads; by default one for each core this process may use.
       dask: address of the scheduler of a Dask cluster, or ``local``: worker processes of this machine.
       device: "cpu"; "cuda" or "cuda-single" for a graphics card, the latter in single precision.
       retry: run cases again that failed.
       progress: called as cases are finished.
+    """
+
+    shard: tuple[int, int] = (1, 1)
+    workers: int | None = None
+    dask: str | None = None
+    device: str = "cpu"
+    retry: bool = False
+    progress: Callable[[Progress], None] | None = None
+
+    def __post_init__(self) -> None:
+        k, n = self.shard
+        if not 1 <= k <= n:
+            raise InputError(f"shard: {k}/{n} must be k/N with k from 1 to N")
+        if self.device != "cpu" and self.dask is not None:
+            raise InputError(
+                f"device {self.device!r} and dask exclude each other: the workers of Dask run on processors"
+            )
+
+
+@dataclass(frozen=True)
+class BaseRun(Execution):
+    """Runs of a load base.
+
+    Attributes:
+      plan: of the load base.
+      folder: of the load base; results are written to ``results`` in it.
+    """
+
+    plan: Plan
+    folder: str | Path
+
+
+@arguments_of(BaseRun)
+def run_base(asked: BaseRun) -> BaseStatus:
+    """Run the cases of a load base that are missing; the arguments are the fields of :class:`BaseRun`.
 
     Returns:
       What is there now, of all cases.
@@ -161,36 +186,21 @@ def run_base(
       InputError: ``shard`` or ``device`` is not valid, a file cannot be read or written, or Dask is not installed.
       KeyboardInterrupt: Ctrl-C; what was finished is kept.
     """
-    jobs = jobs_of(plan)
-    store = Store(folder)
-    run_jobs(jobs, store, shard=shard, workers=workers, dask=dask, device=device, retry=retry, progress=progress)
-    return status_of(plan, jobs, store)
+    jobs, store = jobs_of(asked.plan), Store(asked.folder)
+    run_jobs(jobs, store, asked)
+    return status_of(asked.plan, jobs, store)
 
 
-def run_jobs(
-    jobs: Sequence[Job],
-    store: Store,
-    *,
-    shard: tuple[int, int] = (1, 1),
-    workers: int | None = None,
-    dask: str | None = None,
-    device: str = "cpu",
-    retry: bool = False,
-    progress: Callable[[Progress], None] | None = None,
-) -> None:
-    """Run the jobs whose results are missing in a store; other arguments and errors as for :func:`run_base`."""
-    k, n = shard
-    if not 1 <= k <= n:
-        raise InputError(f"shard: {k}/{n} must be k/N with k from 1 to N")
-    if device != "cpu" and dask is not None:
-        raise InputError(f"device {device!r} and dask exclude each other: the workers of Dask run on processors")
+def run_jobs(jobs: Sequence[Job], store: Store, how: Execution) -> None:
+    """Run the jobs whose results are missing in a store; errors as for :func:`run_base`."""
     store.tidy()
+    k, n = how.shard
     own = list({job.key: job for job in jobs[k - 1 :: n]}.values())
-    count = _Count(own, progress)
+    count = _Count(own, how.progress)
 
     def missing(job: Job) -> bool:
         place = store.places.get(job.key)
-        return place is None or (retry and not place.status.complete and job.key not in count.keys)
+        return place is None or (how.retry and not place.status.complete and job.key not in count.keys)
 
     def groups() -> Iterator[list[Job]]:
         for group in grouped([job for job in own if missing(job)]):
@@ -204,8 +214,8 @@ def run_jobs(
         count.add({row.key for row in rows})
 
     count.begin({job.key for job in own if not missing(job)})
-    threads = OnThreads(workers, device, lambda seconds: count.add(set(), seconds))
-    backend: Backend = threads if dask is None else OnDask(dask)
+    threads = OnThreads(how.workers, how.device, lambda seconds: count.add(set(), seconds))
+    backend: Backend = threads if how.dask is None else OnDask(how.dask)
     backend(groups(), finished)
     store.refresh()
 

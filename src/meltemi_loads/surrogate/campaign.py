@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from array import array
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.controllers.specification import BaselineCase, FixedCase, NamedCase, PowerCase
+from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import replacing, text_of
 from meltemi.core.record import Record
@@ -22,7 +23,7 @@ from meltemi.core.yamlfile import read_record, validated, write_record
 from meltemi.loadcases.case import LoadCase
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
-from meltemi_loads.loadbase.engine import Progress, run_jobs
+from meltemi_loads.loadbase.engine import Execution, run_jobs
 from meltemi_loads.loadbase.jobs import Job, case_key
 from meltemi_loads.loadbase.store import Store
 from meltemi_loads.surrogate.space import UNITS, USUAL, Space, site_space, space_filling
@@ -230,25 +231,31 @@ def read_surrogate_campaign(folder: str | Path) -> tuple[SurrogateCampaign, Surr
     return campaign, SurrogateDesign(space, *columns, np.array(values).reshape(len(point), -1))
 
 
-def run_surrogate(
-    folder: str | Path,
-    *,
-    workers: int | None = None,
-    dask: str | None = None,
-    device: str = "cpu",
-    shard: tuple[int, int] = (1, 1),
-    retry: bool = False,
-    progress: Callable[[Progress], None] | None = None,
-) -> tuple[int, int, int]:
-    """Run the cases of a campaign that are missing; arguments and errors as for ``run_base``.
+@dataclass(frozen=True)
+class SurrogateRun(Execution):
+    """Runs of a surrogate.
+
+    Attributes:
+      folder: of the campaign; results are written to ``results`` in it.
+    """
+
+    folder: str | Path
+
+
+@arguments_of(SurrogateRun)
+def run_surrogate(asked: SurrogateRun) -> tuple[int, int, int]:
+    """Run the cases of a campaign that are missing; the arguments are the fields of :class:`SurrogateRun`.
 
     Returns:
       Numbers of runs with loads, of those that failed, and of those that are missing.
+
+    Raises:
+      InputError: as for ``run_base``.
     """
-    campaign, design = read_surrogate_campaign(folder)
-    store = Store(folder)
+    campaign, design = read_surrogate_campaign(asked.folder)
+    store = Store(asked.folder)
     for block in _blocks(campaign, design):
-        run_jobs(block, store, workers=workers, dask=dask, device=device, shard=shard, retry=retry, progress=progress)
+        run_jobs(block, store, asked)
     found = [store.places.get(job.key) for block in _blocks(campaign, design) for job in block]
     there = [place.status.complete for place in found if place is not None]
     return sum(there), len(there) - sum(there), len(found) - len(there)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import KW_ONLY, dataclass, fields
 from typing import Any
 
+from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError
 from meltemi.core.yamlfile import validated
 from meltemi.turbine.definition import Blade, Hub, Nacelle, Turbine
@@ -13,6 +15,7 @@ from meltemi_studies.scaling.blade import scaled_blade
 from meltemi_studies.scaling.factors import Factors, design_ratio
 from meltemi_studies.scaling.machine import (
     ABOVE_MINIMUM,
+    Inertia,
     inertia_of,
     scaled_actuator,
     scaled_control,
@@ -34,38 +37,11 @@ NO_NUMBERS = "reference", "name", "description"
 EFFICIENCIES = "generator_efficiency", "gearbox_efficiency"
 
 
-def scale_turbine(
-    reference: Turbine,
-    *,
-    rotor_diameter: float | None = None,
-    rated_power: float | None = None,
-    hub_height: float | None = None,
-    tower_height: float | None = None,
-    rotor_speed: float | None = None,
-    minimum_rotor_speed: float | None = None,
-    tip_speed_ratio: float | None = None,
-    gear_ratio: float | None = None,
-    generator_efficiency: float | None = None,
-    gearbox_efficiency: float | None = None,
-    generator_inertia: float | None = None,
-    blade_mass: float | None = None,
-    blade_stiffness: float = 1.0,
-    hub_mass: float | None = None,
-    nacelle_mass: float | None = None,
-    tower_frequency: float | None = None,
-    yaw_rate: float | None = None,
-    cut_in: float | None = None,
-    cut_out: float | None = None,
-    name: str | None = None,
-    description: str | None = None,
-) -> Turbine:
-    """Scale a reference turbine to another size and rating.
+@dataclass(frozen=True)
+class Scaling:
+    """Main parameters of a scaled turbine.
 
-    What is not given follows by the rules of docs/guide/scaling.md: geometric similarity at equal tip speed and
-    specific power, and where a number departs from it, equal lift coefficient, strain, twist of the shaft and damping
-    ratio. Pitch gains and optimal gain are scaled; ``tune_baseline`` makes them from the new rotor's aerodynamics.
-
-    Args:
+    Attributes:
       reference: the turbine that is scaled; nothing of it changes.
       rotor_diameter: [m] by default the reference's.
       rated_power: [W] electrical; by default of the same specific power.
@@ -90,34 +66,111 @@ def scale_turbine(
       cut_out: [m/s] wind speed.
       name: of the new turbine.
       description: of the new turbine.
+    """
+
+    reference: Turbine
+    _: KW_ONLY
+    rotor_diameter: float | None = None
+    rated_power: float | None = None
+    hub_height: float | None = None
+    tower_height: float | None = None
+    rotor_speed: float | None = None
+    minimum_rotor_speed: float | None = None
+    tip_speed_ratio: float | None = None
+    gear_ratio: float | None = None
+    generator_efficiency: float | None = None
+    gearbox_efficiency: float | None = None
+    generator_inertia: float | None = None
+    blade_mass: float | None = None
+    blade_stiffness: float = 1.0
+    hub_mass: float | None = None
+    nacelle_mass: float | None = None
+    tower_frequency: float | None = None
+    yaw_rate: float | None = None
+    cut_in: float | None = None
+    cut_out: float | None = None
+    name: str | None = None
+    description: str | None = None
+
+    def given(self) -> dict[str, Any]:
+        """Numbers that are given.
+
+        Raises:
+          InputError: one is not above zero, or hub and tower height are both given.
+        """
+        names = (each.name for each in fields(self) if each.name not in NO_NUMBERS)
+        given = {name: value for name in names if (value := getattr(self, name)) is not None}
+        for key, value in given.items():
+            if not isinstance(value, int | float) or not 0.0 < value < math.inf:
+                raise InputError(f"{WHERE}: {key} must be a number above zero, found {value!r}")
+        if "hub_height" in given and "tower_height" in given:
+            raise InputError(f"{WHERE}: give hub_height or tower_height, not both")
+        return given
+
+
+@arguments_of(Scaling)
+def scale_turbine(asked: Scaling) -> Turbine:
+    """Scale a reference turbine to another size and rating; the arguments are the fields of :class:`Scaling`.
+
+    What is not given follows by the rules of docs/guide/scaling.md: geometric similarity at equal tip speed and
+    specific power, and where a number departs from it, equal lift coefficient, strain, twist of the shaft and damping
+    ratio. Pitch gains and optimal gain are scaled; ``tune_baseline`` makes them from the new rotor's aerodynamics.
+
+    Returns:
+      The new turbine.
 
     Raises:
       InputError: a number is not above zero or cannot be in SI units, hub and tower height are both given, or no
         turbine can have these numbers.
     """
-    given = {key: value for key, value in locals().items() if key not in NO_NUMBERS and value is not None}
-    _check(given)
+    reference, given = asked.reference, asked.given()
     new_drive = {key: given.get(key, getattr(reference.drivetrain, key)) for key in ("gear_ratio", *EFFICIENCIES)}
-    size = (rotor_diameter or reference.rotor_diameter) / reference.rotor_diameter
-    power = rated_power or reference.rated_power * size**2
+    size = (asked.rotor_diameter or reference.rotor_diameter) / reference.rotor_diameter
+    power = asked.rated_power or reference.rated_power * size**2
     factors = _factors(reference, given, power, new_drive)
     _plausible(given, reference, factors, power)
     content = reference.content()
-    content["blade"] = scaled_blade(reference, factors, blade_mass, blade_stiffness)
+    content["blade"] = scaled_blade(reference, factors, asked.blade_mass, asked.blade_stiffness)
     blade = validated(content["blade"], Blade, WHERE)
     before = inertia_of(reference.n_blades, reference.blade.structure, reference.hub, reference.nacelle)
     blade_masses = blade_moments(blade.structure, 0.0)[0] / before.blade
-    hub = Hub.model_validate(scaled_hub(reference.hub, factors, blade_masses, hub_mass))
-    nacelle = Nacelle.model_validate(scaled_nacelle(reference.nacelle, factors, nacelle_mass))
+    hub = Hub.model_validate(scaled_hub(reference.hub, factors, blade_masses, asked.hub_mass))
+    nacelle = Nacelle.model_validate(scaled_nacelle(reference.nacelle, factors, asked.nacelle_mass))
     now = inertia_of(reference.n_blades, blade.structure, hub, nacelle)
-    if generator_inertia is not None:
-        new_drive["generator_inertia"] = generator_inertia
+    if asked.generator_inertia is not None:
+        new_drive["generator_inertia"] = asked.generator_inertia
     torque = power / math.prod(new_drive[key] for key in EFFICIENCIES) / (reference.rated_rotor_speed / factors.time)
     drive = scaled_drivetrain(reference, factors, (before.shaft, now.shaft), new_drive, torque)
+    parts = ((before, reference.drivetrain.content()), (now, drive))
+    inertias = [inertia.shaft + part["gear_ratio"] ** 2 * part["generator_inertia"] for inertia, part in parts]
+    gain = inertias[1] / inertias[0]
+    content |= {
+        "name": asked.name or f"{reference.name}-scaled",
+        "description": asked.description or f"{reference.name}, scaled",
+        "rated_power": power,
+        "cut_in": asked.cut_in or reference.cut_in,
+        "cut_out": asked.cut_out or reference.cut_out,
+        "hub": hub.content(),
+        "nacelle": nacelle.content(),
+        "drivetrain": drive,
+        "yaw": scaled_yaw(reference, factors, now.yaw / before.yaw, asked.yaw_rate),
+        "tower": _tower(asked, factors, nacelle, now),
+        "pitch_actuator": scaled_actuator(reference, factors),
+        "control": scaled_control(reference, factors, drive, power, gain, asked.minimum_rotor_speed),
+    }
+    if reference.foundation is not None:
+        content["foundation"] = scaled_foundation(reference.foundation, factors)
+    _sources(content, reference)
+    return validated(content, Turbine, WHERE)
+
+
+def _tower(asked: Scaling, factors: Factors, nacelle: Nacelle, now: Inertia) -> dict[str, Any]:
+    """Content of ``Turbine.tower``, from its base to the hub height, under what stands on it."""
+    reference = asked.reference
     above = nacelle.shaft_height + nacelle.overhang * math.sin(nacelle.tilt)
     ground = reference.tower.base_height * factors.length
-    hub_above_ground = hub_height or reference.hub_height * factors.length
-    length = tower_height or hub_above_ground - ground - above
+    hub_above_ground = asked.hub_height or reference.hub_height * factors.length
+    length = asked.tower_height or hub_above_ground - ground - above
     if length <= 0.0:
         raise InputError(
             f"{WHERE}: a hub height of {hub_above_ground:g} m leaves no length for the tower: its base is at "
@@ -125,35 +178,7 @@ def scale_turbine(
         )
     mass = now.rotor + nacelle.mass + reference.tower.top_mass * factors.moment
     top = Top(mass, (now.rotor * above + nacelle.mass * nacelle.mass_centre[2]) / mass, 0.5 * now.shaft)
-    inertias = [
-        inertia.shaft + part["gear_ratio"] ** 2 * part["generator_inertia"]
-        for inertia, part in ((before, reference.drivetrain.content()), (now, drive))
-    ]
-    content |= {
-        "name": name or f"{reference.name}-scaled",
-        "description": description or f"{reference.name}, scaled",
-        "rated_power": power,
-        "cut_in": cut_in or reference.cut_in,
-        "cut_out": cut_out or reference.cut_out,
-        "hub": hub.content(),
-        "nacelle": nacelle.content(),
-        "drivetrain": drive,
-        "yaw": scaled_yaw(reference, factors, now.yaw / before.yaw, yaw_rate),
-        "tower": scaled_tower(reference.tower, factors, length, top, tower_frequency),
-        "pitch_actuator": scaled_actuator(reference, factors),
-        "control": scaled_control(
-            reference,
-            factors,
-            drive,
-            power,
-            inertias[1] / inertias[0],
-            minimum_rotor_speed,
-        ),
-    }
-    if reference.foundation is not None:
-        content["foundation"] = scaled_foundation(reference.foundation, factors)
-    _sources(content, reference)
-    return validated(content, Turbine, WHERE)
+    return scaled_tower(reference.tower, factors, length, top, asked.tower_frequency)
 
 
 def _factors(reference: Turbine, given: dict[str, Any], power: float, drive: dict[str, float]) -> Factors:
@@ -168,14 +193,6 @@ def _factors(reference: Turbine, given: dict[str, Any], power: float, drive: dic
         tip_speed_ratio=designed,
         slender=given["tip_speed_ratio"] / designed if "tip_speed_ratio" in given else 1.0,
     )
-
-
-def _check(given: dict[str, Any]) -> None:
-    for key, value in given.items():
-        if not isinstance(value, int | float) or not 0.0 < value < math.inf:
-            raise InputError(f"{WHERE}: {key} must be a number above zero, found {value!r}")
-    if "hub_height" in given and "tower_height" in given:
-        raise InputError(f"{WHERE}: give hub_height or tower_height, not both")
 
 
 def _plausible(given: dict[str, Any], reference: Turbine, factors: Factors, power: float) -> None:

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
-from meltemi.core.errors import InputError
-
-MOST_WORKERS = 1000
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, WorkersOption, check_workers
+from meltemi.app.terminal import OutOption, folder_for, made_by, print_table, say, simulation_bar, suggest, wrote
 
 
 def bench_controller(
@@ -41,30 +36,20 @@ def bench_controller(
         Path | None, typer.Option("--limits", help="YAML file with other limits, e.g. over_speed: 1.2.")
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Reduced suite, which takes about a minute.")] = False,
-    workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
+    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Test controllers in a fixed suite of cases against a reference; writes a page, tables and a leaderboard."""
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
+    check_workers(workers)
     from meltemi.controllers.names import labelled
-    from meltemi.controllers.specification import check_files, digest, specification
-    from meltemi.core.extras import need, skipped
+    from meltemi.controllers.specification import digest, specification
     from meltemi.core.yamlfile import read_record
     from meltemi.wind.iec.classes import as_class
     from meltemi_tuning.controller_bench.suite import BenchLimits
 
     reference = reference or ("baseline" if power is None else "A1")
-    labelled(controllers)
-    absent = skipped({name: ("rosco",) for name in controllers if name.partition("@")[0] == "rosco"})
-    if reference.partition("@")[0] == "rosco" or len(absent) == len(controllers):
-        need("controller rosco", "rosco")
-    for words in absent.values():
-        say(words)
-    names = list(dict.fromkeys((reference, *(name for name in controllers if name not in absent))))
+    names = _names(controllers, reference)
     labels = list(labelled(names))
-    for name in names:
-        check_files(specification(name))
     as_class(wind_class, None)
     bounds = None if limits is None else read_record(limits, BenchLimits)
     from meltemi.turbine.library import load_turbine
@@ -98,10 +83,7 @@ def bench_controller(
                 workers=workers,
                 progress=progress,
             )
-        import meltemi
-
-        repeat, footer = shlex.join(["meltemi", *sys.argv[1:]]), f"meltemi {meltemi.__version__}"
-        files = report.write_bench(bench, out, repeat=repeat, footer=footer)
+        files = report.write_bench(bench, out, **made_by())
     print_table(f"{bench.turbine}, class {wind_class}", *tables.leaderboard_rows(bench.leaderboard(), bench.reference))
     print(
         "changes against the reference in the same winds, with 95 % intervals; speed over its reference, clearance over"
@@ -122,3 +104,21 @@ def bench_controller(
     if bench.failures:
         say(f"{len(bench.failures)} runs did not reach their end: see {out / 'bench.html'}")
         raise typer.Exit(1)
+
+
+def _names(controllers: list[str], reference: str) -> list[str]:
+    """The reference and the other controllers, without those whose package is missing."""
+    from meltemi.controllers.names import labelled
+    from meltemi.controllers.specification import check_files, specification
+    from meltemi.core.extras import need, skipped
+
+    labelled(controllers)
+    absent = skipped({name: ("rosco",) for name in controllers if name.partition("@")[0] == "rosco"})
+    if reference.partition("@")[0] == "rosco" or len(absent) == len(controllers):
+        need("controller rosco", "rosco")
+    for words in absent.values():
+        say(words)
+    names = list(dict.fromkeys((reference, *(name for name in controllers if name not in absent))))
+    for name in names:
+        check_files(specification(name))
+    return names

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,16 +9,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import TurbineArgument, WindOptions, completing, wind_of_options, with_options
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
+from meltemi.app.options import (
+    TurbineArgument,
+    WindOptions,
+    WorkersOption,
+    check_workers,
+    completing,
+    wind_of_options,
+    with_options,
+)
+from meltemi.app.terminal import OutOption, folder_for, made_by, print_table, say, simulation_bar, suggest, wrote
 from meltemi.controllers.names import NAMES, labelled
 from meltemi.core.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from meltemi.turbine.definition import Turbine
     from meltemi.wind.turbulent import TurbulentWind
+    from meltemi_tuning.compare import Comparison
 
-MOST_SEEDS, MOST_WORKERS = 1000, 1000
+MOST_SEEDS = 1000
 ACTUATORS = ("second_order", "ideal")
 HELP = "\n".join(
     [
@@ -59,19 +66,15 @@ def compare(
         str | None,
         typer.Option("--power", help="Power reference: a share of rated power, or a CSV file of time,share [none]."),
     ] = None,
-    workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
+    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare control schemes in the same wind fields."""
     given = options.given()
     names = [name.strip() for name in controllers.split(",") if name.strip()]
     labelled(names)
-    if not 1 <= seeds <= MOST_SEEDS:
-        raise InputError(f"--seeds {seeds}: expected a number of seeds from 1 to {MOST_SEEDS}")
-    if not 0 <= seed < 2**63 - seeds:
-        raise InputError(f"--seed {seed}: expected a number from 0 to {2**63 - seeds - 1}")
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
+    _check_seeds(seed, seeds)
+    check_workers(workers)
     from meltemi.controllers.schemes import design_controllers, equipped
     from meltemi.controllers.specification import digest, specification
     from meltemi.controllers.trial import try_controllers
@@ -93,9 +96,8 @@ def compare(
 
     study.check_duration(duration, transient)
     began = time.perf_counter()
-    own = [digest(specification(name)) for name in names]
     folder_for(out)
-    with run_store(out, repr(("compare", transient, own, grid))):
+    with run_store(out, repr(("compare", transient, [digest(specification(name)) for name in names], grid))):
         model = build(described)
         with simulation_bar("tuning") as progress:
             designed = design_controllers(
@@ -103,9 +105,8 @@ def compare(
             )
         try_controllers(designed.controllers, model)
         tuned = time.perf_counter()
-        with simulation_bar(
-            f"{len(names)} schemes, {seeds} winds, {duration:g} s", len(names) * seeds, "runs"
-        ) as progress:
+        what, total = f"{len(names)} schemes, {seeds} winds, {duration:g} s", len(names) * seeds
+        with simulation_bar(what, total, "runs") as progress:
             comparison = study.compare(
                 model,
                 designed.controllers,
@@ -118,26 +119,11 @@ def compare(
             )
         ran = time.perf_counter()
         wind = _wind_label(given, winds[0])
-        files = report.write_comparison(
-            comparison,
-            out,
-            design=designed,
-            title=f"{described.name}: {', '.join(comparison.schemes)} in the same wind fields",
-            facts=[
-                *_facts(described, wind, [w.seed for w in winds], duration, transient),
-                *([("Power reference", f"{power} of rated power")] if power else []),
-            ],
-            repeat=shlex.join(["meltemi", *sys.argv[1:]]),
-            footer=f"meltemi {_version()}",
-        )
-    head, rows, groups = report.main_rows(comparison)
-    spanned = [name for name, span in groups for _ in range(span)]
-    head = [f"{scheme}\n{name}" if scheme else name for scheme, name in zip(spanned, head, strict=True)]
-    print_table(f"{described.name}: {wind}, {len(comparison.winds)} seeds", head, rows, text_columns=2)
-    print(report.notes(comparison))
-    title = "Ideal removal of 1P and 2P (a reference, not a bound), and the share of its change reached by the schemes"
-    print_table(title, *report.ceiling_rows(comparison), text_columns=3)
-    total = len(names) * seeds
+        title = f"{described.name}: {', '.join(comparison.schemes)} in the same wind fields"
+        facts = _facts(described, wind, [w.seed for w in winds], duration, transient)
+        facts += [("Power reference", f"{power} of rated power")] if power else []
+        files = report.write_comparison(comparison, out, design=designed, title=title, facts=facts, **made_by())
+    _show(comparison, f"{described.name}: {wind}, {len(comparison.winds)} seeds")
     print(
         f"{total} runs of {duration:g} s in {ran - tuned:.1f} s ({total * duration / (ran - tuned):.0f} times real "
         f"time), tuning in {tuned - began:.1f} s"
@@ -153,6 +139,26 @@ def compare(
 
 
 compare.__doc__ = HELP  # with the names of controllers
+
+
+def _show(comparison: Comparison, title: str) -> None:
+    """Print the tables of a comparison."""
+    from meltemi_tuning import comparison_report as report
+
+    head, rows, groups = report.main_rows(comparison)
+    spanned = [name for name, span in groups for _ in range(span)]
+    head = [f"{scheme}\n{name}" if scheme else name for scheme, name in zip(spanned, head, strict=True)]
+    print_table(title, head, rows, text_columns=2)
+    print(report.notes(comparison))
+    title = "Ideal removal of 1P and 2P (a reference, not a bound), and the share of its change reached by the schemes"
+    print_table(title, *report.ceiling_rows(comparison), text_columns=3)
+
+
+def _check_seeds(first: int, n: int) -> None:
+    if not 1 <= n <= MOST_SEEDS:
+        raise InputError(f"--seeds {n}: expected a number of seeds from 1 to {MOST_SEEDS}")
+    if not 0 <= first < 2**63 - n:
+        raise InputError(f"--seed {first}: expected a number from 0 to {2**63 - n - 1}")
 
 
 def _with_actuator(turbine: Turbine, kind: str | None) -> Turbine:
@@ -194,9 +200,3 @@ def _facts(turbine: Turbine, wind: str, seeds: list[int], duration: float, trans
         ("Seeds", str(seeds[0]) if len(seeds) == 1 else f"{seeds[0]} to {seeds[-1]}"),
         ("Duration", f"{duration:g} s each, evaluated after {transient:g} s"),
     ]
-
-
-def _version() -> str:
-    import meltemi
-
-    return meltemi.__version__

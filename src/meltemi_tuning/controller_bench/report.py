@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 from meltemi.core.errors import InputError
 from meltemi.core.files import write_text
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report.tables import number, write_csv
+from meltemi.report.tables import markdown_table, number, write_csv
 from meltemi_reports import blocks
 from meltemi_reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Section, Table
 from meltemi_reports.ensemble_tables import change_text
@@ -316,9 +316,4 @@ def leaderboard_text(bench: ControllerBench) -> str:
         [f"{cell}{marks.get(table.classes.get((i, j), ''), '')}" for j, cell in enumerate(row)]
         for i, row in enumerate(table.texts)
     ]
-    return "\n".join([*_markdown(head, rows), "", *_markdown(list(table.head), cells), ""])
-
-
-def _markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    lines = [list(head), ["---"] * len(head), *rows]
-    return [f"| {' | '.join(' '.join(cell.split()) for cell in line)} |" for line in lines]
+    return "\n".join([*markdown_table(head, rows), "", *markdown_table(table.head, cells), ""])

@@ -4,7 +4,8 @@ Each call: means of the wind and the yaw control; the quantities; the conditions
 held; the machine of yaw protection, then that of operation; then what the state asks for. In production load control
 is unchanged while nothing limits the power. The supervisor sets parameters of the collective law: its
 reference speed (which rises during a start), its lowest pitch, its pitch rate, and its rated power, which is the
-set-point. Stops pitch each blade from where it stands; a start sets the law's integral so that nothing jumps.
+set-point. Stops pitch each blade from where it stands; a start sets the law's integral so that nothing jumps. One
+module, in the order of a call.
 
 Reference: docs/theory/control.md (C-60 to C-68).
 """

@@ -11,30 +11,29 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero import stall_tables, variants
-from meltemi.aero.flaps import ALPHAS, DELTAS
-from meltemi.aero.flaps import STEP as INCREMENT_STEP
-from meltemi.aero.rotational_augmentation import augmented
-from meltemi.aero.tables import (
-    AeroNode,
-    AeroOptions,
-    AeroParameters,
-    PolarPoint,
-    SectionConstants,
-    TowerFlow,
-)
 from meltemi.control.actuators import Actuators, FlapActuators
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.threads import one_blas_thread
 from meltemi.core.variants import number
 from meltemi.environment.site import Environment
 from meltemi.maths.tables import MAX_BLADES, View
+from meltemi.simulation.bladed.aerodynamics import (
+    aero_nodes,
+    aero_options,
+    aero_parameters,
+    flap_increments,
+    flap_nodes,
+    per_blade,
+    polars_of,
+    polars_outside,
+    tower_flow,
+)
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.blades import blade_model
 from meltemi.simulation.model import Model, actuator_array
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import parts_of
-from meltemi.structure.beam import Beam, section_axes
+from meltemi.structure.beam import Beam
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.members import (
     MOST_RESIDUAL,
@@ -47,7 +46,7 @@ from meltemi.structure.members import (
     tower_member,
 )
 from meltemi.structure.tables import BladeNode, GearModes, GearRows, StructureParameters, TowerNode
-from meltemi.turbine.definition import Airfoil, Turbine
+from meltemi.turbine.definition import Turbine
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.imbalance import deviations
 
@@ -55,18 +54,6 @@ Float = NDArray[np.float64]
 
 MOST_NATURAL = (5, 3, 2)
 """Flap, edge and torsion modes that fewer than all residual modes may complete."""
-FLAP_FADE = np.radians(16.0)
-"""[rad] beyond the angles of attack of a flap's data, over which its increments fade out."""
-POLAR_STEP = np.radians(0.25)
-"""[rad] step of the polars' grid, which contains the usual half and whole degrees of polar files."""
-FADE_BEGIN, FADE_END = 1.0, 2.0
-"""Tip-speed ratios over which the induction fades in."""
-SKEW_FACTOR = 15.0 * np.pi / 32.0
-"""Factor of the skewed-wake correction, Pitt and Peters (1981)."""
-INFLOW_LEAD = 0.6
-"""Factor k of the dynamic inflow model (Øye)."""
-RING_CENTRE, RING_WIDTH = 0.7, 0.1
-"""Relative radius and half-width of the annulus whose mean induction determines the time constants of the inflow."""
 
 
 @one_blas_thread
@@ -88,39 +75,23 @@ def build_bladed(
     environment = environment or Environment()
     _refuse(turbine, options)
     blade_layout = _blade_layout(turbine, options)
-    blade_counts = blade_modes(turbine, options)
-    given = options.mode_shapes == "given"
-    with _about(f"{turbine.name}: blade.structure"):
-        blade = blade_member(turbine.blade.structure, blade_counts, blade_layout, given=given)
     tower_layout = points(np.linspace(0.0, turbine.tower.length, options.tower_nodes))
-    tower_counts = {
-        "fore_aft": options.fore_aft_modes,
-        "side_side": options.side_side_modes,
-        "torsion": options.tower_torsion_modes,
-    }
-    pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
-    head = head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
-    with _about(f"{turbine.name}: tower"):
-        make = tower_member if turbine.support is None else turbine.support.member
-        tower = make(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
+    blade, pieces, tower = _members(turbine, options, blade_layout, tower_layout)
     lift = float(tower.beam.position[-1]) - turbine.tower.length
     coordinates = _coordinates(turbine, blade, tower)
     position = blade_layout.position
-    polars, section, polar_index = _polars_outside(
-        turbine, environment, position, *_polars(turbine, blade_layout, options)
+    polars, section, polar_index = polars_outside(
+        turbine, environment, position, *polars_of(turbine, blade_layout, options)
     )
     gears, gear_modes, gear_rows, gear_shape = _gears(turbine, options)
     k = len(tower.names)
     top = tower.modes.shape[:, -1, :].T.copy() if k else np.zeros((6, 0))
-    stages = turbine.drivetrain.gearbox
     rotor = BladedRotor(
         blade=blade,
         tower=tower,
         blade_layout=blade_layout,
         tower_layout=tower_layout,
-        gear_stages=(0, 0)
-        if stages is None or options.drivetrain == "two_mass"
-        else (len(stages.planetary), len(stages.stages)),
+        gear_stages=_gear_stages(turbine, options),
         blade_model=options.blade_model,
         blade_arrays=blade_model(options.blade_model).arrays(turbine, blade, blade_layout),
         gear_modes=gear_modes,
@@ -128,13 +99,8 @@ def build_bladed(
         gear_shape=gear_shape,
         blade_nodes=_blade_nodes(turbine, blade.beam, blade_layout, pieces),
         blade_edges=blade_layout.edges,
-        shape=_per_blade(
-            turbine,
-            blade.modes.at(blade_layout.position)
-            .transpose(0, 2, 1)
-            .reshape(6 * len(blade.names), len(blade_layout.position)),
-        ),
-        second=_per_blade(turbine, _second(blade, blade_layout.position)),
+        shape=per_blade(turbine, _shapes(blade, blade_layout)),
+        second=per_blade(turbine, _second(blade, blade_layout.position)),
         modal=np.repeat(np.stack([blade.modes.stiffness, blade.damping])[:, None], turbine.n_blades, axis=1),
         tip_shape=np.ascontiguousarray(blade.modes.shape[:, -1, :].T),
         tip_second=np.ascontiguousarray(blade.second[:, :, -1, :].transpose(2, 0, 1)),
@@ -143,16 +109,14 @@ def build_bladed(
         tower_matrix=_tower_matrix(tower, turbine.tower.top_mass),
         tower_weight=_tower_weight(tower, turbine.tower.top_mass),
         tower_nodes=_tower_nodes(tower, tower_layout, lift),
-        tower_shape=np.ascontiguousarray(
-            tower.modes.at(tower_layout.position + lift).transpose(0, 2, 1).reshape(6 * k, options.tower_nodes)
-        ),
-        aero_options=_aero_options(options),
-        aero_nodes=_aero_nodes(turbine, blade_layout, options, polar_index),
+        tower_shape=np.ascontiguousarray(_shapes(tower, tower_layout, lift)),
+        aero_options=aero_options(options),
+        aero_nodes=aero_nodes(turbine, blade_layout, options, polar_index),
         polars=polars,
         section=section,
-        tower_flow=_tower_flow(turbine, tower_layout),
-        flap_nodes=_flap_nodes(turbine, blade_layout),
-        increments=_increments(turbine),
+        tower_flow=tower_flow(turbine, tower_layout),
+        flap_nodes=flap_nodes(turbine, blade_layout),
+        increments=flap_increments(turbine),
         flap_actuators=_flap_actuators(turbine),
     )
     return Model(
@@ -162,11 +126,46 @@ def build_bladed(
         coordinates=coordinates,
         locked=_locked(coordinates, options),
         structure=_structure(turbine, environment, options, gears),
-        aero=_aero(turbine, blade_layout, environment, options),
+        aero=aero_parameters(turbine, blade_layout, environment, options),
         actuators=_actuators(turbine, options),
         parts=parts_of(turbine, options, rotor),
         rotor=rotor,
     )
+
+
+def _members(
+    turbine: Turbine, options: ModelOptions, blade_layout: NodeLayout, tower_layout: NodeLayout
+) -> tuple[Member, Float, Member]:
+    """Blade, its pieces between cell edges, and tower; errors as for :func:`build_bladed`."""
+    given = options.mode_shapes == "given"
+    with _about(f"{turbine.name}: blade.structure"):
+        blade = blade_member(turbine.blade.structure, blade_modes(turbine, options), blade_layout, given=given)
+    axis = blade.beam.at(blade_layout.position, "axis")
+    pieces = blade.beam.rigid_pieces(blade_layout.edges, axis)
+    counts = {
+        "fore_aft": options.fore_aft_modes,
+        "side_side": options.side_side_modes,
+        "torsion": options.tower_torsion_modes,
+    }
+    head = head_mass(turbine, pieces, axis)
+    with _about(f"{turbine.name}: tower"):
+        make = tower_member if turbine.support is None else turbine.support.member
+        tower = make(turbine.tower, counts, head, turbine.foundation, tower_layout, given=given)
+    return blade, pieces, tower
+
+
+def _shapes(member: Member, layout: NodeLayout, lift: float = 0.0) -> Float:
+    """(6 modes, nodes) mode shapes at the nodes, which begin ``lift`` [m] above the end of the member."""
+    at = member.modes.at(layout.position + lift)
+    return at.transpose(0, 2, 1).reshape(6 * len(member.names), len(layout.position))
+
+
+def _gear_stages(turbine: Turbine, options: ModelOptions) -> tuple[int, int]:
+    """Number of planetary and of all stages of a gearbox that is modelled."""
+    gearbox = turbine.drivetrain.gearbox
+    if gearbox is None or options.drivetrain == "two_mass":
+        return 0, 0
+    return len(gearbox.planetary), len(gearbox.stages)
 
 
 def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
@@ -305,11 +304,6 @@ def head_mass(turbine: Turbine, pieces: Float, axis: Float) -> Float:
     return rigid_body(mass, centre, np.zeros((3, 3)))
 
 
-def _per_blade(turbine: Turbine, rows: Float) -> Float:
-    """(rows, blades, nodes) from (rows, nodes)."""
-    return np.ascontiguousarray(np.repeat(rows[:, None, :], turbine.n_blades, axis=1))
-
-
 def _second(member: Member, position: Float) -> Float:
     """(3 k k, nodes) displacements of second order, component fastest, then mode, then mode."""
     k = len(member.names)
@@ -341,22 +335,6 @@ def _structure(turbine: Turbine, environment: Environment, options: ModelOptions
     v["shaft_stiffness"], v["shaft_damping"] = d.stiffness, d.damping
     v["yaw_stiffness"], v["yaw_damping"] = turbine.yaw.stiffness, turbine.yaw.damping
     return array
-
-
-def _polars_outside(
-    turbine: Turbine, environment: Environment, position: Float, polars: Float, section: Float, index: NDArray[np.int64]
-) -> tuple[Float, Float, NDArray[np.int64]]:
-    """Polars of clean, dry blades with the effects of ice and rain; the index is then that of each blade."""
-    found = np.repeat(index[None, :], turbine.n_blades, axis=0)
-    if turbine.icing is not None:
-        from meltemi.simulation.ice import iced_polars
-
-        polars, section, found = iced_polars(turbine, turbine.icing, position, polars, section, index)
-    if environment.rain is not None:
-        from meltemi.simulation.rain import wet_polars
-
-        polars, section, found = wet_polars(turbine, environment, environment.rain, position, polars, section, found)
-    return polars, section, found
 
 
 def _gears(turbine: Turbine, options: ModelOptions) -> tuple[Float, Float, Float, Float]:
@@ -429,232 +407,6 @@ def _tower_nodes(tower: Member, layout: NodeLayout, lift: float) -> Float:
     v["mass"] = pieces[:, 0, 0]
     v["inertia"] = np.stack([pieces[:, 3, 3], pieces[:, 4, 4], pieces[:, 5, 5]])
     return array
-
-
-def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, options: ModelOptions) -> Float:
-    array = AeroParameters.zeros()
-    v = View(AeroParameters, array)
-    c, advanced = options.stall_constants, options.advanced
-    v["air_density"] = environment.density
-    v["tip_factor"] = turbine.rotor_radius / (turbine.hub.radius + layout.position[-1])
-    v["induction_tolerance"] = advanced.induction_tolerance
-    v["inflow_lead"], v["inflow_time"], v["skew_factor"] = INFLOW_LEAD, options.inflow_time, SKEW_FACTOR
-    v["axial_drag"], v["tangential_drag"] = float(options.axial_drag), float(options.tangential_drag)
-    v["fade_begin"], v["fade_end"] = FADE_BEGIN, FADE_END
-    v["stall_a1"], v["stall_a2"], v["stall_b1"], v["stall_b2"] = c.a1, c.a2, c.b1, c.b2
-    v["stall_pressure"], v["stall_separation"] = c.pressure_lag, c.separation_lag
-    v["chord_angle"] = float(advanced.chord_angle == "openfast")
-    return array
-
-
-def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
-    array, advanced = np.zeros(len(AeroOptions), dtype=np.int64), options.advanced
-    chosen = {
-        "wake": ("none", "momentum").index(options.wake),
-        "high_induction": ("none", "buhl").index(advanced.high_induction),
-        "skew": ("none", "glauert").index(options.skew),
-        "inflow": number(variants.InflowModel, options.inflow),
-        "stall": number(variants.StallModel, options.stall),
-        "stall_rotation": ("none", "camber", "openfast").index(advanced.stall_rotation),
-        "reversed_flow": ("static", "lagged").index(advanced.reversed_flow),
-        "tower": number(variants.TowerInfluence, options.tower_influence),
-        "tower_drag": int(options.tower_drag),
-        "iterations": advanced.induction_iterations,
-        "skew_momentum": ("axial", "glauert", "cylinder").index(options.skew_momentum),
-    }
-    for name, value in chosen.items():
-        array[AeroOptions.index(name)] = value
-    return array
-
-
-def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, polar_index: NDArray[np.int64]) -> Float:
-    a, B = turbine.blade.aerodynamics, turbine.n_blades
-    s = layout.position
-    rows = AeroNode.zeros(blade=1, node=len(s))[:, 0, :]
-    v = View(AeroNode, rows)
-
-    def at(values: Float | None) -> Float:
-        return np.zeros(len(s)) if values is None else np.interp(s, a.position, values)
-
-    structure = turbine.blade.structure
-    zero = np.zeros(len(structure.position))
-    axis_x = zero if structure.axis_x is None else structure.axis_x
-    axis_y = zero if structure.axis_y is None else structure.axis_y
-    v["chord"] = at(a.chord)
-    # the aerodynamic centre is given from the pitch axis, the node is on the beam axis
-    v["centre"] = np.stack(
-        [
-            at(a.centre_x) - np.interp(s, structure.position, axis_x),
-            at(a.centre_y) - np.interp(s, structure.position, axis_y),
-            np.zeros(len(s)),
-        ]
-    )
-    if a.cant is not None:
-        slope = [np.tan(at(a.cant)), np.zeros(len(s))]
-    else:
-        slope = [np.interp(s, structure.position, np.gradient(x, structure.position)) for x in (axis_x, axis_y)]
-    axes = section_axes(at(a.twist), np.stack([*slope, np.ones(len(s))], axis=1))[:, :3, :3]
-    v["section"] = axes.reshape(-1, 9).T
-    v["solid_length"] = B * v["chord"] / (2.0 * np.pi)
-    # lengths along the line of aerodynamic centres
-    line = [np.diff(x) for x in (a.position, a.centre_x, a.centre_y) if x is not None]
-    arc = np.concatenate([[0.0], np.cumsum(np.sqrt(np.sum(np.square(line), axis=0)))])
-    v["length"] = np.diff(np.interp(layout.edges, a.position, arc))
-    root, end, hub = np.interp(s, a.position, arc), arc[-1], turbine.hub.radius
-    v["tip_number"] = B * (end - root) / (2.0 * (hub + root)) if options.tip_loss else 1e9
-    v["hub_number"] = B * root / (2.0 * hub) if options.hub_loss else 1e9
-    v["end"] = ((v["tip_number"] < 1e-9) | (v["hub_number"] < 1e-9)).astype(float)
-    radius, tip = hub + s, turbine.rotor_radius
-    area = radius * layout.length
-    v["area"] = area / area.sum() / B
-    u = np.clip((radius / tip - RING_CENTRE) / RING_WIDTH, -1.0, 1.0)
-    ring = (1.0 - u * u) ** 3 * layout.length
-    if ring.sum() <= 0.0:
-        ring = np.where(np.abs(radius / tip - RING_CENTRE) == np.min(np.abs(radius / tip - RING_CENTRE)), 1.0, 0.0)
-    v["ring"] = ring / ring.sum() / B
-    array = _per_blade(turbine, rows)
-    View(AeroNode, array)["polar"] = polar_index
-    return array
-
-
-def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tuple[Float, Float, NDArray[np.int64]]:
-    """Polars at the nodes on the common grid: (g, rows, columns), (g, constants), index of each node."""
-    n = round(2.0 * np.pi / POLAR_STEP) + 1
-    grid = np.linspace(-np.pi, np.pi, n)
-    a = turbine.blade.aerodynamics
-    tables = {name: _table(airfoil, grid, options) for name, airfoil in turbine.airfoils.items()}
-    found: dict[tuple[str, str, float], int] = {}
-    polars: list[Float] = []
-    sections: list[Float] = []
-    index = np.zeros(len(layout.position), dtype=np.int64)
-    for i, s in enumerate(layout.position):
-        j = int(np.clip(np.searchsorted(a.position, s, side="right") - 1, 0, len(a.position) - 2))
-        w = float((s - a.position[j]) / (a.position[j + 1] - a.position[j]))
-        inner, outer = a.airfoil[j], a.airfoil[j + 1]
-        if inner == outer or w < 1e-6:
-            outer, w = inner, 0.0
-        elif w > 1.0 - 1e-6:
-            inner, w = outer, 0.0
-        key = (inner, outer, w)
-        if key not in found:
-            found[key] = len(polars)
-            polar, section = tables[inner]
-            if w > 0.0:
-                other, constants = tables[outer]
-                polar = (1.0 - w) * polar + w * other
-                dynamic = min(section[SectionConstants.index("dynamic")], constants[SectionConstants.index("dynamic")])
-                section = (1.0 - w) * section + w * constants
-                section[SectionConstants.index("dynamic")] = dynamic
-                if dynamic > 0.0 and options.advanced.stall_fit == "hansen":  # the fit to the blend, which it recovers
-                    polar, section = _stall_columns(grid, polar, section)
-            polars.append(polar)
-            sections.append(section)
-        index[i] = found[key]
-    if options.rotational_augmentation != "none":
-        return _augmented(turbine, layout, options, grid, [polars[i] for i in index], [sections[i] for i in index])
-    return np.stack(polars), np.stack(sections), index
-
-
-def _augmented(
-    turbine: Turbine, layout: NodeLayout, options: ModelOptions, grid: Float, polars: list[Float], sections: list[Float]
-) -> tuple[Float, Float, NDArray[np.int64]]:
-    """The same with a polar of its own for each node, corrected for the rotation of the blade."""
-    if options.advanced.stall_fit != "hansen":
-        raise InputError("rotational_augmentation needs advanced.stall_fit 'hansen': OpenFAST's is that of the airfoil")
-    a, s = turbine.blade.aerodynamics, layout.position
-    ratio = np.interp(s, a.position, a.chord) / (turbine.hub.radius + s)
-    twist = np.interp(s, a.position, a.twist)
-    columns = [PolarPoint.index(name) for name in ("lift", "drag", "moment")]
-    for i, section in enumerate(sections):
-        if section[SectionConstants.index("dynamic")] > 0.0:
-            polar = polars[i].copy()
-            polar[:, columns] = augmented(grid, polar[:, columns], ratio[i], twist[i], options.rotational_augmentation)
-            polars[i], sections[i] = _stall_columns(grid, polar, section)
-    return np.stack(polars), np.stack(sections), np.arange(len(s))
-
-
-def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float, Float]:
-    """Polar on the grid, and its constants."""
-    polar = np.zeros((len(grid), len(PolarPoint)))
-    for name in ("lift", "drag", "moment"):
-        polar[:, PolarPoint.index(name)] = np.interp(grid, airfoil.angle_of_attack, getattr(airfoil, name))
-    lift, drag = PolarPoint.index("lift"), PolarPoint.index("drag")
-    if options.deep_stall == "plate" and np.ptp(airfoil.lift) >= 0.01:
-        from meltemi.aero.deep_stall import plate_polar
-
-        polar[:, lift], polar[:, drag] = plate_polar(grid, polar[:, lift], polar[:, drag])
-    section = np.zeros(len(SectionConstants))
-    if not airfoil.dynamic_stall or np.ptp(airfoil.lift) < 0.01:
-        return polar, section
-    section[SectionConstants.index("dynamic")] = 1.0
-    if options.advanced.stall_fit == "hansen":
-        return _stall_columns(grid, polar, section)
-    if airfoil.zero_lift_angle is None or airfoil.zero_lift_drag is None:
-        raise InputError(
-            "advanced.stall_fit 'openfast' needs zero_lift_angle and zero_lift_drag of every airfoil with dynamic stall"
-        )
-    t = stall_tables.openfast(
-        airfoil.angle_of_attack, airfoil.lift, airfoil.drag, airfoil.zero_lift_angle, airfoil.zero_lift_drag
-    )
-    columns = {"attachment": t.attachment, "attached_lift": t.attached_lift, "separated_lift": t.separated_lift}
-    for name, values in columns.items():
-        polar[:, PolarPoint.index(name)] = np.interp(grid, airfoil.angle_of_attack, values)
-    view = View(SectionConstants, section)
-    view["slope"], view["zero_lift"], view["drag_floor"] = t.slope, t.zero_lift, t.drag_floor
-    return polar, section
-
-
-def _stall_columns(grid: Float, polar: Float, section: Float) -> tuple[Float, Float]:
-    """Columns and constants of the dynamic stall model for a polar on the grid."""
-    t = stall_tables.hansen(grid, polar[:, PolarPoint.index("lift")], polar[:, PolarPoint.index("drag")])
-    polar, section = polar.copy(), section.copy()
-    polar[:, PolarPoint.index("attachment")] = t.attachment
-    polar[:, PolarPoint.index("attached_lift")] = t.attached_lift
-    polar[:, PolarPoint.index("separated_lift")] = t.separated_lift
-    view = View(SectionConstants, section)
-    view["slope"], view["zero_lift"], view["drag_floor"] = t.slope, t.zero_lift, t.drag_floor
-    return polar, section
-
-
-def _tower_flow(turbine: Turbine, layout: NodeLayout) -> Float:
-    array = TowerFlow.zeros(node=len(layout.position))
-    v = View(TowerFlow, array)
-    t = turbine.tower
-    v["height"] = t.base_height + layout.position
-    v["diameter"] = np.interp(layout.position, t.position, t.diameter)
-    v["drag"], v["length"] = t.drag_coefficient, layout.length
-    return array
-
-
-def _flap_nodes(turbine: Turbine, layout: NodeLayout) -> Float:
-    """(F, blades, nodes) fraction of each node's length that a flap covers."""
-    inner, outer = layout.edges[:-1], layout.edges[1:]
-    length = turbine.blade.length
-    shares = np.zeros((len(turbine.blade.flaps), turbine.n_blades, len(layout.position)))
-    for share, flap in zip(shares, turbine.blade.flaps, strict=True):
-        covered = np.minimum(outer, flap.end * length) - np.maximum(inner, flap.begin * length)
-        share[:] = np.maximum(covered, 0.0) / np.maximum(outer - inner, 1e-9)
-    return shares
-
-
-def _increments(turbine: Turbine) -> Float:
-    """(F, ALPHAS DELTAS, 3) increments on the grid of the kernels: bicubic between the data, faded out beyond stall."""
-    result = np.zeros((len(turbine.blade.flaps), ALPHAS * DELTAS, 3))
-    if not len(result):
-        return result
-    from scipy.interpolate import PchipInterpolator, RectBivariateSpline  # its import takes a quarter of a second
-
-    alpha = INCREMENT_STEP * (np.arange(ALPHAS) - ALPHAS // 2)
-    delta = INCREMENT_STEP * (np.arange(DELTAS) - DELTAS // 2)
-    for table, flap in zip(result, turbine.blade.flaps, strict=True):
-        d = flap.increments
-        inside, bent = np.clip(alpha, *d.angle_of_attack[[0, -1]]), np.clip(delta, *d.deflection[[0, -1]])
-        fade = 0.5 + 0.5 * np.cos(np.pi * np.minimum(np.abs(alpha - inside) / FLAP_FADE, 1.0))
-        lift = RectBivariateSpline(d.angle_of_attack, d.deflection, d.lift)(inside, bent)
-        drag, moment = (PchipInterpolator(d.deflection, x)(bent) for x in (d.drag, d.moment))
-        grid = np.stack([lift, np.broadcast_to(drag, lift.shape), np.broadcast_to(moment, lift.shape)], axis=-1)
-        table[:] = (fade[:, None, None] * grid).reshape(-1, 3)
-    return result
 
 
 def _flap_actuators(turbine: Turbine) -> Float:

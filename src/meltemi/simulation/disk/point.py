@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -26,8 +27,6 @@ def disk_point(
     model: DiskModel, wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
 ) -> OperatingPoint:
     """Steady operation in steady wind; arguments and errors as for ``operating_point``."""
-    from scipy.optimize import brentq
-
     turbine = model.turbine
     steady = steady_wind(wind, turbine.hub_height)
     check_prescribed("operating_point", turbine, rotor_speed, pitch)
@@ -48,33 +47,7 @@ def disk_point(
     if rotor_speed is None and model.locked[GENERATOR] > 0.0:
         rotor_speed = reference
     if rotor_speed is None:
-        speeds = reference * np.linspace(0.1, 1.0, SCAN)
-        lefts = [left_over(float(speed), angle) for speed in speeds]
-        falling = [i for i in range(SCAN - 1) if lefts[i] > 0.0 >= lefts[i + 1]]
-        if lefts[-1] > 0.0:
-            rotor_speed = reference
-            if pitch is None:
-                if not known(float(rotor["tip_ratio"]), control.pitch.maximum, coefficient):
-                    raise _unknown(turbine, steady.speed, "it would have to pitch")
-                most = control.pitch.maximum
-                if left_over(reference, most) > 0.0:
-                    raise NotConverged(
-                        f"no steady operation at a wind speed of {steady.speed:g} m/s: at its largest pitch of "
-                        f"{math.degrees(most):g} degrees {turbine.name} still produces more than rated power; "
-                        "increase control.pitch.maximum or reduce the wind speed"
-                        + f" (its cut_out is {turbine.cut_out:g} m/s)"
-                        * (steady.speed > turbine.cut_out)
-                    )
-                angle = float(brentq(lambda x: left_over(reference, x), angle, most, xtol=1e-13))
-        elif falling:
-            low, high = float(speeds[falling[-1]]), float(speeds[falling[-1] + 1])
-            rotor_speed = float(brentq(lambda x: left_over(x, angle), low, high, xtol=1e-13))
-        else:
-            best = float(speeds[int(np.argmax(lefts))])
-            left_over(best, angle)
-            loss, kept = float(case.view("disk_flow")["rain_loss"]), float(case.view("disk_flow")["aerodynamic_power"])
-            rain = f"; rain takes {100.0 * loss / (loss + kept):.0f} % of the rotor's power" if loss > 0.0 else ""
-            raise no_balance(steady.speed, rain)
+        rotor_speed, angle = _balance(left_over, case, turbine, steady.speed, angle, may_pitch=pitch is None)
     imbalance = left_over(rotor_speed, angle)
     if not known(float(rotor["tip_ratio"]), angle, coefficient):
         where = f"it runs at a tip-speed ratio of {float(rotor['tip_ratio']):.2f}"
@@ -104,6 +77,46 @@ def disk_point(
         channels=channels,
         places={name: case.place(channel) for name, channel in channels.items()},
     )
+
+
+def _balance(
+    left_over: Callable[[float, float], float],
+    case: Case,
+    turbine: PowerTurbine,
+    wind_speed: float,
+    angle: float,
+    *,
+    may_pitch: bool,
+) -> tuple[float, float]:
+    """Rotor speed [rad/s] at which the torques balance, and pitch [rad]; errors as for ``operating_point``."""
+    from scipy.optimize import brentq
+
+    reference, most = turbine.rated_rotor_speed, turbine.control.pitch.maximum
+    speeds = reference * np.linspace(0.1, 1.0, SCAN)
+    lefts = [left_over(float(speed), angle) for speed in speeds]
+    falling = [i for i in range(SCAN - 1) if lefts[i] > 0.0 >= lefts[i + 1]]
+    if lefts[-1] > 0.0 and may_pitch:
+        coefficient = RotorCoefficient(case.model.rotor.coefficient)
+        if not known(float(case.view("rotor")["tip_ratio"]), most, coefficient):
+            raise _unknown(turbine, wind_speed, "it would have to pitch")
+        if left_over(reference, most) > 0.0:
+            raise NotConverged(
+                f"no steady operation at a wind speed of {wind_speed:g} m/s: at its largest pitch of "
+                f"{math.degrees(most):g} degrees {turbine.name} still produces more than rated power; "
+                "increase control.pitch.maximum or reduce the wind speed"
+                + f" (its cut_out is {turbine.cut_out:g} m/s)"
+                * (wind_speed > turbine.cut_out)
+            )
+        return reference, float(brentq(lambda x: left_over(reference, x), angle, most, xtol=1e-13))
+    if lefts[-1] > 0.0:
+        return reference, angle
+    if falling:
+        low, high = float(speeds[falling[-1]]), float(speeds[falling[-1] + 1])
+        return float(brentq(lambda x: left_over(x, angle), low, high, xtol=1e-13)), angle
+    left_over(float(speeds[int(np.argmax(lefts))]), angle)
+    loss, kept = (float(case.view("disk_flow")[name]) for name in ("rain_loss", "aerodynamic_power"))
+    rain = f"; rain takes {100.0 * loss / (loss + kept):.0f} % of the rotor's power" if loss > 0.0 else ""
+    raise no_balance(wind_speed, rain)
 
 
 def _unknown(turbine: PowerTurbine, speed: float, where: str) -> InputError:
