@@ -17,7 +17,7 @@ from meltemi_tuning.run_store import FailedResult, FailedResultError
 
 Float = NDArray[np.float64]
 STOP, DERATE, IGNORE = "S1 stop", "S2 derate", "S3 ignore"
-EMERGENCY, SLOWED, SHORT = "S1 emergency stop", "S2 by speed", "S2, recheck after 30 s"
+EMERGENCY, SLOWED, SHORT = "S1 emergency stop", "S2 at low speed", "S2, recheck after 30 s"
 """Stopping as the paper says, beside the normal stop of the yaw protection; derating by a lower rotor speed in place of
 a lower torque; a recheck that comes too early."""
 MACHINE, SLOW = "12.6 rpm", "9.9 rpm"

@@ -164,7 +164,9 @@ def loads_tables(runs: Runs) -> list[Table]:
 def ratios_table(g: Gusts) -> Table:
     """Table of ratios of loads by setting, over the phases."""
     against = [(load, DERATE, other) for load, other in RATIOS]
-    against += [(YAW_BENDING, DERATE, EMERGENCY), (YAW_BENDING, STOP, IGNORE)]
+    against += [(YAW_BENDING, STOP, IGNORE)]
+    if all(EMERGENCY in x.results for phases in g.phases.values() for x in phases):
+        against.append((YAW_BENDING, DERATE, EMERGENCY))
     head = ["machine", "yaw average\ns", "change"]
     head += [f"{load}\n{own[:2]} over {other if other == EMERGENCY else other[:2]}" for load, own, other in against]
     head += ["tower top\nS1 < S2 < S3"]
@@ -194,7 +196,10 @@ def slowed_words(g: Gusts) -> str:
             f"{SIGNS[setting.sign]} {bending} in bending at the bearing and {shear} at the tower top (the emergency "
             f"stop {stop} of the normal one in bending)"
         )
-    return f"Derating by a lower rotor speed has, of the peaks of derating at rated speed, {'; '.join(parts)}."
+    return (
+        f"Derating at a low rotor speed has, of the peaks of derating at rated speed, {'; '.join(parts)}. It is a "
+        "power control that always holds the lowest speed that gives the power (A0), so it turns slower before the gust, too."
+    )
 
 
 def log_table(runs: Runs) -> Table:
@@ -228,7 +233,7 @@ def gust_words(g: Gusts) -> str:
     own = {sign: float(np.median(g.over_all(lambda x: x.peak(STOP, YAW_BENDING), machine, sign))) for sign in SIGNS}
     return (
         "What derating saves in the paper's gust depends on the direction of the change, which the paper does not "
-        f"give. The bending at the yaw bearing of derating is at {machine} {'; '.join(parts)}. Stopping has a median "
+        f"give. The bending at the yaw bearing of derating is, at {machine}, {'; '.join(parts)}. Stopping has a median "
         f"peak of {' and '.join(f'{own[sign]:.0f} MN m {words}' for sign, words in SIGNS.items())}: the "
         f"{SIGNS[governs]} change governs."
     )
