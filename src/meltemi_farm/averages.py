@@ -1,6 +1,6 @@
 """Averages over planes: the velocity with which wakes drift and meander, ambient wind and turbulence at a rotor.
 
-Reference: docs/theory/wakes.md (K-3, K-9).
+Reference: docs/theory/wakes.md (K-4, K-9, K-11).
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from meltemi_farm.field import WakeField, wakes_velocity
 
 Float = NDArray[float64]
 Ints = NDArray[int64]
+BESIDE = 1e-3
+"""[m] of a plane, where what it has is evaluated."""
 
 
 @kernel
@@ -27,38 +29,37 @@ def sideways(n: Vec) -> Vec:
 
 
 @kernel
-def look(m: WakeField, count: Ints, centre: Vec, normal: Vec, radius: float, slack: float, own: int) -> None:
+def look(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius: float, slack: float) -> None:
     """Choose the planes that a disk of an observer has to look at (K-11).
 
     Args:
       count: number of planes of each wake.
+      near: 1 for each wake that is looked at, 0 for others.
       centre, normal, radius: of the disk, axes of the farm.
       slack: [m] by which the disk and the planes move until the next choice.
-      own: wake that is left out; -1 for none.
     """
     planes, reach = m.planes, m.wakes.spacing * (m.profile.shape[2] - 1)
     for k in range(m.seen.wakes):
-        first, last, near = 0, 0, False
-        n = count[k] if k != own else 0
-        for i in range(n - 1):
+        first, last, meets = 0, 0, False
+        for i in range(count[k] - 1 if near[k] > 0 else 0):
             tilted, further = planes.normal[k, i], planes.normal[k, i + 1]
             lean = cross(tilted, normal)
             span = radius * sqrt(dot(lean, lean)) + slack
-            if dot(tilted, centre - planes.centre[k, i]) + span >= 0.0:
-                if dot(further, centre - planes.centre[k, i + 1]) - span < 0.0:
-                    if last == 0:
-                        first = i
-                    last = i + 1
-                    aside = centre - planes.centre[k, i]
-                    aside = aside - dot(tilted, aside) * tilted
-                    near = near or sqrt(dot(aside, aside)) < radius + reach + slack
+            downstream = dot(tilted, centre - planes.centre[k, i])
+            if downstream + span >= 0.0 and dot(further, centre - planes.centre[k, i + 1]) - span < 0.0:
+                if last == 0:
+                    first = i
+                last = i + 1
+                aside = centre - planes.centre[k, i]
+                aside = aside - downstream * tilted
+                meets = meets or sqrt(dot(aside, aside)) < radius + reach + slack
         m.seen.first[k] = first
-        m.seen.last[k] = last if near else first
+        m.seen.last[k] = last if meets else first
 
 
 @kernel
 def rotor_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float) -> tuple[float, float]:
-    """Ambient wind along a direction [m/s] and turbulence intensity over a disk (K-3).
+    """Ambient wind along a direction [m/s] and turbulence intensity over a disk (K-4).
 
     Args:
       points: (n, 3) sideways, upwards [m] and weight.
@@ -98,19 +99,19 @@ def mean_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float, d
 
 
 @kernel
-def rotor_mean(m: WakeField, t: float, count: Ints, centre: Vec, normal: Vec, points: Float, own: int) -> Vec:
+def rotor_mean(m: WakeField, t: float, count: Ints, near: Ints, centre: Vec, normal: Vec, points: Float) -> Vec:
     """Mean wind [m/s] over a rotor with the wakes of the others."""
     series_now(t, m)
-    look(m, count, centre, normal, reach_of(points), 0.0, own)
+    look(m, count, near, centre, normal, reach_of(points), BESIDE)
     return mean_wind(m, t, centre, normal, points, True)
 
 
 @kernel
-def drift(m: WakeField, k: int, count: Ints, t: float, points: Float, disturbed: bool, turn: Float) -> None:
+def drift(m: WakeField, k: int, count: Ints, near: Ints, t: float, points: Float, disturbed: bool, turn: Float) -> None:
     """Velocities of the planes of a wake: a weighted mean of the wind over each, and its deflection (K-9).
 
     Args:
-      count: number of planes of each wake.
+      count, near: number of planes of each wake, and whether it is looked at.
       points: (n, 3) sideways, upwards [m] and weight.
       disturbed: with the wakes, its own included, or the ambient wind alone.
       turn: lateral drift over the way, the same by radian of yaw error, drift by the mean deficit, rotor radius [m].
@@ -118,9 +119,11 @@ def drift(m: WakeField, k: int, count: Ints, t: float, points: Float, disturbed:
     series_now(t, m)
     planes, reach = m.planes, reach_of(points)
     for i in range(count[k]):
-        centre, normal = planes.centre[k, i], planes.normal[k, i]
+        normal = planes.normal[k, i]
+        # a point in a plane is between two of them by rounding only: it is taken a little inside the wake
+        centre = planes.centre[k, i] + (BESIDE if i < count[k] - 1 else -BESIDE) * normal
         if disturbed:
-            look(m, count, centre, normal, reach, 0.0, -1)
+            look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
         mean = mean_wind(m, t, centre, normal, points, disturbed)
         way = (turn[0] + turn[1] * planes.yaw[k, i]) * abs(dot(normal, mean))
         across = Vec(0.0, normal.y, normal.z)
@@ -137,13 +140,13 @@ def reach_of(points: Float) -> float:
 
 
 @kernel
-def horizontal(m: WakeField, t: float, count: Ints, x: Float, y: Float, z: float, speed: Float) -> None:
+def horizontal(m: WakeField, t: float, count: Ints, near: Ints, x: Float, y: Float, z: float, speed: Float) -> None:
     """Wind speed [m/s] at a height, at all x and y [m] of the farm; ``speed`` (x, y) is filled."""
     series_now(t, m)
     for i in range(x.shape[0]):
         for j in range(y.shape[0]):
             q = Vec(x[i], y[j], z)
-            look(m, count, q, Vec(1.0, 0.0, 0.0), 1.0, 0.0, -1)
+            look(m, count, near, q, Vec(1.0, 0.0, 0.0), 1.0, BESIDE)
             u = ambient_velocity(q, t, m) + wakes_velocity(q, t, m)
             speed[i, j] = sqrt(u.x * u.x + u.y * u.y)
 

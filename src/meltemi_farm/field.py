@@ -4,7 +4,7 @@ A wake is a series of planes that drift downstream. Each has a centre, a normal 
 velocity, radial velocity and added turbulence; between two planes all of them are linear along the wake. There is no
 grid: turbines ask at their nodes, in lanes, and the planes themselves at the points of their averages.
 
-Reference: docs/theory/wakes.md (K-9 to K-14).
+Reference: docs/theory/wakes.md (K-10 to K-14).
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def between(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> Defi
 
 @kernel
 def wakes_velocity(p: Vec, t: float, m: WakeField) -> Vec:
-    """Velocity [m/s] that the wakes add to the ambient wind at a point of the observer's axes (K-11 to K-14)."""
+    """Velocity [m/s] that the wakes add to the ambient wind at a point of the observer's axes (K-12 to K-14)."""
     g = m.wakes
     q, late = Vec(p.x + g.origin_x, p.y + g.origin_y, p.z), t - g.time
     o = 0.0 * q.x  # zero of the point's number type

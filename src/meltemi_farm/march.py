@@ -1,9 +1,9 @@
 """The march of a wake: every plane becomes the next one downstream, and its profiles age by the way in between.
 
-Thin shear layer equations, axisymmetric, with an eddy viscosity: Crank-Nicolson along the wake, with coefficients of the
-plane before, so that each plane solves one tridiagonal system.
+Thin shear layer equations, axisymmetric, with an eddy viscosity: Crank-Nicolson along the wake, with coefficients of
+the plane before, so that each plane solves one tridiagonal system.
 
-Reference: docs/theory/wakes.md (K-4 to K-8); Ainslie (1988).
+Reference: docs/theory/wakes.md (K-5 to K-8); Ainslie (1988).
 """
 
 from __future__ import annotations

@@ -135,8 +135,8 @@ class WakeSet:
       meander: diameter of the averages that let wakes drift, over the rotor's.
       windowed: their weight is a windowed jinc function, and not uniform.
       disturbed: they include the wakes.
-      deficit_turbulence, gradient_turbulence: turbulence that wakes add, over deficit and gradient: factor, least share,
-        begin and end [D], exponent.
+      deficit_turbulence, gradient_turbulence: turbulence that wakes add, over deficit and gradient: factor, least
+        share, begin and end [D], exponent.
     """
 
     source: str
@@ -225,26 +225,27 @@ SETS: dict[str, WakeSet] = {
 """Sets by name."""
 
 
-def average_points(wake: WakeSet, diameter: float, rings: int = 8) -> Float:
+def average_points(wake: WakeSet, diameter: float, rings: int = 10) -> Float:
     """(n, 3) points of the average that lets wakes drift: sideways, upwards [m], weight (K-9).
 
     Args:
       diameter: [m] of the rotor.
-      rings: of points; each point stands for the same area within a ring.
+      rings: of points, at the places of Gauss; a ring has up to twelve.
     """
     wide = wake.meander * diameter
     radius = 0.5 * SECOND_ZERO / np.pi * wide if wake.windowed else 0.5 * wide
+    places, shares = np.polynomial.legendre.leggauss(rings)
     rows = []
-    for k in range(rings):
-        n = math.ceil(2.0 * np.pi * (k + 0.5))
-        r = radius * (k + 0.5) / rings
+    for k, (r, share) in enumerate(zip(0.5 * radius * (1.0 + places), shares, strict=True)):
+        n = min(max(math.ceil(2.0 * np.pi * rings * r / radius), LEAST_IN_RING), MOST_IN_RING)
         angles = 2.0 * np.pi * (np.arange(n) + 0.5 * (k % 2)) / n
-        weight = jinc(r / wide) * jinc(0.5 * r / wide) if wake.windowed else 1.0
-        area = (2.0 * k + 1.0) / n
-        rows += [(r * math.cos(v), r * math.sin(v), weight * area) for v in angles]
+        weight = share * r / n * (jinc(r / wide) * jinc(0.5 * r / wide) if wake.windowed else 1.0)
+        rows += [(r * math.cos(angle), r * math.sin(angle), weight) for angle in angles]
     return np.array(rows)
 
 
+LEAST_IN_RING, MOST_IN_RING = 4, 12
+"""Points of a ring."""
 SECOND_ZERO = 7.015586669815619
 """Of the Bessel function J1: there FAST.Farm's averages end."""
 

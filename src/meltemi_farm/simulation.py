@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,12 +16,13 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, RunError
 from meltemi.core.threads import available_cores
+from meltemi.loadcases.case import case_run, case_turbine
 from meltemi.simulation.case import Case
 from meltemi.simulation.operating_point import OperatingPoint, steady_wind
 from meltemi.simulation.plan import multiple
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
-from meltemi.simulation.rotors import default_step
+from meltemi.simulation.rotors import build, default_step
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import Start
@@ -28,7 +30,7 @@ from meltemi.simulation.system import shaft_row
 from meltemi.structure.kinematics import YAW
 from meltemi.wind.fields import SteadyWind, Wind
 from meltemi.wind.turbulent import AnyWind
-from meltemi_farm.layout import Farm, check_layout
+from meltemi_farm.layout import Farm, FarmCase, check_layout
 from meltemi_farm.rotor import RotorSums, sample
 from meltemi_farm.settings import WakeSettings
 from meltemi_farm.wakes import FarmWakes, RotorState
@@ -193,6 +195,15 @@ def simulate_farm(
     return march_farm(
         runs, np.array(farm.positions, dtype=np.float64), farm.settings, farm.angles(), threads, progress, watch
     )
+
+
+def simulate_case(case: FarmCase, folder: Path, progress: Callable[[float], None] | None = None) -> FarmResult:
+    """Simulate the farm of a file; paths in it are relative to ``folder``. Errors as of :func:`simulate_farm`."""
+    turbine = case_turbine(case, folder)
+    model = build(turbine, case.options, case.environment)
+    runs = [case_run(case, turbine, folder, model=model) for _ in case.positions]
+    yaw = np.array(case.yaw or [0.0] * len(runs))
+    return march_farm(runs, np.array(case.positions), case.wakes, yaw, progress=progress)
 
 
 def _for_each(given: Any, n: int, what: str) -> list[Any]:

@@ -141,6 +141,8 @@ class FarmWakes:
             for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
         ]
         self.points = [average_points(self.model, d, settings.rings) for d in diameters]
+        self._reach = [float(np.hypot(p[:, 0], p[:, 1]).max()) for p in self.points]
+        self.boxes = np.full((n, 2, 2), np.inf)
         disk = self.model.changed(windowed=False)
         self.disks = [average_points(disk, d, settings.rings) for d in diameters]
         self.rotors = [average_points(disk.changed(meander=1.0), d, 5) for d in diameters]
@@ -208,7 +210,7 @@ class FarmWakes:
         model, m = self.model, self.fields[k]
         m.wakes.time = t
         turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
-        drift(m, k, self.count, t, self.points[k], model.disturbed, turn)
+        drift(m, k, self.count, self._near(k, self._reach[k]), t, self.points[k], model.disturbed, turn)
 
     def show(self, i: int, rotor: RotorState, t: float) -> None:
         """Choose what turbine i sees of the wakes until the next exchange."""
@@ -216,7 +218,31 @@ class FarmWakes:
         m.wakes.time = t
         speeds = np.linalg.norm(self.planes["velocity"], axis=0)
         slack = SLACK + self.step * float(speeds.max())
-        look(m, self.count, *self._disk(i, rotor), SEEN * self.diameters[i], slack, i)
+        near = self._others(i, slack)
+        look(m, self.count, near, *self._disk(i, rotor), SEEN * self.diameters[i], slack)
+
+    def _boxes(self) -> Float:
+        """(wakes, 2, 2) [m] least and largest x and y of the centres of each wake."""
+        boxes = np.zeros((len(self.count), 2, 2))
+        for k, n in enumerate(self.count):
+            centre = self.planes["centre"][:2, k, :n]
+            boxes[k] = [centre.min(axis=1), centre.max(axis=1)]
+        return boxes
+
+    def _near(self, k: int, beside: float) -> NDArray[np.int64]:
+        """1 for each wake that may meet disks of a radius [m] about the planes of wake k."""
+        return self._meeting(self.boxes[k], beside)
+
+    def _others(self, i: int, slack: float) -> NDArray[np.int64]:
+        """The same for rotor i, without its own wake."""
+        near = self._meeting(np.tile(self.positions[i], (2, 1)), SEEN * self.diameters[i] + slack)
+        near[i] = 0
+        return near
+
+    def _meeting(self, box: Float, beside: float) -> NDArray[np.int64]:
+        wide = beside + self.spacing * (RADII - 1) + SLACK
+        low, high = self.boxes[:, 0] - wide, self.boxes[:, 1] + wide
+        return np.all((low <= box[1]) & (box[0] <= high), axis=1).astype(np.int64)
 
     def _disk(self, i: int, rotor: RotorState) -> tuple[Vec, Vec]:
         """Centre [m] and direction of a rotor in the farm."""
@@ -227,12 +253,13 @@ class FarmWakes:
         """(3,) [m/s] mean wind over rotor i, with the wakes of the others."""
         m = self.fields[i]
         m.wakes.time = t
-        found = rotor_mean(m, t, self.count, *self._disk(i, rotor), self.rotors[i], i)
+        found = rotor_mean(m, t, self.count, self._others(i, 0.0), *self._disk(i, rotor), self.rotors[i])
         return np.array([found.x, found.y, found.z])
 
     def advance(self, rotors: Sequence[RotorState], t: float, together: Together) -> None:
         """One exchange at time ``t`` [s]: wakes age, begin anew at the rotors, get velocities, and are shown to all."""
         together(lambda k: self.exchange(k, rotors[k], t))
+        self.boxes = self._boxes()
         together(lambda k: self.settle(k, t))
         together(lambda k: self.show(k, rotors[k], t))
 
@@ -243,6 +270,7 @@ class FarmWakes:
           (turbines,) [m/s] mean wind along each rotor's axis, with the wakes of the others.
         """
         self.count[:], self._filtered = 0, [None] * len(rotors)
+        self.boxes = np.full((len(rotors), 2, 2), np.inf)  # no wakes yet
         last = math.ceil(float(self.reach.max()) / (DEVELOPED * self.mean.speed * self.step))
         speeds = []
         for e in range(-last, 1):
@@ -278,5 +306,6 @@ class FarmWakes:
         cell = max(x1 - x0, y1 - y0) / CELLS
         x, y = np.arange(x0 + 0.5 * beyond, x1, cell), np.arange(y0 + 0.5 * beyond, y1 - 0.5 * beyond, cell)
         speed = np.zeros((len(x), len(y)))
-        horizontal(self.fields[0], self.fields[0].wakes.time, self.count, x, y, self.hubs[0], speed)
+        everywhere = np.ones(len(self.count), dtype=np.int64)
+        horizontal(self.fields[0], self.fields[0].wakes.time, self.count, everywhere, x, y, self.hubs[0], speed)
         return x, y, speed

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SharedTurbulence, SteadyWind, Wind, WindBox, in_axes
+from meltemi.wind.turbulence.field import generate_field
+from meltemi.wind.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.turbulent import AnyWind, TurbulentWind
 
 Float = NDArray[np.float64]
@@ -53,10 +56,13 @@ def _along(direction: float, positions: Float) -> tuple[Float, Float]:
     return both[:, 0], both[:, 1]
 
 
-def _generated(wind: TurbulentWind, turbines: Sequence[AnyTurbine], positions: Float, duration: float) -> WindBox:
-    from meltemi.wind.turbulence.field import generate_field
-    from meltemi.wind.turbulence.grid import wind_grid_for
+@lru_cache(maxsize=1)
+def _field(wind: TurbulentWind, grid: WindGrid, duration: float) -> WindBox:
+    """The last field, which a farm with wakes shares with the same one without."""
+    return generate_field(wind, grid, duration)
 
+
+def _generated(wind: TurbulentWind, turbines: Sequence[AnyTurbine], positions: Float, duration: float) -> WindBox:
     along, across = _along(wind.direction, positions)
     largest = max(turbines, key=lambda t: t.rotor_diameter)
     diameter = largest.rotor_diameter
@@ -73,7 +79,7 @@ def _generated(wind: TurbulentWind, turbines: Sequence[AnyTurbine], positions: F
             f"{MOST_MEMORY / 1e9:g} GB are allowed: a larger dt of the wind, a shorter duration or fewer rows across "
             "the wind reduce it"
         )
-    field = generate_field(wind.replace(periodic=True, coherent="all"), grid, lasts)
+    field = _field(wind.replace(periodic=True, coherent="all"), grid, lasts)
     same = all(abs(t.hub_height - grid.hub_height) < 0.02 * grid.hub_height for t in turbines)
     return field if same else replace(field, hub_height=None)
 
