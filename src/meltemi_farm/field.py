@@ -16,7 +16,7 @@ from typing import Any, ClassVar, NamedTuple
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import anywhere, floor, neighbours, where, whole
 from meltemi.maths.records import Box, Constant
-from meltemi.maths.tables import Numbers, Table, Vectors, number, xyz
+from meltemi.maths.tables import Entries, Numbers, Table, Vectors, number, xyz
 from meltemi.maths.vectors import Sym, Vec, dot
 from meltemi.simulation.parts import Part
 from meltemi.wind.velocity import WindField, ambient_velocity, wind_velocity
@@ -56,8 +56,9 @@ class Planes(Table, axes="wake plane"):
 class Seen(Table, axes="wake", integer=True):
     """Which planes of each wake an observer has to look at: none where first and last are the same."""
 
-    first: Numbers = number("-", "first plane")
-    last: Numbers = number("-", "last plane")
+    wakes: int
+    first: Entries[int] = number("-", "first plane")
+    last: Entries[int] = number("-", "last plane")
 
 
 class WakeField(WindField):

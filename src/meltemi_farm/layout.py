@@ -96,7 +96,7 @@ class Farm:
         made: dict[int, Model[Any]] = {}
         for one in each:
             if id(one) not in made:
-                made[id(one)] = one if isinstance(one, Model) else build(load_turbine(one), options or ModelOptions())
+                made[id(one)] = one if isinstance(one, Model) else build(load_turbine(one), options or ModelOptions())  # type: ignore[arg-type]
         return [made[id(one)] for one in each]
 
     def angles(self) -> Float:

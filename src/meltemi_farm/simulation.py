@@ -60,10 +60,10 @@ class RotorReader:
     def state(self) -> RotorState:
         """The mean of the samples since the last call."""
         s, n = self.sums, max(self.sums.samples, 1.0)
-        vectors = (np.array([v.x, v.y, v.z]) / n for v in (s.hub, s.shaft, s.wind))
+        hub, shaft, wind = (np.array([v.x, v.y, v.z]) / n for v in (s.hub, s.shaft, s.wind))
         order = np.argsort(self.radius)
         density = float(self.case.plain.aero.air_density)
-        found = RotorState(*vectors, self.radius[order] / n, self.thrust[order] / n, density)
+        found = RotorState(hub, shaft, wind, self.radius[order] / n, self.thrust[order] / n, density)
         for array in (s.array, self.radius, self.thrust):
             array[:] = 0.0
         return found

@@ -57,10 +57,10 @@ def steady_wake(
     Returns:
       Distances (X,) and radii (R,) [m], axial and radial velocities (X, R) [m/s] of the wake.
     """
-    r, radius = spacing * np.arange(points), 0.5 * diameter
+    r, radius = spacing * np.arange(points, dtype=np.float64), 0.5 * diameter
     local = np.where(r <= radius, thrust, 0.0)
     steps = math.ceil(length / way - 1e-9)
-    x = way * np.arange(steps + 1)
+    x = way * np.arange(steps + 1, dtype=np.float64)
     V, Vr = np.zeros((steps + 1, points)), np.zeros((steps + 1, points))
     V[0] = model.inlet(r, local, radius, speed)
     along, constants = model.along(x / diameter), mixing_of(model, diameter)

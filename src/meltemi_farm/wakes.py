@@ -111,7 +111,7 @@ class FarmWakes:
         apart = np.linalg.norm(positions[:, None] - positions[None], axis=2)
         self.reach = apart.max(axis=1) + BEYOND * largest
         self.spacing = largest / settings.radial_points
-        self.r = self.spacing * np.arange(RADII)
+        self.r = self.spacing * np.arange(RADII, dtype=np.float64)
         most = math.ceil(float(self.reach.max()) / (SLOWEST * mean.speed * step)) + 4
         shared: dict[str, Any] = {
             "planes": Planes.zeros(wake=n, plane=most),
@@ -124,14 +124,14 @@ class FarmWakes:
         self._parameters = {
             "spacing": self.spacing,
             "merging": merging,
-            "added": float(settings.added_turbulence),
             "eddy_spacing": EDDY_SPACING * largest,
             "eddy_speed_x": mean.speed * math.cos(mean.direction),
             "eddy_speed_y": -mean.speed * math.sin(mean.direction),
         }
         self.mean = mean
-        self.parts = [WakePart(self._members(shared, x, y)) for x, y in positions]
-        own = [self._members(shared, 0.0, 0.0) for _ in range(n)]
+        added = float(settings.added_turbulence)
+        self.parts = [WakePart(self._members(shared, x, y, added)) for x, y in positions]
+        own = [self._members(shared, 0.0, 0.0, 0.0) for _ in range(n)]  # small eddies carry no wakes
         self.fields = [
             WakeField("floats", wind_arrays(wind, hub, diameter) | members)
             for hub, diameter, members in zip(hubs, diameters, own, strict=True)
@@ -151,9 +151,9 @@ class FarmWakes:
         self.keep = [math.exp(-2.0 * math.pi * step * self.model.cut_off / (0.5 * d)) for d in diameters]
         self._filtered: list[dict[str, Any] | None] = [None] * n
 
-    def _members(self, shared: dict[str, Any], x: float, y: float) -> dict[str, Any]:
+    def _members(self, shared: dict[str, Any], x: float, y: float, added: float) -> dict[str, Any]:
         """Arrays of the wakes for an observer whose axes begin at x and y."""
-        wakes = Wakes.of(origin_x=x, origin_y=y, **self._parameters)
+        wakes = Wakes.of(origin_x=x, origin_y=y, added=added, **self._parameters)
         return shared | {"wakes": wakes.array, "seen": np.zeros((len(Seen), len(self.positions)), dtype=np.int64)}
 
     def exchange(self, k: int, rotor: RotorState, t: float) -> None:
@@ -275,7 +275,11 @@ class FarmWakes:
         speeds = []
         for e in range(-last, 1):
             t = e * self.step
-            winds = together(lambda i, t=t: self.rotor_wind(i, rotors[i], t))
+
+            def wind_at(i: int, t: float = t) -> Float:
+                return self.rotor_wind(i, rotors[i], t)
+
+            winds = together(wind_at)
             along = [max(float(u @ rotor.shaft), LEAST_WIND) for u, rotor in zip(winds, rotors, strict=True)]
             now = [
                 replace(
