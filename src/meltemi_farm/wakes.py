@@ -57,7 +57,7 @@ class RotorState:
     Attributes:
       hub: (3,) [m] rotor apex, axes of the turbine.
       shaft: (3,) direction of the rotor's axis, downwind.
-      wind: (3,) [m/s] mean wind over the rotor, relative to the hub.
+      wind: (3,) [m/s] mean wind over the span of the blades, relative to the hub.
       radius: (n,) [m] of the nodes, increasing.
       thrust: (n,) [N/m] of all blades, per length.
       density: [kg/m^3] of the air.
@@ -146,6 +146,8 @@ class FarmWakes:
         disk = self.model.changed(windowed=False)
         self.disks = [average_points(disk, d, settings.rings) for d in diameters]
         self.rotors = [average_points(disk.changed(meander=1.0), d, 5) for d in diameters]
+        for points in self.rotors:  # the mean over the span, as that of a rotor's state
+            points[:, 2] /= np.hypot(points[:, 0], points[:, 1])
         self.mixing = [mixing_of(self.model, d) for d in diameters]
         self.intensity = settings.intensity
         self.keep = [math.exp(-2.0 * math.pi * step * self.model.cut_off / (0.5 * d)) for d in diameters]

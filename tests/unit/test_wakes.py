@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from meltemi.core.errors import InputError
 from meltemi.wind.fields import SteadyWind
+from meltemi_farm.effective import effective_intensity, farm_turbulence, wake_turbulence
 from meltemi_farm.march import half_width
 from meltemi_farm.sets import SETS, average_points, disk_mean, fast_farm_inlet, smooth_filter
 from meltemi_farm.settings import WakeSettings
@@ -142,7 +144,7 @@ def test_a_rotor_sees_the_wake_of_the_one_before_but_not_its_own() -> None:
     first, second = (wakes.rotor_wind(i, rotor(), 0.0)[0] for i in range(2))
     assert first == pytest.approx(U, abs=1e-9)
     _, r, V, _ = steady_wake(SETS["fast.farm"], 0.8, 0.0, speed=U, diameter=D, length=5.0 * D, spacing=5.0, way=10.0)
-    assert second - U == pytest.approx(disk_mean(r, V[-1], 0.5 * D), rel=0.03)
+    assert second - U == pytest.approx(V[-1, r <= 0.5 * D].mean(), rel=0.03)
 
 
 @pytest.mark.parametrize("name", SETS)
@@ -177,3 +179,25 @@ def test_planes_that_catch_up_are_dropped() -> None:
     assert wakes.count[0] <= before
     x = wakes.planes["centre"][0, 0, : wakes.count[0]]
     assert np.all(np.diff(x) > 0.0)
+
+
+def test_effective_turbulence_has_the_formulas_of_both_editions() -> None:
+    """By hand: V 10 m/s, sigma 1 m/s, d 5, C_T 0.8: 10 / (1.5 + 4 / 0.8944) = 1.6744 and hypot 1.9503;
+    edition 3: 9.4868 / (1.5 + 1.5 * 3.1623) = 1.5192."""
+    assert wake_turbulence(10.0, 1.0, 5.0, 0.8) == pytest.approx(1.9503, abs=1e-4)
+    assert wake_turbulence(10.0, 1.0, 5.0, edition=3) == pytest.approx(np.hypot(1.5192, 1.0), abs=1e-4)
+    assert effective_intensity(10.0, 0.1, [], slope=10.0) == pytest.approx(0.1)
+    assert effective_intensity(10.0, 0.1, [12.0], slope=10.0) == pytest.approx(0.1)
+    eight = effective_intensity(10.0, 0.1, [5.0] * 8, slope=4.0, thrust=0.8)
+    assert eight == pytest.approx((0.52 + 0.48 * 1.9503**4) ** 0.25 / 10.0, rel=1e-4)
+    assert 0.1 < eight < effective_intensity(10.0, 0.1, [5.0] * 8, slope=10.0, thrust=0.8) < 0.195
+    assert farm_turbulence(10.0, 1.0, 5.0, 5.0, 0.8) == pytest.approx(0.5 * (1.0 + np.hypot(1.7, 1.0)), rel=2e-3)
+
+
+def test_effective_turbulence_refuses_what_it_has_no_formula_for() -> None:
+    with pytest.raises(InputError, match="edition 4 needs a positive thrust coefficient"):
+        wake_turbulence(10.0, 1.0, 5.0)
+    with pytest.raises(InputError, match="at least 2 diameters"):
+        wake_turbulence(10.0, 1.0, 1.0, 0.8)
+    with pytest.raises(InputError, match="at most 8 neighbours, found 9"):
+        effective_intensity(10.0, 0.1, [5.0] * 9, slope=4.0, thrust=0.8)
