@@ -1,5 +1,7 @@
 """Averages over planes: the velocity with which wakes drift and meander, ambient wind and turbulence at a rotor.
 
+Points below the lowest row of a field do not count: the wind falls to zero there.
+
 Reference: docs/theory/wakes.md (K-4, K-9, K-11).
 """
 
@@ -70,7 +72,7 @@ def rotor_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float) 
     mean, square, count = Vec(0.0, 0.0, 0.0), 0.0, 0.0
     for i in range(points.shape[0]):
         q = centre + (points[i, 0] * side + points[i, 1] * up)
-        if q.z > 0.0:
+        if q.z >= m.wind.box_z:
             u = ambient_velocity(q, t, m)
             mean += points[i, 2] * u
             square += points[i, 2] * dot(u, u)
@@ -89,7 +91,7 @@ def mean_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float, d
     total, weights = Vec(0.0, 0.0, 0.0), 0.0
     for j in range(points.shape[0]):
         q = centre + (points[j, 0] * side + points[j, 1] * up)
-        if q.z > 0.0:
+        if q.z >= m.wind.box_z:
             u = ambient_velocity(q, t, m)
             if disturbed:
                 u += wakes_velocity(q, t, m)
