@@ -22,7 +22,8 @@ EDDY_POINTS = 64
 def eddies_of(seed: int) -> NDArray[np.float32]:
     """(n, n, n + 1, 3) velocities [m/s] by x, z and y; the last column is the first one again.
 
-    Energy spectrum of von Karman, without divergence, in a box that repeats in all directions.
+    Energy spectrum of von Karman, without divergence, in a box that repeats in all directions; the means along x and
+    along y are zero everywhere.
     """
     n = EDDY_POINTS
     k = 2.0 * np.pi * np.fft.fftfreq(n, EDDY_SPACING)
@@ -30,7 +31,7 @@ def eddies_of(seed: int) -> NDArray[np.float32]:
     square = np.einsum("c...,c...->...", waves, waves)
     square[0, 0, 0] = 1.0
     amplitude = np.sqrt(square) * (square + EDDY_LENGTH**-2) ** (-17.0 / 12.0)
-    amplitude[0, 0, 0] = 0.0
+    amplitude[0], amplitude[:, 0] = 0.0, 0.0  # no streaks along the wind, whose mean would not be zero
     white = np.fft.fftn(np.random.default_rng(seed).standard_normal((3, n, n, n)), axes=(1, 2, 3))
     white -= waves * (np.einsum("c...,c...->...", waves, white) / square)
     u = np.fft.ifftn(amplitude * white, axes=(1, 2, 3)).real

@@ -5,6 +5,7 @@ Reference: docs/theory/wakes.md (K-15).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
@@ -14,9 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.control.faults import Faults
+from meltemi.control.signals import Measurements
 from meltemi.core.errors import InputError, RunError
 from meltemi.core.threads import available_cores
 from meltemi.loadcases.case import case_run, case_turbine
+from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.operating_point import OperatingPoint, steady_wind
 from meltemi.simulation.plan import multiple
@@ -69,6 +73,24 @@ class RotorReader:
         return found
 
 
+@dataclass(frozen=True)
+class SetPoint:
+    """What a farm controller demands of a turbine until the next exchange.
+
+    Attributes:
+      yaw: [rad] of the nacelle, which its drive approaches at its rate; None leaves it. The model needs
+        ``ModelOptions(yaw="driven")``.
+      power: [W] limit of the operator, for controllers that follow it, such as the supervised one.
+    """
+
+    yaw: float | None = None
+    power: float = math.inf
+
+
+FarmControl = Callable[[float, Sequence[View]], Sequence[SetPoint]]
+"""Called at each exchange with the time [s] and the measurements of the turbines; returns a set-point for each."""
+
+
 class Turbine:
     """A turbine of a farm in progress, and what its rotor gave to its wake."""
 
@@ -79,15 +101,44 @@ class Turbine:
 
         self.simulation = Simulation(run, starting=turned if yaw else None)
         self.reader = RotorReader(self.simulation.case)
+        self.yaw: float | None = None
 
     def march(self, steps: int) -> None:
         """March a number of time steps, and read the rotor in between."""
-        done = 0
+        run, done = self.simulation, 0
         for i in range(SAMPLES):
             until = steps * (i + 1) // SAMPLES
-            self.simulation.advance(until - done)
+            if self.yaw is not None:
+                turn = self.yaw - float(run.case.view("drive")["yaw_command"])
+                run.case.view("demands")["yaw_rate"] = turn / (max(until - done, 1) * run.dt)
+            run.advance(until - done)
             self.reader.sample()
             done = until
+
+    def demand(self, point: SetPoint) -> None:
+        """Follow a set-point from now on.
+
+        Raises:
+          InputError: it is not finite, or the model's yaw is not driven.
+        """
+        run = self.simulation
+        if point.yaw is not None:
+            if run.model.options.yaw != "driven":
+                raise InputError(
+                    "farm: a set-point of yaw needs turbines with a yaw drive: build them with "
+                    f'ModelOptions(yaw="driven"), found {run.model.options.yaw!r}'
+                )
+            if not abs(point.yaw) <= math.pi:
+                raise InputError(f"farm: a set-point of yaw must be within pi rad, found {point.yaw!r}")
+        if not point.power >= 0.0:
+            raise InputError(f"farm: a set-point of power must be 0 W or more, found {point.power!r}")
+        self.yaw = point.yaw
+        run.case["faults"][Faults.index("power_limit")] = point.power
+        run.case.clock.next_event = max(int(run.case.clock.next_event), 1)  # the controller hears of the limit
+
+    def measurements(self) -> View:
+        """A copy of what its controller has measured last."""
+        return View(Measurements, self.simulation.case.measured.copy())
 
 
 @dataclass(frozen=True)
@@ -162,6 +213,7 @@ def simulate_farm(
     duration: float,
     controllers: Any = None,
     start: Any = None,
+    control: FarmControl | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
     watch: Callable[[FarmWakes, float], None] | None = None,
@@ -175,6 +227,8 @@ def simulate_farm(
       duration: [s].
       controllers: a controller for all turbines, or a list with one for each; by default the baseline controller.
       start: the same of the initial state; by default steady operation in the wakes that have developed.
+      control: farm controller, called at each exchange with the time [s] and the turbines' measurements; it returns a
+        :class:`SetPoint` for each.
       threads: that share the turbines; by default one for each core.
       progress: callback with the completed fraction.
       watch: callback with the wakes and the time [s] at each exchange.
@@ -193,7 +247,14 @@ def simulate_farm(
         for i, model in enumerate(models)
     ]
     return march_farm(
-        runs, np.array(farm.positions, dtype=np.float64), farm.settings, farm.angles(), threads, progress, watch
+        runs,
+        np.array(farm.positions, dtype=np.float64),
+        farm.settings,
+        farm.angles(),
+        control,
+        threads,
+        progress,
+        watch,
     )
 
 
@@ -219,6 +280,7 @@ def march_farm(
     positions: Float,
     settings: WakeSettings,
     yaw: Float,
+    control: FarmControl | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
     watch: Callable[[FarmWakes, float], None] | None = None,
@@ -235,7 +297,7 @@ def march_farm(
         for run, model, (x, y) in zip(runs, models, places, strict=True)
     ]
     with ThreadPoolExecutor(threads or available_cores()) as pool:
-        march = FarmMarch(own, places, settings, yaw, wind, pool, watch)
+        march = FarmMarch(own, places, settings, yaw, wind, pool, control, watch)
         march.to_end(progress)
     results = tuple(turbine.simulation.result() for turbine in march.turbines)
     for i, (run, result) in enumerate(zip(runs, results, strict=True)):
@@ -265,9 +327,10 @@ class FarmMarch:
         yaw: Float,
         wind: Wind,
         pool: ThreadPoolExecutor,
+        control: FarmControl | None,
         watch: Callable[[FarmWakes, float], None] | None,
     ) -> None:
-        self.runs, self.pool, self.watch = runs, pool, watch
+        self.runs, self.pool, self.control, self.watch = runs, pool, control, watch
         turbines = [run.model.turbine for run in runs]  # type: ignore[union-attr]
         self.mean = steady_wind(wind, turbines[0].hub_height)
         self.wakes: FarmWakes | None = None
@@ -309,6 +372,7 @@ class FarmMarch:
             done = 0
             while not all(turbine.simulation.finished for turbine in self.turbines):
                 self._keep(done)
+                self._direct(done)
                 self._together(lambda i: self.turbines[i].march(self.steps[i]))
                 done += 1
                 if self.wakes is not None:
@@ -319,6 +383,20 @@ class FarmMarch:
         finally:
             for turbine in self.turbines:
                 turbine.simulation.close()
+
+    def _direct(self, done: int) -> None:
+        """Let the farm controller set what turbines do until the next exchange."""
+        if self.control is None:
+            return
+        first = self.turbines[0]
+        points = self.control(done * self.steps[0] * first.simulation.dt, [t.measurements() for t in self.turbines])
+        if len(points) != len(self.turbines):
+            raise InputError(
+                f"farm: the controller returned {len(points)} set-points, expected one for each of "
+                f"{len(self.turbines)} turbines"
+            )
+        for turbine, point in zip(self.turbines, points, strict=True):
+            turbine.demand(point)
 
     def _keep(self, done: int) -> None:
         """Keep the paths of the wakes, and show them."""

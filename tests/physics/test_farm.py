@@ -10,7 +10,7 @@ import pytest
 import meltemi
 from meltemi_farm.layout import FarmCase
 from meltemi_farm.settings import WakeSettings
-from meltemi_farm.simulation import FarmResult
+from meltemi_farm.simulation import FarmResult, SetPoint
 
 D = 126.0
 CHANNELS = ("generator_power", "wind_x", "root_moment_out_of_plane_1")
@@ -56,6 +56,38 @@ def test_tilt_lifts_the_wake(row: FarmResult) -> None:
     assert centre[0] == pytest.approx(5.0 * D, abs=5.0)
     assert abs(centre[1]) < 3.0
     assert centre[2] - 90.0 == pytest.approx(24.0, abs=4.0)
+
+
+def test_a_farm_controller_turns_the_first_turbine_at_the_rate_of_its_drive() -> None:
+    options = meltemi.ModelOptions(blade_nodes=8, tower_nodes=5, yaw="driven")
+    model = meltemi.build(meltemi.load_turbine("nrel5mw"), options)
+    called: list[float] = []
+
+    def control(time: float, measured: Any) -> list[SetPoint]:
+        called.append(time)
+        assert measured[0]["generator_speed"] > 0.0
+        return [SetPoint(yaw=np.radians(2.0)), SetPoint()]
+
+    farm = meltemi.Farm(model, ROW, "none")
+    result = meltemi.simulate_farm(farm, 9.0, duration=16.0, channels=("nacelle_yaw",), control=control)
+    assert called == pytest.approx(np.arange(len(called)) * 2.0, abs=0.1)
+    turned, still = (each["nacelle_yaw"] for each in result.turbines)
+    assert np.degrees(turned[-1]) == pytest.approx(2.0, abs=0.05)
+    rate = model.turbine.yaw.rate
+    assert turned[40] == pytest.approx(2.0 * rate, rel=0.2)
+    assert np.abs(still).max() < 1e-3
+
+
+def test_set_points_are_checked(model: Any) -> None:
+    for points, words in (
+        ([SetPoint()], "1 set-points, expected one for each of 2"),
+        ([SetPoint(yaw=0.1)] * 2, 'yaw="driven"'),
+        ([SetPoint(power=-1.0)] * 2, "0 W or more"),
+    ):
+        with pytest.raises(meltemi.InputError, match=words):
+            meltemi.simulate_farm(
+                meltemi.Farm(model, ROW, "none"), 9.0, duration=1.0, control=lambda t, m, points=points: points
+            )
 
 
 def test_close_turbines_are_refused_with_their_distance(model: Any) -> None:
