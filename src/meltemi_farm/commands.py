@@ -67,16 +67,20 @@ def farm(
     from meltemi.postprocess.files import write_netcdf
     from meltemi.report.plots import save
     from meltemi.report.tables import write_csv
-    from meltemi_farm.report import cost_rows, plot_farm
+    from meltemi_farm.report import SHOWN, cost_rows, plot_farm
 
     folder_for(out)
     began = perf_counter()
     result, before = _simulated(case, folder, alone)
     seconds = perf_counter() - began
     head, rows = cost_rows(result, before)
-    label = f"{case.turbine}: {result[0].meta['wind']}, wakes {case.wakes.model}"
-    print_table(label, head, rows)
-    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for other loads; change: against no wakes")
+    label = f"{case.turbine}, wakes {case.wakes.model}: {result[0].meta['wind']}"
+    shown = cost_rows(result, before, SHOWN)
+    print_table(label, *shown, all_rows=(head, rows))
+    print(
+        "DEL: damage-equivalent load, 1 Hz, of the blade root out of plane (slope 10) and the tower base fore-aft (4); "
+        "%: change by the wakes"
+    )
     runs = len(result) * (2 if before else 1)
     print(
         f"{runs} x {case.duration:g} s simulated in {seconds:.1f} s, {runs * case.duration / seconds:.0f} times real "

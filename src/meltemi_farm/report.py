@@ -16,10 +16,12 @@ from meltemi_farm.simulation import FarmResult
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+SHOWN = ("root_moment_out_of_plane_1", "tower_base_moment_fore_aft")
+"""Loads of the table on a terminal."""
 LOADS = {
-    "root_moment_out_of_plane_1": "blade root out of plane",
+    "root_moment_out_of_plane_1": "blade root",
     "root_moment_in_plane_1": "blade root in plane",
-    "tower_base_moment_fore_aft": "tower base fore-aft",
+    "tower_base_moment_fore_aft": "tower base",
     "yaw_moment_z": "yaw bearing torsion",
 }
 """Loads of the table by channel, and their names."""
@@ -27,17 +29,20 @@ CHANNELS = ("wind_x", "rotor_speed", "pitch_1", "generator_power", "rotor_aero_t
 """Channels that the table needs, and usual ones."""
 
 
-def cost_rows(result: FarmResult, alone: FarmResult | None = None) -> tuple[list[str], list[list[str]]]:
+def cost_rows(
+    result: FarmResult, alone: FarmResult | None = None, loads: Sequence[str] = tuple(LOADS)
+) -> tuple[list[str], list[list[str]]]:
     """Header and rows of the table of a farm: mean wind and power, and damage-equivalent loads, by turbine.
 
     Args:
       result: with wakes.
       alone: the same without wakes; columns then say how much wakes change, in percent.
+      loads: channels of :data:`LOADS`; those that were not recorded are left out.
     """
-    loads = [name for name in LOADS if all(name in each for each in result.turbines)]
-    head = ["turbine", "x m", "y m", "yaw deg", "wind m/s", "power kW"] + ["change %"] * (alone is not None)
+    loads = [name for name in loads if all(name in each for each in result.turbines)]
+    head = ["turbine", "x m", "y m", "yaw deg", "wind m/s", "power kW"] + ["power %"] * (alone is not None)
     for name in loads:
-        head += [f"{LOADS[name]} DEL kN m"] + ["change %"] * (alone is not None)
+        head += [f"{LOADS[name]} DEL kN m"] + [f"{LOADS[name]} %"] * (alone is not None)
     rows = []
     for i, each in enumerate(result.turbines):
         before = None if alone is None else alone.turbines[i].evaluated
@@ -98,7 +103,10 @@ def plot_farm(result: FarmResult, alone: FarmResult | None = None, title: str = 
     for wake in result.wakes:
         if len(wake.planes):
             above.plot(*wake.planes[-1][:2], color="white", linewidth=0.8, linestyle="--")
-    above.set_aspect("equal")
+    above.set_aspect("equal", adjustable="box")
+    if result.view is not None:
+        above.set_xlim(x[0], x[-1])
+        above.set_ylim(y[0], y[-1])
     above.set_xlabel("x [m], downwind for direction 0")
     above.set_ylabel("y [m]")
     heading(above, f"Wind at {result.hubs[0]:.0f} m at the end, rotors, centres of the wakes")
@@ -134,6 +142,7 @@ def _bars(ax: object, names: Sequence[str], now: list[float], before: list[float
     ax.bar(place, now, width, color=INK, label="in the wakes")  # type: ignore[attr-defined]
     if before:
         ax.bar(place + width, before, width, color=SOFT, alpha=0.5, label="without wakes")  # type: ignore[attr-defined]
-        ax.legend(frameon=False, fontsize=8)  # type: ignore[attr-defined]
+        ax.set_ylim(0.0, 1.25 * max(*now, *before))  # type: ignore[attr-defined]
+        ax.legend(frameon=False, fontsize=8, ncols=2, loc="upper right")  # type: ignore[attr-defined]
     ax.set_xticks(place + (0.5 * width if before else 0.0), names)  # type: ignore[attr-defined]
     heading(ax, title)  # type: ignore[arg-type]

@@ -358,8 +358,8 @@ class FarmMarch:
                 _steady_rotor(run, wind, start, float(angle))
                 for run, wind, start, angle in zip(self.runs, winds, starts, yaw, strict=True)
             ]
-            speeds = wakes.develop(states, self._together)
-            winds = [self.mean.replace(speed=float(speed)) for speed in speeds]
+            shares = wakes.develop(states, self._together)
+            winds = [self.mean.replace(speed=float(share) * self.mean.speed) for share in shares]
         return starts
 
     def _together(self, function: Callable[[int], Any]) -> list[Any]:

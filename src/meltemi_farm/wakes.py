@@ -44,6 +44,8 @@ SEEN = 0.6
 """Of the diameter: radius of what a turbine sees, with its bent blades."""
 CELLS = 250
 """Of a view of the farm, along its longer side."""
+LEAST_SHARE = 0.3
+"""Of the wind, in which a turbine starts."""
 LEAST_WIND = 1.0
 """[m/s] wind of a thrust coefficient: a rotor in calm air leaves no wake."""
 MOST_THRUST = 2.0
@@ -251,11 +253,12 @@ class FarmWakes:
         hub = rotor.hub + np.array([*self.positions[i], 0.0])
         return Vec(*hub), Vec(*(rotor.shaft / np.linalg.norm(rotor.shaft)))
 
-    def rotor_wind(self, i: int, rotor: RotorState, t: float) -> Float:
-        """(3,) [m/s] mean wind over rotor i, with the wakes of the others."""
+    def rotor_wind(self, i: int, rotor: RotorState, t: float, *, waked: bool = True) -> Float:
+        """(3,) [m/s] mean wind over the span of rotor i, with the wakes of the others or without."""
         m = self.fields[i]
         m.wakes.time = t
-        found = rotor_mean(m, t, self.count, self._others(i, 0.0), *self._disk(i, rotor), self.rotors[i])
+        near = self._others(i, 0.0) if waked else np.zeros(len(self.count), dtype=np.int64)
+        found = rotor_mean(m, t, self.count, near, *self._disk(i, rotor), self.rotors[i])
         return np.array([found.x, found.y, found.z])
 
     def advance(self, rotors: Sequence[RotorState], t: float, together: Together) -> None:
@@ -269,31 +272,27 @@ class FarmWakes:
         """Wakes that are developed at time 0, behind rotors with constant thrust coefficients, in the wind before.
 
         Returns:
-          (turbines,) [m/s] mean wind along each rotor's axis, with the wakes of the others.
+          (turbines,) mean wind along each rotor's axis with the wakes of the others, over that without.
         """
         self.count[:], self._filtered = 0, [None] * len(rotors)
         self.boxes = np.full((len(rotors), 2, 2), np.inf)  # no wakes yet
         last = math.ceil(float(self.reach.max()) / (DEVELOPED * self.mean.speed * self.step))
-        speeds = []
+        sums = np.zeros((2, len(rotors)))
         for e in range(-last, 1):
             t = e * self.step
 
-            def wind_at(i: int, t: float = t) -> Float:
-                return self.rotor_wind(i, rotors[i], t)
+            def winds_at(i: int, t: float = t) -> tuple[Float, float]:
+                axis = rotors[i].shaft
+                return self.rotor_wind(i, rotors[i], t), float(self.rotor_wind(i, rotors[i], t, waked=False) @ axis)
 
-            winds = together(wind_at)
-            along = [max(float(u @ rotor.shaft), LEAST_WIND) for u, rotor in zip(winds, rotors, strict=True)]
-            now = [
-                replace(
-                    rotor, wind=u, thrust=rotor.thrust * (speed / max(float(rotor.wind @ rotor.shaft), LEAST_WIND)) ** 2
-                )
-                for rotor, u, speed in zip(rotors, winds, along, strict=True)
-            ]
+            winds = together(winds_at)
+            now = [_in_wind(rotor, wind) for rotor, (wind, _) in zip(rotors, winds, strict=True)]
             self.advance(now, t, together)
-            speeds.append(along)
+            if 2 * e > -last:
+                sums += [[float(u @ r.shaft) for r, (u, _) in zip(rotors, winds, strict=True)], [x for _, x in winds]]
         self.crossed = 0
-        settled: Float = np.mean(speeds[len(speeds) // 2 :], axis=0)
-        return settled
+        share: Float = np.clip(sums[0] / np.maximum(sums[1], 1e-9), LEAST_SHARE, 1.0)
+        return share
 
     def paths(self) -> list[NDArray[np.float32]]:
         """Centre, travelled path and velocity of the planes of each wake: (7, planes)."""
@@ -315,3 +314,9 @@ class FarmWakes:
         everywhere = np.ones(len(self.count), dtype=np.int64)
         horizontal(self.fields[0], self.fields[0].wakes.time, self.count, everywhere, x, y, self.hubs[0], speed)
         return x, y, speed
+
+
+def _in_wind(rotor: RotorState, wind: Float) -> RotorState:
+    """A rotor with the same thrust coefficients in another mean wind (3,) [m/s]."""
+    before, now = (max(float(u @ rotor.shaft), LEAST_WIND) for u in (rotor.wind, wind))
+    return replace(rotor, wind=wind, thrust=rotor.thrust * (now / before) ** 2)
