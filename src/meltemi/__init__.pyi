@@ -42,5 +42,7 @@ from meltemi.wind import TurbulentWind as TurbulentWind
 from meltemi.wind import WindBox as WindBox
 from meltemi.wind import WindSeries as WindSeries
 from meltemi.wind import iec_wind as iec_wind
+from meltemi_farm.layout import Farm as Farm
+from meltemi_farm.simulation import simulate_farm as simulate_farm
 
 __version__: str

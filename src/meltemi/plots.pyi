@@ -3,6 +3,7 @@ from meltemi.report.plots import plot_campbell as plot_campbell
 from meltemi.report.plots import plot_performance as plot_performance
 from meltemi.report.plots import plot_power_curve as plot_power_curve
 from meltemi.report.wind_plots import plot_wind as plot_wind
+from meltemi_farm.report import plot_farm as plot_farm
 from meltemi_loads.surrogate.report import plot_suitability as plot_suitability
 from meltemi_loads.surrogate.report import plot_surrogate as plot_surrogate
 from meltemi_reports.power_plots import plot_speed_power as plot_speed_power

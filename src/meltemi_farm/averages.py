@@ -1,0 +1,164 @@
+"""Averages over planes: the velocity with which wakes drift and meander, ambient wind and turbulence at a rotor.
+
+Points below the lowest row of a field do not count: the wind falls to zero there.
+
+Reference: docs/theory/wakes.md (K-4, K-9, K-11).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from numpy import float64, int64
+from numpy.typing import NDArray
+
+from meltemi.core.kernel import kernel
+from meltemi.maths.vectors import Vec, cross, dot
+from meltemi.wind.velocity import ambient_velocity, series_now
+from meltemi_farm.field import WakeField, wakes_velocity
+
+Float = NDArray[float64]
+Ints = NDArray[int64]
+BESIDE = 1e-3
+"""[m] of a plane, where what it has is evaluated."""
+
+
+@kernel
+def sideways(n: Vec) -> Vec:
+    """Horizontal unit vector across a direction, to the left."""
+    h = 1.0 / sqrt(max(n.x * n.x + n.y * n.y, 1e-12))
+    return Vec(-h * n.y, h * n.x, 0.0)
+
+
+@kernel
+def look(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius: float, slack: float) -> None:
+    """Choose the planes that a disk of an observer has to look at (K-11).
+
+    Args:
+      count: number of planes of each wake.
+      near: 1 for each wake that is looked at, 0 for others.
+      centre, normal, radius: of the disk, axes of the farm.
+      slack: [m] by which the disk and the planes move until the next choice.
+    """
+    planes, reach = m.planes, m.wakes.spacing * (m.profile.shape[2] - 1)
+    for k in range(m.seen.wakes):
+        first, last, meets = 0, 0, False
+        for i in range(count[k] - 1 if near[k] > 0 else 0):
+            tilted, further = planes.normal[k, i], planes.normal[k, i + 1]
+            lean = cross(tilted, normal)
+            span = radius * sqrt(dot(lean, lean)) + slack
+            downstream = dot(tilted, centre - planes.centre[k, i])
+            if downstream + span >= 0.0 and dot(further, centre - planes.centre[k, i + 1]) - span < 0.0:
+                if last == 0:
+                    first = i
+                last = i + 1
+                aside = centre - planes.centre[k, i]
+                aside = aside - downstream * tilted
+                meets = meets or sqrt(dot(aside, aside)) < radius + reach + slack
+        m.seen.first[k] = first
+        m.seen.last[k] = last if meets else first
+
+
+@kernel
+def rotor_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float) -> tuple[float, float]:
+    """Ambient wind along a direction [m/s] and turbulence intensity over a disk (K-4).
+
+    Args:
+      points: (n, 3) sideways, upwards [m] and weight.
+    """
+    series_now(t, m)
+    side = sideways(normal)
+    up = cross(normal, side)
+    mean, square, count = Vec(0.0, 0.0, 0.0), 0.0, 0.0
+    for i in range(points.shape[0]):
+        q = centre + (points[i, 0] * side + points[i, 1] * up)
+        if q.z >= m.wind.box_z:
+            u = ambient_velocity(q, t, m)
+            mean += points[i, 2] * u
+            square += points[i, 2] * dot(u, u)
+            count += points[i, 2]
+    mean = (1.0 / max(count, 1e-9)) * mean
+    speed = sqrt(dot(mean, mean))
+    variance = max(square / max(count, 1e-9) - speed * speed, 0.0) / 3.0
+    return dot(normal, mean), sqrt(variance) / max(speed, 1e-3)
+
+
+@kernel
+def mean_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float, disturbed: bool) -> Vec:
+    """Weighted mean [m/s] of the wind over a disk, of what the observer sees of the wakes, or of the ambient wind."""
+    side = sideways(normal)
+    up = cross(normal, side)
+    total, weights = Vec(0.0, 0.0, 0.0), 0.0
+    for j in range(points.shape[0]):
+        q = centre + (points[j, 0] * side + points[j, 1] * up)
+        if q.z >= m.wind.box_z:
+            u = ambient_velocity(q, t, m)
+            if disturbed:
+                u += wakes_velocity(q, t, m)
+            total += points[j, 2] * u
+            weights += points[j, 2]
+    return (1.0 / weights if weights > 0.0 else 0.0) * total
+
+
+@kernel
+def rotor_mean(m: WakeField, t: float, count: Ints, near: Ints, centre: Vec, normal: Vec, points: Float) -> Vec:
+    """Mean wind [m/s] over a rotor with the wakes of the others."""
+    series_now(t, m)
+    look(m, count, near, centre, normal, reach_of(points), BESIDE)
+    return mean_wind(m, t, centre, normal, points, True)
+
+
+@kernel
+def drift(m: WakeField, k: int, count: Ints, near: Ints, t: float, points: Float, disturbed: bool, turn: Float) -> None:
+    """Velocities of the planes of a wake: a weighted mean of the wind over each, and its deflection (K-9).
+
+    Args:
+      count, near: number of planes of each wake, and whether it is looked at.
+      points: (n, 3) sideways, upwards [m] and weight.
+      disturbed: with the wakes, its own included, or the ambient wind alone.
+      turn: lateral drift over the way, the same by radian of yaw error, drift by the mean deficit, rotor radius [m].
+    """
+    series_now(t, m)
+    planes, reach = m.planes, reach_of(points)
+    for i in range(count[k]):
+        normal = planes.normal[k, i]
+        # a point in a plane is between two of them by rounding only: it is taken a little inside the wake
+        centre = planes.centre[k, i] + (BESIDE if i < count[k] - 1 else -BESIDE) * normal
+        if disturbed:
+            look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
+        mean = mean_wind(m, t, centre, normal, points, disturbed)
+        way = (turn[0] + turn[1] * planes.yaw[k, i]) * abs(dot(normal, mean))
+        across = Vec(0.0, normal.y, normal.z)
+        planes.velocity[k, i] = mean + way * sideways(normal) + turn[2] * deficit(m, k, i, turn[3]) * across
+
+
+@kernel
+def reach_of(points: Float) -> float:
+    """Largest distance [m] of points from their centre."""
+    reach = 0.0
+    for i in range(points.shape[0]):
+        reach = max(reach, sqrt(points[i, 0] * points[i, 0] + points[i, 1] * points[i, 1]))
+    return reach
+
+
+@kernel
+def horizontal(m: WakeField, t: float, count: Ints, near: Ints, x: Float, y: Float, z: float, speed: Float) -> None:
+    """Wind speed [m/s] at a height, at all x and y [m] of the farm; ``speed`` (x, y) is filled."""
+    series_now(t, m)
+    for i in range(x.shape[0]):
+        for j in range(y.shape[0]):
+            q = Vec(x[i], y[j], z)
+            look(m, count, near, q, Vec(1.0, 0.0, 0.0), 1.0, BESIDE)
+            u = ambient_velocity(q, t, m) + wakes_velocity(q, t, m)
+            speed[i, j] = sqrt(u.x * u.x + u.y * u.y)
+
+
+@kernel
+def deficit(m: WakeField, k: int, i: int, radius: float) -> float:
+    """Mean axial velocity [m/s] of a wake's plane within a radius; negative where the wake is slow."""
+    last = min(int(radius / m.wakes.spacing), m.profile.shape[2] - 1)
+    found, area = 0.0, 0.0
+    for j in range(last + 1):
+        found += j * m.profile[k, i, j, 0]
+        area += j
+    return found / max(area, 1.0)

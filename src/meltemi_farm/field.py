@@ -1,0 +1,200 @@
+"""Wakes as functions of position: the wind at a point, ambient plus the deficits of all wakes that reach it.
+
+A wake is a series of planes that drift downstream. Each has a centre, a normal and axisymmetric profiles of axial
+velocity, radial velocity and added turbulence; between two planes all of them are linear along the wake. There is no
+grid: turbines ask at their nodes, in lanes, and the planes themselves at the points of their averages.
+
+Reference: docs/theory/wakes.md (K-10 to K-14).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any, ClassVar, NamedTuple
+
+from meltemi.core.kernel import kernel
+from meltemi.maths.generic import anywhere, floor, neighbours, where, whole
+from meltemi.maths.records import Box, Constant
+from meltemi.maths.tables import Entries, Numbers, Table, Vectors, number, xyz
+from meltemi.maths.vectors import Sym, Vec, dot
+from meltemi.simulation.parts import Part
+from meltemi.wind.velocity import WindField, ambient_velocity, wind_velocity
+
+QUADRATIC, LINEAR, LARGEST = 0.0, 1.0, 2.0
+LEAST_RADIUS = 1e-3
+"""[m] distance from the centre below which the radial direction is undefined, and the radial velocity zero."""
+
+
+class Wakes(Table, title="wakes"):
+    """What the observer of the wakes is, and how it sees them."""
+
+    origin_x: float = number("m", "of the observer's axes in those of the farm")
+    origin_y: float = number("m", "the same")
+    time: float = number("s", "at which the planes are where their centres are")
+    spacing: float = number("m", "between the points of a profile")
+    merging: float = number("-", "0: root of the sum of squares, 1: sum, 2: largest deficit")
+    added: float = number("-", "1: with the turbulence that wakes add")
+    eddy_spacing: float = number("m", "between the points of the added turbulence")
+    eddy_speed_x: float = number("m/s", "with which it travels")
+    eddy_speed_y: float = number("m/s", "the same")
+
+
+class Planes(Table, axes="wake plane"):
+    """Planes of the wakes, from the rotor downstream."""
+
+    centre: Vectors = xyz("m", "centre, axes of the farm")
+    normal: Vectors = xyz("-", "unit vector along the wake: the rotor's axis when the plane left it")
+    velocity: Vectors = xyz("m/s", "of the centre")
+    axial: Numbers = number("m/s", "filtered velocity along the normal, with which the profile ages")
+    travelled: Numbers = number("m", "path along the normal since the rotor")
+    wind: Numbers = number("m/s", "filtered ambient wind along the normal, at the rotor when the plane left it")
+    intensity: Numbers = number("-", "filtered ambient turbulence intensity there")
+    yaw: Numbers = number("rad", "filtered yaw error there")
+
+
+class Seen(Table, axes="wake", integer=True):
+    """Which planes of each wake an observer has to look at: none where first and last are the same."""
+
+    wakes: int
+    first: Entries[int] = number("-", "first plane")
+    last: Entries[int] = number("-", "last plane")
+
+
+class WakeField(WindField):
+    """The ambient wind and the wakes in it.
+
+    ``profile`` has shape (wakes, planes, points, 3): axial and radial velocity [m/s] of the wake, negative where it is
+    slower than the wind, and factor [-] of the added turbulence. ``eddies`` is (n, n, n + 1, 3), isotropic turbulence
+    of unit variance [m/s] by x, z and y; its last column is the first one.
+    """
+
+    wakes: Constant[Wakes]
+    planes: Constant[Planes]
+    profile: Box
+    seen: Constant[Seen]
+    eddies: Box
+
+
+class Deficit(NamedTuple):
+    """Velocity that one wake adds at a point, its part along the wake, the wake's direction, and its turbulence."""
+
+    velocity: Vec
+    axial: float
+    normal: Vec
+    turbulence: float
+
+
+@kernel
+def before(q: Vec, late: float, m: WakeField, k: int, i: int) -> float:
+    """Distance [m] of a point downstream of plane i of wake k, ``late`` [s] after the planes' time."""
+    c = m.planes.centre[k, i] + late * m.planes.velocity[k, i]
+    return dot(m.planes.normal[k, i], q - c)
+
+
+@kernel
+def between(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> Deficit:
+    """Deficit at a point between planes i and i + 1 of wake k, by w from one to the other (K-10)."""
+    planes, last = m.planes, m.profile.shape[2] - 1
+    first = planes.centre[k, i] + late * planes.velocity[k, i]
+    second = planes.centre[k, i + 1] + late * planes.velocity[k, i + 1]
+    n = (1.0 - w) * planes.normal[k, i] + w * planes.normal[k, i + 1]
+    aside = q - ((1.0 - w) * first + w * second)
+    aside = aside - dot(n, aside) * n
+    r = sqrt(dot(aside, aside))
+    place = r / m.wakes.spacing
+    j = min(max(whole(place), 0), last - 1)
+    b = place - j
+    x0, y0, z0, x1, y1, z1 = neighbours(m.profile, k, i, j)
+    x2, y2, z2, x3, y3, z3 = neighbours(m.profile, k, i + 1, j)
+    inside = place < last
+    axial = where(inside, (1.0 - w) * (x0 + b * (x1 - x0)) + w * (x2 + b * (x3 - x2)), 0.0)
+    radial = where(inside, (1.0 - w) * (y0 + b * (y1 - y0)) + w * (y2 + b * (y3 - y2)), 0.0)
+    factor = where(inside, (1.0 - w) * (z0 + b * (z1 - z0)) + w * (z2 + b * (z3 - z2)), 0.0)
+    return Deficit(axial * n + where(r > LEAST_RADIUS, radial / max(r, LEAST_RADIUS), 0.0) * aside, axial, n, factor)
+
+
+@kernel
+def wakes_velocity(p: Vec, t: float, m: WakeField) -> Vec:
+    """Velocity [m/s] that the wakes add to the ambient wind at a point of the observer's axes (K-12 to K-14)."""
+    g = m.wakes
+    q, late = Vec(p.x + g.origin_x, p.y + g.origin_y, p.z), t - g.time
+    o = 0.0 * q.x  # zero of the point's number type
+    found, direction, strongest, largest = Vec(o, o, o), Vec(o, o, o), Vec(o, o, o), o
+    squares, turbulence = Sym(o, o, o, o, o, o), o
+    for k in range(m.seen.wakes):
+        first, last = m.seen.first[k], m.seen.last[k]
+        if first < last:
+            s = before(q, late, m, k, first)
+            for i in range(first, last):
+                following = before(q, late, m, k, i + 1)
+                inside = (s >= 0.0) & (following < 0.0)
+                if anywhere(inside):
+                    d = between(q, late, where(inside, s / where(inside, s - following, 1.0), 0.0), m, k, i)
+                    one = where(inside, 1.0, 0.0)
+                    v = one * d.velocity
+                    found += v
+                    squares += Sym(v.x * v.x, v.y * v.y, v.z * v.z, v.x * v.y, v.x * v.z, v.y * v.z)
+                    direction += (one * abs(d.axial)) * d.normal
+                    more = one * abs(d.axial) > largest
+                    largest = where(more, abs(d.axial), largest)
+                    strongest = Vec(
+                        where(more, v.x, strongest.x), where(more, v.y, strongest.y), where(more, v.z, strongest.z)
+                    )
+                    turbulence += one * d.turbulence * d.turbulence
+                s = following
+    if g.merging != LINEAR:
+        length = sqrt(dot(direction, direction))
+        n = where(length > 0.0, 1.0 / where(length > 0.0, length, 1.0), 0.0) * direction
+        merged = dot(strongest, n) if g.merging == LARGEST else -sqrt(max(dot(n, squares @ n), 0.0))
+        found += (merged - dot(found, n)) * n
+    if (g.added > 0.0) & anywhere(turbulence > 0.0):
+        found += sqrt(turbulence) * eddy(q, t, m)
+    return found
+
+
+@kernel
+def eddy(q: Vec, t: float, m: WakeField) -> Vec:
+    """Isotropic turbulence [m/s] of unit variance at a point of the farm; it repeats in all directions (K-14)."""
+    g, n = m.wakes, m.eddies.shape[0]
+    x, y, z = (
+        (q.x - t * g.eddy_speed_x) / g.eddy_spacing,
+        (q.y - t * g.eddy_speed_y) / g.eddy_spacing,
+        q.z / g.eddy_spacing,
+    )
+    x, y, z = x - n * floor(x / n), y - n * floor(y / n), z - n * floor(z / n)
+    i, j, k = min(max(whole(x), 0), n - 1), min(max(whole(y), 0), n - 1), min(max(whole(z), 0), n - 1)
+    a, b, c = x - i, y - j, z - k
+    next_i, next_k = where(i + 1 < n, i + 1, 0), where(k + 1 < n, k + 1, 0)
+    near = (1.0 - c) * pair(m, i, k, j, b) + c * pair(m, i, next_k, j, b)
+    far = (1.0 - c) * pair(m, next_i, k, j, b) + c * pair(m, next_i, next_k, j, b)
+    return (1.0 - a) * near + a * far
+
+
+@kernel
+def pair(m: WakeField, i: int, k: int, j: int, b: float) -> Vec:
+    """Velocity in a row of the eddies, linear: by b from column j to the next."""
+    x, y, z, next_x, next_y, next_z = neighbours(m.eddies, i, k, j)
+    return (1.0 - b) * Vec(x, y, z) + b * Vec(next_x, next_y, next_z)
+
+
+@wind_velocity.variant
+@kernel
+def _(p: Vec, t: float, m: WakeField) -> Vec:
+    return ambient_velocity(p, t, m) + wakes_velocity(p, t, m)
+
+
+@dataclass(frozen=True)
+class WakePart(Part):
+    """The wakes as one turbine sees them.
+
+    Attributes:
+      members: arrays of :class:`WakeField` besides those of the ambient wind; the farm writes into them between steps.
+    """
+
+    system: ClassVar[Any] = WakeField
+    members: dict[str, Any]
+
+    def arrays(self) -> dict[str, Any]:
+        """The arrays themselves, which all turbines share but for what is theirs."""
+        return self.members

@@ -1,0 +1,139 @@
+"""A farm: turbines, where they stand, and how their wakes are computed; in Python and as a file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from meltemi.core.errors import InputError
+from meltemi.core.yamlfile import read_record, validated
+from meltemi.loadcases.case import LoadCase
+from meltemi.simulation.model import Model
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi_farm.settings import WakeSettings
+
+Float = NDArray[np.float64]
+CLOSEST = 2.0
+"""Rotor diameters between turbines: nearer ones are in the near wake, for which there is no model."""
+MOST_TURBINES = 200
+LARGEST = 1e5
+"""[m] of a coordinate of a position."""
+MOST_YAW = math.radians(60.0)
+
+
+class FarmCase(LoadCase):
+    """Complete description of the simulation of a farm: a load case with positions and wakes."""
+
+    positions: tuple[tuple[float, float], ...] = Field(min_length=1, max_length=MOST_TURBINES)
+    """(x, y) [m] of the turbines: x downwind for wind direction 0, y to the left."""
+    yaw: tuple[float, ...] = ()
+    """[rad] constant yaw angle of each nacelle, counter-clockwise from above; by default 0."""
+    wakes: WakeSettings = WakeSettings()
+
+    @model_validator(mode="after")
+    def _check_layout(self) -> Self:
+        if self.yaw and len(self.yaw) != len(self.positions):
+            raise ValueError(
+                f"yaw: expected one angle for each of {len(self.positions)} turbines, found {len(self.yaw)}"
+            )
+        try:
+            check_layout(np.array(self.positions), (), self.yaw)
+        except InputError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+
+def read_farm(path: str | Path) -> FarmCase:
+    """Read a farm from a YAML file.
+
+    Raises:
+      InputError: with file, line, key and remedy.
+    """
+    return read_record(path, FarmCase)
+
+
+@dataclass(frozen=True)
+class Farm:
+    """Turbines in one wind and in each other's wakes.
+
+    Attributes:
+      turbine: name, description or model of all turbines, or one for each.
+      positions: (x, y) [m] of each: x downwind for wind direction 0, y to the left looking downwind.
+      wakes: name of a set of constants (``fast.farm``, ``iec``, ``madsen``, ``keck``, ``none``), or settings.
+      yaw: [rad] constant yaw angle of all nacelles, or of each; counter-clockwise from above.
+
+    Raises:
+      InputError: turbines are closer than two rotor diameters, or numbers do not fit.
+    """
+
+    turbine: str | AnyTurbine | Model[Any] | Sequence[str | AnyTurbine | Model[Any]]
+    positions: Sequence[tuple[float, float]]
+    wakes: str | WakeSettings = "fast.farm"
+    yaw: float | Sequence[float] = 0.0
+
+    @property
+    def settings(self) -> WakeSettings:
+        """Settings of the wakes."""
+        given = self.wakes
+        return given if isinstance(given, WakeSettings) else validated({"model": given}, WakeSettings, "farm: wakes")
+
+    def models(self, options: ModelOptions | None = None) -> list[Model[Any]]:
+        """A model for each turbine; turbines of one description share one."""
+        given = self.turbine
+        each = list(given) if isinstance(given, list | tuple) else [given] * len(self.positions)
+        if len(each) != len(self.positions):
+            raise InputError(f"farm: expected a turbine for each of {len(self.positions)} positions, found {len(each)}")
+        made: dict[int, Model[Any]] = {}
+        for one in each:
+            if id(one) not in made:
+                made[id(one)] = one if isinstance(one, Model) else build(load_turbine(one), options or ModelOptions())  # type: ignore[arg-type]
+        return [made[id(one)] for one in each]
+
+    def angles(self) -> Float:
+        """(turbines,) [rad] yaw angles."""
+        angles = np.asarray(self.yaw, dtype=np.float64)
+        if angles.ndim and len(angles) != len(self.positions):
+            raise InputError(f"farm: yaw: expected {len(self.positions)} angles [rad], found {len(angles)}")
+        return np.broadcast_to(angles, len(self.positions)).copy()
+
+
+def check_layout(positions: Float, diameters: Sequence[float], yaw: Sequence[float] | Float = ()) -> None:
+    """Refuse positions that are no numbers or too far away, turbines that are too close, and yaw beyond any use.
+
+    Args:
+      positions: (turbines, 2) [m].
+      diameters: [m] of the rotors, where they are known.
+      yaw: [rad].
+
+    Raises:
+      InputError: naming the two turbines, their distance and the least one.
+    """
+    if positions.ndim != 2 or positions.shape[1:] != (2,) or not len(positions):
+        raise InputError("farm: positions: expected (x, y) in m for each turbine")
+    if not np.all(np.abs(positions) <= LARGEST):
+        raise InputError(f"farm: positions must be numbers within {LARGEST:g} m")
+    for i, angle in enumerate(yaw):
+        if not abs(angle) <= MOST_YAW:
+            raise InputError(
+                f"farm: yaw of turbine {i + 1} is {angle:g} rad, expected within {MOST_YAW:.2f} rad; in files "
+                "a text with a unit may stand there: 20 deg"
+            )
+    for i, diameter in enumerate(diameters):
+        for j in range(i):
+            least = CLOSEST * max(diameter, diameters[j])
+            apart = math.dist(positions[i], positions[j])
+            if apart < least:
+                raise InputError(
+                    f"farm: turbines {j + 1} and {i + 1} are {apart:.0f} m apart, expected at least {least:.0f} m "
+                    f"({CLOSEST:g} rotor diameters): nearer ones stand in the near wake, for which there is no model"
+                )

@@ -1,0 +1,257 @@
+"""Named sets of wake constants: FAST.Farm's, and three of the IEC family.
+
+Each is the calibration of its authors: constants, filters along the wake, inlet behind the rotor, drift. They differ by
+a third in the deficit at five diameters (docs/theory/wakes.md), so that a result holds for the set that it names.
+
+Reference: docs/theory/wakes.md (K-2 to K-10); Jonkman & Shaler (2021) for ``fast.farm``; IEC 61400-1:2019, Annex E.2;
+Madsen et al. (2010); Keck et al. (2015).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Filter = Callable[[Float], Float]
+"""Values at distances over the diameter."""
+Inlet = Callable[[Float, Float, float, float], Float]
+"""Axial velocity [m/s] of the wake at radii [m], of local thrust coefficients, rotor radius [m] and wind [m/s]."""
+
+
+def power_filter(least: float, begin: float, end: float, exponent: float) -> Filter:
+    """Filter of FAST.Farm: ``least`` up to ``begin`` diameters, 1 from ``end`` on, a power law between (K-6)."""
+
+    def values(x: Float) -> Float:
+        share = np.clip((x - begin) / (end - begin), 0.0, 1.0)
+        return np.where(x <= begin, least, least + (1.0 - least) * share**exponent)
+
+    return values
+
+
+def smooth_filter(x: Float) -> Float:
+    """Ambient filter of IEC 61400-1:2019 up to four diameters (K-6)."""
+    y = np.clip(x / 4.0, 0.0, 1.0) ** 1.5
+    return y - np.sin(2.0 * np.pi * y) / (2.0 * np.pi)
+
+
+def linear_filter(x: Float) -> Float:
+    """Ambient filter of Madsen and of Keck, up to two diameters."""
+    return np.clip(x / 2.0, 0.0, 1.0)
+
+
+def own_shear_filter(x: Float) -> Float:
+    """Filter of the wake's own shear of Madsen et al. (2010), in IEC 61400-1:2019, too."""
+    y = 2.0 * x
+    line = 0.025 * y - 0.0375
+    far = line + np.where(y > 12.0, 0.00105 * (y - 12.0) ** 3, 0.0)
+    return np.where(y < 4.0, 0.0625, np.where(y < 20.0, far, 1.0))
+
+
+def keck_shear_filter(x: Float) -> Float:
+    """Filter of the wake's own shear of Keck et al. (2015)."""
+    return np.where(x < 2.0, 0.035, 1.0 - 0.965 * np.exp(-0.35 * (x - 2.0)))
+
+
+def disk_mean(r: Float, values: Float, radius: float) -> float:
+    """Mean over the rotor disk of values by radius."""
+    x = np.linspace(0.0, radius, 101)
+    return float(2.0 / radius**2 * np.trapezoid(x * np.interp(x, r, values), x))
+
+
+NEAR_WAKE, MOST_THRUST, LOW_THRUST, HIGH_THRUST, BRAKE = 1.8, 0.96, 0.96, 1.1, 2.0
+"""FAST.Farm: near-wake constant, largest local thrust coefficient of momentum theory, ends of the transition to a
+Gaussian wake, and thrust coefficient of the propeller brake."""
+
+
+def fast_farm_inlet(r: Float, thrust: Float, radius: float, wind: float, near_wake: float = NEAR_WAKE) -> Float:
+    """Inlet of FAST.Farm: momentum theory with the expansion of the stream tubes, Gaussian at high thrust (K-2)."""
+    total = min(disk_mean(r, thrust, radius), BRAKE)
+    a = 0.5 - 0.5 * np.sqrt(1.0 - np.clip(thrust, -BRAKE, MOST_THRUST))
+    rate = (1.0 - a) * r / (1.0 - near_wake * a)
+    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(r)
+    widened = np.sqrt(2.0 * np.concatenate([[0.0], np.cumsum(steps)]))
+    low = -wind * near_wake * np.interp(r, widened, a)
+    share = float(np.clip((total - LOW_THRUST) / (HIGH_THRUST - LOW_THRUST), 0.0, 1.0))
+    if share == 0.0:
+        return low
+    centre, width = 0.3 / (2.0 * total**2 - 1.0) + 0.2, 0.5 * total + 0.16
+    high = -wind * centre * np.exp(-((r / (2.0 * width * radius)) ** 2))
+    return (1.0 - share) * low + share * high
+
+
+def iec_induction(thrust: Float) -> Float:
+    """Axial induction factor of a thrust coefficient, up to the largest of the family's inlets."""
+    c = np.clip(thrust, -MOST_THRUST, 1.5)
+    return np.clip(0.246 * c + 0.0586 * c**2 + 0.0883 * c**3, -0.47, 0.47)
+
+
+def madsen_inlet(r: Float, thrust: Float, radius: float, wind: float) -> Float:
+    """Inlet of Madsen et al. (2010): annuli widen by continuity, and less for the pressure in the wake (K-3)."""
+    a = iec_induction(thrust)
+    mean = disk_mean(r, a, radius)
+    rings = (1.0 - a[:-1]) / (1.0 - 2.0 * a[:-1]) * np.diff(r**2)
+    widened = (1.0 - 0.45 * mean**2) * np.sqrt(np.concatenate([[0.0], np.cumsum(rings)]))
+    return -wind * np.interp(r, widened, 2.0 * a)
+
+
+def keck_inlet(r: Float, thrust: Float, radius: float, wind: float) -> Float:
+    """Inlet of Keck et al. (2015): one widening of the whole rotor."""
+    a = iec_induction(thrust)
+    mean = disk_mean(r, a, radius)
+    return -wind * np.interp(r, r * math.sqrt((1.0 - mean) / (1.0 - 1.98 * mean)), 2.1 * a)
+
+
+def iec_inlet(r: Float, thrust: Float, radius: float, wind: float) -> Float:
+    """Inlet of IEC 61400-1:2019: a uniform deficit that has widened (K-3)."""
+    mean = disk_mean(r, iec_induction(thrust), radius)
+    m = 1.0 / math.sqrt(1.0 - 4.0 * mean * (1.0 - mean))
+    widened = 2.0 * r * (1.0 - 0.45 * mean**2) * math.sqrt((1.0 + m) / 8.0)
+    return -wind * np.interp(r, widened, np.where(r <= radius, 2.0 * mean, 0.0))
+
+
+@dataclass(frozen=True)
+class WakeSet:
+    """Constants and functions of a wake model.
+
+    Attributes:
+      source: where they are from.
+      inlet: axial velocity of the wake behind the rotor.
+      ambient, power, ambient_filter: eddy viscosity of the ambient turbulence: factor, exponent of its intensity, and
+        filter along the wake.
+      shear, shear_filter: of the wake's own shear.
+      gradient: a mixing length times the gradient counts where that is more.
+      slowest: the wake's own shear is that of the slowest wind in it, not of the deepest deficit.
+      rotor_wide: its half width is the rotor radius; if not, it encloses 95 % of the deficit.
+      cut_off: [m/s] frequency of the filters times the rotor radius.
+      aside, aside_yaw: [m] and [m/rad] shift of a wake's begin, to the left, by yaw error.
+      turn, turn_yaw: [-] and [1/rad] the same of its path, over the way.
+      lateral: lateral drift over the mean deficit and the sine of the rotor's angle.
+      meander: diameter of the averages that let wakes drift, over the rotor's.
+      windowed: their weight is a windowed jinc function, and not uniform.
+      disturbed: they include the wakes.
+      deficit_turbulence, gradient_turbulence: turbulence that wakes add, over deficit and gradient: factor, least
+        share, begin and end [D], exponent.
+    """
+
+    source: str
+    inlet: Inlet
+    ambient: float
+    ambient_filter: Filter
+    shear: float
+    shear_filter: Filter
+    power: float = 1.0
+    gradient: bool = False
+    slowest: bool = False
+    rotor_wide: bool = False
+    cut_off: float = 12.5
+    aside: float = 0.0
+    aside_yaw: float = 0.0
+    turn: float = 0.0
+    turn_yaw: float = 0.0
+    lateral: float = 0.4
+    meander: float = 2.0
+    windowed: bool = False
+    disturbed: bool = False
+    deficit_turbulence: tuple[float, float, float, float, float] = (0.6, 1.0, 0.0, 1.0, 1.0)
+    gradient_turbulence: tuple[float, float, float, float, float] = (0.35, 1.0, 0.0, 1.0, 1.0)
+
+    def along(self, x: Float) -> Float:
+        """(4, n) filters of both viscosities, factors of added turbulence, at distances over the diameter."""
+        added = [
+            factor * power_filter(least, begin, end, exponent)(x)
+            for factor, least, begin, end, exponent in (self.deficit_turbulence, self.gradient_turbulence)
+        ]
+        return np.array([self.ambient_filter(x), self.shear_filter(x), *added])
+
+    def changed(self, **constants: Any) -> WakeSet:
+        """The set with other constants."""
+        return replace(self, **constants)
+
+
+_IEC = WakeSet(
+    source="IEC 61400-1:2019, Annex E.2",
+    inlet=iec_inlet,
+    ambient=0.023,
+    power=0.3,
+    ambient_filter=smooth_filter,
+    shear=0.008,
+    shear_filter=own_shear_filter,
+)
+SETS: dict[str, WakeSet] = {
+    "fast.farm": WakeSet(
+        source="FAST.Farm of OpenFAST 5.0, default constants of polar wakes",
+        inlet=fast_farm_inlet,
+        ambient=0.05,
+        ambient_filter=power_filter(1.0, 0.0, 1.0, 0.01),
+        shear=0.016,
+        shear_filter=power_filter(0.2, 3.0, 25.0, 0.1),
+        gradient=True,
+        slowest=True,
+        rotor_wide=True,
+        aside_yaw=math.degrees(0.3),
+        turn_yaw=math.degrees(-0.004),
+        lateral=0.0,
+        meander=1.9,
+        windowed=True,
+        disturbed=True,
+        deficit_turbulence=(0.6, 0.0, 0.0, 2.0, 1.0),
+        gradient_turbulence=(3.0, 0.0, 0.0, 12.0, 0.65),
+    ),
+    "iec": _IEC,
+    "madsen": _IEC.changed(
+        source="Madsen et al. (2010)",
+        inlet=madsen_inlet,
+        ambient=0.07,
+        power=1.0,
+        ambient_filter=linear_filter,
+    ),
+    "keck": _IEC.changed(
+        source="Keck et al. (2015)",
+        inlet=keck_inlet,
+        ambient=0.0914,
+        power=1.0,
+        ambient_filter=linear_filter,
+        shear=0.0216,
+        shear_filter=keck_shear_filter,
+        gradient=True,
+    ),
+}
+"""Sets by name."""
+
+
+def average_points(wake: WakeSet, diameter: float, rings: int = 10) -> Float:
+    """(n, 3) points of the average that lets wakes drift: sideways, upwards [m], weight (K-9).
+
+    Args:
+      diameter: [m] of the rotor.
+      rings: of points, at the places of Gauss; a ring has up to twelve.
+    """
+    wide = wake.meander * diameter
+    radius = 0.5 * SECOND_ZERO / np.pi * wide if wake.windowed else 0.5 * wide
+    places, shares = np.polynomial.legendre.leggauss(rings)
+    rows = []
+    for k, (r, share) in enumerate(zip(0.5 * radius * (1.0 + places), shares, strict=True)):
+        n = min(max(math.ceil(2.0 * np.pi * rings * r / radius), LEAST_IN_RING), MOST_IN_RING)
+        angles = 2.0 * np.pi * (np.arange(n) + 0.5 * (k % 2)) / n
+        weight = share * r / n * (jinc(r / wide) * jinc(0.5 * r / wide) if wake.windowed else 1.0)
+        rows += [(r * math.cos(angle), r * math.sin(angle), weight) for angle in angles]
+    return np.array(rows)
+
+
+LEAST_IN_RING, MOST_IN_RING = 4, 12
+"""Points of a ring."""
+SECOND_ZERO = 7.015586669815619
+"""Of the Bessel function J1: there FAST.Farm's averages end."""
+
+
+def jinc(x: float) -> float:
+    """J1(2 pi x) / x, and pi at 0: a low-pass filter over a disk."""
+    from scipy.special import j1
+
+    return math.pi if x == 0.0 else float(j1(2.0 * math.pi * x) / x)

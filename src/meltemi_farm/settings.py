@@ -1,0 +1,42 @@
+"""Settings of the wakes of a farm, as in a file."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from meltemi.core.record import Record
+from meltemi_farm.sets import SETS, WakeSet
+
+SetName = Literal["none", "fast.farm", "iec", "madsen", "keck"]
+
+
+class WakeSettings(Record):
+    """How wakes are computed; the defaults are those of FAST.Farm."""
+
+    model: SetName = "fast.farm"
+    """Named set of constants, or none: each turbine as if it were alone."""
+    merging: Literal["quadratic", "linear", "largest"] = "quadratic"
+    """Of several wakes at a point: root of the sum of the squares of their deficits, sum, or the largest one."""
+    added_turbulence: bool = True
+    """Small-scale turbulence that wakes add."""
+    intensity: float | None = Field(default=None, ge=0.0, le=1.0)
+    """Ambient turbulence intensity [-] of the mixing in wakes; by default that of the wind over a disk, at each
+    exchange."""
+    step: float | None = Field(default=None, gt=0.0, le=10.0)
+    """[s] between exchanges of turbines and wakes; by default 2 s, or less where the wind passes a tenth of the
+    averaging diameter sooner."""
+    radial_points: int = Field(default=25, ge=15, le=30)
+    """Points of a wake's profile in a rotor diameter."""
+    rings: int = Field(default=10, ge=5, le=40)
+    """Rings of points in the averages that let wakes drift."""
+    cut_off: float | None = Field(default=None, gt=0.0, le=100.0)
+    """[m/s] frequency of the low-pass filters times the rotor radius; by default that of the set."""
+    seed: int = Field(default=1, ge=0, lt=2**63)
+    """Of the added turbulence."""
+
+    def constants(self) -> WakeSet:
+        """The named set, with the constants that are given."""
+        chosen = SETS[self.model]
+        return chosen if self.cut_off is None else chosen.changed(cut_off=self.cut_off)

@@ -1,0 +1,455 @@
+"""``simulate_farm``: turbines march in parallel, and exchange their wakes every few seconds.
+
+Reference: docs/theory/wakes.md (K-15).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.faults import Faults
+from meltemi.control.signals import Measurements
+from meltemi.core.errors import InputError, RunError
+from meltemi.core.threads import available_cores
+from meltemi.loadcases.case import case_run, case_turbine
+from meltemi.maths.tables import View
+from meltemi.simulation.case import Case
+from meltemi.simulation.operating_point import OperatingPoint, steady_wind
+from meltemi.simulation.plan import multiple
+from meltemi.simulation.points import initial_state
+from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build, default_step
+from meltemi.simulation.run import Run
+from meltemi.simulation.simulate import Simulation
+from meltemi.simulation.start import Start
+from meltemi.simulation.system import shaft_row
+from meltemi.structure.kinematics import YAW
+from meltemi.wind.fields import SteadyWind, Wind
+from meltemi.wind.turbulent import AnyWind
+from meltemi_farm.layout import Farm, FarmCase, check_layout
+from meltemi_farm.rotor import RotorSums, sample
+from meltemi_farm.settings import WakeSettings
+from meltemi_farm.wakes import FarmWakes, RotorState
+from meltemi_farm.wind import placed
+
+Float = NDArray[np.float64]
+SAMPLES = 8
+"""Of each rotor between two exchanges."""
+STEP = 2.0
+"""[s] longest between exchanges, by default."""
+PASSES = 2
+"""Developments of the wakes before a run: the second one with the operating points in the wakes of the first."""
+
+
+class RotorReader:
+    """Means of a rotor's state over samples."""
+
+    def __init__(self, case: Case) -> None:
+        self.case, self.sums = case, RotorSums.of()
+        n = case["flow"].shape[-1] if "flow" in case.arrays else 25
+        self.radius, self.thrust = np.zeros(n), np.zeros(n)
+
+    def sample(self) -> None:
+        """Add the present state."""
+        sample(self.sums, self.radius, self.thrust, self.case.plain)
+
+    def state(self) -> RotorState:
+        """The mean of the samples since the last call."""
+        s, n = self.sums, max(self.sums.samples, 1.0)
+        hub, shaft, wind = (np.array([v.x, v.y, v.z]) / n for v in (s.hub, s.shaft, s.wind))
+        order = np.argsort(self.radius)
+        density = float(self.case.plain.aero.air_density)
+        found = RotorState(hub, shaft, wind, self.radius[order] / n, self.thrust[order] / n, density)
+        for array in (s.array, self.radius, self.thrust):
+            array[:] = 0.0
+        return found
+
+
+@dataclass(frozen=True)
+class SetPoint:
+    """What a farm controller demands of a turbine until the next exchange.
+
+    Attributes:
+      yaw: [rad] of the nacelle, which its drive approaches at its rate; None leaves it. The model needs
+        ``ModelOptions(yaw="driven")``.
+      power: [W] limit of the operator, for controllers that follow it, such as the supervised one.
+    """
+
+    yaw: float | None = None
+    power: float = math.inf
+
+
+FarmControl = Callable[[float, Sequence[View]], Sequence[SetPoint]]
+"""Called at each exchange with the time [s] and the measurements of the turbines; returns a set-point for each."""
+
+
+class Turbine:
+    """A turbine of a farm in progress, and what its rotor gave to its wake."""
+
+    def __init__(self, run: Run, yaw: float) -> None:
+        def turned(case: Case, unsettled: bool) -> None:
+            case["q"][shaft_row(case.plain) + YAW] += yaw
+            case.view("drive")["yaw_command"] = yaw
+
+        self.simulation = Simulation(run, starting=turned if yaw else None)
+        self.reader = RotorReader(self.simulation.case)
+        self.yaw: float | None = None
+
+    def march(self, steps: int) -> None:
+        """March a number of time steps, and read the rotor in between."""
+        run, done = self.simulation, 0
+        for i in range(SAMPLES):
+            until = steps * (i + 1) // SAMPLES
+            if self.yaw is not None:
+                turn = self.yaw - float(run.case.view("drive")["yaw_command"])
+                run.case.view("demands")["yaw_rate"] = turn / (max(until - done, 1) * run.dt)
+            run.advance(until - done)
+            self.reader.sample()
+            done = until
+
+    def demand(self, point: SetPoint) -> None:
+        """Follow a set-point from now on.
+
+        Raises:
+          InputError: it is not finite, or the model's yaw is not driven.
+        """
+        run = self.simulation
+        if point.yaw is not None:
+            if run.model.options.yaw != "driven":
+                raise InputError(
+                    "farm: a set-point of yaw needs turbines with a yaw drive: build them with "
+                    f'ModelOptions(yaw="driven"), found {run.model.options.yaw!r}'
+                )
+            if not abs(point.yaw) <= math.pi:
+                raise InputError(f"farm: a set-point of yaw must be within pi rad, found {point.yaw!r}")
+        if not point.power >= 0.0:
+            raise InputError(f"farm: a set-point of power must be 0 W or more, found {point.power!r}")
+        self.yaw = point.yaw
+        run.case["faults"][Faults.index("power_limit")] = point.power
+        run.case.clock.next_event = max(int(run.case.clock.next_event), 1)  # the controller hears of the limit
+
+    def measurements(self) -> View:
+        """A copy of what its controller has measured last."""
+        return View(Measurements, self.simulation.case.measured.copy())
+
+
+@dataclass(frozen=True)
+class WakeTrack:
+    """Path of one wake over time.
+
+    Attributes:
+      time: (E,) [s] of the exchanges.
+      planes: for each of them a (7, n) array: centre x, y, z, travelled path [m], velocity x, y, z [m/s].
+    """
+
+    time: Float
+    planes: list[NDArray[np.float32]] = field(repr=False)
+
+    def centre(self, x: float) -> Float:
+        """(E, 3) [m] centre of the wake where it has travelled ``x`` [m] along its axis; NaN where it ends before."""
+        found = np.full((len(self.time), 3), np.nan)
+        for e, p in enumerate(self.planes):
+            if p.shape[1] > 1 and x <= p[3, -1]:
+                found[e] = [np.interp(x, p[3], p[c]) for c in range(3)]
+        return found
+
+
+@dataclass(frozen=True)
+class FarmResult:
+    """Results of the turbines of a farm, and what its wakes did.
+
+    ``result[1].data`` is that of the second turbine, as from :func:`meltemi.simulate`.
+
+    Attributes:
+      turbines: result of each turbine.
+      positions: (turbines, 2) [m].
+      yaw: (turbines,) [rad].
+      diameters, hubs: [m] of the rotors.
+      settings: of the wakes.
+      wakes: path of each wake; empty without wakes.
+      view: wind speed over the farm at the end, at the first hub's height: x, y [m] and (x, y) [m/s].
+      facts: planes, exchanges, seconds.
+    """
+
+    turbines: tuple[Result, ...]
+    positions: Float
+    yaw: Float
+    diameters: tuple[float, ...]
+    hubs: tuple[float, ...]
+    settings: WakeSettings
+    wakes: tuple[WakeTrack, ...] = ()
+    view: tuple[Float, Float, Float] | None = field(default=None, repr=False)
+    facts: dict[str, float] = field(default_factory=dict)
+
+    def __getitem__(self, i: int) -> Result:
+        return self.turbines[i]
+
+    def __len__(self) -> int:
+        return len(self.turbines)
+
+    def wake(self, i: int) -> WakeTrack:
+        """The path of a turbine's wake.
+
+        Raises:
+          InputError: the run had no wakes.
+        """
+        if not self.wakes:
+            raise InputError("the farm was simulated without wakes")
+        return self.wakes[i]
+
+
+def simulate_farm(
+    farm: Farm,
+    wind: float | AnyWind,
+    *,
+    duration: float,
+    controllers: Any = None,
+    start: Any = None,
+    control: FarmControl | None = None,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    watch: Callable[[FarmWakes, float], None] | None = None,
+    **options: Any,
+) -> FarmResult:
+    """Simulate turbines in one wind and in each other's wakes.
+
+    Args:
+      farm: turbines, positions, wakes.
+      wind: as of :func:`meltemi.simulate`; a turbulent wind becomes a field over the whole farm.
+      duration: [s].
+      controllers: a controller for all turbines, or a list with one for each; by default the baseline controller.
+      start: the same of the initial state; by default steady operation in the wakes that have developed.
+      control: farm controller, called at each exchange with the time [s] and the turbines' measurements; it returns a
+        :class:`SetPoint` for each.
+      threads: that share the turbines; by default one for each core.
+      progress: callback with the completed fraction.
+      watch: callback with the wakes and the time [s] at each exchange.
+      options: further fields of :class:`meltemi.Run`, the same for all turbines: ``channels``, ``output_step``,
+        ``transient``, ``events``, ``stations``.
+
+    Raises:
+      InputError: turbines are too close, the wind field is too small, or an argument is not valid.
+      RunError: a turbine's run ended early; ``error.result`` is that turbine's.
+    """
+    models = farm.models()
+    n = len(models)
+    each = {"controller": _for_each(controllers, n, "controllers"), "start": _for_each(start, n, "start")}
+    runs = [
+        Run(model, wind, duration=duration, controller=each["controller"][i], start=each["start"][i], **options)
+        for i, model in enumerate(models)
+    ]
+    return march_farm(
+        runs,
+        np.array(farm.positions, dtype=np.float64),
+        farm.settings,
+        farm.angles(),
+        control,
+        threads,
+        progress,
+        watch,
+    )
+
+
+def simulate_case(case: FarmCase, folder: Path, progress: Callable[[float], None] | None = None) -> FarmResult:
+    """Simulate the farm of a file; paths in it are relative to ``folder``. Errors as of :func:`simulate_farm`."""
+    turbine = case_turbine(case, folder)
+    model = build(turbine, case.options, case.environment)
+    runs = [case_run(case, turbine, folder, model=model) for _ in case.positions]
+    yaw = np.array(case.yaw or [0.0] * len(runs))
+    return march_farm(runs, np.array(case.positions), case.wakes, yaw, progress=progress)
+
+
+def _for_each(given: Any, n: int, what: str) -> list[Any]:
+    if isinstance(given, list | tuple):
+        if len(given) != n:
+            raise InputError(f"farm: {what}: expected one for each of {n} turbines, found {len(given)}")
+        return list(given)
+    return [given] * n
+
+
+def march_farm(
+    runs: Sequence[Run],
+    positions: Float,
+    settings: WakeSettings,
+    yaw: Float,
+    control: FarmControl | None = None,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    watch: Callable[[FarmWakes, float], None] | None = None,
+) -> FarmResult:
+    """Simulate a farm whose turbines are runs with one wind; arguments and errors as of :func:`simulate_farm`."""
+    models = [run.model() if callable(run.model) else run.model for run in runs]
+    turbines = [model.turbine for model in models]
+    diameters, hubs = tuple(t.rotor_diameter for t in turbines), tuple(t.hub_height for t in turbines)
+    check_layout(positions, diameters, yaw)
+    given = runs[0].wind() if callable(runs[0].wind) else runs[0].wind
+    wind, places = placed(given, turbines, positions, runs[0].duration)
+    own = [
+        replace(run, model=model, wind=wind, origin=(float(x), float(y)))
+        for run, model, (x, y) in zip(runs, models, places, strict=True)
+    ]
+    with ThreadPoolExecutor(threads or available_cores()) as pool:
+        march = FarmMarch(own, places, settings, yaw, wind, pool, control, watch)
+        march.to_end(progress)
+    results = tuple(turbine.simulation.result() for turbine in march.turbines)
+    for i, (run, result) in enumerate(zip(runs, results, strict=True)):
+        if not (run.partial or result.status.complete):
+            raise RunError(f"turbine {i + 1}: {result.message or result.status.message}", result)
+    return FarmResult(
+        results,
+        positions,
+        yaw,
+        diameters,
+        hubs,
+        settings,
+        march.tracks(positions - places),
+        march.view(positions - places),
+        march.facts(),
+    )
+
+
+class FarmMarch:
+    """A farm in progress: its turbines, its wakes, and the exchanges between them."""
+
+    def __init__(
+        self,
+        runs: Sequence[Run],
+        places: Float,
+        settings: WakeSettings,
+        yaw: Float,
+        wind: Wind,
+        pool: ThreadPoolExecutor,
+        control: FarmControl | None,
+        watch: Callable[[FarmWakes, float], None] | None,
+    ) -> None:
+        self.runs, self.pool, self.control, self.watch = runs, pool, control, watch
+        turbines = [run.model.turbine for run in runs]  # type: ignore[union-attr]
+        self.mean = steady_wind(wind, turbines[0].hub_height)
+        self.wakes: FarmWakes | None = None
+        self.times, self.planes = list[float](), list[list[NDArray[np.float32]]]()
+        step, self.steps = _exchange_step(runs, settings, self.mean.speed)
+        if settings.model != "none":
+            diameters, hubs = [t.rotor_diameter for t in turbines], [t.hub_height for t in turbines]
+            self.wakes = FarmWakes(settings, wind, places, diameters, hubs, self.mean, step)
+            starts = self._develop(self.wakes, yaw)
+            parts = self.wakes.parts
+            runs = [
+                replace(run, other_wind=part, start=start) for run, part, start in zip(runs, parts, starts, strict=True)
+            ]
+        self.turbines = [Turbine(run, float(angle)) for run, angle in zip(runs, yaw, strict=True)]
+
+    def _develop(self, wakes: FarmWakes, yaw: Float) -> list[OperatingPoint | Start]:
+        """Let the wakes develop before the run, in its wind; returns the states in which its turbines start."""
+        winds = [self.mean] * len(self.runs)
+        for _ in range(PASSES):
+            starts = [
+                initial_state(run.model, wind, run.start() if callable(run.start) else run.start)[0]  # type: ignore[arg-type]
+                for run, wind in zip(self.runs, winds, strict=True)
+            ]
+            states = [
+                _steady_rotor(run, wind, start, float(angle))
+                for run, wind, start, angle in zip(self.runs, winds, starts, yaw, strict=True)
+            ]
+            shares = wakes.develop(states, self._together)
+            winds = [self.mean.replace(speed=float(share) * self.mean.speed) for share in shares]
+        return starts
+
+    def _together(self, function: Callable[[int], Any]) -> list[Any]:
+        """Call a function for all turbines, on threads."""
+        return list(self.pool.map(function, range(len(self.runs))))
+
+    def to_end(self, progress: Callable[[float], None] | None) -> None:
+        """March all turbines to their ends."""
+        try:
+            done = 0
+            while not all(turbine.simulation.finished for turbine in self.turbines):
+                self._keep(done)
+                self._direct(done)
+                self._together(lambda i: self.turbines[i].march(self.steps[i]))
+                done += 1
+                if self.wakes is not None:
+                    states = [turbine.reader.state() for turbine in self.turbines]
+                    self.wakes.advance(states, done * self.wakes.step, self._together)
+                if progress is not None:
+                    progress(min(turbine.simulation.share for turbine in self.turbines))
+        finally:
+            for turbine in self.turbines:
+                turbine.simulation.close()
+
+    def _direct(self, done: int) -> None:
+        """Let the farm controller set what turbines do until the next exchange."""
+        if self.control is None:
+            return
+        first = self.turbines[0]
+        points = self.control(done * self.steps[0] * first.simulation.dt, [t.measurements() for t in self.turbines])
+        if len(points) != len(self.turbines):
+            raise InputError(
+                f"farm: the controller returned {len(points)} set-points, expected one for each of "
+                f"{len(self.turbines)} turbines"
+            )
+        for turbine, point in zip(self.turbines, points, strict=True):
+            turbine.demand(point)
+
+    def _keep(self, done: int) -> None:
+        """Keep the paths of the wakes, and show them."""
+        if self.wakes is not None:
+            t = done * self.wakes.step
+            self.times.append(t)
+            self.planes.append(self.wakes.paths())
+            if self.watch is not None:
+                self.watch(self.wakes, t)
+
+    def tracks(self, shift: Float) -> tuple[WakeTrack, ...]:
+        """Paths of the wakes, in the axes of the layout."""
+        if self.wakes is None:
+            return ()
+        for each in self.planes:
+            for k, planes in enumerate(each):
+                planes[:2] += shift[k, :, None]
+        return tuple(WakeTrack(np.array(self.times), [each[k] for each in self.planes]) for k in range(len(self.runs)))
+
+    def view(self, shift: Float) -> tuple[Float, Float, Float] | None:
+        """Wind speed over the farm at the end, in the axes of the layout."""
+        if self.wakes is None:
+            return None
+        x, y, speed = self.wakes.horizontal()
+        return x + shift[0, 0], y + shift[0, 1], speed
+
+    def facts(self) -> dict[str, float]:
+        """Numbers about the march."""
+        if self.wakes is None:
+            return {}
+        wakes = self.wakes
+        return {"step": wakes.step, "planes": float(wakes.count.sum()), "crossed": float(wakes.crossed)}
+
+
+def _exchange_step(runs: Sequence[Run], settings: WakeSettings, speed: float) -> tuple[float, list[int]]:
+    """Time [s] between exchanges, and the number of time steps of each turbine in it."""
+    steps = [default_step(run.model) for run in runs]  # type: ignore[arg-type]
+    given = settings.step
+    if given is None:
+        diameter = min(run.model.turbine.rotor_diameter for run in runs)  # type: ignore[union-attr]
+        longest = max(steps)
+        given = longest * max(round(min(STEP, 0.19 * diameter / max(speed, 1.0)) / longest), 1)
+    return given, [multiple(given, dt, "farm: wakes.step") for dt in steps]
+
+
+def _steady_rotor(run: Run, wind: SteadyWind, start: OperatingPoint | Start, yaw: float) -> RotorState:
+    """State of a rotor in steady operation, turned by a yaw angle [rad]."""
+    case = Case(run.model, wind)  # type: ignore[arg-type]
+    start.put(case)
+    case["q"][shaft_row(case.plain) + YAW] += yaw
+    case.view("drive")["yaw_command"] = yaw
+    case.begin_parts()
+    case.evaluate(0.0)
+    reader = RotorReader(case)
+    reader.sample()
+    return reader.state()

@@ -1,0 +1,322 @@
+"""The wakes of a farm in progress: their arrays, and what happens to them at each exchange with the turbines.
+
+Everything is explicit: from one exchange to the next the turbines see planes that drift with constant velocities, and
+the wakes get the mean state of the rotors since the last one. So turbines, and wakes, are independent of each other.
+
+Reference: docs/theory/wakes.md (K-1 to K-9).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.maths.tables import View
+from meltemi.maths.vectors import Vec
+from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
+from meltemi_farm.averages import drift, horizontal, look, rotor_mean, rotor_wind
+from meltemi_farm.eddies import EDDY_SPACING, eddies_of
+from meltemi_farm.field import LARGEST, LINEAR, QUADRATIC, Planes, Seen, WakeField, WakePart, Wakes
+from meltemi_farm.march import march
+from meltemi_farm.sets import WakeSet, average_points
+from meltemi_farm.settings import WakeSettings
+from meltemi_farm.steady import mixing_of
+
+Float = NDArray[np.float64]
+Together = Callable[[Callable[[int], Any]], list[Any]]
+"""Calls a function for all turbines, on threads."""
+RADII = 60
+"""Points of a profile."""
+BEYOND = 3.0
+"""Rotor diameters behind the last turbine that a wake reaches."""
+SLOWEST = 0.3
+"""Of the mean wind, with which a wake drifts: the planes for which there is memory."""
+DEVELOPED = 0.6
+"""The same when wakes are developed before a run."""
+SLACK = 15.0
+"""[m] by which nodes leave the rotor's plane, besides the drift of planes between exchanges."""
+SEEN = 0.6
+"""Of the diameter: radius of what a turbine sees, with its bent blades."""
+CELLS = 250
+"""Of a view of the farm, along its longer side."""
+LEAST_SHARE = 0.3
+"""Of the wind, in which a turbine starts."""
+LEAST_WIND = 1.0
+"""[m/s] wind of a thrust coefficient: a rotor in calm air leaves no wake."""
+MOST_THRUST = 2.0
+"""Largest thrust coefficient at any radius."""
+
+
+@dataclass(frozen=True)
+class RotorState:
+    """What a rotor gives to its wake, a mean over the time since the last exchange.
+
+    Attributes:
+      hub: (3,) [m] rotor apex, axes of the turbine.
+      shaft: (3,) direction of the rotor's axis, downwind.
+      wind: (3,) [m/s] mean wind over the span of the blades, relative to the hub.
+      radius: (n,) [m] of the nodes, increasing.
+      thrust: (n,) [N/m] of all blades, per length.
+      density: [kg/m^3] of the air.
+    """
+
+    hub: Float
+    shaft: Float
+    wind: Float
+    radius: Float
+    thrust: Float
+    density: float
+
+    def coefficients(self, r: Float, radius: float, wind: float) -> Float:
+        """Local thrust coefficient at radii [m], for the wind along the axis [m/s] (K-1)."""
+        pressure = self.density * math.pi * max(wind, LEAST_WIND) ** 2
+        local = np.interp(r, self.radius, self.thrust / np.maximum(self.radius, 1e-3), 0.0, 0.0) / pressure
+        return np.where(r <= radius, np.clip(local, 0.0, MOST_THRUST), 0.0)
+
+    @property
+    def yaw_error(self) -> float:
+        """[rad] from the rotor's axis to the wind, counter-clockwise from above."""
+        n, u = self.shaft, self.wind
+        return math.atan2(n[0] * u[1] - n[1] * u[0], n[0] * u[0] + n[1] * u[1])
+
+
+class FarmWakes:
+    """The wakes of a farm.
+
+    Args:
+      settings: set of constants, merging, added turbulence.
+      wind: the ambient wind.
+      positions: (turbines, 2) [m] in the axes of the wind.
+      diameters, hubs: [m] rotor diameters and hub heights.
+      mean: the mean of the wind.
+      step: [s] between exchanges.
+    """
+
+    def __init__(
+        self,
+        settings: WakeSettings,
+        wind: Wind,
+        positions: Float,
+        diameters: Sequence[float],
+        hubs: Sequence[float],
+        mean: SteadyWind,
+        step: float,
+    ) -> None:
+        self.model: WakeSet = settings.constants()
+        self.positions, self.diameters, self.hubs, self.step = positions, diameters, hubs, step
+        n, largest = len(positions), max(diameters)
+        apart = np.linalg.norm(positions[:, None] - positions[None], axis=2)
+        self.reach = apart.max(axis=1) + BEYOND * largest
+        self.spacing = largest / settings.radial_points
+        self.r = self.spacing * np.arange(RADII, dtype=np.float64)
+        most = math.ceil(float(self.reach.max()) / (SLOWEST * mean.speed * step)) + 4
+        shared: dict[str, Any] = {
+            "planes": Planes.zeros(wake=n, plane=most),
+            "profile": np.zeros((n, most, RADII, 3), dtype=np.float32),
+            "eddies": eddies_of(settings.seed) if settings.added_turbulence else np.zeros((2, 2, 3, 3), np.float32),
+        }
+        self.planes, self.profile = View(Planes, shared["planes"]), shared["profile"]
+        self.count, self.crossed = np.zeros(n, dtype=np.int64), 0
+        merging = {"quadratic": QUADRATIC, "linear": LINEAR, "largest": LARGEST}[settings.merging]
+        self._parameters = {
+            "spacing": self.spacing,
+            "merging": merging,
+            "eddy_spacing": EDDY_SPACING * largest,
+            "eddy_speed_x": mean.speed * math.cos(mean.direction),
+            "eddy_speed_y": -mean.speed * math.sin(mean.direction),
+        }
+        self.mean = mean
+        added = float(settings.added_turbulence)
+        self.parts = [WakePart(self._members(shared, x, y, added)) for x, y in positions]
+        own = [self._members(shared, 0.0, 0.0, 0.0) for _ in range(n)]  # small eddies carry no wakes
+        self.fields = [
+            WakeField("floats", wind_arrays(wind, hub, diameter) | members)
+            for hub, diameter, members in zip(hubs, diameters, own, strict=True)
+        ]
+        self.observers = [
+            WakeField("floats", wind_arrays(wind, hub, diameter) | part.members)
+            for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
+        ]
+        self.points = [average_points(self.model, d, settings.rings) for d in diameters]
+        self._reach = [float(np.hypot(p[:, 0], p[:, 1]).max()) for p in self.points]
+        self.boxes = np.full((n, 2, 2), np.inf)
+        disk = self.model.changed(windowed=False)
+        self.disks = [average_points(disk, d, settings.rings) for d in diameters]
+        self.rotors = [average_points(disk.changed(meander=1.0), d, 5) for d in diameters]
+        for points in self.rotors:  # the mean over the span, as that of a rotor's state
+            points[:, 2] /= np.hypot(points[:, 0], points[:, 1])
+        self.mixing = [mixing_of(self.model, d) for d in diameters]
+        self.intensity = settings.intensity
+        self.keep = [math.exp(-2.0 * math.pi * step * self.model.cut_off / (0.5 * d)) for d in diameters]
+        self._filtered: list[dict[str, Any] | None] = [None] * n
+
+    def _members(self, shared: dict[str, Any], x: float, y: float, added: float) -> dict[str, Any]:
+        """Arrays of the wakes for an observer whose axes begin at x and y."""
+        wakes = Wakes.of(origin_x=x, origin_y=y, added=added, **self._parameters)
+        return shared | {"wakes": wakes.array, "seen": np.zeros((len(Seen), len(self.positions)), dtype=np.int64)}
+
+    def exchange(self, k: int, rotor: RotorState, t: float) -> None:
+        """Let wake k age to time ``t`` [s] and begin a new plane at its rotor, in the mean state since the last one."""
+        m, model = self.fields[k], self.model
+        before = int(self.count[k])
+        if before:
+            x, way = self.planes["travelled"][k, :before], np.abs(self.planes["axial"][k, :before]) * self.step
+            after = np.concatenate([[0.0], x + way]) / self.diameters[k]
+            along = np.zeros((4, before + 1))
+            along[:2, :before], along[2:] = model.along(x / self.diameters[k])[:2], model.along(after)[2:]
+            now = march(m, k, before, self.step, self.keep[k], self.mixing[k], along)
+            self.crossed += min(before + 1, self.profile.shape[1]) - now
+            far = np.flatnonzero(self.planes["travelled"][k, :now] > self.reach[k])
+            self.count[k] = now if len(far) == 0 else far[0] + 1
+        else:
+            self.count[k] = 1
+        self._begin(k, rotor, t)
+
+    def _begin(self, k: int, rotor: RotorState, t: float) -> None:
+        """The plane at the rotor, from filtered states (K-1 to K-3)."""
+        m, model, radius = self.fields[k], self.model, 0.5 * self.diameters[k]
+        hub = rotor.hub + np.array([*self.positions[k], 0.0])
+        axis = rotor.shaft / np.linalg.norm(rotor.shaft)
+        ambient, intensity = rotor_wind(m, t, Vec(*hub), Vec(*axis), self.disks[k])
+        relative = float(rotor.wind @ axis)
+        new = {
+            "hub": hub,
+            "axis": axis,
+            "relative": relative,
+            "ambient": ambient,
+            "intensity": intensity if self.intensity is None else self.intensity,
+            "yaw": rotor.yaw_error,
+            "thrust": rotor.coefficients(self.r, radius, relative),
+        }
+        old, keep = self._filtered[k], self.keep[k]
+        now = new if old is None else {name: keep * old[name] + (1.0 - keep) * new[name] for name in new}
+        axis = now["axis"] = now["axis"] / np.linalg.norm(now["axis"])
+        self._filtered[k] = now
+        side = np.array([-axis[1], axis[0], 0.0]) / max(math.hypot(axis[0], axis[1]), 1e-6)
+        planes = self.planes
+        planes["centre"][:, k, 0] = now["hub"] + (model.aside + model.aside_yaw * now["yaw"]) * side
+        planes["normal"][:, k, 0] = axis
+        planes["travelled"][k, 0] = 0.0
+        planes["wind"][k, 0], planes["intensity"][k, 0] = now["ambient"], now["intensity"]
+        planes["yaw"][k, 0] = now["yaw"]
+        if old is None:
+            planes["axial"][k, 0] = now["ambient"]
+        self.profile[k, 0, :, 1:] = 0.0
+        self.profile[k, 0, :, 0] = model.inlet(self.r, now["thrust"], radius, max(now["relative"], LEAST_WIND))
+
+    def settle(self, k: int, t: float) -> None:
+        """Velocities of the planes of wake k at time ``t`` [s], after all wakes have aged."""
+        model, m = self.model, self.fields[k]
+        m.wakes.time = t
+        turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
+        drift(m, k, self.count, self._near(k, self._reach[k]), t, self.points[k], model.disturbed, turn)
+
+    def show(self, i: int, rotor: RotorState, t: float) -> None:
+        """Choose what turbine i sees of the wakes until the next exchange."""
+        m = self.observers[i]
+        m.wakes.time = t
+        speeds = np.linalg.norm(self.planes["velocity"], axis=0)
+        slack = SLACK + self.step * float(speeds.max())
+        near = self._others(i, slack)
+        look(m, self.count, near, *self._disk(i, rotor), SEEN * self.diameters[i], slack)
+
+    def _boxes(self) -> Float:
+        """(wakes, 2, 2) [m] least and largest x and y of the centres of each wake."""
+        boxes = np.zeros((len(self.count), 2, 2))
+        for k, n in enumerate(self.count):
+            centre = self.planes["centre"][:2, k, :n]
+            boxes[k] = [centre.min(axis=1), centre.max(axis=1)]
+        return boxes
+
+    def _near(self, k: int, beside: float) -> NDArray[np.int64]:
+        """1 for each wake that may meet disks of a radius [m] about the planes of wake k."""
+        return self._meeting(self.boxes[k], beside)
+
+    def _others(self, i: int, slack: float) -> NDArray[np.int64]:
+        """The same for rotor i, without its own wake."""
+        near = self._meeting(np.tile(self.positions[i], (2, 1)), SEEN * self.diameters[i] + slack)
+        near[i] = 0
+        return near
+
+    def _meeting(self, box: Float, beside: float) -> NDArray[np.int64]:
+        wide = beside + self.spacing * (RADII - 1) + SLACK
+        low, high = self.boxes[:, 0] - wide, self.boxes[:, 1] + wide
+        return np.all((low <= box[1]) & (box[0] <= high), axis=1).astype(np.int64)
+
+    def _disk(self, i: int, rotor: RotorState) -> tuple[Vec, Vec]:
+        """Centre [m] and direction of a rotor in the farm."""
+        hub = rotor.hub + np.array([*self.positions[i], 0.0])
+        return Vec(*hub), Vec(*(rotor.shaft / np.linalg.norm(rotor.shaft)))
+
+    def rotor_wind(self, i: int, rotor: RotorState, t: float, *, waked: bool = True) -> Float:
+        """(3,) [m/s] mean wind over the span of rotor i, with the wakes of the others or without."""
+        m = self.fields[i]
+        m.wakes.time = t
+        near = self._others(i, 0.0) if waked else np.zeros(len(self.count), dtype=np.int64)
+        found = rotor_mean(m, t, self.count, near, *self._disk(i, rotor), self.rotors[i])
+        return np.array([found.x, found.y, found.z])
+
+    def advance(self, rotors: Sequence[RotorState], t: float, together: Together) -> None:
+        """One exchange at time ``t`` [s]: wakes age, begin anew at the rotors, get velocities, and are shown to all."""
+        together(lambda k: self.exchange(k, rotors[k], t))
+        self.boxes = self._boxes()
+        together(lambda k: self.settle(k, t))
+        together(lambda k: self.show(k, rotors[k], t))
+
+    def develop(self, rotors: Sequence[RotorState], together: Together) -> Float:
+        """Wakes that are developed at time 0, behind rotors with constant thrust coefficients, in the wind before.
+
+        Returns:
+          (turbines,) mean wind along each rotor's axis with the wakes of the others, over that without.
+        """
+        self.count[:], self._filtered = 0, [None] * len(rotors)
+        self.boxes = np.full((len(rotors), 2, 2), np.inf)  # no wakes yet
+        last = math.ceil(float(self.reach.max()) / (DEVELOPED * self.mean.speed * self.step))
+        sums = np.zeros((2, len(rotors)))
+        for e in range(-last, 1):
+            t = e * self.step
+
+            def winds_at(i: int, t: float = t) -> tuple[Float, float]:
+                axis = rotors[i].shaft
+                return self.rotor_wind(i, rotors[i], t), float(self.rotor_wind(i, rotors[i], t, waked=False) @ axis)
+
+            winds = together(winds_at)
+            now = [_in_wind(rotor, wind) for rotor, (wind, _) in zip(rotors, winds, strict=True)]
+            self.advance(now, t, together)
+            if 2 * e > -last:
+                sums += [[float(u @ r.shaft) for r, (u, _) in zip(rotors, winds, strict=True)], [x for _, x in winds]]
+        self.crossed = 0
+        share: Float = np.clip(sums[0] / np.maximum(sums[1], 1e-9), LEAST_SHARE, 1.0)
+        return share
+
+    def paths(self) -> list[NDArray[np.float32]]:
+        """Centre, travelled path and velocity of the planes of each wake: (7, planes)."""
+        p = self.planes
+        return [
+            np.concatenate(
+                [p["centre"][:, k, :n], p["travelled"][k : k + 1, :n], p["velocity"][:, k, :n]], dtype=np.float32
+            )
+            for k, n in enumerate(self.count)
+        ]
+
+    def horizontal(self) -> tuple[Float, Float, Float]:
+        """Wind speed at hub height over the farm now: x, y [m], (x, y) [m/s]."""
+        beyond = BEYOND * max(self.diameters)
+        (x0, y0), (x1, y1) = self.positions.min(axis=0) - beyond, self.positions.max(axis=0) + beyond
+        cell = max(x1 - x0, y1 - y0) / CELLS
+        x, y = np.arange(x0 + 0.5 * beyond, x1, cell), np.arange(y0 + 0.5 * beyond, y1 - 0.5 * beyond, cell)
+        speed = np.zeros((len(x), len(y)))
+        everywhere = np.ones(len(self.count), dtype=np.int64)
+        horizontal(self.fields[0], self.fields[0].wakes.time, self.count, everywhere, x, y, self.hubs[0], speed)
+        return x, y, speed
+
+
+def _in_wind(rotor: RotorState, wind: Float) -> RotorState:
+    """A rotor with the same thrust coefficients in another mean wind (3,) [m/s]."""
+    before, now = (max(float(u @ rotor.shaft), LEAST_WIND) for u in (rotor.wind, wind))
+    return replace(rotor, wind=wind, thrust=rotor.thrust * (now / before) ** 2)

@@ -1,0 +1,146 @@
+"""Farms: turbines in each other's wakes (docs/theory/wakes.md, K-15)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi_farm.layout import FarmCase
+from meltemi_farm.settings import WakeSettings
+from meltemi_farm.simulation import FarmResult, SetPoint
+
+D = 126.0
+CHANNELS = ("generator_power", "wind_x", "root_moment_out_of_plane_1")
+ROW = [(0.0, 0.0), (5.0 * D, 0.0)]
+
+
+@pytest.fixture(scope="module")
+def model() -> Any:
+    return meltemi.build(meltemi.load_turbine("nrel5mw"), meltemi.ModelOptions(blade_nodes=8, tower_nodes=5))
+
+
+@pytest.fixture(scope="module")
+def row(model: Any) -> FarmResult:
+    settings = WakeSettings(added_turbulence=False)
+    return meltemi.simulate_farm(meltemi.Farm(model, ROW, settings), 9.0, duration=20.0, channels=CHANNELS)
+
+
+def test_without_wakes_each_turbine_has_the_bits_of_one_alone(model: Any) -> None:
+    wind = meltemi.TurbulentWind(speed=9.0, intensity=0.1, points=5, dt=0.5, periodic=True, coherent="all")
+    box = meltemi.wind.generate_field(wind, meltemi.wind.wind_grid_for(model.turbine, 9, width=4.0 * D), 200.0)
+    result = meltemi.simulate_farm(meltemi.Farm(model, ROW, "none"), box, duration=10.0, channels=CHANNELS)
+    assert not result.wakes
+    for (x, y), found in zip(ROW, result.turbines, strict=True):
+        alone = meltemi.simulate(model, box, duration=10.0, channels=CHANNELS, origin=(x, y))
+        assert np.array_equal(alone.data, found.data)
+    assert not np.array_equal(result[0].data, result[1].data)
+
+
+def test_a_wake_costs_power_and_the_turbine_starts_in_it(row: FarmResult) -> None:
+    first, second = (each["generator_power"] for each in row.turbines)
+    assert second.mean() < 0.6 * first.mean()
+    assert second.std() < 0.05 * first.mean()
+    assert first.std() < 0.01 * first.mean()
+
+
+def test_the_first_turbine_is_as_alone(row: FarmResult, model: Any) -> None:
+    alone = meltemi.simulate(model, 9.0, duration=20.0, channels=CHANNELS)
+    assert np.allclose(row[0].data, alone.data, rtol=1e-9)
+
+
+def test_tilt_lifts_the_wake(row: FarmResult) -> None:
+    centre = row.wake(0).centre(5.0 * D)[-1]
+    assert centre[0] == pytest.approx(5.0 * D, abs=5.0)
+    assert abs(centre[1]) < 3.0
+    assert centre[2] - 90.0 == pytest.approx(24.0, abs=4.0)
+
+
+def test_a_farm_controller_turns_the_first_turbine_at_the_rate_of_its_drive() -> None:
+    options = meltemi.ModelOptions(blade_nodes=8, tower_nodes=5, yaw="driven")
+    model = meltemi.build(meltemi.load_turbine("nrel5mw"), options)
+    called: list[float] = []
+
+    def control(time: float, measured: Any) -> list[SetPoint]:
+        called.append(time)
+        assert measured[0]["generator_speed"] > 0.0
+        return [SetPoint(yaw=np.radians(2.0)), SetPoint()]
+
+    farm = meltemi.Farm(model, ROW, "none")
+    result = meltemi.simulate_farm(farm, 9.0, duration=16.0, channels=("nacelle_yaw",), control=control)
+    assert called == pytest.approx(np.arange(len(called)) * 2.0, abs=0.1)
+    turned, still = (each["nacelle_yaw"] for each in result.turbines)
+    assert np.degrees(turned[-1]) == pytest.approx(2.0, abs=0.05)
+    rate = model.turbine.yaw.rate
+    assert turned[40] == pytest.approx(2.0 * rate, rel=0.2)
+    assert np.abs(still).max() < 1e-3
+
+
+def test_set_points_are_checked(model: Any) -> None:
+    for points, words in (
+        ([SetPoint()], "1 set-points, expected one for each of 2"),
+        ([SetPoint(yaw=0.1)] * 2, 'yaw="driven"'),
+        ([SetPoint(power=-1.0)] * 2, "0 W or more"),
+    ):
+        with pytest.raises(meltemi.InputError, match=words):
+            meltemi.simulate_farm(
+                meltemi.Farm(model, ROW, "none"), 9.0, duration=1.0, control=lambda t, m, points=points: points
+            )
+
+
+def test_close_turbines_are_refused_with_their_distance(model: Any) -> None:
+    with pytest.raises(meltemi.InputError, match=r"turbines 1 and 2 are 200 m apart, expected at least 252 m"):
+        meltemi.simulate_farm(meltemi.Farm(model, [(0.0, 0.0), (200.0, 0.0)]), 9.0, duration=1.0)
+
+
+def test_a_small_field_is_refused_with_the_size_that_is_needed(model: Any) -> None:
+    wind = meltemi.TurbulentWind(speed=9.0, intensity=0.1, points=5, dt=0.5)
+    box = meltemi.wind.generate_field(wind, model.turbine, 60.0)
+    aside = meltemi.Farm(model, [(0.0, 0.0), (0.0, 400.0)])
+    with pytest.raises(meltemi.InputError, match=r"the farm needs 926 m"):
+        meltemi.simulate_farm(aside, box, duration=10.0)
+    behind = meltemi.Farm(model, [(0.0, 0.0), (630.0, 0.0)])
+    with pytest.raises(meltemi.InputError, match=r"begins .* m downwind of its origin, .* 630 m"):
+        meltemi.simulate_farm(behind, box, duration=10.0)
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"positions": []}, "positions"),
+        ({"yaw": [0.0]}, "expected one angle for each of 2 turbines, found 1"),
+        ({"yaw": [20.0, 0.0]}, "20 deg"),
+        ({"wakes": {"model": "fastfarm"}}, "fast.farm"),
+        ({"wakes": {"merging": "square"}}, "quadratic"),
+        ({"positions": [[0.0, 0.0], [1e9, 0.0]]}, "within 100000 m"),
+    ],
+)
+def test_files_with_mistakes_are_refused_in_words(keys: dict[str, Any], words: str) -> None:
+    data = {"turbine": "nrel5mw", "positions": ROW, "wind": {"kind": "steady", "speed": 9.0}, "duration": 10.0}
+    with pytest.raises(meltemi.InputError, match=words):
+        FarmCase(**(data | keys))
+
+
+@pytest.mark.parametrize(
+    ("farm", "words"),
+    [
+        ({"wakes": "frandsen"}, "fast.farm"),
+        ({"yaw": [0.1]}, "expected 2 angles"),
+        ({"turbine": ["nrel5mw"]}, "a turbine for each of 2 positions"),
+        ({"positions": [(0.0, 0.0, 0.0)]}, "positions"),
+    ],
+)
+def test_farms_with_mistakes_are_refused_in_words(farm: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"turbine": "nrel5mw", "positions": ROW} | farm
+    with pytest.raises(meltemi.InputError, match=words):
+        meltemi.simulate_farm(meltemi.Farm(**given), 9.0, duration=1.0)
+
+
+def test_runs_import_no_wakes() -> None:
+    import subprocess
+    import sys
+
+    code = "import sys, meltemi; meltemi.simulate; print([m for m in sys.modules if m.startswith('meltemi_farm')])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

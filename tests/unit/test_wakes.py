@@ -1,0 +1,203 @@
+"""Wakes alone: the march against tables of other codes, momentum, a closed form, merging (docs/theory/wakes.md)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.wind.fields import SteadyWind
+from meltemi_farm.effective import effective_intensity, farm_turbulence, wake_turbulence
+from meltemi_farm.march import half_width
+from meltemi_farm.sets import SETS, average_points, disk_mean, fast_farm_inlet, smooth_filter
+from meltemi_farm.settings import WakeSettings
+from meltemi_farm.steady import steady_wake
+from meltemi_farm.wakes import FarmWakes, RotorState
+
+Float = NDArray[np.float64]
+D, U = 126.0, 8.0
+PLACES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 15)
+CENTRE = {
+    (0.8, 0.06): (0.498, 0.498, 0.497, 0.496, 0.481, 0.450, 0.415, 0.379, 0.345, 0.289, 0.244, 0.196),
+    (0.8, 0.10): (0.498, 0.497, 0.496, 0.488, 0.458, 0.416, 0.376, 0.338, 0.304, 0.252, 0.212, 0.170),
+    (0.8, 0.14): (0.498, 0.497, 0.493, 0.475, 0.432, 0.383, 0.342, 0.304, 0.272, 0.223, 0.187, 0.150),
+    (0.4, 0.10): (0.203, 0.203, 0.203, 0.201, 0.192, 0.177, 0.161, 0.145, 0.132, 0.110, 0.093, 0.076),
+}
+"""Centre deficit over the wind by thrust coefficient and turbulence intensity: an independent march of FAST.Farm's
+equations, radial step 5 m, steps of 8 m."""
+JDWM_PLACES = (2, 3, 4, 5, 6, 7, 8, 10, 12, 15)
+JDWM = {
+    ("iec", 0.06): (0.554, 0.511, 0.440, 0.382, 0.338, 0.305, 0.278, 0.235, 0.202, 0.169),
+    ("iec", 0.14): (0.552, 0.496, 0.414, 0.353, 0.309, 0.277, 0.251, 0.210, 0.180, 0.150),
+    ("madsen", 0.06): (0.533, 0.493, 0.456, 0.423, 0.394, 0.367, 0.344, 0.298, 0.260, 0.221),
+    ("madsen", 0.14): (0.487, 0.419, 0.369, 0.330, 0.300, 0.275, 0.254, 0.219, 0.191, 0.162),
+    ("keck", 0.06): (0.542, 0.470, 0.393, 0.332, 0.287, 0.253, 0.227, 0.190, 0.165, 0.139),
+    ("keck", 0.14): (0.486, 0.393, 0.321, 0.271, 0.234, 0.207, 0.186, 0.155, 0.134, 0.112),
+}
+"""Mean deficit over the rotor disk, over the wind, of jDWM 0.8 (DTU Wind Energy), thrust coefficient 0.8."""
+
+
+def at(x: Float, profiles: Float, place: float) -> Float:
+    i = min(int(place / (x[1] - x[0])), len(x) - 2)
+    w = place / (x[1] - x[0]) - i
+    result: Float = (1.0 - w) * profiles[i] + w * profiles[i + 1]
+    return result
+
+
+@pytest.mark.parametrize(("thrust", "intensity"), CENTRE)
+def test_march_has_the_deficits_of_an_independent_one(thrust: float, intensity: float) -> None:
+    x, r, V, _ = steady_wake(
+        SETS["fast.farm"], thrust, intensity, speed=U, diameter=D, length=15.0 * D, spacing=5.0, way=8.0
+    )
+    found = [-at(x, V, place * D)[0] / U for place in PLACES]
+    assert np.allclose(found, CENTRE[thrust, intensity], atol=0.002)
+    momentum = 2.0 * np.pi * np.sum(r * -V * (U + V), axis=1) * 5.0
+    assert np.allclose(momentum[16:], momentum[16], rtol=2e-3)
+    assert momentum[16] == pytest.approx(momentum[0], rel=0.012)
+    if thrust == 0.8:
+        assert momentum[0] == pytest.approx(2.883e5, rel=1e-3)
+
+
+@pytest.mark.parametrize(("name", "intensity"), JDWM)
+def test_sets_of_the_iec_family_have_the_deficits_of_jdwm(name: str, intensity: float) -> None:
+    """jDWM writes 2**pi for 2 pi in the IEC filter; Keck's mixing length needs a coarser profile, and jDWM leaves the
+    gradient of the viscosity out, by which it does not conserve momentum."""
+    model, points, tolerance = SETS[name], 401, 0.0025
+    if name == "iec":
+
+        def typed(x: Float) -> Float:
+            y = np.clip(x / 4.0, 0.0, 1.0) ** 1.5
+            return np.where(x >= 4.0, 1.0, y - np.sin(2.0 * np.pi * y) / 2.0**np.pi)
+
+        model = model.changed(ambient_filter=typed)
+    if name == "keck":
+        points, tolerance = 101, 0.01
+    spacing = 2.0 * D / (points - 1)
+    _, r, V, _ = steady_wake(
+        model, 0.8, intensity, speed=U, diameter=D, length=15.0 * D, spacing=spacing, way=0.025 * D, points=points
+    )
+    found = [disk_mean(r, -V[round(place * 40)], 0.5 * D) / U for place in JDWM_PLACES]
+    assert np.allclose(found, JDWM[name, intensity], atol=tolerance)
+
+
+def test_small_deficits_diffuse_as_in_the_closed_form() -> None:
+    """At small thrust with a constant viscosity the deficit is the diffusion of a disk: at the centre
+    1 - exp(-R^2 / (4 nu x / U))."""
+    model = SETS["fast.farm"].changed(shear=0.0, ambient_filter=np.ones_like)
+    x, _, V, _ = steady_wake(
+        model, 1e-4, 0.3, speed=U, diameter=D, length=20.0 * D, spacing=D / 100.0, way=2.0, points=400
+    )
+    spread = 4.0 * 0.05 * 0.3 * 0.5 * D * x[200:]
+    expected = V[0, 0] * (1.0 - np.exp(-((0.5 * D) ** 2) / spread))
+    assert np.allclose(V[200:, 0], expected, rtol=0.02)
+
+
+def test_high_thrust_has_a_gaussian_inlet() -> None:
+    r = np.arange(0.0, 200.0, 5.0)
+    V = fast_farm_inlet(r, np.full_like(r, 1.4), 63.0, 10.0)
+    assert V[0] == pytest.approx(-10.0 * (0.3 / (2.0 * 1.4**2 - 1.0) + 0.2), rel=1e-3)
+    assert np.all(np.diff(V) > 0.0)
+    assert np.all(np.isfinite(fast_farm_inlet(r, np.full_like(r, 5.0), 63.0, 10.0)))
+
+
+def test_half_width_encloses_most_of_a_disk() -> None:
+    V = np.where(np.arange(100) <= 50, -1.0, 0.0)
+    assert half_width(V, 1.0) == pytest.approx(np.sqrt(0.95) * 50.0, abs=1.0)
+
+
+def test_filters_begin_and_end_as_the_standard_has_them() -> None:
+    assert np.allclose(smooth_filter(np.array([0.0, 4.0, 9.0])), [0.0, 1.0, 1.0])
+    along = SETS["fast.farm"].along(np.array([0.0, 3.0, 25.0]))
+    assert np.allclose(along[:, 0], [1.0, 0.2, 0.0, 0.0])
+    assert np.allclose(along[:, 2], [1.0, 1.0, 0.6, 3.0])
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_averages_of_drift_have_their_diameter(name: str) -> None:
+    points, model = average_points(SETS[name], D, 12), SETS[name]
+    reach = np.hypot(points[:, 0], points[:, 1]).max()
+    assert reach == pytest.approx((1.11657 if model.windowed else 0.5) * model.meander * D, rel=0.03)
+    assert np.allclose(points[:, :2].T @ points[:, 2], 0.0, atol=1e-6 * points[:, 2].sum())
+
+
+def rotor(thrust: float = 0.8, *, yaw: float = 0.0, speed: float = U) -> RotorState:
+    r = np.linspace(1.0, 63.0, 30)
+    axis = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    force = 1.225 * np.pi * r * thrust * max(speed * np.cos(yaw), 1.0) ** 2
+    return RotorState(np.array([0.0, 0.0, 90.0]), axis, np.array([speed, 0.0, 0.0]), r, force, 1.225)
+
+
+def developed(settings: WakeSettings, rotors: list[RotorState], places: Float, speed: float = U) -> FarmWakes:
+    n, wind = len(places), SteadyWind(speed=speed)
+    wakes = FarmWakes(settings, wind, places, [D] * n, [90.0] * n, wind, 2.0)
+    wakes.develop(rotors, lambda f: [f(i) for i in range(n)])
+    return wakes
+
+
+PLAIN = WakeSettings(added_turbulence=False)
+ROW = np.array([[0.0, 0.0], [5.0 * D, 0.0], [10.0 * D, 0.0]])
+
+
+def test_a_rotor_sees_the_wake_of_the_one_before_but_not_its_own() -> None:
+    wakes = developed(PLAIN, [rotor()] * 2, ROW[:2])
+    first, second = (wakes.rotor_wind(i, rotor(), 0.0)[0] for i in range(2))
+    assert first == pytest.approx(U, abs=1e-9)
+    _, r, V, _ = steady_wake(SETS["fast.farm"], 0.8, 0.0, speed=U, diameter=D, length=5.0 * D, spacing=5.0, way=10.0)
+    assert second - U == pytest.approx(V[-1, r <= 0.5 * D].mean(), rel=0.03)
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_a_positive_yaw_angle_pushes_the_wake_to_the_right(name: str) -> None:
+    wakes = developed(PLAIN.replace(model=name), [rotor(yaw=np.radians(20.0)), rotor()], ROW[:2])
+    x, y = wakes.planes["centre"][:2, 0, : wakes.count[0]]
+    assert -0.6 * D < np.interp(5.0 * D, x, y) < -0.1 * D
+
+
+def test_merging_orders_as_its_names_say() -> None:
+    found = {}
+    for merging in ("quadratic", "linear", "largest"):
+        wakes = developed(PLAIN.replace(merging=merging), [rotor()] * 3, ROW)
+        found[merging] = U - wakes.rotor_wind(2, rotor(), 0.0)[0]
+    assert found["linear"] > 1.05 * found["quadratic"] > 1.1 * found["largest"]
+
+
+def test_rotors_at_rest_or_in_wind_from_behind_leave_finite_wakes() -> None:
+    still, behind = rotor(0.0), rotor(speed=-5.0)
+    for state in (still, behind):
+        wakes = developed(PLAIN, [state, rotor()], ROW[:2])
+        assert np.all(np.isfinite(wakes.profile))
+        assert np.isfinite(wakes.rotor_wind(1, rotor(), 0.0)).all()
+
+
+def test_planes_that_catch_up_are_dropped() -> None:
+    wakes = developed(PLAIN, [rotor()] * 2, ROW[:2])
+    wakes.planes["velocity"][0, 0, 3] = 30.0  # a gust carries one plane past those ahead
+    before = int(wakes.count[0])
+    wakes.exchange(0, rotor(), 2.0)
+    assert wakes.crossed > 0
+    assert wakes.count[0] <= before
+    x = wakes.planes["centre"][0, 0, : wakes.count[0]]
+    assert np.all(np.diff(x) > 0.0)
+
+
+def test_effective_turbulence_has_the_formulas_of_both_editions() -> None:
+    """By hand: V 10 m/s, sigma 1 m/s, d 5, C_T 0.8: 10 / (1.5 + 4 / 0.8944) = 1.6744 and hypot 1.9503;
+    edition 3: 9.4868 / (1.5 + 1.5 * 3.1623) = 1.5192."""
+    assert wake_turbulence(10.0, 1.0, 5.0, 0.8) == pytest.approx(1.9503, abs=1e-4)
+    assert wake_turbulence(10.0, 1.0, 5.0, edition=3) == pytest.approx(np.hypot(1.5192, 1.0), abs=1e-4)
+    assert effective_intensity(10.0, 0.1, [], slope=10.0) == pytest.approx(0.1)
+    assert effective_intensity(10.0, 0.1, [12.0], slope=10.0) == pytest.approx(0.1)
+    eight = effective_intensity(10.0, 0.1, [5.0] * 8, slope=4.0, thrust=0.8)
+    assert eight == pytest.approx((0.52 + 0.48 * 1.9503**4) ** 0.25 / 10.0, rel=1e-4)
+    assert 0.1 < eight < effective_intensity(10.0, 0.1, [5.0] * 8, slope=10.0, thrust=0.8) < 0.195
+    assert farm_turbulence(10.0, 1.0, 5.0, 5.0, 0.8) == pytest.approx(0.5 * (1.0 + np.hypot(1.7, 1.0)), rel=2e-3)
+
+
+def test_effective_turbulence_refuses_what_it_has_no_formula_for() -> None:
+    with pytest.raises(InputError, match="edition 4 needs a positive thrust coefficient"):
+        wake_turbulence(10.0, 1.0, 5.0)
+    with pytest.raises(InputError, match="at least 2 diameters"):
+        wake_turbulence(10.0, 1.0, 1.0, 0.8)
+    with pytest.raises(InputError, match="at most 8 neighbours, found 9"):
+        effective_intensity(10.0, 0.1, [5.0] * 9, slope=4.0, thrust=0.8)
