@@ -198,7 +198,8 @@ def slowed_words(g: Gusts) -> str:
         )
     return (
         f"Derating at a low rotor speed has, of the peaks of derating at rated speed, {'; '.join(parts)}. It is a "
-        "power control that always holds the lowest speed that gives the power (A0), so it turns slower before the gust, too."
+        "power control that always holds the lowest speed that gives the power (A0), so it turns slower before the "
+        "gust, too."
     )
 
 
