@@ -142,8 +142,7 @@ def loops_table(runs: Runs) -> Table:
     loop = runs.loop
     rows = [["measured", *(f"{x:.0f}" for x in loop.target), ""]]
     rows += [
-        [f"{factor:g}", *(f"{x:.0f}" for x in std), f"{np.sqrt(np.mean((std - loop.target) ** 2)):.1f}"]
-        for factor, std in loop.power_std.items()
+        [f"{factor:g}", *(f"{x:.0f}" for x in std), f"{loop.off(factor):.1f}"] for factor, std in loop.power_std.items()
     ]
     head = ["frequency over the usual one", *(f"bin {k}\nkW" for k in LOOP_BINS), "rms off\nkW"]
     note = f"Std of power as scaled, {len(runs.setup.limit_seeds)} seeds; chosen by the least squares: {loop.chosen:g}."
