@@ -134,7 +134,9 @@ def test_the_direction_of_the_change_decides_a_statement() -> None:
 def test_the_speed_loop_is_chosen_by_least_squares() -> None:
     loop = SpeedLoop({1.0: np.array([30.0, 30.0, 30.0, 30.0]), 1.6: np.array([19.0, 15.0, 17.0, 21.0])})
     assert loop.target.round().tolist() == [19.0, 15.0, 17.0, 21.0]
-    assert loop.chosen == 1.6
+    assert loop.chosen == 1.6 and loop.off(1.6) < 1.0
+    lost = SpeedLoop({1.0: np.array([np.nan, 30.0, 30.0, 30.0]), 2.0: np.array([250.0, 15.0, np.nan, 21.0])})
+    assert lost.chosen == 1.0  # the fastest one is unstable; a bin without wind does not count
 
 
 def test_about_half_is_a_digit_of_the_paper_and_the_scatter_of_the_phases() -> None:

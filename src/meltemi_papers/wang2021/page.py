@@ -142,8 +142,7 @@ def loops_table(runs: Runs) -> Table:
     loop = runs.loop
     rows = [["measured", *(f"{x:.0f}" for x in loop.target), ""]]
     rows += [
-        [f"{factor:g}", *(f"{x:.0f}" for x in std), f"{np.sqrt(np.mean((std - loop.target) ** 2)):.1f}"]
-        for factor, std in loop.power_std.items()
+        [f"{factor:g}", *(f"{x:.0f}" for x in std), f"{loop.off(factor):.1f}"] for factor, std in loop.power_std.items()
     ]
     head = ["frequency over the usual one", *(f"bin {k}\nkW" for k in LOOP_BINS), "rms off\nkW"]
     note = f"Std of power as scaled, {len(runs.setup.limit_seeds)} seeds; chosen by the least squares: {loop.chosen:g}."
@@ -198,7 +197,8 @@ def slowed_words(g: Gusts) -> str:
         )
     return (
         f"Derating at a low rotor speed has, of the peaks of derating at rated speed, {'; '.join(parts)}. It is a "
-        "power control that always holds the lowest speed that gives the power (A0), so it turns slower before the gust, too."
+        "power control that always holds the lowest speed that gives the power (A0), so it turns slower before the "
+        "gust, too."
     )
 
 

@@ -163,10 +163,14 @@ class SpeedLoop:
         """(bins,) [kW] measured."""
         return np.array([row.power_std for row in measured() if row.bin in LOOP_BINS])
 
+    def off(self, factor: float) -> float:
+        """[kW] root mean square of the differences from the measured std, of the bins with wind."""
+        return float(np.sqrt(np.nanmean((self.power_std[factor] - self.target) ** 2)))
+
     @property
     def chosen(self) -> float:
-        """The factor with the least sum of squares of the differences from the measured std."""
-        return min(self.power_std, key=lambda k: float(np.sum((self.power_std[k] - self.target) ** 2)))
+        """The factor with the least of them."""
+        return min(self.power_std, key=self.off)
 
 
 def choose_speed_loop(
