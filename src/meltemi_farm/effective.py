@@ -60,8 +60,10 @@ def farm_turbulence(speed: float, sigma: float, rows: float, within: float, thru
     """Ambient standard deviation [m/s] within a farm of more than five rows (K-18).
 
     Args:
-      speed, sigma: [m/s] as of :func:`wake_turbulence`.
-      rows, within: distances between and within rows, in rotor diameters.
+      speed: [m/s] as of :func:`wake_turbulence`.
+      sigma: [m/s] as of :func:`wake_turbulence`.
+      rows: distance between rows, in rotor diameters.
+      within: distance within rows, in rotor diameters.
       thrust: thrust coefficient of the turbines.
     """
     wake = 0.36 * speed / (1.0 + 0.2 * math.sqrt(rows * within / thrust))

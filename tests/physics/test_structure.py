@@ -23,7 +23,7 @@ from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.vibrations import equilibrium, vacuum_case
 from meltemi.structure.beam import assemble
 from meltemi.structure.members import blade_beam
-from meltemi.turbine.pile import pile_foundation
+from meltemi_exchange.pile import pile_foundation
 from meltemi_verification.closed_form import NO_DAMPING, uniform_blade
 
 CALM = SteadyWind(speed=0.0)

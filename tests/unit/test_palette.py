@@ -12,7 +12,7 @@ from matplotlib.colors import to_rgb
 
 from meltemi.report.palette import COLOURS, INK, ON_DARK, curve
 from meltemi.report.plots import new_figure
-from meltemi_papers.wang2021.beyond.report import _heat
+from meltemi_papers.wang2021.beyond import _heat
 
 ROOT = Path(__file__).parents[2]
 SIGHT = {

@@ -10,15 +10,14 @@ Hansen (2000), J. Fluids Eng. 122, 330-336.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.stall_tables import zero_lift_angle
+from meltemi.aero.variants import RotationalAugmentation
 
 Float = NDArray[np.float64]
-RotationalAugmentation = Literal["none", "snel", "chaviaropoulos_hansen"]
 
 FADE_BEGIN, FADE_END = np.radians(30.0), np.radians(50.0)
 """[rad] angles of attack between which the increments fade out: in deep stall nothing comes near potential flow."""

@@ -11,3 +11,4 @@ from typing import Literal
 StallModel = Literal["static", "hansen"]
 InflowModel = Literal["quasi_steady", "constant", "variable"]
 TowerInfluence = Literal["none", "potential", "lower_half", "powles", "eames"]
+RotationalAugmentation = Literal["none", "snel", "chaviaropoulos_hansen"]

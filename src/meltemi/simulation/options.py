@@ -6,8 +6,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from meltemi.aero.rotational_augmentation import RotationalAugmentation
-from meltemi.aero.variants import InflowModel, StallModel, TowerInfluence
+from meltemi.aero.variants import InflowModel, RotationalAugmentation, StallModel, TowerInfluence
 from meltemi.core.record import Record
 from meltemi.simulation.blades import BladeModel
 

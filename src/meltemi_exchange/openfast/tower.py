@@ -9,9 +9,9 @@ import numpy as np
 
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.turbine.definition import Foundation
-from meltemi.turbine.pile import pile_foundation
 from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input
 from meltemi_exchange.openfast.values import Values
+from meltemi_exchange.pile import pile_foundation
 from meltemi_exchange.report import ImportNote
 
 STEEL_SPEED = math.sqrt(210e9 / 8500.0)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.turbine.pile import pile_foundation
+from meltemi_exchange.pile import pile_foundation
 from meltemi_exchange.windio.tree import Tree
 
 Float = NDArray[np.float64]

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from meltemi.aero import stall_tables, variants
 from meltemi.aero.flaps import ALPHAS, DELTAS
-from meltemi.aero.rotational_augmentation import augmented
 from meltemi.aero.tables import AeroNode, AeroOptions, AeroParameters, PolarPoint, SectionConstants, TowerFlow
 from meltemi.core.errors import InputError
 from meltemi.core.variants import number
@@ -179,6 +178,8 @@ def _augmented(
     turbine: Turbine, layout: NodeLayout, options: ModelOptions, grid: Float, polars: list[Float], sections: list[Float]
 ) -> tuple[Float, Float, NDArray[np.int64]]:
     """The same with a polar of its own for each node, corrected for the rotation of the blade."""
+    from meltemi.aero.rotational_augmentation import augmented
+
     if options.advanced.stall_fit != "hansen":
         raise InputError("rotational_augmentation needs advanced.stall_fit 'hansen': OpenFAST's is that of the airfoil")
     a, s = turbine.blade.aerodynamics, layout.position
