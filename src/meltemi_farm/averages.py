@@ -65,7 +65,8 @@ def look(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius
 @kernel
 def above(z: float, reach: float, m: WakeField) -> float:
     """Share with which a point at a height [m] counts in an average that reaches as far [m] from its centre."""
-    return min(max((z - m.wind.box_z) / (BLEND * reach) + 0.5, 0.0), 1.0)
+    least = min(z - m.wind.box_z, m.wakes.ceiling - z)
+    return min(max(least / (BLEND * reach) + 0.5, 0.0), 1.0)
 
 
 @kernel
