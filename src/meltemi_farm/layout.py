@@ -108,7 +108,7 @@ class Farm:
 
 
 def check_layout(positions: Float, diameters: Sequence[float], yaw: Sequence[float] | Float = ()) -> None:
-    """Refuse positions that are no numbers or too far away, turbines that are too close, and yaw beyond any use.
+    """Refuse positions that are not finite or too far away, turbines that are too close, and yaw beyond any use.
 
     Args:
       positions: (turbines, 2) [m].
