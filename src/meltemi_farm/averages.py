@@ -1,6 +1,7 @@
 """Averages over planes: the velocity with which wakes drift and meander, ambient wind and turbulence at a rotor.
 
-Points below the lowest row of a field do not count: the wind falls to zero there.
+Points below the lowest row of a field do not count: the wind falls to zero there. The bound is not sharp, so that a
+small change of a height does not make a whole point count or not.
 
 Reference: docs/theory/wakes.md (K-4, K-9, K-11).
 """
@@ -19,6 +20,8 @@ from meltemi_farm.field import WakeField, wakes_velocity
 
 Float = NDArray[float64]
 Ints = NDArray[int64]
+BLEND = 0.15
+"""Height over which points begin to count, over the reach of an average."""
 BESIDE = 1e-3
 """[m] of a plane, where what it has is evaluated."""
 
@@ -60,6 +63,13 @@ def look(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius
 
 
 @kernel
+def above(z: float, reach: float, m: WakeField) -> float:
+    """Share with which a point at a height [m] counts in an average that reaches as far [m] from its centre."""
+    least = min(z - m.wind.box_z, m.wakes.ceiling - z)
+    return min(max(least / (BLEND * reach) + 0.5, 0.0), 1.0)
+
+
+@kernel
 def rotor_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float) -> tuple[float, float]:
     """Ambient wind along a direction [m/s] and turbulence intensity over a disk (K-4).
 
@@ -69,14 +79,15 @@ def rotor_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float) 
     series_now(t, m)
     side = sideways(normal)
     up = cross(normal, side)
-    mean, square, count = Vec(0.0, 0.0, 0.0), 0.0, 0.0
+    reach, mean, square, count = reach_of(points), Vec(0.0, 0.0, 0.0), 0.0, 0.0
     for i in range(points.shape[0]):
         q = centre + (points[i, 0] * side + points[i, 1] * up)
-        if q.z >= m.wind.box_z:
-            u = ambient_velocity(q, t, m)
-            mean += points[i, 2] * u
-            square += points[i, 2] * dot(u, u)
-            count += points[i, 2]
+        weight = points[i, 2] * above(q.z, reach, m)
+        if weight != 0.0:
+            u = ambient_velocity(Vec(q.x, q.y, max(q.z, m.wind.box_z)), t, m)
+            mean += weight * u
+            square += weight * dot(u, u)
+            count += weight
     mean = (1.0 / max(count, 1e-9)) * mean
     speed = sqrt(dot(mean, mean))
     variance = max(square / max(count, 1e-9) - speed * speed, 0.0) / 3.0
@@ -88,16 +99,18 @@ def mean_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float, d
     """Weighted mean [m/s] of the wind over a disk, of what the observer sees of the wakes, or of the ambient wind."""
     side = sideways(normal)
     up = cross(normal, side)
-    total, weights = Vec(0.0, 0.0, 0.0), 0.0
+    reach, total, weights = reach_of(points), Vec(0.0, 0.0, 0.0), 0.0
     for j in range(points.shape[0]):
         q = centre + (points[j, 0] * side + points[j, 1] * up)
-        if q.z >= m.wind.box_z:
+        weight = points[j, 2] * above(q.z, reach, m)
+        if weight != 0.0:
+            q = Vec(q.x, q.y, max(q.z, m.wind.box_z))
             u = ambient_velocity(q, t, m)
             if disturbed:
                 u += wakes_velocity(q, t, m)
-            total += points[j, 2] * u
-            weights += points[j, 2]
-    return (1.0 / weights if weights > 0.0 else 0.0) * total
+            total += weight * u
+            weights += weight
+    return (1.0 / weights if weights != 0.0 else 0.0) * total
 
 
 @kernel

@@ -56,7 +56,7 @@ def farm(
     }
     given = {name: value for name, value in options.items() if value is not None}
     path = Path(target)
-    if path.suffix in (".yaml", ".yml") and (is_case(path) or not path.exists()) and _has_positions(path):
+    if path.suffix in (".yaml", ".yml") and (is_case(path) or not path.exists()):
         if given:
             raise InputError(f"{path} is the file of a farm, which defines its own run; remove {', '.join(given)}")
         case, folder = read_farm(path), path.parent
@@ -100,13 +100,6 @@ def farm(
             say(f"T{i + 1}: {words}")
     if any(each.findings for each in result.turbines):
         raise typer.Exit(1)
-
-
-def _has_positions(path: Path) -> bool:
-    """Whether a file describes a farm; one that is missing is reported by its reader."""
-    from meltemi.core.yamlfile import read_mapping
-
-    return not path.exists() or "positions" in read_mapping(path)
 
 
 def _row_case(target: str, given: dict[str, Any]) -> FarmCase:

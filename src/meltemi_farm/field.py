@@ -34,6 +34,7 @@ class Wakes(Table, title="wakes"):
     time: float = number("s", "at which the planes are where their centres are")
     spacing: float = number("m", "between the points of a profile")
     merging: float = number("-", "0: root of the sum of squares, 1: sum, 2: largest deficit")
+    ceiling: float = number("m", "height up to which averages over planes count")
     added: float = number("-", "1: with the turbulence that wakes add")
     eddy_spacing: float = number("m", "between the points of the added turbulence")
     eddy_speed_x: float = number("m/s", "with which it travels")

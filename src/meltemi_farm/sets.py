@@ -225,26 +225,27 @@ SETS: dict[str, WakeSet] = {
 """Sets by name."""
 
 
-def average_points(wake: WakeSet, diameter: float, rings: int = 10) -> Float:
+def average_points(wake: WakeSet, diameter: float, rings: int = 16) -> Float:
     """(n, 3) points of the average that lets wakes drift: sideways, upwards [m], weight (K-9).
+
+    They are symmetric about the vertical, so that a symmetric wake is not pushed aside.
 
     Args:
       diameter: [m] of the rotor.
-      rings: of points, at the places of Gauss; a ring has up to twelve.
+      rings: of points, equally wide.
     """
     wide = wake.meander * diameter
     radius = 0.5 * SECOND_ZERO / np.pi * wide if wake.windowed else 0.5 * wide
-    places, shares = np.polynomial.legendre.leggauss(rings)
     rows = []
-    for k, (r, share) in enumerate(zip(0.5 * radius * (1.0 + places), shares, strict=True)):
-        n = min(max(math.ceil(2.0 * np.pi * rings * r / radius), LEAST_IN_RING), MOST_IN_RING)
-        angles = 2.0 * np.pi * (np.arange(n) + 0.5 * (k % 2)) / n
-        weight = share * r / n * (jinc(r / wide) * jinc(0.5 * r / wide) if wake.windowed else 1.0)
+    for k in range(rings):
+        r = radius * (k + 0.5) / rings
+        angles = 0.5 * np.pi + np.pi / IN_RING * (k % 2 + 2.0 * np.arange(IN_RING))
+        weight = r * (jinc(r / wide) * jinc(0.5 * r / wide) if wake.windowed else 1.0)
         rows += [(r * math.cos(angle), r * math.sin(angle), weight) for angle in angles]
     return np.array(rows)
 
 
-LEAST_IN_RING, MOST_IN_RING = 4, 12
+IN_RING = 8
 """Points of a ring."""
 SECOND_ZERO = 7.015586669815619
 """Of the Bessel function J1: there FAST.Farm's averages end."""

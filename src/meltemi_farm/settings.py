@@ -29,8 +29,10 @@ class WakeSettings(Record):
     averaging diameter sooner."""
     radial_points: int = Field(default=25, ge=15, le=30)
     """Points of a wake's profile in a rotor diameter."""
-    rings: int = Field(default=10, ge=5, le=40)
+    rings: int = Field(default=16, ge=8, le=60)
     """Rings of points in the averages that let wakes drift."""
+    ceiling: float | None = Field(default=None, gt=0.0, le=1e5)
+    """[m] height up to which these averages count; FAST.Farm's end at the top of its grid. By default all do."""
     cut_off: float | None = Field(default=None, gt=0.0, le=100.0)
     """[m/s] frequency of the low-pass filters times the rotor radius; by default that of the set."""
     seed: int = Field(default=1, ge=0, lt=2**63)

@@ -126,6 +126,7 @@ class FarmWakes:
         self._parameters = {
             "spacing": self.spacing,
             "merging": merging,
+            "ceiling": settings.ceiling or math.inf,
             "eddy_spacing": EDDY_SPACING * largest,
             "eddy_speed_x": mean.speed * math.cos(mean.direction),
             "eddy_speed_y": -mean.speed * math.sin(mean.direction),

@@ -117,7 +117,7 @@ def test_filters_begin_and_end_as_the_standard_has_them() -> None:
 def test_averages_of_drift_have_their_diameter(name: str) -> None:
     points, model = average_points(SETS[name], D, 12), SETS[name]
     reach = np.hypot(points[:, 0], points[:, 1]).max()
-    assert reach == pytest.approx((1.11657 if model.windowed else 0.5) * model.meander * D, rel=0.03)
+    assert reach == pytest.approx((1.11657 if model.windowed else 0.5) * model.meander * D, rel=0.05)
     assert np.allclose(points[:, :2].T @ points[:, 2], 0.0, atol=1e-6 * points[:, 2].sum())
 
 
