@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 BasePoints = tuple[Float, Float]
 """Wind speeds [m/s] and thresholds [rad]."""
+Key = tuple[str, float, float, int]
+"""Model of the turbulence, wind speed [m/s], yaw error [rad] and seed of a run."""
 JUDGED = (YAW_BENDING, YAW_TORSION, TOP_SHEAR, TOWER_BASE)
 """Loads without limits of the user."""
 ERRORS = tuple(np.radians((0.0, 15.0, 30.0, 45.0, 60.0, 75.0)))
@@ -157,28 +159,12 @@ def find_limits(
             raise InputError(f"load limits: {name}: expected a positive number of {LOADS[name].unit}, found {value:g}")
     judged = tuple(limit or JUDGED)
     speeds = list(speeds_between(model.turbine.cut_in, model.turbine.cut_out) if speeds is None else speeds)
-    keys: list[tuple[str, float, float, int]] = []
+    keys: list[Key] = []
     for seed in seeds:
         for speed in speeds:
             keys += [("ntm", speed, sign * e, seed) for e in errors for sign in ((1.0, -1.0) if e > 0.0 else (1.0,))]
             keys += [("etm", speed, sign * DEAD_BAND, seed) for sign in (1.0, -1.0)] if limit is None else []
-    starts = {
-        (v, e): attempt(
-            f"steady operation at {v:g} m/s, {np.degrees(e):g} deg", operating_point, model, nwp(v, direction=e)
-        )
-        for v, e in {(speed, angle) for _, speed, angle, _ in keys}
-    }
-    cases = [
-        Run(
-            model=model,
-            wind=(ntm if kind == "ntm" else etm)(speed, wind_class, seed=seed, direction=angle),
-            duration=LEAD + length,
-            channels=CHANNELS,
-            start=starts[speed, angle],
-            name=f"{kind} {speed:g} m/s {np.degrees(angle):g} deg seed {seed}",
-        )
-        for kind, speed, angle, seed in keys
-    ]
+    cases = _cases(model, keys, wind_class, LEAD + length)
 
     def peaks(result: Result) -> dict[str, float]:
         part = result.between(LEAD, np.inf)
@@ -197,6 +183,27 @@ def find_limits(
                 value = np.inf if isinstance(peak, FailedResult) else peak[name]
                 of[speeds.index(speed), j, sides] = np.maximum(of[speeds.index(speed), j, sides], value)
     return YawLimits(np.array(speeds), np.array(errors), loads, dict(limit))
+
+
+def _cases(model: BladedModel, keys: Sequence[Key], wind_class: str, duration: float) -> list[Run]:
+    """Runs of model of the turbulence, wind speed [m/s], yaw error [rad] and seed."""
+    starts = {
+        (v, e): attempt(
+            f"steady operation at {v:g} m/s, {np.degrees(e):g} deg", operating_point, model, nwp(v, direction=e)
+        )
+        for v, e in {(speed, angle) for _, speed, angle, _ in keys}
+    }
+    return [
+        Run(
+            model=model,
+            wind=(ntm if kind == "ntm" else etm)(speed, wind_class, seed=seed, direction=angle),
+            duration=duration,
+            channels=CHANNELS,
+            start=starts[speed, angle],
+            name=f"{kind} {speed:g} m/s {np.degrees(angle):g} deg seed {seed}",
+        )
+        for kind, speed, angle, seed in keys
+    ]
 
 
 def limit_rows(found: YawLimits) -> tuple[list[str], list[list[str]]]:

@@ -43,8 +43,8 @@ def test_yaw_limits_write_the_settings_of_the_supervisor(command: Command, tmp_p
         (("--yaw-errors", "-10,10"), "--yaw-errors: expected at least two increasing values, none of them negative"),
         (("--strategy", "halt"), "--strategy, --recheck: strategy: expected 'derate', 'stop' or 'ignore'"),
         (("--class", "IVB"), "IVB"),
-        (("--seeds", 0), "--seeds 0: expected a number of seeds from 1 to 1000"),
-        (("--duration", 1), "--duration 1: expected at least 10"),
+        (("--seeds", 0), "--seeds 0: expected 1 to 1000"),
+        (("--duration", 1), "--duration 1: expected 10 to 100000"),
     ],
 )
 def test_what_has_no_limits_is_refused_at_once(

@@ -19,8 +19,8 @@ from meltemi_papers.claim import rows_of
 from meltemi_papers.he2018.claims import KINDS, flap_slopes, probability, share_at, thin_airfoil
 from meltemi_papers.he2018.designs import LIDARS
 from meltemi_papers.he2018.runs import PAPER
-from meltemi_papers.he2018.search import Minutes, estimate_wind
 from meltemi_studies.preview import Lidar, measured
+from meltemi_studies.wind_likelihood import Minutes, estimate_wind
 from meltemi_tuning.compare import WHOLE
 
 

@@ -17,7 +17,7 @@ from meltemi_papers.claim import rows_of
 from meltemi_papers.he2018.beyond import at_speed
 from meltemi_papers.he2018.claims import THREE, change, thin_airfoil
 from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, Runs
-from meltemi_papers.panels import Panel, channel, series
+from meltemi_reports.panels import Panel, channel, series
 from meltemi_reports.spectra_plots import plot_spectra
 from meltemi_tuning.compare import hub_moments
 

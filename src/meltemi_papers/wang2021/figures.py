@@ -12,10 +12,10 @@ from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.result import Result
-from meltemi_papers.panels import Panel, channel, series
 from meltemi_papers.wang2021.gust import DERATE, SIGNS, Gust, Gusts
 from meltemi_papers.wang2021.table2 import MOMENT, POWER, Table2
 from meltemi_papers.wang2021.winds import measured
+from meltemi_reports.panels import Panel, channel, series
 from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi_tuning.run_store import survivors
 

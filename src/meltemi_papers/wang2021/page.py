@@ -31,8 +31,8 @@ from meltemi_papers.wang2021.gust import (
     spread,
 )
 from meltemi_papers.wang2021.machines import YAW_CONTROLS
-from meltemi_papers.wang2021.runs import CALIBRATED, QUICK, YAW_RATE, Runs, Setup, run_all, run_gusts
-from meltemi_papers.wang2021.table2 import FITTED, LOOP_BINS, MOMENT, POWER
+from meltemi_papers.wang2021.runs import QUICK, YAW_RATE, Runs, Setup, run_all, run_gusts
+from meltemi_papers.wang2021.table2 import LOOP_BINS, MOMENT, POWER
 from meltemi_papers.wang2021.winds import measured
 from meltemi_reports.blocks import Table
 from meltemi_reports.state_diagram import plot_states
@@ -249,29 +249,12 @@ def grid_words(more: Beyond) -> str:
     )
 
 
-def calibrated_words(runs: Runs) -> str:
-    """How far the calibrated turbine is from the bins that were not fitted."""
-    table = runs.tables[CALIBRATED].whole()
-
-    def off(name: str, of: str, bins: range) -> str:
-        target = np.array([getattr(measured()[k - 1], of) for k in bins])
-        return f"{spread(100.0 * (table.column(name, 'mean')[[k - 1 for k in bins]] / target - 1.0), '+.1f')} %"
-
-    above, below = range(max(FITTED) + 1, len(measured()) + 1), range(3, min(FITTED))
-    return (
-        f"An aerodynamic penalty ({calibration_words(runs)}) leaves {off(POWER, 'power_mean', above)} in the mean "
-        f"power of the bins above those, {off(MOMENT, 'moment_mean', above)} in the mean flapwise moment, and "
-        f"{off(POWER, 'power_mean', below)} and {off(MOMENT, 'moment_mean', below)} in the bins at 4 and 5 m/s."
-    )
-
-
 def lead(lines: Sequence[Claim], runs: Runs, more: Beyond) -> str:
     """The result in a few sentences."""
     parts = [
         count_held(lines),
         worded(lambda: gust_words(runs.gusts), "The gust"),
         worded(lambda: grid_words(more), "The grid of gusts"),
-        worded(lambda: calibrated_words(runs), "Table 2"),
     ]
     return " ".join(parts)
 

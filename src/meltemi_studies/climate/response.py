@@ -137,16 +137,7 @@ def respond(
       FailedResultError: no seed is left.
       InputError: rated power is not reached at any of the speeds.
     """
-    icing, fast = icing or Icing(), setup.options
-    models = {(CLEAN, density): build(turbine, fast, Environment(air_density=density)) for density in setup.densities}
-    cold = Environment(air_density=setup.icing_density)
-    for state, on in ((ICED, None), (SHED, tuple(range(2, turbine.n_blades + 1)))):
-        if state in setup.states:
-            iced = with_ice(turbine, icing.replace(blades=on))
-            models[state, setup.icing_density] = build(iced, fast, cold)
-    if WET in setup.states:
-        wet = Environment(air_density=setup.rain_density, rain=RAIN)
-        models[WET, setup.rain_density] = build(turbine, fast, wet)
+    models = _models(turbine, setup, icing or Icing())
     progress(0.0, "steady operation")
     starts = {key: [operating_point(model, v) for v in setup.speeds] for key, model in models.items()}
     found: list[Float | FailedResult] = []
@@ -185,7 +176,7 @@ def respond(
     rated_winds = [rated_wind(model, starts[key]) for key, model in models.items()]
     n = len(setup.densities)
     clean = values[:n]
-    standard = build(turbine, fast, Environment(air_density=STANDARD))
+    standard = build(turbine, setup.options, Environment(air_density=STANDARD))
     return Response(
         turbine=turbine,
         setup=setup,
@@ -199,6 +190,21 @@ def respond(
         rated_wind=np.array(rated_winds[:n]),
         points=tuple(operating_point(standard, v) for v in setup.speeds),
     )
+
+
+def _models(turbine: Turbine, setup: Setup, icing: Icing) -> dict[tuple[str, float], BladedModel]:
+    """Models by condition and density [kg/m^3]."""
+    fast = setup.options
+    models = {(CLEAN, density): build(turbine, fast, Environment(air_density=density)) for density in setup.densities}
+    cold = Environment(air_density=setup.icing_density)
+    for state, on in ((ICED, None), (SHED, tuple(range(2, turbine.n_blades + 1)))):
+        if state in setup.states:
+            iced = with_ice(turbine, icing.replace(blades=on))
+            models[state, setup.icing_density] = build(iced, fast, cold)
+    if WET in setup.states:
+        wet = Environment(air_density=setup.rain_density, rain=RAIN)
+        models[WET, setup.rain_density] = build(turbine, fast, wet)
+    return models
 
 
 def rated_wind(model: BladedModel, points: Sequence[OperatingPoint]) -> float:

@@ -37,15 +37,13 @@ def climate(
 
     described = aeroelastic(load_turbine(turbine), "meltemi climate")
     as_class(wind_class, None)
-    for option, number, low, high in (
+    _check(
         ("--altitude", altitude, -500.0, 9000.0),
         ("--wind-height", wind_height, 1.0, 500.0),
         ("--shear", shear, 0.0, 0.5),
         ("--seeds", seeds, 1, 1000),
         ("--duration", duration, 20.0, 1e5),
-    ):
-        if number is not None and not low <= number <= high:
-            raise InputError(f"{option} {number:g}: expected {low:g} to {high:g}")
+    )
     given = {"altitude": altitude, "wind_height": wind_height}
     weather = Path(site).suffix.lower() in (".csv", ".epw")
     if not weather and any(value is not None for value in given.values()):
@@ -78,28 +76,23 @@ def climate(
         print_table(f"{described.name}, {year.name}: {table.caption}", table.head, table.texts)
     if year.missing:
         print(f"{year.missing} hours without temperature, humidity or wind are left out")
-    hourly = [
-        [str(i), str(m), *map(written, (t, h, d, p))]
-        for i, (m, t, h, d, p) in enumerate(
-            zip(
-                year.month,
-                year.temperature,
-                year.humidity,
-                result.density,
-                result.by_period / year.hours / 3.6e6,
-                strict=True,
-            ),
-            start=1,
-        )
-    ]
     files = [
         write_csv(out / f"{name}.csv", [" ".join(h.split()) for h in t.head], t.texts) for name, t in tables.items()
     ]
     head = ["period", "month", "temperature [degC]", "humidity [-]", "density [kg/m³]", "mean power [kW]"]
-    files.append(write_csv(out / "periods.csv", head, hourly))
+    columns = year.temperature, year.humidity, result.density, result.by_period / year.hours / 3.6e6
+    rows = [[str(m), *map(written, x)] for m, *x in zip(year.month, *columns, strict=True)]
+    files.append(write_csv(out / "periods.csv", head, [[str(i), *row] for i, row in enumerate(rows, start=1)]))
     wrote(*files, save(years_figure(found), out / "climate.png"))
     suggest("power-curve", turbine, "--out", out)
     for cell, why in failed.items():
         say(f"failed: {cell}: {why}")
     if failed:
         raise typer.Exit(1)
+
+
+def _check(*ranges: tuple[str, float | None, float, float]) -> None:
+    """Test that options lie within their ranges, where they are given."""
+    for option, number, low, high in ranges:
+        if number is not None and not low <= number <= high:
+            raise InputError(f"{option} {number:g}: expected {low:g} to {high:g}")

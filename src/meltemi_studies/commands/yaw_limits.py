@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import radians
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,7 +13,11 @@ from meltemi.app.scans import angles_of, speeds_of
 from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 
-MOST_SEEDS = 1000
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Float = NDArray[np.float64]
 
 
 def yaw_limits(
@@ -53,16 +57,15 @@ def yaw_limits(
 
     described = aeroelastic(load_turbine(turbine), "meltemi yaw-limits")
     as_class(wind_class, None)
-    speeds = None if wind_speeds is None else speeds_of(wind_speeds)
-    errors = [radians(angle) for angle in angles_of(yaw_errors, "--yaw-errors")]
-    for option, values in (("--wind-speeds", speeds), ("--yaw-errors", errors)):
-        if values is not None and (len(values) < 2 or values != sorted(set(values)) or values[0] < 0.0):
-            raise InputError(f"{option}: expected at least two increasing values, none of them negative")
-    if not 1 <= seeds <= MOST_SEEDS:
-        raise InputError(f"--seeds {seeds}: expected a number of seeds from 1 to {MOST_SEEDS}")
-    for option, number, least in (("--duration", duration, 10.0), ("--allowance", allowance, 0.1)):
-        if not least <= number < 1e5:
-            raise InputError(f"{option} {number:g}: expected at least {least:g}")
+    speeds = None if wind_speeds is None else _ascending("--wind-speeds", speeds_of(wind_speeds))
+    errors = _ascending("--yaw-errors", [radians(angle) for angle in angles_of(yaw_errors, "--yaw-errors")])
+    for option, number, least, most in (
+        ("--seeds", seeds, 1, 1000),
+        ("--duration", duration, 10, 1e5),
+        ("--allowance", allowance, 0.1, 100),
+    ):
+        if not least <= number <= most:
+            raise InputError(f"{option} {number:g}: expected {least:g} to {most:g}")
     from meltemi.control.supervisor.threshold import YawProtection
     from meltemi.loadcases.case import LoadCase
     from meltemi.report.plots import save
@@ -74,34 +77,29 @@ def yaw_limits(
     settings = {"strategy": strategy, "recheck_time": recheck}
     validated(settings, YawProtection, "--strategy, --recheck")
     folder_for(out)
-    with run_store(out, repr(("yaw-limits", described.content_hash()))) as book:
-        with simulation_bar("yaw limits") as progress:
-            found = study.find_limits(
-                build(described, ModelOptions(yaw="held")),
-                range(1, seeds + 1),
-                wind_class=wind_class,
-                speeds=speeds,
-                errors=errors,
-                limit=limit,
-                allowance=allowance,
-                length=duration,
-                workers=workers,
-                progress=progress,
-            )
+    arguments: dict[str, Any] = {
+        "wind_class": wind_class,
+        "speeds": speeds,
+        "errors": errors,
+        "limit": limit,
+        "allowance": allowance,
+    }
+    model = build(described, ModelOptions(yaw="held"))
+    with (
+        run_store(out, repr(("yaw-limits", described.content_hash()))) as book,
+        simulation_bar("yaw limits") as progress,
+    ):
+        found = study.find_limits(
+            model, range(1, seeds + 1), length=duration, workers=workers, progress=progress, **arguments
+        )
         failed = dict(book.failed)
     head, rows = study.limit_rows(found)
     print_table(f"{described.name}: largest load over its limit, over the yaw error", head, rows)
     print(f"limits: {study.limit_words(found)}")
-    speed, thresholds = found.base_points
-    protection = settings | {"wind_speeds": speed.tolist(), "thresholds": thresholds.round(4).tolist()}
-    case = {
-        "turbine": turbine if turbine in list_turbines() else str(Path(turbine).resolve()),
-        "wind": {"kind": "iec", "model": "ECD", "speed": float(speed[len(speed) // 2]), "begin": 20.0},
-        "duration": 200.0,
-        "options": {"yaw": "driven"},
-        "controller": {"kind": "supervised", "yaw": {}, "protection": protection},
-    }
-    write_record(validated(case, LoadCase, "yaw_limits.yaml"), out / "yaw_limits.yaml")
+    name = turbine if turbine in list_turbines() else str(Path(turbine).resolve())
+    write_record(
+        validated(_case(name, *found.base_points, settings), LoadCase, "yaw_limits.yaml"), out / "yaw_limits.yaml"
+    )
     wrote(
         write_csv(out / "yaw_limits.csv", head, rows),
         save(study.plot_limits(found), out / "yaw_limits.png"),
@@ -112,6 +110,24 @@ def yaw_limits(
         say(f"failed: {cell}: {why}")
     if failed:
         raise typer.Exit(1)
+
+
+def _ascending(option: str, values: list[float]) -> list[float]:
+    if len(values) < 2 or values != sorted(set(values)) or values[0] < 0.0:
+        raise InputError(f"{option}: expected at least two increasing values, none of them negative")
+    return values
+
+
+def _case(turbine: str, speeds: Float, thresholds: Float, settings: dict[str, Any]) -> dict[str, Any]:
+    """A case with these base points, in a gust with direction change at the middle wind speed."""
+    protection = settings | {"wind_speeds": speeds.tolist(), "thresholds": thresholds.round(4).tolist()}
+    return {
+        "turbine": turbine,
+        "wind": {"kind": "iec", "model": "ECD", "speed": float(speeds[len(speeds) // 2]), "begin": 20.0},
+        "duration": 200.0,
+        "options": {"yaw": "driven"},
+        "controller": {"kind": "supervised", "yaw": {}, "protection": protection},
+    }
 
 
 def _limits(text: str) -> dict[str, float]:

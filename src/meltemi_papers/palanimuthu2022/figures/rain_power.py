@@ -13,7 +13,8 @@ from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure
 from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.figures.look import MEGA, beside, label, shades
-from meltemi_papers.palanimuthu2022.machine import BLADES, Rotor, rotor
+from meltemi_papers.palanimuthu2022.machine import BLADES, rotor
+from meltemi_studies.coefficient_rotor import Rotor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -26,7 +26,7 @@ from meltemi_papers.palanimuthu2022.runs import (
     power_ratio,
     ratio,
 )
-from meltemi_papers.panels import Panel, channel
+from meltemi_reports.panels import Panel, channel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
