@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.rotational_augmentation import RotationalAugmentation
 from meltemi.aero.tables import AeroNode
+from meltemi.aero.variants import RotationalAugmentation
 from meltemi.report.palette import COLOURS, INK, SHADE
 from meltemi.report.plots import new_figure
 from meltemi.simulation.bladed.rotor import BladedModel

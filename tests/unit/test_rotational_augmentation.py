@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import ModelOptions, Turbine
-from meltemi.aero.rotational_augmentation import RotationalAugmentation, augmented
+from meltemi.aero.rotational_augmentation import augmented
 from meltemi.aero.tables import AeroNode, PolarPoint, SectionConstants
+from meltemi.aero.variants import RotationalAugmentation
 from meltemi.simulation.bladed.rotor import BladedModel
 
 Float = NDArray[np.float64]
