@@ -153,11 +153,13 @@ def study(turbine: Turbine, quick: bool, *, workers: int | None, progress: Progr
         return PowerController(turbine, performance, PowerControl.model_validate(settings))
 
     laws = {scheme: law(scheme=scheme) for scheme in schemes}
-    costs = _compared(turbine, setup, asked, laws, workers, lambda share, what: progress(0.75 * share, what))
+    costs = _compared(turbine, setup, asked, laws, workers, lambda share, what: progress(0.75 * share, what), "schemes")
     others = {f"A2, {100.0 * x:.0f} %": law(scheme="A2", upper_speed=x * rated) for x in UPPER[:: 3 if quick else 1]}
     laws = {"A2": law(scheme="A2"), "A0": law(scheme="A0"), "A1": law(scheme="A1"), **others}
     level = [(STEADY, FRONT_LEVEL)]
-    front = _compared(turbine, setup, level, laws, workers, lambda share, what: progress(0.75 + 0.25 * share, what))
+    front = _compared(
+        turbine, setup, level, laws, workers, lambda share, what: progress(0.75 + 0.25 * share, what), "upper speeds"
+    )
     return Costs(costs, next(iter(front.values())))
 
 
@@ -168,8 +170,9 @@ def _compared(
     laws: Mapping[str, Controller],
     workers: int | None,
     progress: Progress,
+    what: str,
 ) -> Tables:
-    """Controllers in all winds, by what is asked for."""
+    """Controllers in all winds, by what is asked for; ``what`` names the comparison."""
     model = build(turbine, few_modes(turbine))
     start, duration = operating_point(model, setup.speed), setup.begin + setup.length
 
@@ -182,7 +185,9 @@ def _compared(
             grid = PowerGrid(power_reference=reference(setup, turbine.rated_power, level, signal, seed))
             for scheme, law in laws.items():
                 given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
-                yield Run(model, wind, duration=duration, controller=law, name=f"{signal} {level:g} {scheme}", **given)
+                yield Run(
+                    model, wind, duration=duration, controller=law, name=f"{what}, {signal} {level:g} {scheme}", **given
+                )
 
     rows = by_seed(
         setup.seeds,
@@ -192,7 +197,7 @@ def _compared(
         reduced,
         workers=workers,
         progress=progress,
-        what="what the schemes cost",
+        what=what,
     )
     return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
 
