@@ -21,6 +21,7 @@ from meltemi.core.errors import InputError, RunError
 from meltemi.core.threads import available_cores
 from meltemi.loadcases.case import case_run, case_turbine
 from meltemi.maths.tables import View
+from meltemi.simulation import step
 from meltemi.simulation.case import Case
 from meltemi.simulation.operating_point import OperatingPoint, steady_wind
 from meltemi.simulation.plan import multiple
@@ -137,8 +138,11 @@ class Turbine:
         run.case.clock.next_event = max(int(run.case.clock.next_event), 1)  # the controller hears of the limit
 
     def measurements(self) -> View:
-        """A copy of what its controller has measured last."""
-        return View(Measurements, self.simulation.case.measured.copy())
+        """What its sensors measure now, also before its own controller is called for the first time."""
+        run = self.simulation
+        t = float(run.case.clock.step) * run.dt
+        step.sense(t, int(run.case.clock.next_event), run.case.control, run.case.system)
+        return View(Measurements, run.case.measured.copy())
 
 
 @dataclass(frozen=True)

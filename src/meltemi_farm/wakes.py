@@ -34,6 +34,8 @@ RADII = 60
 """Points of a profile."""
 BEYOND = 3.0
 """Rotor diameters behind the last turbine that a wake reaches."""
+FURTHEST = 20.0
+"""Rotor diameters at which every wake ends."""
 SLOWEST = 0.3
 """Of the mean wind, with which a wake drifts: the planes for which there is memory."""
 DEVELOPED = 0.6
@@ -111,7 +113,7 @@ class FarmWakes:
         self.positions, self.diameters, self.hubs, self.step = positions, diameters, hubs, step
         n, largest = len(positions), max(diameters)
         apart = np.linalg.norm(positions[:, None] - positions[None], axis=2)
-        self.reach = apart.max(axis=1) + BEYOND * largest
+        self.reach = np.minimum(apart.max(axis=1) + BEYOND * largest, FURTHEST * largest)
         self.spacing = largest / settings.radial_points
         self.r = self.spacing * np.arange(RADII, dtype=np.float64)
         most = math.ceil(float(self.reach.max()) / (SLOWEST * mean.speed * step)) + 4
