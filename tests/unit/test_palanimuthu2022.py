@@ -1,4 +1,4 @@
-"""The parts of the reproduction that need no simulation: claims from formulas, errors of the paper, diagrams."""
+"""The parts of the reproduction that need no simulation: claims from formulas, errors of the paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Page of the study: claims, errors of the paper, figures, diagrams, results beyond the paper."""
+"""Page of the study: claims, errors of the paper, figures, results beyond the paper."""
 
 from __future__ import annotations
 
