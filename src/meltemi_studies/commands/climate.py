@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from meltemi.app.options import TurbineArgument
+from meltemi.app.options import TurbineArgument, WorkersOption
 from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 
@@ -26,7 +26,7 @@ def climate(
     shear: Annotated[float, typer.Option(help="Power-law exponent with which it is taken to the hub.")] = 0.14,
     seeds: Annotated[int, typer.Option("--seeds", help="Seeds of the turbulence.")] = 2,
     duration: Annotated[float, typer.Option("--duration", help="Judged time of each run [s], after 30 s.")] = 300.0,
-    workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
+    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute energy and loads of a year of weather against standard air: tables, plot, hourly or monthly CSV."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import TurbineArgument
+from meltemi.app.options import TurbineArgument, WorkersOption
 from meltemi.app.scans import angles_of, speeds_of
 from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
@@ -44,7 +44,7 @@ def yaw_limits(
     recheck: Annotated[float, typer.Option(help="Time after which a derated turbine looks again [s].")] = 90.0,
     seeds: Annotated[int, typer.Option("--seeds", help="Number of wind fields.")] = 2,
     duration: Annotated[float, typer.Option("--duration", help="Judged time of each run [s], after 30 s.")] = 150.0,
-    workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
+    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Find the yaw errors that load limits allow over wind speed: table, plot, a case with these settings."""
