@@ -177,7 +177,8 @@ def _add_table(word: Any, table: Table) -> None:
         lines = "<w:br/>".join(f'<w:t xml:space="preserve">{escape(line)}</w:t>' for line in text.split("\n"))
         border = '<w:tcBorders><w:bottom w:val="single" w:sz="4"/></w:tcBorders>' if head else ""
         return (
-            f"<w:tc><w:tcPr>{border}</w:tcPr><w:p><w:pPr><w:spacing w:after='0'/><w:jc w:val='{side}'/></w:pPr>"
+            f"<w:tc><w:tcPr>{widths[j]}{border}</w:tcPr><w:p><w:pPr><w:spacing w:before='30' w:after='0'/>"
+            f"<w:jc w:val='{side}'/></w:pPr>"
             f"<w:r><w:rPr>{weight}<w:sz w:val='{size}'/></w:rPr>{lines}</w:r></w:p></w:tc>"
         )
 
@@ -188,14 +189,33 @@ def _add_table(word: Any, table: Table) -> None:
         return f"<w:tr>{repeated}{cells}</w:tr>"
 
     rows = [[words(value) for value in cells] + [""] * (len(table.head) - len(cells)) for cells in table.rows]
+    shares = _shares([list(table.head), *rows])
+    widths = [f'<w:tcW w:w="{share}" w:type="dxa"/>' for share in shares]
     head = row(list(table.head), -1) if any(table.head) else ""
     body = head + "".join(row(texts, i) for i, texts in enumerate(rows))
     margins = "".join(f'<w:{side} w:w="40" w:type="dxa"/>' for side in ("left", "right"))
-    grid = "<w:gridCol/>" * len(table.head)
+    grid = "".join(f'<w:gridCol w:w="{share}"/>' for share in shares)
     xml = (
-        f'<w:tbl xmlns:w="{SPACE}"><w:tblPr><w:tblW w:w="0" w:type="auto"/>'
+        f'<w:tbl xmlns:w="{SPACE}"><w:tblPr><w:tblW w:w="{sum(shares)}" w:type="dxa"/>'
+        '<w:tblLayout w:type="fixed"/>'
         f"<w:tblCellMar>{margins}</w:tblCellMar></w:tblPr>"
         f"<w:tblGrid>{grid}</w:tblGrid>{body}</w:tbl>"
     )
     after = word.add_paragraph(table.note)
     after._p.addprevious(import_module("docx.oxml").parse_xml(xml))
+
+
+def _shares(rows: Sequence[Sequence[str]]) -> list[int]:
+    """Widths of columns [1/20 pt] for their texts; programs of offices would give all columns the same.
+
+    Columns get what their longest line needs while the page has it; else long texts share what short ones leave.
+    """
+    page, letter = round(56.7 * WIDTH), 90
+    wanted = [
+        letter * (2 + max(len(line) for text in column for line in text.split("\n")))
+        for column in zip(*rows, strict=True)
+    ]
+    most = page
+    while sum(min(each, most) for each in wanted) > page and most > letter:
+        most -= letter
+    return [min(each, most) for each in wanted]

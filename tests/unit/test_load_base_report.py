@@ -356,6 +356,8 @@ def test_every_kind_of_block_is_in_a_word_file_and_a_workbook(tmp_path: Path) ->
     assert len(word.inline_shapes) == 5 and "Line; Rose; a sketch" in texts
     rows = [[cell.text for cell in row.cells] for row in word.tables[2].rows]
     assert rows == [["name", "load\nkN", "share\n%", "x", "case"], ["one", "12346; 1.25; DLC 1.3", "50.0", "", "c2"]]
+    widths = [cell.width for cell in word.tables[2].rows[1].cells]
+    assert widths[1] == max(widths) > 3 * widths[2] and sum(widths) < library.shared.Mm(257)
     book = openpyxl.load_workbook(write_workbook(tmp_path / "a.xlsx", document))
     assert book.sheetnames == ["Report", "One", "One, hub", "One, tower"]
     assert [cell.value for cell in book["One, hub"][3]] == ["one", 12345.678, 50, None, "c2"]
