@@ -638,3 +638,11 @@ def test_the_speed_loop_is_as_fast_as_the_turbines_own(machine: PowerTurbine) ->
     row = np.array([np.interp((RATED / power) ** (1.0 / 3.0), rotor.share, line) for line in rotor.sensitivity])
     own = shaft_inertia(machine) * frequency(machine) ** 2 / (power / speed * np.interp(at, rotor.pitch, row))
     assert own == pytest.approx(0.5 * machine.control.pitch.integral_gain, rel=1e-9)
+
+
+def test_a_rotor_whose_power_grows_with_pitch_is_refused_in_words(machine: PowerTurbine) -> None:
+    """Its speed loop has no frequency; the square root of a negative number ended in a bare message."""
+    growing = performance(BEM[:, :1] * (1.0 + 0.02 * np.array(tuple(BLADES))))
+    with pytest.raises(InputError, match=r"does not fall with pitch at gain_halving_pitch = 10.7 deg.*correct control"):
+        power_settings(machine, growing, PowerControl())
+    assert power_settings(machine, growing, PowerControl(frequency=0.1))

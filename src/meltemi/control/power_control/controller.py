@@ -206,6 +206,9 @@ def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -
 
     At the pitch where its gains are halved, with the sensitivity that the rotor has there; where the rotor is known at
     one pitch only, in proportion to rated speed as for the NREL 5 MW.
+
+    Raises:
+      InputError: power there does not fall with pitch.
     """
     pitch, rated = turbine.control.pitch, turbine.control.torque.rated_power
     ratio, speed = turbine.drivetrain.gear_ratio, turbine.rated_rotor_speed
@@ -215,6 +218,12 @@ def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -
     optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * best_power / best_ratio**3 * speed**3
     at_share = [np.interp((rated / optimal) ** (1.0 / 3.0), rotor.share, row) for row in rotor.sensitivity]
     slope = float(np.interp(pitch.gain_halving_pitch, rotor.pitch, at_share)) * optimal / speed
+    if not slope * pitch.integral_gain > 0.0:
+        raise InputError(
+            f"{turbine.name}: rotor power does not fall with pitch at gain_halving_pitch = "
+            f"{math.degrees(pitch.gain_halving_pitch):.3g} deg, so the speed loop of power control has no frequency of "
+            "its own; correct control.pitch.gain_halving_pitch, or give the frequency of the settings"
+        )
     own = math.sqrt(0.5 * pitch.integral_gain * ratio * slope / inertia)
     return min(own, FILTERED * turbine.control.filter_frequency)
 
