@@ -78,7 +78,7 @@ def viscosity(
 
 
 @kernel
-def one_step(
+def one_step(  # noqa: PLR0913 - arrays of a kernel
     V: Float, Vr: Float, nu: Float, U: float, way: float, spacing: float, new: Float, new_r: Float, work: Float
 ) -> None:
     """Profiles after a way [m] downstream (K-7, K-8).

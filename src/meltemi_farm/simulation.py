@@ -210,7 +210,7 @@ class FarmResult:
         return self.wakes[i]
 
 
-def simulate_farm(
+def simulate_farm(  # noqa: PLR0913 - options of a simulation, each with a default
     farm: Farm,
     wind: float | AnyWind,
     *,

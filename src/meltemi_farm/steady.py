@@ -29,7 +29,7 @@ def mixing_of(model: WakeSet, diameter: float) -> Mixing:
     )
 
 
-def steady_wake(
+def steady_wake(  # noqa: PLR0913 - dimensions of a wake, by name
     model: WakeSet,
     thrust: float | Float,
     intensity: float,

@@ -189,7 +189,7 @@ def _whole(gears: Any) -> Any:
     The latter are those of ``Case.settle``, ``Case.begin_parts`` and ``start.begin``.
     """
 
-    def whole(
+    def whole(  # noqa: PLR0913 - the time loop's own arguments
         n_steps: int,
         controller: Any,
         sweeps: int,

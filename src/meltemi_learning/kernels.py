@@ -319,7 +319,7 @@ def loop_type(*records: Any) -> Any:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def _loop_at(
+def _loop_at(  # noqa: PLR0913 - the time loop's own arguments
     typing_context: Any, c: Any, py: Any, jit: Any, run: Any, control: Any, m: Any, one: Any, plain: Any, sections: Any
 ) -> Any:
     """The time loop for records of the types of these, from its three addresses."""
@@ -353,7 +353,7 @@ def addresses(function: Any) -> Any:
     return _addresses(function)
 
 
-def step_turbines(
+def step_turbines(  # noqa: PLR0913 - called by its address: no records
     words: Any,
     which: Any,
     actions: Any,

@@ -74,7 +74,7 @@ class IcingEffects(Brief):
     first: Mapping[str, Mapping[str, Float]]
 
 
-def icing_effects(
+def icing_effects(  # noqa: PLR0913 - options of a study, each with a default
     turbine: Turbine,
     icing: Icing | None = None,
     *,

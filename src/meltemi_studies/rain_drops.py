@@ -83,7 +83,7 @@ def blade_shape(turbine: Turbine) -> BladeShape:
     )
 
 
-def drop_loads(
+def drop_loads(  # noqa: PLR0913 - quantities of the formula, by name
     blades: BladeShape,
     water_content: float,
     wind_speed: float,

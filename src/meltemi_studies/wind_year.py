@@ -149,7 +149,7 @@ def course(x: float, time: float, number: float) -> float:
 
 
 @njit(nogil=True)  # type: ignore[untyped-decorator]
-def live(
+def live(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
     seconds: int,
     seed: int,
     fronts: float,

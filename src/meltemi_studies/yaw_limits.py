@@ -118,7 +118,7 @@ def speeds_between(cut_in: float, cut_out: float) -> Float:
     return np.unique(np.round(np.linspace(cut_in + 2.0, cut_out, N_SPEEDS)))
 
 
-def find_limits(
+def find_limits(  # noqa: PLR0913 - options of a study, each with a default
     model: BladedModel,
     seeds: Sequence[int],
     *,

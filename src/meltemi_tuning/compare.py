@@ -275,7 +275,7 @@ class Comparison(Brief):
         return found
 
 
-def compare(
+def compare(  # noqa: PLR0913 - options of a study, each with a default
     model: BladedModel,
     controllers: Mapping[str, Controller | Callable[[Wind], Controller]],
     winds: Sequence[AnyWind],

@@ -101,7 +101,7 @@ def relative(
     return Row(what, case, unit, reference, ours, 100.0 * (ours - reference) / scale, "%", band, beside)
 
 
-def difference(
+def difference(  # noqa: PLR0913 - the columns of a row
     what: str,
     case: str,
     unit: str,

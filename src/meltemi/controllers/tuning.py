@@ -121,7 +121,7 @@ class LoopTuning(Brief):
     factor: float = 1.0
 
 
-def tune_ipc(
+def tune_ipc(  # noqa: PLR0913 - design choices, each with a default
     model: BladedModel,
     harmonic: int = 1,
     actuator: Actuator = "pitch",

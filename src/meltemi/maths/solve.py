@@ -29,7 +29,7 @@ def cholesky(A: Float, n: int) -> None:
 
 
 @kernel
-def solve_arrow(D: Float, C: Float, f: Float, A: Float, g: Float, n_arms: int, n_arm: int, n_core: int) -> None:
+def solve_arrow(D: Float, C: Float, f: Float, A: Float, g: Float, n_arms: int, n_arm: int, n_core: int) -> None:  # noqa: C901 - elimination written out, without temporaries
     """Solve a symmetric system with an arrow structure, whose arms couple only through a core, in place.
 
         [ D_0           C_0 ] [x_0]   [f_0]

@@ -85,7 +85,7 @@ class WindSeries(Record, Viewed):
 
     if TYPE_CHECKING:
 
-        def __init__(
+        def __init__(  # noqa: PLR0913 - the columns of a wind file
             self,
             *,
             time: ArrayLike,

@@ -80,7 +80,7 @@ class Written:
 
 
 @one_blas_thread
-def write_openfast(
+def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     turbine: AnyTurbine,
     folder: str | Path,
     *,

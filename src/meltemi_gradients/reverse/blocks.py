@@ -156,7 +156,7 @@ class Reverse:
         old = self.e.new(f"load {kind}, ptr {at}")
         self.e.do(f"store {kind} {self.e.op('fadd', kind, old, total)}, ptr {at}")
 
-    def _adjoint(self, each: Instruction) -> None:
+    def _adjoint(self, each: Instruction) -> None:  # noqa: C901 - a rule for each instruction
         e, kind, operation, x = self.e, each.kind, each.operation, each.operands
         if operation == "store":
             if is_float(kind) and not self.part.inert(x[1].name):
@@ -233,7 +233,7 @@ class Reverse:
                 term = e.new(f"shufflevector {each.kind} {a}, {each.kind} zeroinitializer, <{n} x i32> <{indices}>")
                 self.add(operand, x.kind, term)
 
-    def _adjoint_of_call(self, each: Instruction) -> None:
+    def _adjoint_of_call(self, each: Instruction) -> None:  # noqa: C901 - a rule for each function
         e, part, x = self.e, self.part, each.operands
         if NOTHING.match(each.callee):
             return

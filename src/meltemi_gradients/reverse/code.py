@@ -249,7 +249,7 @@ def _inside(text: str, begin: int) -> str:
     return text[begin : at - 1]
 
 
-def _instruction(text: str) -> Instruction:
+def _instruction(text: str) -> Instruction:  # noqa: C901, PLR0915 - a form for each instruction
     name, rest = "", text
     found = re.match(r"(%\w+) = ", text)
     if found:

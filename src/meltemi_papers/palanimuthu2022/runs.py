@@ -182,7 +182,7 @@ def staircase(levels: Sequence[float], lead: float, first: float) -> TimeSeries:
     return TimeSeries(time=np.array([0.0, *np.repeat(edges, 2), edges[-1] + INTERVAL]), value=values)
 
 
-def _case(
+def _case(  # noqa: PLR0913 - what differs between the figures' runs
     machine: PowerTurbine,
     settings: PowerControl,
     wind: AnyWind,

@@ -38,7 +38,7 @@ SIGNS = (1.0, -1.0)
 """Of the test signal of the margins."""
 
 
-def run_bench(
+def run_bench(  # noqa: PLR0913 - options of a study, each with a default
     model: BladedModel,
     entries: Sequence[Contender],
     suite: Sequence[Situation],

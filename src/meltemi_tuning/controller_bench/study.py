@@ -26,7 +26,7 @@ TUNING = 0.05
 """Share of the time that the tuning of schemes takes, for the progress."""
 
 
-def bench_controllers(
+def bench_controllers(  # noqa: PLR0913 - options of a study, each with a default
     turbine: AnyTurbine,
     controllers: Mapping[str, Controller | Callable[[Turbine], Controller] | str] | Sequence[str],
     *,

@@ -36,7 +36,7 @@ INPUT_SIZE, ROOT_SIZE, PITCH_OVERRIDE, TORQUE_OVERRIDE, AZIMUTH, HUB_Y, HUB_Z, B
 """Places of records in the swap array, which counts from 0 here."""
 
 
-def BladedController(
+def BladedController(  # noqa: PLR0913 - settings of one library, each with a default
     turbine: AnyTurbine,
     library: str | Path,
     input_file: str | Path | None = None,

@@ -236,7 +236,7 @@ def region(law: BaselineState) -> float:
 
 
 @kernel
-def quantities(
+def quantities(  # noqa: C901 - one line of conditions after the other
     x: SupervisedState, speed: float, twin: float, measured: Measurements, demands: Demands, dt: float
 ) -> None:
     """Quantities of the conditions from the measurements, with the state of yaw protection before this call."""

@@ -98,7 +98,7 @@ def eog(
     return _series(turbine, v_hub, f"EOG{years or ''}", duration, begin, direction, k.label, gust=gust)
 
 
-def edc(
+def edc(  # noqa: PLR0913 - quantities that the standard names
     turbine: AnyTurbine,
     speed: float,
     wind_class: str | WindClass,

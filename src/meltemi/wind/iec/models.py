@@ -102,7 +102,7 @@ MODELS: dict[str, IecModel] = {model.name: model for model in _TABLE}
 """The models by name."""
 
 
-def iec_wind(
+def iec_wind(  # noqa: PLR0913 - quantities that the standard names
     model: str,
     *,
     turbine: AnyTurbine | None = None,
