@@ -10,7 +10,7 @@ from meltemi_verification import offshore
 from meltemi_verification.known import KNOWN
 from meltemi_verification.table import Verdict
 
-pytestmark = [pytest.mark.rosco, pytest.mark.slow]
+pytestmark = pytest.mark.rosco
 
 
 def test_frequencies_in_water_and_air() -> None:

@@ -152,7 +152,8 @@ def _known(names: tuple[str, ...]) -> dict[str, Channel]:
                 last,
                 flaps=MAX_FLAPS,
                 gears=(0, GEARS),
-                further=disk + channels_of_group("electrical"),
+                further=sum((channels_of_group(group) for group in ("electrical", "sea")), disk)
+                + channels_of_group("pile_station", min(last, 9)),
             )
         )
         every |= catalogue(Contents(0, gears=(GEARS, GEARS + 1)))  # a stage may be of either kind
