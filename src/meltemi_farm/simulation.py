@@ -46,8 +46,8 @@ SAMPLES = 8
 """Of each rotor between two exchanges."""
 STEP = 2.0
 """[s] longest between exchanges, by default."""
-PASSES = 2
-"""Developments of the wakes before a run: the second one with the operating points in the wakes of the first."""
+LEVEL = 0.125
+"""Of the mean wind: step between the operating points that wakes develop with."""
 
 
 class RotorReader:
@@ -352,19 +352,26 @@ class FarmMarch:
 
     def _develop(self, wakes: FarmWakes, yaw: Float) -> list[OperatingPoint | Start]:
         """Let the wakes develop before the run, in its wind; returns the states in which its turbines start."""
-        winds = [self.mean] * len(self.runs)
-        for _ in range(PASSES):
-            starts = [
-                initial_state(run.model, wind, run.start() if callable(run.start) else run.start)[0]  # type: ignore[arg-type]
-                for run, wind in zip(self.runs, winds, strict=True)
-            ]
-            states = [
-                _steady_rotor(run, wind, start, float(angle))
-                for run, wind, start, angle in zip(self.runs, winds, starts, yaw, strict=True)
-            ]
-            shares = wakes.develop(states, self._together)
-            winds = [self.mean.replace(speed=float(share) * self.mean.speed) for share in shares]
-        return starts
+        given = [run.start() if callable(run.start) else run.start for run in self.runs]
+        known: dict[tuple[int, int, float, int], RotorState] = {}
+
+        def start(i: int, share: float) -> tuple[SteadyWind, OperatingPoint | Start]:
+            wind = self.mean.replace(speed=share * self.mean.speed)
+            return wind, initial_state(self.runs[i].model, wind, given[i])[0]  # type: ignore[arg-type]
+
+        def steady(i: int, level: int) -> RotorState:
+            key = id(self.runs[i].model), id(given[i]), float(yaw[i]), level
+            if key not in known:
+                known[key] = _steady_rotor(self.runs[i], *start(i, level * LEVEL), float(yaw[i]))
+            return known[key]
+
+        def rotor(i: int, share: float) -> RotorState:
+            level = math.ceil(share / LEVEL - 1e-9)
+            w = level - share / LEVEL
+            return steady(i, level) if w < 1e-6 else steady(i, level).mixed(steady(i, level - 1), w)
+
+        shares = wakes.develop(rotor, self._together)
+        return [start(i, float(share))[1] for i, share in enumerate(shares)]
 
     def _together(self, function: Callable[[int], Any]) -> list[Any]:
         """Call a function for all turbines, on threads."""

@@ -28,7 +28,7 @@ def test_a_farm_of_a_file_writes_table_figure_and_results(command: Command, tmp_
     assert sorted(ran.files) == sorted(out / name for name in names)
     rows = list(csv.DictReader((out / "farm.csv").read_text().splitlines()))
     assert [row["turbine"] for row in rows] == ["T1", "T2", "farm"]
-    change = [float(next(value for name, value in row.items() if name.startswith("power %"))) for row in rows]
+    change = [float(row["power [%]"]) for row in rows]
     assert change[0] == 0.0
     assert change[1] < -40.0 < change[2] < -15.0
 
