@@ -20,8 +20,8 @@ from meltemi_farm.layout import LARGEST
 
 _CONSTANTS = (
     "Mod_Wake 1; Mod_WakeDiam 1; Mod_Meander 3; C_Meander 1.9; C_NearWake 1.8; C_HWkDfl_O 0; C_HWkDfl_OY 0.3; "
-    "C_HWkDfl_x 0; C_HWkDfl_xY -0.004; k_vAmb 0.05 1 0 1 0.01; k_vShr 0.016 0.2 3 25 0.1; C_vAmb_FMin 1; C_vAmb_DMin 0; "
-    "C_vAmb_DMax 1; C_vAmb_Exp 0.01; C_vShr_FMin 0.2; C_vShr_DMin 3; C_vShr_DMax 25; C_vShr_Exp 0.1; "
+    "C_HWkDfl_x 0; C_HWkDfl_xY -0.004; k_vAmb 0.05 1 0 1 0.01; k_vShr 0.016 0.2 3 25 0.1; C_vAmb_FMin 1; "
+    "C_vAmb_DMin 0; C_vAmb_DMax 1; C_vAmb_Exp 0.01; C_vShr_FMin 0.2; C_vShr_DMin 3; C_vShr_DMax 25; C_vShr_Exp 0.1; "
     "WAT_k_Def 0.6 0 0 2 1; WAT_k_Grad 3 0 0 12 0.65"
 )
 FAST_FARM = {name: tuple(map(float, values)) for name, *values in map(str.split, _CONSTANTS.split(";"))}

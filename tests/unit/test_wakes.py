@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.wind.fields import SteadyWind
-from meltemi_farm.effective import effective_intensity, farm_turbulence, wake_turbulence
 from meltemi_farm.march import half_width
 from meltemi_farm.sets import SETS, average_points, disk_mean, fast_farm_inlet, smooth_filter
 from meltemi_farm.settings import WakeSettings
 from meltemi_farm.steady import steady_wake
 from meltemi_farm.wakes import FarmWakes, RotorState
+from meltemi_loads.effective import effective_intensity, farm_turbulence, wake_turbulence
 
 Float = NDArray[np.float64]
 D, U = 126.0, 8.0
