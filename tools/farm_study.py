@@ -111,9 +111,8 @@ def tables(rows: list[dict[str, Any]]) -> str:
             def whole(seed: int, which: str) -> float:
                 return sum(lifetime(seed, which, t, "power", 1.0) for t in range(1, n + 1))  # noqa: B023
 
-            text.append(
-                f"| {strategy} | all | {mean(100.0 * (whole(s, strategy) / whole(s, 'plain') - 1.0) for s in seeds)} | | | |"
-            )
+            change = mean(100.0 * (whole(s, strategy) / whole(s, "plain") - 1.0) for s in seeds)
+            text.append(f"| {strategy} | all | {change} | | | |")
         text += [
             "\n| turbine, plain | power kW | blade root MN m | tower base MN m | yaw bearing MN m |",
             "|---|---|---|---|---|",
@@ -146,13 +145,8 @@ def main() -> None:
             with path.open("a", newline="") as file:
                 csv.writer(file).writerows(found)
             print(*key, flush=True)
-    rows = [
-        {
-            k: v if k in ("layout", "strategy") else int(v) if k in ("seed", "turbine") else float(v)
-            for k, v in r.items()
-        }
-        for r in csv.DictReader(path.open())
-    ]
+    kinds: dict[str, Any] = {"layout": str, "strategy": str, "seed": int, "turbine": int}
+    rows = [{k: kinds.get(k, float)(v) for k, v in row.items()} for row in csv.DictReader(path.open())]
     (given.out / "tables.md").write_text(tables(rows))
 
 

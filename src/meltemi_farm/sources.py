@@ -54,13 +54,13 @@ def read_layout(path: str | Path, diameter: float) -> Layout:
     Raises:
       InputError: with file, key and what is expected there.
     """
-    path = Path(path)
-    if path.suffix.lower() not in (".yaml", ".yml"):
-        return _fast_farm(read_input(path, "FAST.Farm"), diameter)
-    data = _tree(path)
+    file = Path(path)
+    if file.suffix.lower() not in (".yaml", ".yml"):
+        return _fast_farm(read_input(file, "FAST.Farm"), diameter)
+    data = _tree(file)
     if isinstance(data.get("wind_farm"), str):
-        path = path.parent / data["wind_farm"].removeprefix("!include ")
-        data = {"wind_farm": _tree(path)}
+        file = file.parent / data["wind_farm"].removeprefix("!include ")
+        data = {"wind_farm": _tree(file)}
     farm = data["wind_farm"] if isinstance(data.get("wind_farm"), dict) else data
     if "layouts" in farm:
         layouts, notes = farm["layouts"], []
@@ -72,11 +72,11 @@ def read_layout(path: str | Path, diameter: float) -> Layout:
             (layouts,) = layouts.values()  # windIO 1: layouts by name
         if isinstance(layouts, dict) and len(set(layouts.get("turbine_types") or ())) > 1:
             notes.append("it has several types of turbines; all turbines are the one that is given")
-        return _mapped(_columns(path, layouts, "layouts.coordinates", ("x", "y")), notes)
+        return _mapped(_columns(file, layouts, "layouts.coordinates", ("x", "y")), notes)
     if isinstance(farm.get("farm"), dict):
-        return _mapped(_columns(path, {"farm": farm["farm"]}, "farm", ("layout_x", "layout_y")), [])
+        return _mapped(_columns(file, {"farm": farm["farm"]}, "farm", ("layout_x", "layout_y")), [])
     raise InputError(
-        f"{path}: expected the layout of a farm: layouts.coordinates.x and y (windIO plant), or farm.layout_x and "
+        f"{file}: expected the layout of a farm: layouts.coordinates.x and y (windIO plant), or farm.layout_x and "
         f"layout_y (FLORIS); {did_you_mean('layouts', farm)}"
     )
 
@@ -96,7 +96,7 @@ def _columns(path: Path, data: Any, where: str, names: tuple[str, str]) -> np.nd
         )
         if not (numbers and column):
             raise InputError(f"{path}: {where}.{name}: expected a list of numbers [m], found {str(column)[:40]}")
-    x, y = columns
+    x, y = (column or [] for column in columns)
     if len(x) != len(y):
         raise InputError(f"{path}: {where}: {len(x)} numbers of {names[0]}, but {len(y)} of {names[1]}")
     return np.array([x, y], dtype=np.float64).T

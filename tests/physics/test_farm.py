@@ -83,6 +83,7 @@ def test_set_points_are_checked(model: Any) -> None:
         ([SetPoint()], "1 set-points, expected one for each of 2"),
         ([SetPoint(yaw=0.1)] * 2, 'yaw="driven"'),
         ([SetPoint(power=-1.0)] * 2, "0 W or more"),
+        ([SetPoint(pitch=1.0)] * 2, "pitch must be within"),
     ):
         with pytest.raises(meltemi.InputError, match=words):
             meltemi.simulate_farm(
@@ -144,3 +145,19 @@ def test_runs_import_no_wakes() -> None:
 
     code = "import sys, meltemi; meltemi.simulate; print([m for m in sys.modules if m.startswith('meltemi_farm')])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_an_offset_of_the_pitch_derates_one_turbine_and_strengthens_the_wind_behind_it(model: Any) -> None:
+    settings = WakeSettings(added_turbulence=False)
+    farm = meltemi.Farm(model, [(0.0, 0.0), (3.0 * D, 0.0)], settings)
+    found = {}
+    for pitch in (0.0, 0.06):
+        points = [SetPoint(pitch=pitch), SetPoint()]
+        found[pitch] = meltemi.simulate_farm(
+            farm, 9.0, duration=80.0, channels=("generator_power", "pitch_1"), control=lambda t, m, p=points: p
+        )
+    plain, derated = found.values()
+    assert (derated[0]["pitch_1"] - plain[0]["pitch_1"])[-1] == pytest.approx(0.06, abs=1e-3)
+    assert np.abs(derated[1]["pitch_1"] - plain[1]["pitch_1"]).max() < 0.01
+    assert derated[0]["generator_power"][-1] < 0.95 * plain[0]["generator_power"][-1]
+    assert derated[1]["generator_power"][-1] > 1.02 * plain[1]["generator_power"][-1]
