@@ -161,3 +161,16 @@ def test_an_offset_of_the_pitch_derates_one_turbine_and_strengthens_the_wind_beh
     assert np.abs(derated[1]["pitch_1"] - plain[1]["pitch_1"]).max() < 0.01
     assert derated[0]["generator_power"][-1] < 0.95 * plain[0]["generator_power"][-1]
     assert derated[1]["generator_power"][-1] > 1.02 * plain[1]["generator_power"][-1]
+
+
+@pytest.mark.slow
+def test_wakes_follow_a_turning_wind(model: Any) -> None:
+    wind = meltemi.wind.WindSeries(time=[0.0, 60.0, 200.0], speed=[9.0] * 3, direction=[0.0, 0.0, np.radians(10.0)])
+    farm = meltemi.Farm(model, [(0.0, 0.0), (7.0 * D, 0.0)], WakeSettings(added_turbulence=False))
+    result = meltemi.simulate_farm(farm, wind, duration=400.0, channels=("generator_power",))
+    aside = result.wake(0).centre(5.0 * D)[:, 1]
+    assert np.abs(aside[:30]).max() < 1.0
+    # the nacelle stays, so that the wake is deflected by 10 deg of yaw error, too: some 0.2 D
+    assert aside[-1] == pytest.approx(-np.tan(np.radians(10.0)) * 5.0 * D - 0.2 * D, abs=0.05 * D)
+    power = result[1]["generator_power"]
+    assert power[-1] > 1.9 * power[0]
