@@ -36,4 +36,5 @@ from meltemi_exchange.report import ImportNote as ImportNote
 from meltemi_exchange.report import report_text as report_text
 from meltemi_exchange.windio import import_windio as import_windio
 from meltemi_exchange.windio import read_windio as read_windio
+from meltemi_farm.sources import read_layout as read_layout
 from meltemi_reports.ensemble_tables import ensemble_rows as ensemble_rows

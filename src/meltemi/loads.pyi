@@ -34,11 +34,11 @@ from meltemi.postprocess.spectra import spectral_peak as spectral_peak
 from meltemi.postprocess.statistics import azimuthal_averages as azimuthal_averages
 from meltemi.postprocess.summary import Summary as Summary
 from meltemi.postprocess.summary import summary as summary
-from meltemi_farm.effective import effective_intensity as effective_intensity
-from meltemi_farm.effective import farm_turbulence as farm_turbulence
-from meltemi_farm.effective import wake_turbulence as wake_turbulence
 from meltemi_gradients.weights import del_weights as del_weights
 from meltemi_gradients.weights import std_weights as std_weights
+from meltemi_loads.effective import effective_intensity as effective_intensity
+from meltemi_loads.effective import farm_turbulence as farm_turbulence
+from meltemi_loads.effective import wake_turbulence as wake_turbulence
 from meltemi_loads.loadbase.campaign import Campaign as Campaign
 from meltemi_loads.loadbase.campaign import make_campaign as make_campaign
 from meltemi_loads.loadbase.campaign import read_campaign as read_campaign

@@ -14,9 +14,10 @@ from numpy import float64, int64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
+from meltemi.maths.generic import anywhere, largest, total
 from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.wind.velocity import ambient_velocity, series_now
-from meltemi_farm.field import WakeField, wakes_velocity
+from meltemi_farm.field import PlaneField, WakeField, wakes_velocity
 
 Float = NDArray[float64]
 Ints = NDArray[int64]
@@ -70,24 +71,19 @@ def above(z: float, reach: float, m: WakeField) -> float:
 
 
 @kernel
-def rotor_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float) -> tuple[float, float]:
-    """Ambient wind along a direction [m/s] and turbulence intensity over a disk (K-4).
-
-    Args:
-      points: (n, 3) sideways, upwards [m] and weight.
-    """
+def rotor_wind(m: PlaneField, t: float, centre: Vec, normal: Vec) -> tuple[float, float]:
+    """Ambient wind along a direction [m/s] and turbulence intensity over a disk (K-4)."""
     series_now(t, m)
-    side = sideways(normal)
+    side, points = sideways(normal), m.disk
     up = cross(normal, side)
     reach, mean, square, count = reach_of(points), Vec(0.0, 0.0, 0.0), 0.0, 0.0
-    for i in range(points.shape[0]):
-        q = centre + (points[i, 0] * side + points[i, 1] * up)
-        weight = points[i, 2] * above(q.z, reach, m)
-        if weight != 0.0:
-            u = ambient_velocity(Vec(q.x, q.y, max(q.z, m.wind.box_z)), t, m)
-            mean += weight * u
-            square += weight * dot(u, u)
-            count += weight
+    for i in range(points.shape[1]):
+        q = centre + (points[0, i] * side + points[1, i] * up)
+        weight = points[2, i] * above(q.z, reach, m)
+        u = ambient_velocity(Vec(q.x, q.y, max(q.z, m.wind.box_z)), t, m)
+        mean += total(weight * u)
+        square += total(weight * dot(u, u))
+        count += total(weight)
     mean = (1.0 / max(count, 1e-9)) * mean
     speed = sqrt(dot(mean, mean))
     variance = max(square / max(count, 1e-9) - speed * speed, 0.0) / 3.0
@@ -95,51 +91,58 @@ def rotor_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float) 
 
 
 @kernel
-def mean_wind(m: WakeField, t: float, centre: Vec, normal: Vec, points: Float, disturbed: bool) -> Vec:
-    """Weighted mean [m/s] of the wind over a disk, of what the observer sees of the wakes, or of the ambient wind."""
+def mean_wind(m: PlaneField, t: float, centre: Vec, normal: Vec, points: Float, reach: float, disturbed: bool) -> Vec:
+    """Weighted mean [m/s] of the wind over a disk, of what the observer sees of the wakes, or of the ambient wind.
+
+    Args:
+      points: (3, n) sideways, upwards [m] and weight; they reach as far [m] from the centre.
+    """
     side = sideways(normal)
     up = cross(normal, side)
-    reach, total, weights = reach_of(points), Vec(0.0, 0.0, 0.0), 0.0
-    for j in range(points.shape[0]):
-        q = centre + (points[j, 0] * side + points[j, 1] * up)
-        weight = points[j, 2] * above(q.z, reach, m)
-        if weight != 0.0:
+    found, weights = Vec(0.0, 0.0, 0.0), 0.0
+    for j in range(points.shape[1]):
+        q = centre + (points[0, j] * side + points[1, j] * up)
+        weight = points[2, j] * above(q.z, reach, m)
+        if anywhere(weight != 0.0):
             q = Vec(q.x, q.y, max(q.z, m.wind.box_z))
             u = ambient_velocity(q, t, m)
             if disturbed:
                 u += wakes_velocity(q, t, m)
-            total += weight * u
-            weights += weight
-    return (1.0 / weights if weights != 0.0 else 0.0) * total
+            found += total(weight * u)
+            weights += total(weight)
+    return (1.0 / weights if weights != 0.0 else 0.0) * found
 
 
 @kernel
-def rotor_mean(m: WakeField, t: float, count: Ints, near: Ints, centre: Vec, normal: Vec, points: Float) -> Vec:
-    """Mean wind [m/s] over a rotor with the wakes of the others."""
+def rotor_mean(m: PlaneField, t: float, count: Ints, near: Ints, centre: Vec, normal: Vec) -> tuple[Vec, Vec]:
+    """Mean wind [m/s] over a rotor with the wakes of the others, and without."""
     series_now(t, m)
-    look(m, count, near, centre, normal, reach_of(points), BESIDE)
-    return mean_wind(m, t, centre, normal, points, True)
+    reach = reach_of(m.span)
+    look(m, count, near, centre, normal, reach, BESIDE)
+    return (
+        mean_wind(m, t, centre, normal, m.span, reach, True),
+        mean_wind(m, t, centre, normal, m.span, reach, False),
+    )
 
 
 @kernel
-def drift(m: WakeField, k: int, count: Ints, near: Ints, t: float, points: Float, disturbed: bool, turn: Float) -> None:
+def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: bool, turn: Float) -> None:
     """Velocities of the planes of a wake: a weighted mean of the wind over each, and its deflection (K-9).
 
     Args:
       count, near: number of planes of each wake, and whether it is looked at.
-      points: (n, 3) sideways, upwards [m] and weight.
       disturbed: with the wakes, its own included, or the ambient wind alone.
       turn: lateral drift over the way, the same by radian of yaw error, drift by the mean deficit, rotor radius [m].
     """
     series_now(t, m)
-    planes, reach = m.planes, reach_of(points)
+    planes, reach = m.planes, reach_of(m.drift)
     for i in range(count[k]):
         normal = planes.normal[k, i]
         # a point in a plane is between two of them by rounding only: it is taken a little inside the wake
         centre = planes.centre[k, i] + (BESIDE if i < count[k] - 1 else -BESIDE) * normal
         if disturbed:
             look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
-        mean = mean_wind(m, t, centre, normal, points, disturbed)
+        mean = mean_wind(m, t, centre, normal, m.drift, reach, disturbed)
         way = (turn[0] + turn[1] * planes.yaw[k, i]) * abs(dot(normal, mean))
         across = Vec(0.0, normal.y, normal.z)
         planes.velocity[k, i] = mean + way * sideways(normal) + turn[2] * deficit(m, k, i, turn[3]) * across
@@ -149,8 +152,8 @@ def drift(m: WakeField, k: int, count: Ints, near: Ints, t: float, points: Float
 def reach_of(points: Float) -> float:
     """Largest distance [m] of points from their centre."""
     reach = 0.0
-    for i in range(points.shape[0]):
-        reach = max(reach, sqrt(points[i, 0] * points[i, 0] + points[i, 1] * points[i, 1]))
+    for i in range(points.shape[1]):
+        reach = max(reach, largest(sqrt(points[0, i] * points[0, i] + points[1, i] * points[1, i])))
     return reach
 
 

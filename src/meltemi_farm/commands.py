@@ -26,10 +26,15 @@ def farm(
     ],
     row: Annotated[int | None, typer.Option("--row", help="Turbines of a row, one behind the other [3].")] = None,
     spacing: Annotated[float | None, typer.Option("--spacing", help="Between them, in rotor diameters [5].")] = None,
+    layout: Annotated[
+        Path | None,
+        typer.Option("--layout", help="Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml)."),
+    ] = None,
     wind_speed: Annotated[float | None, typer.Option(help="Mean wind speed at hub height [m/s] [9].")] = None,
     turbulence: Annotated[
         float | None, typer.Option(help="Turbulence intensity [0.1]; 0 is a wind without turbulence.")
     ] = None,
+    direction: Annotated[float | None, typer.Option(help="Wind direction [deg], clockwise from above [0].")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the turbulence [1].")] = None,
     duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [600].")] = None,
     wakes: Annotated[
@@ -47,8 +52,10 @@ def farm(
     options = {
         "--row": row,
         "--spacing": spacing,
+        "--layout": layout,
         "--wind-speed": wind_speed,
         "--turbulence": turbulence,
+        "--direction": direction,
         "--seed": seed,
         "--duration": duration,
         "--wakes": wakes,
@@ -109,29 +116,45 @@ def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
     from meltemi_farm.layout import FarmCase
     from meltemi_farm.report import CHANNELS
 
-    count, spacing = given.get("--row", 3), given.get("--spacing", 5.0)
-    if not 1 <= count <= 200:
-        raise InputError(f"--row {count}: expected 1 to 200 turbines")
-    turbine = load_turbine(target)
-    step = round(spacing * turbine.rotor_diameter, 1)
+    positions, settings = _positions(given, load_turbine(target).rotor_diameter)
     intensity = given.get("--turbulence", INTENSITY)
     wind = {"--wind-speed": given.get("--wind-speed", SPEED)}
     if intensity:
         wind |= {"--turbulence": intensity, "--seed": given.get("--seed", 1)}
+    if "--direction" in given:
+        wind["--direction"] = given["--direction"]
     duration = given.get("--duration", DURATION)
     data: dict[str, Any] = {
         "turbine": str(Path(target).absolute()) if Path(target).is_file() else target,
-        "positions": [(i * step, 0.0) for i in range(count)],
+        "positions": positions,
         "wind": wind_of_options(wind),
         "controller": controller_of_options({}),
         "duration": duration,
         "transient": TRANSIENT if duration > 2.0 * TRANSIENT else 0.0,
         "channels": list(CHANNELS),
-        "wakes": {"model": given.get("--wakes", "fast.farm")},
+        "wakes": settings | ({"model": given["--wakes"]} if "--wakes" in given else {}),
     }
     if "--yaw" in given:
         data["yaw"] = [f"{angle:g} deg" for angle in angles_of(given["--yaw"], "--yaw")]
     return validated(data, FarmCase, "command line")
+
+
+def _positions(given: dict[str, Any], diameter: float) -> tuple[Any, dict[str, Any]]:
+    """Positions [m] of a layout or of a row, and wake settings of the layout."""
+    if "--layout" in given:
+        from meltemi_farm.sources import read_layout
+
+        for name in ("--row", "--spacing"):
+            if name in given:
+                raise InputError(f"give one of {name}, --layout")
+        found = read_layout(given["--layout"], diameter)
+        for words in found.notes:
+            say(f"{given['--layout']}: {words}")
+        return found.positions, found.wakes
+    count, step = given.get("--row", 3), round(given.get("--spacing", 5.0) * diameter, 1)
+    if not 1 <= count <= 200:
+        raise InputError(f"--row {count}: expected 1 to 200 turbines")
+    return [(i * step, 0.0) for i in range(count)], {}
 
 
 def _simulated(case: FarmCase, folder: Path, alone: bool) -> tuple[FarmResult, FarmResult | None]:

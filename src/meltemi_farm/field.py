@@ -15,7 +15,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import anywhere, floor, neighbours, where, whole
-from meltemi.maths.records import Box, Constant
+from meltemi.maths.records import Array2, Box, Constant, Nodes
 from meltemi.maths.tables import Entries, Numbers, Table, Vectors, number, xyz
 from meltemi.maths.vectors import Sym, Vec, dot
 from meltemi.simulation.parts import Part
@@ -75,6 +75,18 @@ class WakeField(WindField):
     profile: Box
     seen: Constant[Seen]
     eddies: Box
+
+
+class PlaneField(WakeField):
+    """The same with points of averages, which are read eight at a time: (3, n) sideways, upwards [m] and weight.
+
+    ``drift`` is those of a plane of a wake, ``disk`` of the ambient wind at the rotor, ``span`` of the wind over the
+    span of its blades.
+    """
+
+    drift: Constant[Nodes[Array2]]
+    disk: Constant[Nodes[Array2]]
+    span: Constant[Nodes[Array2]]
 
 
 class Deficit(NamedTuple):

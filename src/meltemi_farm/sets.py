@@ -225,7 +225,7 @@ SETS: dict[str, WakeSet] = {
 """Sets by name."""
 
 
-def average_points(wake: WakeSet, diameter: float, rings: int = 16) -> Float:
+def average_points(wake: WakeSet, diameter: float, rings: int = 16, meander: float | None = None) -> Float:
     """(n, 3) points of the average that lets wakes drift: sideways, upwards [m], weight (K-9).
 
     They are symmetric about the vertical, so that a symmetric wake is not pushed aside.
@@ -233,8 +233,9 @@ def average_points(wake: WakeSet, diameter: float, rings: int = 16) -> Float:
     Args:
       diameter: [m] of the rotor.
       rings: of points, equally wide.
+      meander: diameter over the rotor's; by default that of the set.
     """
-    wide = wake.meander * diameter
+    wide = (wake.meander if meander is None else meander) * diameter
     radius = 0.5 * SECOND_ZERO / np.pi * wide if wake.windowed else 0.5 * wide
     rows = []
     for k in range(rings):

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.control.actuators import Actuators
 from meltemi.control.faults import Faults
 from meltemi.control.signals import Measurements
 from meltemi.core.errors import InputError, RunError
@@ -46,8 +47,10 @@ SAMPLES = 8
 """Of each rotor between two exchanges."""
 STEP = 2.0
 """[s] longest between exchanges, by default."""
-PASSES = 2
-"""Developments of the wakes before a run: the second one with the operating points in the wakes of the first."""
+MOST_PITCH = 0.5
+"""[rad] of a set-point."""
+LEVEL = 0.125
+"""Of the mean wind: step between the operating points that wakes develop with."""
 
 
 class RotorReader:
@@ -82,10 +85,12 @@ class SetPoint:
       yaw: [rad] of the nacelle, which its drive approaches at its rate; None leaves it. The model needs
         ``ModelOptions(yaw="driven")``.
       power: [W] limit of the operator, for controllers that follow it, such as the supervised one.
+      pitch: [rad] offset of the blades from what their controller demands; its actuators bring it about.
     """
 
     yaw: float | None = None
     power: float = math.inf
+    pitch: float = 0.0
 
 
 FarmControl = Callable[[float, Sequence[View]], Sequence[SetPoint]]
@@ -103,6 +108,8 @@ class Turbine:
         self.simulation = Simulation(run, starting=turned if yaw else None)
         self.reader = RotorReader(self.simulation.case)
         self.yaw: float | None = None
+        self._actuators = View(Actuators, self.simulation.case["actuators"])
+        self.pitch_offset = np.array(self._actuators["pitch_offset"])
 
     def march(self, steps: int) -> None:
         """March a number of time steps, and read the rotor in between."""
@@ -131,9 +138,12 @@ class Turbine:
                 )
             if not abs(point.yaw) <= math.pi:
                 raise InputError(f"farm: a set-point of yaw must be within pi rad, found {point.yaw!r}")
+        if not abs(point.pitch) <= MOST_PITCH:
+            raise InputError(f"farm: a set-point of pitch must be within {MOST_PITCH} rad, found {point.pitch!r}")
         if not point.power >= 0.0:
             raise InputError(f"farm: a set-point of power must be 0 W or more, found {point.power!r}")
         self.yaw = point.yaw
+        self._actuators["pitch_offset"] = self.pitch_offset + point.pitch
         run.case["faults"][Faults.index("power_limit")] = point.power
         run.case.clock.next_event = max(int(run.case.clock.next_event), 1)  # the controller hears of the limit
 
@@ -243,23 +253,19 @@ def simulate_farm(  # noqa: PLR0913 - options of a simulation, each with a defau
       InputError: turbines are too close, the wind field is too small, or an argument is not valid.
       RunError: a turbine's run ended early; ``error.result`` is that turbine's.
     """
+    runs = farm_runs(farm, wind, duration, controllers, start, **options)
+    places = np.array(farm.positions, dtype=np.float64)
+    return march_farm(runs, places, farm.settings, farm.angles(), control, threads, progress, watch)
+
+
+def farm_runs(farm: Farm, wind: Any, duration: float, controllers: Any, start: Any, **options: Any) -> list[Run]:
+    """A run for each turbine of a farm; arguments as of :func:`simulate_farm`."""
     models = farm.models()
-    n = len(models)
-    each = {"controller": _for_each(controllers, n, "controllers"), "start": _for_each(start, n, "start")}
-    runs = [
-        Run(model, wind, duration=duration, controller=each["controller"][i], start=each["start"][i], **options)
+    control, begin = (_for_each(x, len(models), s) for x, s in ((controllers, "controllers"), (start, "start")))
+    return [
+        Run(model, wind, duration=duration, controller=control[i], start=begin[i], **options)
         for i, model in enumerate(models)
     ]
-    return march_farm(
-        runs,
-        np.array(farm.positions, dtype=np.float64),
-        farm.settings,
-        farm.angles(),
-        control,
-        threads,
-        progress,
-        watch,
-    )
 
 
 def simulate_case(case: FarmCase, folder: Path, progress: Callable[[float], None] | None = None) -> FarmResult:
@@ -290,19 +296,11 @@ def march_farm(
     watch: Callable[[FarmWakes, float], None] | None = None,
 ) -> FarmResult:
     """Simulate a farm whose turbines are runs with one wind; arguments and errors as of :func:`simulate_farm`."""
-    models = [run.model() if callable(run.model) else run.model for run in runs]
-    turbines = [model.turbine for model in models]
-    diameters, hubs = tuple(t.rotor_diameter for t in turbines), tuple(t.hub_height for t in turbines)
-    check_layout(positions, diameters, yaw)
-    given = runs[0].wind() if callable(runs[0].wind) else runs[0].wind
-    wind, places = placed(given, turbines, positions, runs[0].duration)
-    own = [
-        replace(run, model=model, wind=wind, origin=(float(x), float(y)))
-        for run, model, (x, y) in zip(runs, models, places, strict=True)
-    ]
     with ThreadPoolExecutor(threads or available_cores()) as pool:
-        march = FarmMarch(own, places, settings, yaw, wind, pool, control, watch)
+        march, places = begun(runs, positions, settings, yaw, pool, control, watch)
         march.to_end(progress)
+    turbines = [turbine.simulation.model.turbine for turbine in march.turbines]
+    diameters, hubs = tuple(t.rotor_diameter for t in turbines), tuple(t.hub_height for t in turbines)
     results = tuple(turbine.simulation.result() for turbine in march.turbines)
     for i, (run, result) in enumerate(zip(runs, results, strict=True)):
         if not (run.partial or result.status.complete):
@@ -318,6 +316,28 @@ def march_farm(
         march.view(positions - places),
         march.facts(),
     )
+
+
+def begun(
+    runs: Sequence[Run],
+    positions: Float,
+    settings: WakeSettings,
+    yaw: Float,
+    pool: ThreadPoolExecutor,
+    control: FarmControl | None = None,
+    watch: Callable[[FarmWakes, float], None] | None = None,
+) -> tuple[FarmMarch, Float]:
+    """A farm at its begin, and the positions (turbines, 2) [m] in the axes of the wind."""
+    models = [run.model() if callable(run.model) else run.model for run in runs]
+    turbines = [model.turbine for model in models]
+    check_layout(positions, [t.rotor_diameter for t in turbines], yaw)
+    given = runs[0].wind() if callable(runs[0].wind) else runs[0].wind
+    wind, places = placed(given, turbines, positions, runs[0].duration)
+    own = [
+        replace(run, model=model, wind=wind, origin=(float(x), float(y)))
+        for run, model, (x, y) in zip(runs, models, places, strict=True)
+    ]
+    return FarmMarch(own, places, settings, yaw, wind, pool, control, watch), places
 
 
 class FarmMarch:
@@ -338,6 +358,7 @@ class FarmMarch:
         turbines = [run.model.turbine for run in runs]  # type: ignore[union-attr]
         self.mean = steady_wind(wind, turbines[0].hub_height)
         self.wakes: FarmWakes | None = None
+        self.done = 0
         self.times, self.planes = list[float](), list[list[NDArray[np.float32]]]()
         step, self.steps = _exchange_step(runs, settings, self.mean.speed)
         if settings.model != "none":
@@ -352,19 +373,26 @@ class FarmMarch:
 
     def _develop(self, wakes: FarmWakes, yaw: Float) -> list[OperatingPoint | Start]:
         """Let the wakes develop before the run, in its wind; returns the states in which its turbines start."""
-        winds = [self.mean] * len(self.runs)
-        for _ in range(PASSES):
-            starts = [
-                initial_state(run.model, wind, run.start() if callable(run.start) else run.start)[0]  # type: ignore[arg-type]
-                for run, wind in zip(self.runs, winds, strict=True)
-            ]
-            states = [
-                _steady_rotor(run, wind, start, float(angle))
-                for run, wind, start, angle in zip(self.runs, winds, starts, yaw, strict=True)
-            ]
-            shares = wakes.develop(states, self._together)
-            winds = [self.mean.replace(speed=float(share) * self.mean.speed) for share in shares]
-        return starts
+        given = [run.start() if callable(run.start) else run.start for run in self.runs]
+        known: dict[tuple[int, int, float, int], RotorState] = {}
+
+        def start(i: int, share: float) -> tuple[SteadyWind, OperatingPoint | Start]:
+            wind = self.mean.replace(speed=share * self.mean.speed)
+            return wind, initial_state(self.runs[i].model, wind, given[i])[0]  # type: ignore[arg-type]
+
+        def steady(i: int, level: int) -> RotorState:
+            key = id(self.runs[i].model), id(given[i]), float(yaw[i]), level
+            if key not in known:
+                known[key] = _steady_rotor(self.runs[i], *start(i, level * LEVEL), float(yaw[i]))
+            return known[key]
+
+        def rotor(i: int, share: float) -> RotorState:
+            level = math.ceil(share / LEVEL - 1e-9)
+            w = level - share / LEVEL
+            return steady(i, level) if w < 1e-6 else steady(i, level).mixed(steady(i, level - 1), w)
+
+        shares = wakes.develop(rotor, self._together)
+        return [start(i, float(share))[1] for i, share in enumerate(shares)]
 
     def _together(self, function: Callable[[int], Any]) -> list[Any]:
         """Call a function for all turbines, on threads."""
@@ -373,20 +401,27 @@ class FarmMarch:
     def to_end(self, progress: Callable[[float], None] | None) -> None:
         """March all turbines to their ends."""
         try:
-            done = 0
             while not all(turbine.simulation.finished for turbine in self.turbines):
-                self._keep(done)
-                self._direct(done)
-                self._together(lambda i: self.turbines[i].march(self.steps[i]))
-                done += 1
-                if self.wakes is not None:
-                    states = [turbine.reader.state() for turbine in self.turbines]
-                    self.wakes.advance(states, done * self.wakes.step, self._together)
+                self._keep(self.done)
+                self._direct(self.done)
+                self.exchange()
                 if progress is not None:
                     progress(min(turbine.simulation.share for turbine in self.turbines))
         finally:
-            for turbine in self.turbines:
-                turbine.simulation.close()
+            self.close()
+
+    def exchange(self) -> None:
+        """March all turbines up to the next exchange, and their wakes."""
+        self._together(lambda i: self.turbines[i].march(self.steps[i]))
+        self.done += 1
+        if self.wakes is not None:
+            states = [turbine.reader.state() for turbine in self.turbines]
+            self.wakes.advance(states, self.done * self.wakes.step, self._together)
+
+    def close(self) -> None:
+        """Release the turbines."""
+        for turbine in self.turbines:
+            turbine.simulation.close()
 
     def _direct(self, done: int) -> None:
         """Let the farm controller set what turbines do until the next exchange."""

@@ -21,7 +21,7 @@ from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
 from meltemi_farm.averages import drift, horizontal, look, rotor_mean, rotor_wind
 from meltemi_farm.eddies import EDDY_SPACING, eddies_of
-from meltemi_farm.field import LARGEST, LINEAR, QUADRATIC, Planes, Seen, WakeField, WakePart, Wakes
+from meltemi_farm.field import LARGEST, LINEAR, QUADRATIC, PlaneField, Planes, Seen, WakeField, WakePart, Wakes
 from meltemi_farm.march import march
 from meltemi_farm.sets import WakeSet, average_points
 from meltemi_farm.settings import WakeSettings
@@ -46,6 +46,8 @@ SEEN = 0.6
 """Of the diameter: radius of what a turbine sees, with its bent blades."""
 CELLS = 250
 """Of a view of the farm, along its longer side."""
+MEMORY = 60.0
+"""[s] over which a rotor's wind is filtered, in which it operates while wakes develop."""
 LEAST_SHARE = 0.3
 """Of the wind, in which a turbine starts."""
 LEAST_WIND = 1.0
@@ -79,6 +81,11 @@ class RotorState:
         pressure = self.density * math.pi * max(wind, LEAST_WIND) ** 2
         local = np.interp(r, self.radius, self.thrust / np.maximum(self.radius, 1e-3), 0.0, 0.0) / pressure
         return np.where(r <= radius, np.clip(local, 0.0, MOST_THRUST), 0.0)
+
+    def mixed(self, other: RotorState, w: float) -> RotorState:
+        """Between this state and another one of the same rotor, by w from one to the other."""
+        names = ("hub", "shaft", "wind", "radius", "thrust")
+        return replace(self, **{name: (1.0 - w) * getattr(self, name) + w * getattr(other, name) for name in names})
 
     @property
     def yaw_error(self) -> float:
@@ -137,22 +144,23 @@ class FarmWakes:
         added = float(settings.added_turbulence)
         self.parts = [WakePart(self._members(shared, x, y, added)) for x, y in positions]
         own = [self._members(shared, 0.0, 0.0, 0.0) for _ in range(n)]  # small eddies carry no wakes
-        self.fields = [
-            WakeField("floats", wind_arrays(wind, hub, diameter) | members)
-            for hub, diameter, members in zip(hubs, diameters, own, strict=True)
-        ]
         self.observers = [
             WakeField("floats", wind_arrays(wind, hub, diameter) | part.members)
             for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
         ]
-        self.points = [average_points(self.model, d, settings.rings) for d in diameters]
-        self._reach = [float(np.hypot(p[:, 0], p[:, 1]).max()) for p in self.points]
         self.boxes = np.full((n, 2, 2), np.inf)
-        disk = self.model.changed(windowed=False)
-        self.disks = [average_points(disk, d, settings.rings) for d in diameters]
-        self.rotors = [average_points(disk.changed(meander=1.0), d, 5) for d in diameters]
-        for points in self.rotors:  # the mean over the span, as that of a rotor's state
-            points[:, 2] /= np.hypot(points[:, 0], points[:, 1])
+        disk, rings = self.model.changed(windowed=False), settings.rings
+        self.fields, self._reach = list[PlaneField](), list[float]()
+        for hub, diameter, members in zip(hubs, diameters, own, strict=True):
+            drifting, span = (
+                average_points(self.model, diameter, settings.rings),
+                average_points(disk, diameter, 5, 1.0),
+            )
+            span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state
+            points = {"drift": drifting, "disk": average_points(disk, diameter, rings), "span": span}
+            arrays = {name: np.ascontiguousarray(each.T) for name, each in points.items()}
+            self.fields.append(PlaneField("lanes", wind_arrays(wind, hub, diameter) | members | arrays))
+            self._reach.append(float(np.hypot(drifting[:, 0], drifting[:, 1]).max()))
         self.mixing = [mixing_of(self.model, d) for d in diameters]
         self.intensity = settings.intensity
         self.keep = [math.exp(-2.0 * math.pi * step * self.model.cut_off / (0.5 * d)) for d in diameters]
@@ -185,7 +193,7 @@ class FarmWakes:
         m, model, radius = self.fields[k], self.model, 0.5 * self.diameters[k]
         hub = rotor.hub + np.array([*self.positions[k], 0.0])
         axis = rotor.shaft / np.linalg.norm(rotor.shaft)
-        ambient, intensity = rotor_wind(m, t, Vec(*hub), Vec(*axis), self.disks[k])
+        ambient, intensity = rotor_wind(m, t, Vec(*hub), Vec(*axis))
         relative = float(rotor.wind @ axis)
         new = {
             "hub": hub,
@@ -217,7 +225,7 @@ class FarmWakes:
         model, m = self.model, self.fields[k]
         m.wakes.time = t
         turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
-        drift(m, k, self.count, self._near(k, self._reach[k]), t, self.points[k], model.disturbed, turn)
+        drift(m, k, self.count, self._near(k, self._reach[k]), t, model.disturbed, turn)
 
     def show(self, i: int, rotor: RotorState, t: float) -> None:
         """Choose what turbine i sees of the wakes until the next exchange."""
@@ -256,13 +264,12 @@ class FarmWakes:
         hub = rotor.hub + np.array([*self.positions[i], 0.0])
         return Vec(*hub), Vec(*(rotor.shaft / np.linalg.norm(rotor.shaft)))
 
-    def rotor_wind(self, i: int, rotor: RotorState, t: float, *, waked: bool = True) -> Float:
-        """(3,) [m/s] mean wind over the span of rotor i, with the wakes of the others or without."""
+    def rotor_wind(self, i: int, rotor: RotorState, t: float) -> tuple[Float, Float]:
+        """(3,) [m/s] mean wind over the span of rotor i, with the wakes of the others, and without."""
         m = self.fields[i]
         m.wakes.time = t
-        near = self._others(i, 0.0) if waked else np.zeros(len(self.count), dtype=np.int64)
-        found = rotor_mean(m, t, self.count, near, *self._disk(i, rotor), self.rotors[i])
-        return np.array([found.x, found.y, found.z])
+        u, v = rotor_mean(m, t, self.count, self._others(i, 0.0), *self._disk(i, rotor))
+        return np.array([u.x, u.y, u.z]), np.array([v.x, v.y, v.z])
 
     def advance(self, rotors: Sequence[RotorState], t: float, together: Together) -> None:
         """One exchange at time ``t`` [s]: wakes age, begin anew at the rotors, get velocities, and are shown to all."""
@@ -271,31 +278,29 @@ class FarmWakes:
         together(lambda k: self.settle(k, t))
         together(lambda k: self.show(k, rotors[k], t))
 
-    def develop(self, rotors: Sequence[RotorState], together: Together) -> Float:
-        """Wakes that are developed at time 0, behind rotors with constant thrust coefficients, in the wind before.
+    def develop(self, rotor: Callable[[int, float], RotorState], together: Together) -> Float:
+        """Wakes that are developed at time 0, in the wind before; rotors follow their operating points.
+
+        Args:
+          rotor: state of a rotor in steady operation, by number and wind speed over that without wakes.
 
         Returns:
           (turbines,) mean wind along each rotor's axis with the wakes of the others, over that without.
         """
-        self.count[:], self._filtered = 0, [None] * len(rotors)
-        self.boxes = np.full((len(rotors), 2, 2), np.inf)  # no wakes yet
+        n, shares = len(self.count), np.ones(len(self.count))
+        self.count[:], self._filtered = 0, [None] * n
+        self.boxes = np.full((n, 2, 2), np.inf)  # no wakes yet
         last = math.ceil(float(self.reach.max()) / (DEVELOPED * self.mean.speed * self.step))
-        sums = np.zeros((2, len(rotors)))
+        keep = math.exp(-self.step / MEMORY)
         for e in range(-last, 1):
             t = e * self.step
-
-            def winds_at(i: int, t: float = t) -> tuple[Float, float]:
-                axis = rotors[i].shaft
-                return self.rotor_wind(i, rotors[i], t), float(self.rotor_wind(i, rotors[i], t, waked=False) @ axis)
-
-            winds = together(winds_at)
-            now = [_in_wind(rotor, wind) for rotor, (wind, _) in zip(rotors, winds, strict=True)]
-            self.advance(now, t, together)
-            if 2 * e > -last:
-                sums += [[float(u @ r.shaft) for r, (u, _) in zip(rotors, winds, strict=True)], [x for _, x in winds]]
+            rotors = [rotor(i, float(shares[i])) for i in range(n)]
+            winds = together(lambda i, t=t, rotors=rotors: self.rotor_wind(i, rotors[i], t))  # type: ignore[misc]
+            self.advance([_in_wind(r, wind) for r, (wind, _) in zip(rotors, winds, strict=True)], t, together)
+            now = [float(u @ r.shaft) / max(float(v @ r.shaft), 1e-9) for r, (u, v) in zip(rotors, winds, strict=True)]
+            shares = keep * shares + (1.0 - keep) * np.clip(now, LEAST_SHARE, 1.0)
         self.crossed = 0
-        share: Float = np.clip(sums[0] / np.maximum(sums[1], 1e-9), LEAST_SHARE, 1.0)
-        return share
+        return shares
 
     def paths(self) -> list[NDArray[np.float32]]:
         """Centre, travelled path and velocity of the planes of each wake: (7, planes)."""

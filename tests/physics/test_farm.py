@@ -83,6 +83,7 @@ def test_set_points_are_checked(model: Any) -> None:
         ([SetPoint()], "1 set-points, expected one for each of 2"),
         ([SetPoint(yaw=0.1)] * 2, 'yaw="driven"'),
         ([SetPoint(power=-1.0)] * 2, "0 W or more"),
+        ([SetPoint(pitch=1.0)] * 2, "pitch must be within"),
     ):
         with pytest.raises(meltemi.InputError, match=words):
             meltemi.simulate_farm(
@@ -144,3 +145,32 @@ def test_runs_import_no_wakes() -> None:
 
     code = "import sys, meltemi; meltemi.simulate; print([m for m in sys.modules if m.startswith('meltemi_farm')])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_an_offset_of_the_pitch_derates_one_turbine_and_strengthens_the_wind_behind_it(model: Any) -> None:
+    settings = WakeSettings(added_turbulence=False)
+    farm = meltemi.Farm(model, [(0.0, 0.0), (3.0 * D, 0.0)], settings)
+    found = {}
+    for pitch in (0.0, 0.06):
+        points = [SetPoint(pitch=pitch), SetPoint()]
+        found[pitch] = meltemi.simulate_farm(
+            farm, 9.0, duration=80.0, channels=("generator_power", "pitch_1"), control=lambda t, m, p=points: p
+        )
+    plain, derated = found.values()
+    assert (derated[0]["pitch_1"] - plain[0]["pitch_1"])[-1] == pytest.approx(0.06, abs=1e-3)
+    assert np.abs(derated[1]["pitch_1"] - plain[1]["pitch_1"]).max() < 0.01
+    assert derated[0]["generator_power"][-1] < 0.95 * plain[0]["generator_power"][-1]
+    assert derated[1]["generator_power"][-1] > 1.02 * plain[1]["generator_power"][-1]
+
+
+@pytest.mark.slow
+def test_wakes_follow_a_turning_wind(model: Any) -> None:
+    wind = meltemi.wind.WindSeries(time=[0.0, 60.0, 200.0], speed=[9.0] * 3, direction=[0.0, 0.0, np.radians(10.0)])
+    farm = meltemi.Farm(model, [(0.0, 0.0), (7.0 * D, 0.0)], WakeSettings(added_turbulence=False))
+    result = meltemi.simulate_farm(farm, wind, duration=400.0, channels=("generator_power",))
+    aside = result.wake(0).centre(5.0 * D)[:, 1]
+    assert np.abs(aside[:30]).max() < 1.0
+    # the nacelle stays, so that the wake is deflected by 10 deg of yaw error, too: some 0.2 D
+    assert aside[-1] == pytest.approx(-np.tan(np.radians(10.0)) * 5.0 * D - 0.2 * D, abs=0.05 * D)
+    power = result[1]["generator_power"]
+    assert power[-1] > 1.9 * power[0]

@@ -216,6 +216,31 @@ def test_the_verdict_of_a_site() -> None:
     assert site_suitability(surrogate, site(1.0), class_table("IIIC")).verdict == "not suitable"
 
 
+def test_neighbours_raise_loads_by_the_effective_turbulence_of_their_slope() -> None:
+    sector = Sector(weibull_scale=9.0, speed=[4.0, 25.0], intensity=[0.1, 0.1], thrust_coefficient=[0.8, 0.8])
+    plain, waked = (SiteTable(sectors=(sector,), neighbours=n) for n in ((), (5.0, 7.0)))
+    full = Surrogate("made", SPACE, {}, {})
+    column = SPACE.names.index("turbulence_intensity")
+    for slope in (4.0, 10.0):
+        _, x = conditions_of(full, waked, slope)
+        speed = x[10, 0]
+        sigma = [math.hypot(speed / (1.5 + 0.8 * d / math.sqrt(0.8)), 0.1 * speed) for d in (5.0, 7.0)]
+        mean = 0.88 * (0.1 * speed) ** slope + 0.06 * sum(s**slope for s in sigma)
+        assert x[10, column] == pytest.approx(mean ** (1.0 / slope) / speed)
+    # without thrust coefficients 7 m/s over the speed
+    usual, one = (
+        sector.replace(thrust_coefficient=c).effective(np.array([7.0]), (5.0,), 10.0) for c in (None, [1.0, 1.0])
+    )
+    assert usual == pytest.approx(one)
+    mild, steep = (linear(0.0, 0.02, 3.0, slope=m) for m in (4.0, 10.0))
+    ratios = [np.divide(*lifetime_loads(each, [waked, plain])["tower"]) for each in (mild, steep)]
+    assert 1.05 < ratios[0] < ratios[1]
+    with pytest.raises(InputError, match="2 rotor diameters or more"):
+        SiteTable(sectors=(sector,), neighbours=(1.0,))
+    with pytest.raises(InputError, match="at most 8"):
+        SiteTable(sectors=(sector,), neighbours=(5.0,) * 9)
+
+
 def test_further_points_are_where_damage_is_uncertain() -> None:
     surrogate = linear(0.0, 0.0, 0.0)
     own = surrogate.loads["tower"]

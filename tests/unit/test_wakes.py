@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.wind.fields import SteadyWind
-from meltemi_farm.effective import effective_intensity, farm_turbulence, wake_turbulence
 from meltemi_farm.march import half_width
 from meltemi_farm.sets import SETS, average_points, disk_mean, fast_farm_inlet, smooth_filter
 from meltemi_farm.settings import WakeSettings
 from meltemi_farm.steady import steady_wake
 from meltemi_farm.wakes import FarmWakes, RotorState
+from meltemi_loads.effective import effective_intensity, farm_turbulence, wake_turbulence
 
 Float = NDArray[np.float64]
 D, U = 126.0, 8.0
@@ -131,7 +131,7 @@ def rotor(thrust: float = 0.8, *, yaw: float = 0.0, speed: float = U) -> RotorSt
 def developed(settings: WakeSettings, rotors: list[RotorState], places: Float, speed: float = U) -> FarmWakes:
     n, wind = len(places), SteadyWind(speed=speed)
     wakes = FarmWakes(settings, wind, places, [D] * n, [90.0] * n, wind, 2.0)
-    wakes.develop(rotors, lambda f: [f(i) for i in range(n)])
+    wakes.develop(lambda i, share: rotors[i], lambda f: [f(i) for i in range(n)])
     return wakes
 
 
@@ -141,7 +141,7 @@ ROW = np.array([[0.0, 0.0], [5.0 * D, 0.0], [10.0 * D, 0.0]])
 
 def test_a_rotor_sees_the_wake_of_the_one_before_but_not_its_own() -> None:
     wakes = developed(PLAIN, [rotor()] * 2, ROW[:2])
-    first, second = (wakes.rotor_wind(i, rotor(), 0.0)[0] for i in range(2))
+    first, second = (wakes.rotor_wind(i, rotor(), 0.0)[0][0] for i in range(2))
     assert first == pytest.approx(U, abs=1e-9)
     _, r, V, _ = steady_wake(SETS["fast.farm"], 0.8, 0.0, speed=U, diameter=D, length=5.0 * D, spacing=5.0, way=10.0)
     assert second - U == pytest.approx(V[-1, r <= 0.5 * D].mean(), rel=0.03)
@@ -158,7 +158,7 @@ def test_merging_orders_as_its_names_say() -> None:
     found = {}
     for merging in ("quadratic", "linear", "largest"):
         wakes = developed(PLAIN.replace(merging=merging), [rotor()] * 3, ROW)
-        found[merging] = U - wakes.rotor_wind(2, rotor(), 0.0)[0]
+        found[merging] = U - wakes.rotor_wind(2, rotor(), 0.0)[0][0]
     assert found["linear"] > 1.05 * found["quadratic"] > 1.1 * found["largest"]
 
 

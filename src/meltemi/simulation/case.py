@@ -109,7 +109,7 @@ class Case:
             "locked": model.locked.copy(),
             "structure": model.structure.copy(),
             "aero": model.aero.copy(),
-            "actuators": model.actuators,
+            "actuators": model.actuators.copy(),
             "faults": healthy(),
             "watch": new_watch(model),
             "conditions": conditions_array(model.environment, grid, turbine.rated_power, frequency),

@@ -10,6 +10,7 @@ import typer
 
 from meltemi.app.commands import Group
 from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, controller_of_options, with_options
+from meltemi.app.scans import values_of
 from meltemi.app.terminal import (
     OutOption,
     folder_for,
@@ -240,6 +241,9 @@ def site(
     site_turbine: Annotated[
         str | None, typer.Option("--site-turbine", help="ID of the turbine in the JSON form.")
     ] = None,
+    neighbours: Annotated[
+        str | None, typer.Option("--neighbours", help="Distances of neighbours in rotor diameters, e.g. 5,5,7.")
+    ] = None,
     turbine: TurbineOption = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -251,6 +255,8 @@ def site(
     from meltemi_loads.surrogate.site import class_table, read_site_table, site_suitability
 
     made, table = load_surrogate(file, _turbine(turbine)), read_site_table(conditions, site_turbine)
+    if neighbours is not None:
+        table = table.replace(neighbours=tuple(values_of(neighbours, "--neighbours")))
     found = site_suitability(made, table, class_table(wind_class, edition))
     head, rows = suitability_rows(found)
     folder_for(out)

@@ -19,6 +19,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
 from meltemi.core.yamlfile import read_record
 from meltemi.wind.iec.classes import WindClass, as_class, sigma_ntm
+from meltemi_loads.effective import FURTHEST, MOST_NEIGHBOURS, NEAREST, effective_intensity
 from meltemi_loads.loadbase.site import read_site
 from meltemi_loads.loadbase.weights import Weibull
 from meltemi_loads.surrogate.model import Float, LoadModel, Surrogate
@@ -43,7 +44,9 @@ class Sector(Record):
     speed: Vector
     """(n,) [m/s] wind speeds of the turbulence intensities, increasing."""
     intensity: Vector
-    """(n,) turbulence intensity: effective (with wakes, for the slope of the material), or the 90 % quantile."""
+    """(n,) turbulence intensity: the 90 % quantile, or an effective one if ``neighbours`` of the site are left out."""
+    thrust_coefficient: Vector | None = None
+    """(n,) of the neighbours, for their wakes; by default 7 m/s over the wind speed, as in IEC 61400-1 edition 3."""
     shear_exponent: float = Field(default=0.2, gt=-1.0, lt=1.0)
     air_density: float = Field(default=1.225, gt=0.0, lt=3.0)
     """[kg/m^3]."""
@@ -58,7 +61,19 @@ class Sector(Record):
             raise ValueError("speed needs at least one entry, and must increase")
         if len(self.intensity) != len(self.speed):
             raise ValueError(f"intensity must have {len(self.speed)} entries like speed, found {len(self.intensity)}")
+        if self.thrust_coefficient is not None and len(self.thrust_coefficient) != len(self.speed):
+            raise ValueError(f"thrust_coefficient must have {len(self.speed)} entries like speed")
         return self
+
+    def effective(self, speed: Float, neighbours: Sequence[float], slope: float) -> Float:
+        """(k,) turbulence intensities at wind speeds [m/s], with the wakes of neighbours (K-17)."""
+        ambient, ct = np.interp(speed, self.speed, self.intensity), 7.0 / speed
+        if self.thrust_coefficient is not None:
+            ct = np.interp(speed, self.speed, self.thrust_coefficient)
+        if not neighbours:
+            return ambient
+        each = zip(speed, ambient, ct, strict=True)
+        return np.array([effective_intensity(v, i, neighbours, slope=slope, thrust=c) for v, i, c in each])
 
 
 class SiteTable(Record):
@@ -67,12 +82,20 @@ class SiteTable(Record):
     name: str = ""
     sectors: tuple[Sector, ...] = Field(min_length=1)
     """One for each direction sector, or a single one for all directions."""
+    neighbours: tuple[float, ...] = ()
+    """Distances of the neighbours in rotor diameters; the loads are then those of Frandsen's effective turbulence."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         whole = sum(sector.frequency for sector in self.sectors)
         if abs(whole - 1.0) > 0.01:
             raise ValueError(f"sectors: their frequencies must sum to 1, found {whole:.4g}")
+        if any(not NEAREST <= distance <= 1e3 for distance in self.neighbours):
+            raise ValueError(
+                f"neighbours: expected distances of {NEAREST:g} rotor diameters or more, found {self.neighbours}"
+            )
+        if sum(distance < FURTHEST for distance in self.neighbours) > MOST_NEIGHBOURS:
+            raise ValueError(f"neighbours: expected at most {MOST_NEIGHBOURS} nearer than {FURTHEST:g} rotor diameters")
         return self
 
     def density(self, speed: Float) -> Float:
@@ -130,8 +153,14 @@ def class_table(wind_class: str | WindClass, edition: int = 4) -> SiteTable:
     return SiteTable(name=f"class {k.name}", sectors=(sector,))
 
 
-def conditions_of(surrogate: Surrogate, site: SiteTable) -> tuple[Float, Float]:
-    """Probabilities (k,) and values (k, d) of the variables of all conditions in production (LS-13)."""
+def conditions_of(surrogate: Surrogate, site: SiteTable, slope: float = 10.0) -> tuple[Float, Float]:
+    """Probabilities (k,) and values (k, d) of the variables of all conditions in production (LS-13).
+
+    Args:
+      surrogate: of the turbine.
+      site: its conditions.
+      slope: of the S-N curve, for the effective turbulence of neighbours.
+    """
     low, high = surrogate.space.ends
     edge = np.linspace(low, high, max(round((high - low) / STEP), 1) + 1)
     middle = 0.5 * (edge[1:] + edge[:-1])
@@ -139,8 +168,9 @@ def conditions_of(surrogate: Surrogate, site: SiteTable) -> tuple[Float, Float]:
     for s in site.sectors:
         wind = Weibull(s.weibull_scale, s.weibull_shape)
         share = np.array([wind.between(a, b) for a, b in pairwise(edge)])
+        turbulence = s.effective(middle, site.neighbours, slope)
         for sign, part in YAW:
-            at = {SPEED: middle, "turbulence_intensity": np.interp(middle, s.speed, s.intensity)}
+            at = {SPEED: middle, "turbulence_intensity": turbulence}
             own = ("shear_exponent", "air_density", "inclination")
             at |= {name: np.full(len(middle), getattr(s, name)) for name in own}
             at["yaw_error"] = np.full(len(middle), sign * s.yaw_error)
@@ -207,17 +237,18 @@ def site_suitability(surrogate: Surrogate, site: SiteTable, design: SiteTable) -
       site: conditions there.
       design: conditions that the turbine is designed for, such as ``class_table("IB")``.
     """
-    (p, germ, outside), (q, reference, _) = (_clipped(surrogate, table) for table in (site, design))
-    margins = []
+    margins, outside = [], dict[str, float]()
     for model in surrogate.loads.values():
+        (p, germ, beyond), (q, reference, _) = (_clipped(surrogate, table, model.slope) for table in (site, design))
+        outside |= {name: max(share, outside.get(name, 0.0)) for name, share in beyond.items()}
         here, there = model.lifetime(p, germ), model.lifetime(q, reference)
         ratio, wide = here[0] / there[0], BAND * float(np.log(here / there)[1:].std())
         margins.append(Margin(model, here[0], there[0], ratio * np.exp(-wide), ratio * np.exp(wide)))
     return Suitability(site, design, tuple(margins), outside)
 
 
-def _clipped(surrogate: Surrogate, table: SiteTable) -> tuple[Float, Float, dict[str, float]]:
-    probability, points = conditions_of(surrogate, table)
+def _clipped(surrogate: Surrogate, table: SiteTable, slope: float) -> tuple[Float, Float, dict[str, float]]:
+    probability, points = conditions_of(surrogate, table, slope)
     germ = surrogate.space.germ(points)
     beyond = (np.abs(germ) > 1.0 + 1e-9) & (probability > 0.0)[:, None]
     whole = max(float(probability.sum()), 1e-300)
@@ -229,5 +260,7 @@ def _clipped(surrogate: Surrogate, table: SiteTable) -> tuple[Float, Float, dict
 
 def lifetime_loads(surrogate: Surrogate, tables: Sequence[SiteTable]) -> dict[str, list[float]]:
     """Equivalent loads at 1 Hz of the lifetime by load, one for each site."""
-    found = [_clipped(surrogate, table)[:2] for table in tables]
-    return {name: [float(each.lifetime(p, g, 1)[0]) for p, g in found] for name, each in surrogate.loads.items()}
+    return {
+        name: [float(each.lifetime(*_clipped(surrogate, table, each.slope)[:2], 1)[0]) for table in tables]
+        for name, each in surrogate.loads.items()
+    }
