@@ -140,6 +140,10 @@ class PlanOptions:
                 "--standard 61400-3-1 needs --site with the conditions of a site in the sea, without --site-turbine: a "
                 f"YAML file as 'meltemi loads metocean template' writes it, or one of {', '.join(list_metocean())}"
             )
+        if self.edition != 4:
+            raise InputError(
+                f"--edition {self.edition}: the table of IEC 61400-3-1 begins with edition 4; leave it out"
+            )
         given, site = self.given(), read_metocean(self.site)
         if self.table is not None:
             given["changes"] = read_changes(self.table, self.standard)

@@ -327,7 +327,11 @@ def _seas(
     turned = [0.0] if row.misalignment is None else list(numbers(row.misalignment, values))
     levels: list[Any] = names_in(row.levels) or ["mean"]
     found = site.waves(row.sea, speed, ends[0], ends[1], turned, levels)
-    return [replace(max(found, key=lambda each: (each.share, each.level)), share=1.0)] if campaign.quick else found
+    return (
+        [replace(max(found, key=lambda each: (each.share, each.level, -abs(each.misalignment))), share=1.0)]
+        if campaign.quick
+        else found
+    )
 
 
 def _last(rules: Sequence[tuple[float, int]], speed: float) -> int:
