@@ -310,7 +310,8 @@ def supervisor(what: str) -> str:
 
 
 def load_cases(part: str) -> str:
-    """Rows or faults of the load case table of edition 4, with those values in italics that come from practice."""
+    """Rows or faults of the load case table of edition 4, with those values in italics that come from practice; or what
+    the sea adds to the rows (``sea``)."""
     from meltemi_loads.loadbase.table import load_table, names_in
     from meltemi_loads.loadbase.wording import event_words
 
@@ -322,9 +323,17 @@ def load_cases(part: str) -> str:
         used = {name: [r for r, row in table.rows.items() if name in names_in(row.faults)] for name in table.faults}
         rows = [[f"`{n}`", f.title, words(f.events), ", ".join(used[n])] for n, f in table.faults.items()]
         return _table(["fault", "meaning", "events", "rows"], rows)
+    if part == "sea":
+        table = load_table("61400-3-1")
+        shown = "wind speeds sea misalignment levels wave seeds type factor characteristic state".split()
+        return _row_table(table.rows, shown)
     shown = "wind speeds yaw senses azimuths instants faults seeds duration type factor characteristic".split()
+    return _row_table(table.rows, shown)
+
+
+def _row_table(of: Any, shown: list[str]) -> str:
     rows = []
-    for name, row in table.rows.items():
+    for name, row in of.items():
         cells = {key: "" if getattr(row, key) is None else f"{getattr(row, key)}" for key in shown}
         cells = {key: f"*{cell}*" if cell and key in row.practice else cell for key, cell in cells.items()}
         rows.append([name, f"{row.title}: {row.situation}", *cells.values()])

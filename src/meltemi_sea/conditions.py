@@ -58,6 +58,12 @@ class StillWater(Sea):
     kind: Literal["still"] = "still"
 
 
+def breaking_height(period: float, depth: float) -> float:
+    """[m] of a wave of a period [s] that just does not break in water of a depth [m]."""
+    k = float(wave_number(np.array([2.0 * np.pi / period]), depth)[0])
+    return min(BREAKS_IN_SHALLOWS * depth, float(BREAKS_STEEP * 2.0 * np.pi / k * np.tanh(k * depth)))
+
+
 def refuse_breaking(height: float, period: float, depth: float, what: str) -> None:
     """Check that a wave of a height [m] and a period [s] does not break.
 

@@ -105,3 +105,29 @@ def test_the_options_of_a_base_are_in_its_file(command: Command, tmp_path: Path)
     command("loads", "plan", "nrel5mw", *QUICK, "--rated-wind", 11.4, "--out", tmp_path / "base")
     ran = command("loads", "plan", tmp_path / "base", "--seeds", 2)
     assert ran.status == 2 and "change its campaign.yaml" in ran.err
+
+
+@pytest.mark.slow
+def test_a_plan_at_sea(command: Command, tmp_path: Path) -> None:
+    site = tmp_path / "metocean.yaml"
+    assert command("loads", "metocean", "template", "--out", site).status == 0
+    there = command("loads", "metocean", "--out", site)
+    assert there.status == 2 and "is there already" in there.err
+    at_sea = ("loads", "plan", "iea15mw-monopile", "--standard", "61400-3-1", "--rated-wind", 10.7)
+    ran = command(*at_sea, "--site", site, "--quick", "--out", tmp_path / "base")
+    assert ran.status == 0, ran.err
+    assert "iea15mw-monopile: IEC 61400-3-1, template" in ran.out and "cannot run (" not in ran.err
+    rows = {row["case"]: row for row in rows_of(tmp_path / "base")}
+    row = rows["dlc6.1-50-y8-m0-high-s01"]
+    assert (row["wave_height"], row["wave_period"], row["level"]) == ("8.4", "12.8", "2.6")
+    for words, given in {
+        "did you mean '61400-3-1'": ("--standard", "61400-3-2"),
+        "needs --site": (),
+        "no site 'weiss'; did you mean 'weis'": ("--site", "weiss"),
+        "leave it out": ("--site", "weis", "--edition", 3),
+        "stands on land": ("--site", "weis"),
+    }.items():
+        turbine = "iea15mw" if "land" in words else "iea15mw-monopile"
+        wrong = command("loads", "plan", turbine, "--standard", "61400-3-1", *given, "--out", tmp_path / "no")
+        assert wrong.status == 2 and words in wrong.err, wrong.err
+    assert not (tmp_path / "no").exists()

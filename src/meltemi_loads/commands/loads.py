@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from math import radians
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
 
 import typer
 
@@ -21,7 +21,7 @@ from meltemi.app.options import (
     with_options,
 )
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, simulation_bar, suggest, wrote
-from meltemi.core.errors import InputError
+from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
@@ -61,11 +61,15 @@ class PlanOptions:
         str | None, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1, e.g. IB.")
     ] = None
     edition: Annotated[int, typer.Option(help="Edition of IEC 61400-1: 3, 4.")] = 4
+    standard: Annotated[str, typer.Option(help="61400-1; 61400-3-1: fixed turbines in the sea.")] = "61400-1"
     table: Annotated[Path | None, typer.Option(help="Changes of the table: YAML, or Excel as --excel writes it.")] = (
         None
     )
     site: Annotated[
-        Path | None, typer.Option(help="Site conditions (JSON form of IEC 61400-15-1) instead of a class.")
+        Path | None,
+        typer.Option(
+            help="Site conditions (JSON form of IEC 61400-15-1) instead of a class; in the sea a YAML file or a name."
+        ),
     ] = None
     site_turbine: Annotated[str | None, typer.Option(help="ID of the turbine in that form.")] = None
     quick: Annotated[bool, typer.Option("--quick", help="One seed, three speeds: for a first test.")] = False
@@ -104,7 +108,12 @@ class PlanOptions:
         from meltemi_loads.loadbase.campaign import make_campaign
         from meltemi_loads.loadbase.changes import read_changes
         from meltemi_loads.loadbase.site import read_site
+        from meltemi_loads.loadbase.table import AT_SEA, Standard
 
+        if self.standard not in get_args(Standard):
+            raise InputError(f"--standard {self.standard!r}: {did_you_mean(self.standard, get_args(Standard))}")
+        if self.standard == AT_SEA:
+            return self._at_sea(turbine)
         if (self.wind_class is None) == (self.site is None):
             raise InputError("give either --class (for instance --class IB) or --site FILE")
         if self.site is None and self.site_turbine is not None:
@@ -119,6 +128,29 @@ class PlanOptions:
             given["changes"] = read_changes(self.table, edition)
         with simulation_bar("operating points of the plan"):
             return make_campaign(turbine, of_class, edition, **given)
+
+    def _at_sea(self, turbine: str) -> Campaign:
+        """The campaign of a turbine in the sea."""
+        from meltemi_loads.loadbase.campaign import make_campaign
+        from meltemi_loads.loadbase.changes import read_changes
+        from meltemi_loads.loadbase.metocean import list_metocean, read_metocean
+
+        if self.site is None or self.site_turbine is not None:
+            raise InputError(
+                "--standard 61400-3-1 needs --site with the conditions of a site in the sea, without --site-turbine: a "
+                f"YAML file as 'meltemi loads metocean template' writes it, or one of {', '.join(list_metocean())}"
+            )
+        if self.edition != 4:
+            raise InputError(
+                f"--edition {self.edition}: the table of IEC 61400-3-1 begins with edition 4; leave it out"
+            )
+        given, site = self.given(), read_metocean(self.site)
+        if self.table is not None:
+            given["changes"] = read_changes(self.table, self.standard)
+        with simulation_bar("operating points of the plan"):
+            return make_campaign(
+                turbine, self.wind_class or site.wind_class, 4, standard=self.standard, metocean=site, **given
+            )
 
 
 @loads.command("plan")
@@ -196,8 +228,7 @@ def _show(plan: Plan) -> None:
     lacking = sum(row.unsupported for row in plan.summary())
     rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{all_hours:.1f}", str(lacking or "")])
     head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours", "cannot run"]
-    where = c.site.name if c.site is not None else f"class {c.iec_class.name}"
-    title = f"{Path(c.turbine).name}: {plan.table.title}, {where}"
+    title = f"{Path(c.turbine).name}: {plan.table.title}, {c.where}"
     print_table(title, head, rows, text_columns=4)
     print(
         f"V_in {c.cut_in:g}, V_r {c.rated_wind:g}, V_out {c.cut_out:g}, V_ref {c.iec_class.v_ref:g} m/s; hours "
@@ -206,7 +237,25 @@ def _show(plan: Plan) -> None:
     for why, names in plan.missing().items():
         say(f"cannot run (DLC {', '.join(names)}): {why}")
     assumed = len(plan.table.assumptions())
-    print(f"{assumed} values of the table come from practice, not from the standard (docs: load case tables)")
+    print(f"{assumed} values of the table come from practice or memory, not from the standard (docs: load case tables)")
+
+
+@loads.command()
+def metocean(
+    site: Annotated[str, typer.Argument(help="A site of the package: iea22, weis; or template.")] = "template",
+    out: OutOption = Path("metocean.yaml"),
+) -> None:
+    """Write the conditions of a site in the sea as a file, to be edited."""
+    from meltemi.core.files import replacing
+    from meltemi_loads.loadbase.metocean import metocean_file
+
+    text = metocean_file(site).read_text(encoding="utf-8")
+    if out.exists():
+        raise InputError(f"{out}: is there already; choose another name with --out, or remove it")
+    with replacing(out) as (partial,):
+        partial.write_text(text, encoding="utf-8")
+    wrote(out)
+    suggest("loads", "plan", "iea15mw-monopile", "--standard", "61400-3-1", "--site", out, "--quick")
 
 
 @dataclass(frozen=True)

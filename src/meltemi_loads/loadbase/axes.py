@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from meltemi.simulation.channels import Contents, catalogue, find
+from meltemi.simulation.channels import find
 from meltemi.turbine.definition import Turbine
-from meltemi_loads.loadbase.interfaces import Interface, interfaces_of, stations
+from meltemi_loads.loadbase.interfaces import Interface, interfaces_of, known_channels, stations
 from meltemi_loads.loadbase.ultimate import blade_groups
 from meltemi_reports.blocks import Beside, Block, Cell, Drawing, Part, Stroke, Table
 from meltemi_reports.turbine_facts import number
@@ -61,6 +61,12 @@ def axes_of(name: str, turbine: Turbine) -> Axes:
     if name.startswith("tower_station"):
         where = f"tower axis, {number(towers[part - 1])} m above the tower base"
         return Axes(where, "inertial", downwind, left, "up")
+    if name.startswith("pile_station"):
+        assert turbine.support is not None
+        where = f"pile axis, {number(turbine.support.load_stations[part - 1])} m above mean sea level"
+        return Axes(where, "inertial", downwind, left, "up")
+    if name == "mudline":
+        return Axes("pile axis at the mudline", "inertial; reaction of the ground", downwind, left, "up")
     return Axes("tower base", "tower base (t)", downwind, left, "up")
 
 
@@ -75,10 +81,10 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
         sketches.append(Part(title, [Beside(sketches_of(name, a))]))
     words = (
         "Loads are those that the outboard part exerts on the inboard part: the rotor on the shaft, the nacelle on "
-        "the tower, the tower on the foundation. Axes are right-handed; moments are positive about them by the "
-        "right-hand rule. The rotor turns clockwise looking downwind. In the sketches ⊗ is an axis into the picture; "
-        "tilt and cone are drawn larger than they are, pitch is zero. F_res and M_res are the resultants of x and y, "
-        "at the hub of y and z."
+        "the tower, the tower on the foundation; at the mudline those of the ground on the pile. Axes are "
+        "right-handed; moments are positive about them by the right-hand rule. The rotor turns clockwise looking "
+        "downwind. In the sketches ⊗ is an axis into the picture; tilt and cone are drawn larger than they are, pitch "
+        "is zero. F_res and M_res are the resultants of x and y, at the hub of y and z."
     )
     head = [
         "interface",
@@ -93,7 +99,7 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
 
 
 def _aliases(interface: Interface, turbine: Turbine) -> str:
-    known = catalogue(Contents(turbine.n_blades, blade_stations=9, tower_stations=9))
+    known = known_channels(turbine.n_blades)
     return ", ".join(find(channel, known).alias for channel in interface.channels)
 
 

@@ -35,8 +35,9 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.iec.classes import WindClass, wind_class
+from meltemi_loads.loadbase.metocean import Metocean
 from meltemi_loads.loadbase.site import Site
-from meltemi_loads.loadbase.table import Defaults, LoadTable, load_table
+from meltemi_loads.loadbase.table import AT_SEA, Defaults, LoadTable, Standard, load_table
 
 FILE = "campaign.yaml"
 RATED = 0.998
@@ -54,10 +55,16 @@ class Campaign(Record):
     """Name in the library, or path of a turbine file or an OpenFAST deck (.fst)."""
     edition: Literal[3, 4] = 4
     """Edition of IEC 61400-1."""
+    standard: Standard = "61400-1"
+    """IEC 61400-1, or IEC 61400-3-1 for a turbine on a fixed support in the sea."""
     wind_class: str | WindClass
     """Wind turbine class and turbulence category, e.g. IB, or one with user-defined values."""
     site: Site | None = None
     """Conditions of a site, instead of those of the class."""
+    metocean: Metocean | None = None
+    """Conditions of a site in the sea."""
+    depth: float | None = Field(default=None, gt=0.0)
+    """[m] of the water at mean sea level, which limits embedded waves."""
     changes: dict[str, Any] = Field(default_factory=dict)
     """Changes of the table of the edition."""
 
@@ -143,6 +150,10 @@ class Campaign(Record):
             wind_class(self.wind_class, self.edition)
         elif self.wind_class.edition != self.edition:
             raise ValueError(f"wind_class: {self.wind_class.label} cannot be used with edition {self.edition}")
+        if self.standard == AT_SEA and (self.metocean is None or self.depth is None or self.edition != 4):
+            raise ValueError(f"standard {AT_SEA} needs metocean, depth and edition 4")
+        if self.metocean is not None and (self.site is not None or self.depth is None):
+            raise ValueError("metocean: it needs depth, and excludes site")
         ModelOptions.model_validate(self.options)
         return self
 
@@ -153,13 +164,19 @@ class Campaign(Record):
             return self.site.wind_class(self.edition)
         return wind_class(self.wind_class, self.edition) if isinstance(self.wind_class, str) else self.wind_class
 
+    @property
+    def where(self) -> str:
+        """Site, or class."""
+        site = self.site or self.metocean
+        return site.name if site is not None else f"class {self.iec_class.name}"
+
     def table(self) -> LoadTable:
         """The table of its edition with its changes.
 
         Raises:
           InputError: the changes are not valid.
         """
-        return load_table(self.edition, self.changes, "changes")
+        return load_table(AT_SEA if self.standard == AT_SEA else self.edition, self.changes, "changes")
 
     def defaults(self, table: LoadTable) -> Defaults:
         """Defaults of the table, with those of the campaign."""
@@ -222,7 +239,18 @@ def make_campaign(
         "rotor_diameter": described.rotor_diameter,
         "electrical_system": described.electrical is not None,
     }
+    if described.support is not None:
+        data["depth"] = described.support.depth
     data |= settings
+    if data.get("standard") == AT_SEA:
+        if described.support is None:
+            raise InputError(
+                f"standard {AT_SEA}: {turbine} stands on land; choose a turbine with a support, such as "
+                "iea15mw-monopile, or give it one (turbine.support)"
+            )
+        if data.get("metocean") is None:
+            raise InputError(f"standard {AT_SEA} needs the conditions of the site (metocean)")
+        data.setdefault("inclination", 0.0)
     speed = described.rated_rotor_speed
     stops = limits(described, Supervision())
     own = {"rotor_speed": speed, "idle_pitch": described.control.pitch.maximum}

@@ -11,7 +11,7 @@ from meltemi_loads.loadbase.excel import read_excel
 from meltemi_loads.loadbase.table import load_table
 
 
-def read_changes(path: str | Path, edition: int = 4) -> dict[str, Any]:
+def read_changes(path: str | Path, edition: int | str = 4) -> dict[str, Any]:
     """Changes of a table from a YAML file, or from an Excel file, compared with the edition.
 
     Raises:

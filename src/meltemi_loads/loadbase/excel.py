@@ -88,7 +88,7 @@ def _values(table: LoadTable) -> list[tuple[str, str, Any]]:
     return found
 
 
-def read_excel(path: str | Path, edition: int) -> dict[str, Any]:
+def read_excel(path: str | Path, edition: int | str) -> dict[str, Any]:
     """Changes of the table of an edition that an Excel file has.
 
     Raises:
@@ -100,7 +100,7 @@ def read_excel(path: str | Path, edition: int) -> dict[str, Any]:
     for name in ("cases", "faults", "values"):
         if name not in sheets:
             raise InputError(f"{path}: no sheet {name!r}; {did_you_mean(name, sheets)}")
-    data: dict[str, Any] = {"edition": edition, "title": base.title, "source": base.source}
+    data: dict[str, Any] = {"edition": base.edition, "title": base.title, "source": base.source}
     data["rows"] = _named(sheets["cases"], Row, f"{path}: sheet cases")
     data["faults"] = _named(sheets["faults"], Fault, f"{path}: sheet faults")
     for line, (part, key, value) in enumerate(_table(sheets["values"], HEAD, f"{path}: sheet values"), start=2):

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
+from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group
 from meltemi.turbine.definition import Turbine
 
 BLADE_STATIONS = (0.25, 0.5, 0.75)
@@ -62,14 +63,25 @@ def interfaces_of(turbine: Turbine) -> tuple[Interface, ...]:
         found.append(Interface(f"tower_station_{n}", tuple(f"tower_station_{n}_{name}" for name in SIX)))
     base = (*SIX[:3], "moment_side_side", "moment_fore_aft", "moment_torsion")
     found.append(Interface("tower_base", tuple(f"tower_base_{name}" for name in base), rose=True))
+    if turbine.support is not None:
+        for n in range(1, len(turbine.support.load_stations) + 1):
+            found.append(Interface(f"pile_station_{n}", tuple(f"pile_station_{n}_{name}" for name in SIX)))
+        found.append(Interface("mudline", tuple(f"mudline_reaction_{name}" for name in SIX), rose=True))
     return tuple(found)
+
+
+def known_channels(blades: int) -> dict[str, Channel]:
+    """Channels with up to 9 stations of blades and tower, and 40 of the pile."""
+    pile = (*channels_of_group("sea"), *channels_of_group("pile_station", 40))
+    return catalogue(Contents(blades, blade_stations=9, tower_stations=9, further=pile))
 
 
 def recorded(turbine: Turbine, interfaces: Sequence[Interface]) -> tuple[str, ...]:
     """Channels that the cases of a load base record."""
     names = (*OF_BLADES, *(f"flap_{j + 1}_angle" for j in range(len(turbine.flaps))))
+    others = OTHERS if turbine.support is None else (*OTHERS, "wave_elevation")
     blades = (f"{name}_{b}" for b in range(1, turbine.n_blades + 1) for name in names)
-    return tuple(dict.fromkeys(chain(*(each.channels for each in interfaces), OTHERS, blades)))
+    return tuple(dict.fromkeys(chain(*(each.channels for each in interfaces), others, blades)))
 
 
 def stations(turbine: Turbine) -> tuple[tuple[float, ...], tuple[float, ...]]:

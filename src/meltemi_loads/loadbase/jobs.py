@@ -45,7 +45,7 @@ WITHOUT_CONTROL = (
     *("torque.rated_power", "torque.rated_speed", "torque.maximum_torque"),
 )
 """Settings of the turbine's control that a run without control depends on."""
-OF_RUN = ("wind", "controller", "start", "duration", "transient", "events", "grid")
+OF_RUN = ("wind", "controller", "start", "duration", "transient", "events", "grid", "sea")
 """Keys of a case on which its model does not depend."""
 MOST_MODELS = 16
 """Models and controllers that are kept for further cases."""

@@ -6,7 +6,7 @@ import csv
 import hashlib
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -21,6 +21,7 @@ from meltemi.loadcases.case import LoadCase
 from meltemi.wind.iec.classes import extreme_speed
 from meltemi.wind.iec.models import MODELS
 from meltemi_loads.loadbase.campaign import Campaign
+from meltemi_loads.loadbase.metocean import Waves
 from meltemi_loads.loadbase.ranges import counts, numbers
 from meltemi_loads.loadbase.situations import Setting, Variant, case_content, missing, timed
 from meltemi_loads.loadbase.table import Fault, LoadTable, Row, names_in
@@ -55,7 +56,7 @@ class Weight:
     Attributes:
       state: its state; empty if it is counted by occurrences.
       low, high: [m/s] bin of the wind speed.
-      yaw_share: share of time of its yaw error.
+      yaw_share: share of time of its yaw error and its sea.
       runs: cases that share the time or the occurrences.
       occurrences: [1/year].
       share: of the lifetime, for this case.
@@ -156,7 +157,7 @@ class Plan(Shown):
     def card(self) -> Card:
         """Number of cases and hours, by row of the table."""
         c = self.campaign
-        where = c.site.name if c.site is not None else f"class {c.iec_class.name}"
+        where = c.where
         facts = [
             ("load cases", f"{self.table.title}, {where}"),
             ("cases", f"{len(self.cases)}, {self.hours:.1f} h simulated"),
@@ -283,6 +284,8 @@ def _cases(name: str, campaign: Campaign, table: LoadTable) -> Iterator[PlannedC
     faults: Sequence[str | None] = names_in(row.faults) or [None]
     rules = counts(row.seeds if row.seeds is not None else str(defaults.seeds), values)
     occurrences = _occurrences(row, written, values)
+    if row.sea is not None and campaign.metocean is None:
+        raise ValueError(f"sea: {row.sea} needs the conditions of a site in the sea (metocean)")
     bins = edges(speeds)
     for model in models:
         storm = model.startswith("EWM")
@@ -294,15 +297,41 @@ def _cases(name: str, campaign: Campaign, table: LoadTable) -> Iterator[PlannedC
             seeds: Sequence[int | None] = range(1, n + 1) if turbulent else [None]
             others = [senses, azimuths, instants, faults, seeds]
             runs = math.prod(map(len, others))
-            for yaw in yaws:
+            seas = _seas(row, campaign, speed, bins[i : i + 2], values)
+            for yaw, waves in product(yaws, seas):
                 weight = None
                 if row.type == "fatigue":
                     weight = _weight(
-                        row, table, campaign, bins[i : i + 2], shares[yaw], runs, occurrences.get(speed, 0.0)
+                        row,
+                        table,
+                        campaign,
+                        bins[i : i + 2],
+                        shares[yaw] * (waves.share if waves else 1.0),
+                        runs,
+                        occurrences.get(speed, 0.0),
                     )
                 for sense, azimuth, instant, fault, seed in product(*others):
-                    variant = Variant(model, speed, yaw, sense, azimuth, instant, fault, seed)
+                    variant = Variant(model, speed, yaw, sense, azimuth, instant, fault, seed, waves)
                     yield _planned(name, row, variant, steady, weight, campaign, table, len(models) > 1)
+
+
+def _seas(
+    row: Row, campaign: Campaign, speed: float, ends: list[float], values: dict[str, float]
+) -> Sequence[Waves | None]:
+    """Seas of a row at a wind speed; in a quick plan the most frequent one."""
+    site = campaign.metocean
+    if row.sea is None or site is None:
+        return [None]
+    if site.lacks(row.sea):
+        return [Waves(0.0, 0.0)]  # cases that cannot run
+    turned = [0.0] if row.misalignment is None else list(numbers(row.misalignment, values))
+    levels: list[Any] = names_in(row.levels) or ["mean"]
+    found = site.waves(row.sea, speed, ends[0], ends[1], turned, levels)
+    return (
+        [replace(max(found, key=lambda each: (each.share, each.level, -abs(each.misalignment))), share=1.0)]
+        if campaign.quick
+        else found
+    )
 
 
 def _last(rules: Sequence[tuple[float, int]], speed: float) -> int:
@@ -369,6 +398,7 @@ def _planned(
 ) -> PlannedCase:
     parts = [f"dlc{name}", v.model.lower() if several else "", f"{v.speed:.6g}"]
     parts.append("" if v.yaw is None else f"y{v.yaw:.6g}")
+    parts.append(v.waves.name if v.waves else "")
     parts.append("" if v.sense is None else "p" if v.sense > 0 else "n")
     parts.append("" if v.azimuth is None else f"a{v.azimuth:.6g}")
     parts.append("" if v.instant is None else f"t{v.instant:.6g}")
@@ -376,7 +406,8 @@ def _planned(
     full = "-".join(filter(None, parts))
     number = None if v.seed is None else seed_of(full, campaign.realisation)
     fault = None if v.fault is None else table.faults[v.fault]
-    setting = Setting(campaign, row, v, fault, steady, number)
+    waves = None if v.waves is None else seed_of(f"{full} waves", campaign.realisation)
+    setting = Setting(campaign, row, v, fault, steady, number, waves)
     assert row.duration is not None and row.transient is not None
     return PlannedCase(
         full,
@@ -417,9 +448,9 @@ def _wind_words(case: PlannedCase) -> str:
 def _columns(plan: Plan) -> tuple[list[str], list[list[Any]]]:
     """Header and rows of ``plan.csv``."""
     head = (
-        "case dlc row situation wind steady speed yaw_deg sense azimuth_deg instant fault seed_number seed transient "
-        "duration type factor characteristic state bin_low bin_high yaw_share runs occurrences share repetitions "
-        "unsupported"
+        "case dlc row situation wind steady speed yaw_deg wave_height wave_period misalignment_deg level sense "
+        "azimuth_deg instant fault seed_number seed transient duration type factor characteristic state bin_low "
+        "bin_high yaw_share runs occurrences share repetitions unsupported"
     ).split()
     rows = []
     for c in plan.cases:
@@ -430,6 +461,7 @@ def _columns(plan: Plan) -> tuple[list[str], list[list[Any]]]:
         rows.append(
             [
                 *(c.name, c.dlc, c.row, c.setting.row.situation, v.model, c.setting.steady, v.speed, v.yaw or 0.0),
+                *((s.height, s.period, s.misalignment, s.level) if (s := v.waves) else (None,) * 4),
                 *(v.sense, v.azimuth, v.instant, v.fault, v.seed, c.seed, c.transient, c.duration, c.type, c.factor),
                 *(c.characteristic, *weights, c.unsupported),
             ]

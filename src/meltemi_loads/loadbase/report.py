@@ -176,7 +176,8 @@ def write_design_loads(design: DesignLoads, folder: str | Path) -> list[Path]:
 def facts(plan: Plan) -> list[tuple[str, str]]:
     """What was computed, in pairs of name and value."""
     c, defaults = plan.campaign, plan.campaign.defaults(plan.table)
-    where = f"site {c.site.name}, {c.iec_class.name}" if c.site is not None else c.iec_class.name
+    site = c.site or c.metocean
+    where = c.iec_class.name if site is None else f"site {site.name}, {c.iec_class.name}"
     return [
         ("turbine", Path(c.turbine).name),
         ("rotor, hub height", f"{number(c.rotor_diameter)} m, {number(c.hub_height)} m"),

@@ -11,9 +11,10 @@ from typing import Any
 import pandas as pd
 
 from meltemi.core.errors import InputError
-from meltemi.simulation.channels import Contents, catalogue, find
+from meltemi.simulation.channels import find
 from meltemi_loads.loadbase.design import DesignLoads
 from meltemi_loads.loadbase.engine import base_table
+from meltemi_loads.loadbase.interfaces import known_channels
 from meltemi_loads.loadbase.plan import Plan, PlannedCase
 from meltemi_loads.loadbase.wording import in_words
 from meltemi_reports.blocks import Block, Case, Cell, Statistics, Table
@@ -44,7 +45,7 @@ def statistics(plan: Plan, folder: str | Path) -> pd.DataFrame:
         return pd.DataFrame(columns=["min", "mean", "max", "unit"], index=empty)
     found = found[~found["channel"].str.contains("@")]
     names = found["channel"].unique()
-    known = catalogue(Contents(plan.campaign.blades, 0, 9, 9))
+    known = known_channels(plan.campaign.blades)
     units = {name: _unit(name, known) for name in names}
     words = {name: OF_BLADE.sub("", name).replace("_", " ") for name in names}
     channel = found["channel"]
@@ -127,12 +128,14 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
 
 
 def event_of(case: PlannedCase) -> str:
-    """Sense, azimuth, instant and fault of a case, in words."""
+    """Sense, azimuth, instant, fault and sea of a case, in words."""
     v = case.variant
     sense = "" if v.sense is None else "+" if v.sense > 0 else "-"
     azimuth = "" if v.azimuth is None else f"{v.azimuth:g}°"
     instant = "" if v.instant is None else f"{v.instant:g} s"
-    return " ".join(filter(None, (sense, azimuth, instant, (v.fault or "").replace("_", " "))))
+    sea = "" if v.waves is None else f"waves {v.waves.height:.3g} m {v.waves.period:.3g} s {v.waves.misalignment:g}°"
+    level = f"level {v.waves.level:g} m" if v.waves and v.waves.level else ""
+    return " ".join(filter(None, (sense, azimuth, instant, (v.fault or "").replace("_", " "), sea, level)))
 
 
 def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
@@ -158,8 +161,8 @@ def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
     evaluated = [[*in_words(settings, key)] for key in type(settings).model_fields]
     practice = [[*each] for each in plan.assumptions()]
     text = (
-        f"Source of the load case table: {plan.table.source}. The following {len(practice)} values come from practice, "
-        "not from the standard."
+        f"Source of the load case table: {plan.table.source}. The following {len(practice)} values come from practice "
+        "or memory, not from the standard."
     )
     return [
         table,

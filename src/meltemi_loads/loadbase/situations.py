@@ -11,10 +11,15 @@ from meltemi.controllers.specification import keyed
 from meltemi.core.yamlfile import merged
 from meltemi.wind.iec.models import MODELS
 from meltemi_loads.loadbase.campaign import Campaign, production_controller, start_controller
+from meltemi_loads.loadbase.metocean import Waves, wind_driven
 from meltemi_loads.loadbase.table import Fault, Row
+from meltemi_sea.conditions import breaking_height
 
 OPERATING = ("production", "start", "normal stop", "emergency stop")
 FULL = 360.0
+SHORTEST = 0.92
+"""Period of an embedded wave over that of the spectrum's peak: the largest waves are 1.3 times as long as the mean
+one, whose period is at least 0.71 of it. It decides at which height the wave would break."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,7 @@ class Variant:
       instant: [s] of the event after the begin of the gust; at a start, of the gust.
       fault: name of the fault.
       seed: number of the seed, from 1.
+      waves: the sea.
     """
 
     model: str
@@ -40,6 +46,7 @@ class Variant:
     instant: float | None = None
     fault: str | None = None
     seed: int | None = None
+    waves: Waves | None = None
 
 
 @dataclass(frozen=True)
@@ -50,6 +57,7 @@ class Setting:
       row: of the table, with all times.
       steady: whether EWM is the steady wind.
       number: seed of the turbulence.
+      sea_number: seed of the waves.
     """
 
     campaign: Campaign
@@ -58,6 +66,7 @@ class Setting:
     fault: Fault | None
     steady: bool
     number: int | None
+    sea_number: int | None = None
 
     @property
     def begin(self) -> float:
@@ -109,7 +118,35 @@ def wind_content(s: Setting) -> dict[str, Any]:
         found["seed"] = s.number
         if c.turbulence:
             found["turbulence"] = dict(c.turbulence)
+    if c.metocean is not None and v.model in ("NTM", "ETM", "NWP"):
+        shear = {"shear_exponent": c.metocean.shear_exponent}
+        if v.model == "NWP":
+            return {"kind": "steady", **shear, **_only(found, "speed direction upflow")}
+        found["turbulence"] = shear | found.get("turbulence", {})
     return found if c.site is None else _at_site(found, s)
+
+
+def sea_content(s: Setting) -> dict[str, Any]:
+    """Sea of a case; an embedded wave is the largest one that does not break."""
+    c, waves, row = s.campaign, s.variant.waves, s.row
+    assert waves is not None and c.metocean is not None and c.depth is not None
+    assert row.transient is not None and row.duration is not None
+    found: dict[str, Any] = {"kind": "irregular", "height": waves.height, "period": waves.period, "seed": s.sea_number}
+    if turn := wrapped((s.variant.yaw or 0.0) + waves.misalignment):
+        found["direction"] = round(math.radians(turn), 9)
+    if waves.level:
+        found["level"] = waves.level
+    if row.wave is not None:
+        highest = breaking_height(SHORTEST * waves.period, c.depth + waves.level)
+        height = round(min(row.wave * waves.height, highest), 3)
+        when = row.transient + 0.5 * row.duration
+        found["crest"] = {"height": height, "of": "crest to trough", "time": when}
+    if row.sea != "joint":
+        near = wind_driven(c.metocean, s.variant.speed, c.hub_height)
+        current = {"sub_surface": waves.current, "near_surface": near, "direction": found.get("direction", 0.0)}
+        if current := {key: value for key, value in current.items() if value}:
+            found["current"] = current
+    return found
 
 
 def _at_site(found: dict[str, Any], s: Setting) -> dict[str, Any]:
@@ -209,6 +246,8 @@ def case_content(s: Setting) -> dict[str, Any]:
     }
     if row.situation in OPERATING and (c.pitch_imbalance or c.mass_imbalance):
         content["imbalance"] = {"pitch": [c.pitch_imbalance, -c.pitch_imbalance], "mass": [c.mass_imbalance]}
+    if s.variant.waves is not None:
+        content["sea"] = sea_content(s)
     if environment := _environment(c):
         content["environment"] = environment
     own = SITUATIONS[row.situation](s)
@@ -242,6 +281,8 @@ def missing(s: Setting) -> str:
     c = s.campaign
     if s.row.situation == "start" and start_controller(c) is None:
         return f"a start: controller {c.controller.kind} cannot start the turbine, supervised can"
+    if s.row.sea is not None and c.metocean is not None and (key := c.metocean.lacks(s.row.sea)):
+        return f"metocean: the site has no {key}"
     return ""
 
 

@@ -1,4 +1,4 @@
-"""Tables of design load cases: records, the editions of IEC 61400-1, and changes by the user.
+"""Tables of design load cases: records, the editions of IEC 61400-1, IEC 61400-3-1, and changes by the user.
 
 Reference: docs/guide/load-case-tables.md.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
@@ -17,11 +17,15 @@ from meltemi.core.record import Record
 from meltemi.core.yamlfile import merged, read_mapping, validated
 from meltemi.simulation.events import read_events
 from meltemi.wind.iec.models import MODELS
+from meltemi_loads.loadbase.metocean import Level, Seas
 from meltemi_loads.loadbase.ranges import SYMBOLS, counts, numbers
 
 FOLDER = Path(__file__).parent / "tables"
 EDITIONS = (3, 4)
 """Editions of IEC 61400-1 that are tables of the package."""
+AT_SEA = "61400-3-1"
+"""The standard of turbines on fixed supports in the sea; its table begins with edition 4 of IEC 61400-1."""
+Standard = Literal["61400-1", "61400-3-1"]
 ANY = {name: 10.0 + i for i, name in enumerate(SYMBOLS)}
 """Values with which a text is tested before those of the turbine are known."""
 
@@ -68,6 +72,13 @@ def _models(text: str) -> str:
 def _senses(text: str) -> str:
     if not names_in(text) or {*names_in(text)} - {"+", "-"}:
         raise ValueError(f"expected '+', '-' or '+, -', found {text!r}")
+    return text
+
+
+def _levels(text: str) -> str:
+    for name in names_in(text) or [""]:
+        if name not in get_args(Level):
+            raise ValueError(f"no level {name!r}; {did_you_mean(name, get_args(Level))}")
     return text
 
 
@@ -120,6 +131,16 @@ class Row(Assumed):
     """Times [s] of the event after the begin of the gust; at a start, of the gust after the begin of the run."""
     faults: Names | None = None
     """Faults: names, separated by commas."""
+    sea: Seas | None = None
+    """Sea: expected waves of the wind speed ("normal"), their joint distribution ("joint", of fatigue), those of the
+    severe sea, or the extreme ones of 1 or 50 years; none on land."""
+    misalignment: Numbers | None = None
+    """Directions [deg] of waves against the wind's, clockwise from above; 0 by default; "joint" has those of the
+    site."""
+    levels: Annotated[Names, AfterValidator(_levels)] | None = None
+    """Levels of still water: mean (default), low, high: the range of the site, or of its extreme sea."""
+    wave: float | None = Field(default=None, gt=0.0, lt=5.0)
+    """Height of an embedded wave, crest to trough, over the significant wave height; none by default."""
     seeds: Counts | None = None
     """Number of turbulence seeds, also '6, 15 from V_r - 2'; that of ``defaults`` if not given."""
     duration: float | None = Field(default=None, gt=0.0)
@@ -158,6 +179,10 @@ class Row(Assumed):
             raise ValueError("type fatigue needs either state or occurrences")
         if self.senses is not None and {*names_in(self.wind)} - {*SENSED}:
             raise ValueError(f"senses: only {', '.join(SENSED)} have two, not {self.wind}")
+        if self.sea == "joint" and (self.type != "fatigue" or self.misalignment or self.levels or self.wave):
+            raise ValueError("sea: joint is for type fatigue, and the site has its misalignments; no levels, no wave")
+        if self.sea is None and (self.misalignment or self.levels or self.wave):
+            raise ValueError("misalignment, levels and wave need a sea: normal, severe, 1-year, 50-year")
         if self.situation == "start" and self.faults is not None:
             raise ValueError("faults: situation start has none")
         return self
@@ -332,18 +357,19 @@ class LoadTable(Record):
 
 
 @cache
-def edition_content(edition: int) -> dict[str, Any]:
-    """Content of the table of an edition of IEC 61400-1.
+def edition_content(edition: int | str) -> dict[str, Any]:
+    """Content of the table of an edition of IEC 61400-1, or of "61400-3-1".
 
     Raises:
       InputError: there is none of this edition.
     """
-    if edition not in EDITIONS:
+    if edition not in (*EDITIONS, AT_SEA):
         raise InputError(f"edition of IEC 61400-1: expected {' or '.join(map(str, EDITIONS))}, found {edition!r}")
-    path = FOLDER / f"iec61400-1-ed{edition}.yaml"
+    path = FOLDER / (f"iec{AT_SEA}.yaml" if edition == AT_SEA else f"iec61400-1-ed{edition}.yaml")
     data = read_mapping(path)
     base = data.pop("extends", None)
-    return data if base is None else changed(edition_content(base), data, str(path))
+    found = data if base is None else changed(edition_content(base), data, str(path))
+    return found | {"rows": dict(sorted(found["rows"].items()))}
 
 
 def changed(table: Mapping[str, Any], changes: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -403,12 +429,12 @@ def _lacks(row: Mapping[str, Any], key: str, field: Any) -> bool:
 
 
 def load_table(
-    edition: int = 4, changes: Mapping[str, Any] | None = None, where: str = "table", text: str | None = None
+    edition: int | str = 4, changes: Mapping[str, Any] | None = None, where: str = "table", text: str | None = None
 ) -> LoadTable:
-    """Table of an edition of IEC 61400-1, with changes.
+    """Table of an edition of IEC 61400-1, or that of IEC 61400-3-1, with changes.
 
     Args:
-      edition: 3 or 4.
+      edition: 3 or 4; or "61400-3-1".
       changes: as in a file of changes (docs/guide/load-case-tables.md).
       where: what messages name as their source.
       text: of the file of changes, for the line numbers of messages.

@@ -45,6 +45,9 @@ def distribution(campaign: Campaign) -> Weibull:
     """Distribution of a campaign: that of the site, or Rayleigh's with the mean of the class."""
     if campaign.site is not None:
         return Weibull(campaign.site.weibull_scale, campaign.site.weibull_shape)
+    sea = campaign.metocean
+    if sea is not None and sea.weibull_scale is not None:
+        return Weibull(sea.weibull_scale, sea.weibull_shape)
     return Weibull(2.0 * campaign.iec_class.v_ave / math.sqrt(math.pi))
 
 
