@@ -37,3 +37,6 @@ from meltemi_exchange.report import report_text as report_text
 from meltemi_exchange.windio import import_windio as import_windio
 from meltemi_exchange.windio import read_windio as read_windio
 from meltemi_reports.ensemble_tables import ensemble_rows as ensemble_rows
+from meltemi_studies.saved_state import restore_state as restore_state
+from meltemi_studies.saved_state import save_state as save_state
+from meltemi_studies.saved_state import stop_at as stop_at

@@ -43,6 +43,7 @@ PAGES = (
         "docs/guide/learning.md", marks=pytest.mark.skipif(find_spec("gymnasium") is None, reason="needs gymnasium")
     ),
     "docs/guide/results.md",
+    "docs/guide/saved-states.md",
     "docs/guide/view.md",
     "docs/guide/events.md",
     "docs/guide/electrical.md",
