@@ -23,6 +23,8 @@ from meltemi.wind.files import write_wind_netcdf as write_wind_netcdf
 from meltemi.wind.files import write_wnd as write_wnd
 from meltemi.wind.formats import read_wind as read_wind
 from meltemi.wind.formats import write_wind as write_wind
+from meltemi_exchange.controller_library import ExportedController as ExportedController
+from meltemi_exchange.controller_library import export_controller as export_controller
 from meltemi_exchange.deck_case import deck_case as deck_case
 from meltemi_exchange.hawc2 import import_hawc2 as import_hawc2
 from meltemi_exchange.hawc2 import read_hawc2_model as read_hawc2_model

@@ -82,7 +82,7 @@ def save_state(simulation: Simulation, path: str | Path) -> Path:
     output = simulation.loop.output[: int(case.clock.row)]
     with replacing(path) as (partial,), partial.open("wb") as file:
         text = np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)
-        np.savez(file, about=text, past_events=past, output=output, **vectors)  # type: ignore[arg-type]
+        np.savez(file, about=text, past_events=past, output=output, **vectors)
     return path
 
 

@@ -44,6 +44,10 @@ PAGES = (
     ),
     "docs/guide/results.md",
     "docs/guide/saved-states.md",
+    pytest.param(
+        "docs/guide/controller-libraries.md",
+        marks=pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler"),
+    ),
     "docs/guide/view.md",
     "docs/guide/events.md",
     "docs/guide/electrical.md",

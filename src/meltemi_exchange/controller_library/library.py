@@ -35,9 +35,9 @@ from meltemi_exchange.controller_library.starts import POINTS, Rule, start_rules
 
 COMPILERS = ("cc", "gcc", "clang")
 C_FUNCTIONS = frozenset(
-    "acos asin atan atan2 cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs floor fma fmax fmin fmod hypot ldexp "
-    "lgamma log log10 log1p log2 nearbyint pow rint round sin sincos sinh sqrt tan tanh tgamma trunc memcpy memset memmove "
-    "abort NRT_MemInfo_call_dtor".split()
+    "acos asin atan atan2 cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs floor fma fmax fmin fmod hypot "
+    "ldexp lgamma log log10 log1p log2 nearbyint pow rint round sin sincos sinh sqrt tan tanh tgamma trunc memcpy "
+    "memset memmove abort NRT_MemInfo_call_dtor".split()
 )
 """What the code of a law may call; the last one, of vectors that Python owns, never is."""
 ROWS = {
@@ -81,7 +81,7 @@ class ExportedController:
 
 
 def export_controller(controller: Controller, turbine: AnyTurbine, path: str | Path) -> ExportedController:
-    """Export a compiled controller as a shared library with the Bladed interface, which needs neither Python nor meltemi.
+    """Export a compiled controller as a shared library with the Bladed interface, without Python and meltemi.
 
     Args:
       controller: compiled: one of meltemi's, or with an ``update`` decorated by ``numba.njit``.
@@ -99,7 +99,9 @@ def export_controller(controller: Controller, turbine: AnyTurbine, path: str | P
     if path.suffix not in (".so", ".dylib", ".dll"):
         raise InputError(f"{path}: expected the name of a shared library, such as libcontroller.so")
     if controller.fresh is not None or controller.close is not None:
-        raise InputError(f"controller {controller.name!r} is a library, or keeps its state outside; it cannot be exported")
+        raise InputError(
+            f"controller {controller.name!r} is a library, or keeps its state outside; it cannot be exported"
+        )
     if not isinstance(controller.update, numba.core.dispatcher.Dispatcher):
         raise InputError(
             f"controller {controller.name!r} is plain Python, which a library cannot contain: decorate its update by "
@@ -124,8 +126,9 @@ def export_controller(controller: Controller, turbine: AnyTurbine, path: str | P
     lines = [f"{names[i]} {float(first[i])!r}\n" for i in kept]
     write_text(parameters, HEADER.format(name=controller.name, turbine=turbine.name) + "".join(lines))
     known = {"pitch_1", *(r.source for r in RECORDS), *ROWS.values(), "yaw_bearing_moment_y", "yaw_bearing_moment_z"}
-    unmeasured = tuple(n for n in Measurements.names if n not in known and n not in ("callback", "n_blades"))
-    return ExportedController(path, parameters, {names[i]: found for i, found in inexact}, unmeasured)
+    absent = [n for n in Measurements.names if n not in known and n not in ("callback", "n_blades")]
+    unmeasured = tuple(dict.fromkeys("flap" if name.startswith("flap_") else name for name in absent))
+    return ExportedController(path, parameters, {names[i]: float(found) for i, found in inexact}, unmeasured)
 
 
 def _object(controller: Controller) -> bytes:
@@ -153,7 +156,9 @@ def _object(controller: Controller) -> bytes:
     machine = target.create_target_machine(opt=3, reloc="pic", codemodel="default")
     _swept(module, machine, manager)
     foreign = sorted(
-        f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.") and f.name not in C_FUNCTIONS
+        f.name
+        for f in module.functions
+        if f.is_declaration and not f.name.startswith("llvm.") and f.name not in C_FUNCTIONS
     )
     if foreign or re.search(r"inttoptr \(i64 -?\d+ to ptr\)", str(module)):
         what = ", ".join(foreign) or "an address of this process"
@@ -181,9 +186,9 @@ def _compile(arguments: Sequence[str]) -> None:
     found = [*shlex.split(own)] if own else [c for c in COMPILERS if shutil.which(c)][:1]
     if not found or shutil.which(found[0]) is None:
         raise InputError(
-            f"export-controller needs a C compiler ({', '.join(COMPILERS)}, or the one that CC names), and there is none"
-            f"{f' at {own}' if own else ''}: install gcc or clang (apt install gcc, xcode-select --install, conda install "
-            "c-compiler)"
+            f"the export of a controller needs a C compiler ({', '.join(COMPILERS)}, or the one that CC names), and "
+            f"there is none{f' at {own}' if own else ''}: apt install gcc, xcode-select --install, or conda install "
+            "c-compiler"
         )
     done = subprocess.run([*found, *arguments], capture_output=True, text=True, check=False)
     if done.returncode:

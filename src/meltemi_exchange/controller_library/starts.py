@@ -1,4 +1,4 @@
-"""States in which a controller begins, as rules of one quantity of the operating point, found by calls of its ``init``."""
+"""States in which a controller begins, as rules of one quantity of the operating point each, found by its ``init``."""
 
 from __future__ import annotations
 
