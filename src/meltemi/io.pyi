@@ -28,6 +28,8 @@ from meltemi_exchange.controller_library import export_controller as export_cont
 from meltemi_exchange.deck_case import deck_case as deck_case
 from meltemi_exchange.hawc2 import import_hawc2 as import_hawc2
 from meltemi_exchange.hawc2 import read_hawc2_model as read_hawc2_model
+from meltemi_exchange.linear_set import linear_set as linear_set
+from meltemi_exchange.linear_set import write_linear_set as write_linear_set
 from meltemi_exchange.openfast import Deck as Deck
 from meltemi_exchange.openfast import read_deck as read_deck
 from meltemi_exchange.openfast import read_openfast as read_openfast
@@ -36,6 +38,10 @@ from meltemi_exchange.report import ImportedModel as ImportedModel
 from meltemi_exchange.report import ImportedTurbine as ImportedTurbine
 from meltemi_exchange.report import ImportNote as ImportNote
 from meltemi_exchange.report import report_text as report_text
+from meltemi_exchange.rosco_files import export_rosco as export_rosco
+from meltemi_exchange.rosco_files import read_rosco_table as read_rosco_table
+from meltemi_exchange.rosco_files import rosco_settings as rosco_settings
+from meltemi_exchange.rosco_files import write_rosco_table as write_rosco_table
 from meltemi_exchange.windio import import_windio as import_windio
 from meltemi_exchange.windio import read_windio as read_windio
 from meltemi_reports.ensemble_tables import ensemble_rows as ensemble_rows

@@ -160,6 +160,6 @@ def test_the_interface_is_called_as_others_do(turbine: Turbine, tmp_path: Path) 
     assert swap[46] == pytest.approx(4.3e4, rel=0.02)
     swap[19] = float("nan")
     call(1.0)
-    assert fail.value == -1 and b"no number" in text.value
+    assert fail.value == -1 and b"not finite" in text.value
     call(-1.0)
     assert "end after 2 calls" in (tmp_path / "root.controller.log").read_text()

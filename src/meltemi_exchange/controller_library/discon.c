@@ -158,7 +158,7 @@ PUBLIC void DISCON(float *swap, int *fail, char *infile, char *outname, char *te
         int finite = 1;
         for (int i = 0; i < N_DEMANDS; i++) finite &= isfinite(demands[i]) != 0;
         if (failed || !finite) {
-            snprintf(words, sizeof words, CONTROLLER " %s at %.3f s", failed ? "raised an exception" : "gave a demand that is no number",
+            snprintf(words, sizeof words, CONTROLLER " %s at %.3f s", failed ? "raised an exception" : "gave a demand that is not finite",
                      measured[TIME_ROW]);
             message(text, fail, -1, words);
             return;
