@@ -43,6 +43,11 @@ PAGES = (
         "docs/guide/learning.md", marks=pytest.mark.skipif(find_spec("gymnasium") is None, reason="needs gymnasium")
     ),
     "docs/guide/results.md",
+    "docs/guide/saved-states.md",
+    pytest.param(
+        "docs/guide/controller-libraries.md",
+        marks=pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler"),
+    ),
     "docs/guide/view.md",
     "docs/guide/events.md",
     "docs/guide/electrical.md",

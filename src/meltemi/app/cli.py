@@ -123,6 +123,11 @@ def run(
     ] = None,
     outb: Annotated[bool, typer.Option("--outb", help="Also write the result as OpenFAST's binary output.")] = False,
     seen: Annotated[bool, typer.Option("--view", help="Also write the turbine in three dimensions (HTML).")] = False,
+    save_state: Annotated[Path | None, typer.Option(help="Save the state at the end, for --continue (.npz).")] = None,
+    resume: Annotated[
+        Path | None, typer.Option("--continue", help="Continue the same case from a saved state.")
+    ] = None,
+    until: Annotated[float | None, typer.Option(help="Stop at this time [s], before the end of the case.")] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate a case; writes a table, a plot and a result file."""
@@ -134,6 +139,7 @@ def run(
     from dataclasses import replace
     from tempfile import TemporaryDirectory
 
+    from meltemi import io
     from meltemi.core.yamlfile import validated, write_record
     from meltemi.loadcases.case import LoadCase, case_run, case_turbine, self_contained
 
@@ -150,9 +156,15 @@ def run(
         described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
         with simulation_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
             simulation = Simulation(described)
+            for note in io.restore_state(simulation, resume) if resume is not None else ():
+                say(f"note: {note}")
+            if until is not None:
+                io.stop_at(simulation, until)
             march(simulation, progress)
         result = simulation.result()
         files = _write(result, out, outb) + _library_files(Path(kept), out)
+        if save_state is not None:
+            files.append(io.save_state(simulation, save_state))
         if result.scene is not None:
             from meltemi.plots import view as view_of
 

@@ -1,0 +1,187 @@
+"""States of runs, saved and continued: the rest of a run has the bits of one that was not interrupted.
+
+The time loop reads and writes a fixed set of vectors (``Simulation.moving``); all else is made anew from the
+description of the run. A saved state is these vectors, the samples recorded so far, the log of what was done by hand,
+and the identity of everything that must be equal in the run that continues.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from meltemi.control.controller import LogEntry
+from meltemi.control.signals import CALLBACK
+from meltemi.core.errors import InputError
+from meltemi.core.files import reading, replacing
+from meltemi.core.kernel import source_hash
+from meltemi.core.physics import PHYSICS
+from meltemi.simulation import step
+from meltemi.simulation.simulate import Simulation, describe
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FORMAT = 1
+LARGEST = 20_000_000_000
+VECTORS = "signals aero_states measured velocity acceleration clock controller_state faults watch weights".split()
+"""Names of ``Simulation.moving`` in the file."""
+REMEDIES = {
+    "turbine_hash": "it was saved with another turbine",
+    "model_hash": "it was saved with other options or air",
+    "wind_hash": "it was saved in another wind; one that is made for the duration of the run, such as turbulence, "
+    "depends on it: give the whole duration from the beginning, and stop before its end (--until)",
+    "sea": "it was saved in another sea",
+    "grid": "it was saved with another grid",
+    "start": "it was saved in a run with another start",
+    "controller": "it was saved under another controller",
+    "controller_state_hash": "it was saved under a controller with other settings",
+    "time_step": "it was saved in a run with another time step",
+    "output_step": "it was saved in a run with another output_step",
+    "channels": "it was saved in a run with other channels",
+}
+"""Keys of the description of a run that must be equal, with the reason why a state is refused."""
+MACHINE = ("physics", "code", "python", "numba", "numpy", "machine", "processor")
+
+
+def save_state(simulation: Simulation, path: str | Path) -> Path:
+    """Save the state of a run, at any time step, also while events act; :func:`restore_state` continues it.
+
+    Args:
+      simulation: stopped by ``advance`` or ``march``, or at its end.
+      path: of the ``.npz`` file.
+
+    Returns:
+      The path.
+
+    Raises:
+      InputError: the run has failed, or something outside of it has a state of its own, a controller library or the
+        wakes of other turbines; or the file cannot be written.
+    """
+    case, path = simulation.case, Path(path)
+    if case.clock.status != step.OK:
+        raise InputError(f"{path}: the run has failed and cannot be continued: {simulation.message}")
+    if case.controller.close is not None:
+        raise InputError(
+            f"{path}: the controller {case.controller.name!r} keeps its state in a process of its own, which cannot be "
+            "saved; compiled controllers and plain functions of the state vector can"
+        )
+    if len(case.parts) > len(simulation.model.parts) + (simulation.sea is not None):
+        raise InputError(f"{path}: the wakes of other turbines have states of their own, which are not saved")
+    acted = [[at, asdict(entry)] for at, entry in simulation._acted]
+    about = {"format": FORMAT, "identity": _identity(simulation), "machine": _machine(simulation), "acted": acted}
+    about["run_seconds"] = simulation.run_seconds
+    vectors = dict(zip(VECTORS, simulation.moving, strict=True))
+    past = case.events[: int(case.clock.next_event)]
+    output = simulation.loop.output[: int(case.clock.row)]
+    with replacing(path) as (partial,), partial.open("wb") as file:
+        text = np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)
+        np.savez(file, about=text, past_events=past, output=output, **vectors)
+    return path
+
+
+def restore_state(simulation: Simulation, path: str | Path) -> list[str]:
+    """Put a saved state into a new simulation of the same run, which then continues it, with all samples so far.
+
+    The new run may have another duration, and other events after the saved time. Where code and processor are those of
+    the first run, the rest has its bits.
+
+    Args:
+      simulation: of the same arguments, before its first step.
+      path: from :func:`save_state`.
+
+    Returns:
+      What differs in code and machine, so that the rest may differ by rounding.
+
+    Raises:
+      InputError: the file is no saved state, or that of another run; the message names what differs.
+    """
+    path, case = Path(path), simulation.case
+    about, arrays = _read(path)
+    identity = _identity(simulation)
+    for key, why in REMEDIES.items():
+        if about["identity"].get(key) != identity[key]:
+            raise InputError(f"{path}: the state is not one of this run: {why}")
+    moving = dict(zip(VECTORS, simulation.moving, strict=True))
+    for name, array in moving.items():
+        if arrays[name].shape != array.shape or arrays[name].dtype != array.dtype:
+            raise InputError(f"{path}: {name}: expected the shape {array.shape}, found {arrays[name].shape}")
+    at, samples = int(arrays["clock"][type(case.clock).index("step")]), arrays["output"]
+    past, coming = arrays["past_events"], case.events[len(arrays["past_events"]) :]
+    if not np.array_equal(case.events[: len(past)], past) or np.any(coming[:, 0] < at):
+        raise InputError(
+            f"{path}: events before the saved time, {at * simulation.dt:g} s, differ from those of this run"
+        )
+    if at > simulation.n_steps or len(samples) > len(simulation.loop.output):
+        raise InputError(
+            f"{path}: saved at {at * simulation.dt:g} s, after the end of this run at {simulation.duration:g} s; "
+            "give a longer duration"
+        )
+    address = case.measured[CALLBACK]  # of this process
+    for name, array in moving.items():
+        array[...] = arrays[name]
+    case.measured[CALLBACK] = address
+    simulation.loop.output[: len(samples)] = samples
+    simulation._acted[:] = [(at, LogEntry(**entry)) for at, entry in about["acted"]]
+    simulation.run_seconds += float(about["run_seconds"])
+    then, now = about["machine"], _machine(simulation)
+    changed = [f"{key} {then.get(key)} -> {now[key]}" for key in MACHINE if then.get(key) != now[key]]
+    said = "the rest of the run may differ from one that was not interrupted, beginning with rounding"
+    return [f"{path}: saved by another program or computer ({', '.join(changed)}): {said}"] if changed else []
+
+
+def stop_at(simulation: Simulation, time: float) -> None:
+    """Let a run end at a time [s] before its end, as if its duration were shorter; what is made for the duration stays.
+
+    Raises:
+      InputError: the time is not between the present one and the end.
+    """
+    if not (math.isfinite(time) and simulation.time <= time <= simulation.duration):
+        raise InputError(
+            f"until: expected a time from {simulation.time:g} s to the end of the run at {simulation.duration:g} s, "
+            f"found {time!r}"
+        )
+    simulation.n_steps = round(time / simulation.dt) + 1
+
+
+def _identity(simulation: Simulation) -> dict[str, Any]:
+    """What must be equal, as it is in the file."""
+    known = describe(simulation)
+    found: dict[str, Any] = json.loads(json.dumps({key: known[key] for key in REMEDIES}, default=str))
+    return found
+
+
+def _machine(simulation: Simulation) -> dict[str, Any]:
+    known: dict[str, Any] = describe(simulation) | {"physics": PHYSICS, "code": source_hash()[:16]}
+    return {key: known[key] for key in MACHINE}
+
+
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Description and arrays of a file."""
+    with reading(path, LARGEST) as (file, _):
+        try:
+            with np.load(file, allow_pickle=False) as found:
+                arrays = {name: found[name] for name in ("about", "past_events", "output", *VECTORS)}
+            about = json.loads(arrays["about"].tobytes())
+            assert about["format"] == FORMAT and isinstance(about["identity"], dict)
+            float(about["run_seconds"])
+            assert isinstance(about["machine"], dict) and isinstance(about["acted"], list)
+            assert arrays["output"].ndim == arrays["past_events"].ndim == 2
+        except (
+            BadZipFile,
+            ValueError,
+            KeyError,
+            TypeError,
+            EOFError,
+            AssertionError,
+            OSError,
+            NotImplementedError,
+        ) as e:
+            raise InputError(f"{path}: no state of a run, as `meltemi run --save-state` writes it ({e})") from None
+    return about, arrays
