@@ -37,7 +37,7 @@ INTENSITY = 0.08
 RESERVE = 0.1
 TRANSIENT = 240.0
 """[s] left out: set-points act on the last turbine after the wind has passed the row."""
-STUDENT = {6: 2.571, 2: 12.71}
+STUDENT = {2: 12.71, 3: 4.303, 4: 3.182, 5: 2.776, 6: 2.571}
 """95 % quantile of the t distribution by the number of seeds."""
 LAYOUTS = {
     "row": [(5.0 * D * i, 0.0) for i in range(3)],
