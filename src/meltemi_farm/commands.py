@@ -178,6 +178,6 @@ def _next(case: FarmCase, target: str, given: dict[str, Any], out: Path) -> tupl
     count = len(case.positions)
     if count == 1:
         return ("run", target, "--wind-speed", SPEED, "--turbulence", INTENSITY)
-    if given.keys() & {"--yaw", "--row"} or Path(target).suffix in (".yaml", ".yml"):
+    if given.keys() & {"--yaw", "--row", "--layout"} or Path(target).suffix in (".yaml", ".yml"):
         return ("diff", out / "turbine_1.nc", out / "turbine_2.nc", "--out", out)
     return ("farm", target, "--yaw", "20" + ",0" * (count - 1), "--out", f"{out}-yawed")

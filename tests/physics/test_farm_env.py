@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -47,3 +50,13 @@ def test_mistakes_are_answered_in_words() -> None:
     assert set(ACTIONS) == {"yaw", "pitch", "power"}
     with pytest.raises(meltemi.InputError, match=r"begin one by reset"):
         env.step({})
+
+
+@pytest.mark.slow
+def test_the_agents_of_the_page() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "guide" / "farm.md").read_text(encoding="utf-8")
+    found = re.search(r'title="farm_agents.py"\n(.*?)```', text, re.DOTALL)
+    assert found
+    names: dict[str, object] = {}
+    exec(found[1].replace("duration=600.0", "duration=6.0"), names)
+    assert names["infos"] == {"turbine_1": {}, "turbine_2": {}}
