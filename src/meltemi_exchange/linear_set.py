@@ -35,8 +35,10 @@ def linear_set(
     """Linear models in the fixed frame at the operating points of steady wind speeds, for :func:`write_linear_set`.
 
     Args:
-      model, inputs, outputs: as for ``linearise``.
+      model: of the turbine.
       wind_speeds: [m/s] in ascending order.
+      inputs: as for ``linearise``.
+      outputs: channels.
       progress: callback with the completed fraction.
 
     Raises:
