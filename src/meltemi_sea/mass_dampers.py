@@ -108,8 +108,8 @@ class DamperSystem(System):
 
     mover: Single[Mover]
     mover_shape: Single[TowerShape]
-    mover_state: MoverState
-    d_mover_state: MoverState
+    mover_state: Single[MoverState]
+    d_mover_state: Single[MoverState]
 
 
 @kernel
