@@ -25,7 +25,7 @@ from meltemi.turbine.imbalance import Imbalance, deviations
 from meltemi.turbine.representation import Machine
 
 if TYPE_CHECKING:
-    from meltemi.turbine import Support
+    from meltemi.turbine import MassDamper, Support
     from meltemi.turbine.electrical import ElectricalSystem
     from meltemi.turbine.gearbox import Gearbox
     from meltemi.turbine.ice import Icing
@@ -33,6 +33,7 @@ else:
     Icing = deferred("meltemi.turbine.ice", "Icing")
     Gearbox = deferred("meltemi.turbine.gearbox", "Gearbox")
     ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
+    MassDamper = deferred("meltemi_sea.mass_dampers", "MassDamper")
     Support = deferred("meltemi_sea.support", "Support")
 
 HALF_TURN = math.pi
@@ -664,6 +665,8 @@ class Turbine(Machine):
     foundation: Foundation | None = None
     support: Support | None = None
     """Pile in the sea below the tower; then ``foundation`` is that of its foot."""
+    mass_dampers: tuple[MassDamper, ...] = ()
+    """Tuned mass dampers in tower or nacelle; their mass is not part of what carries them."""
     pitch_actuator: PitchActuator
     control: BaselineControl
     icing: Icing | None = None

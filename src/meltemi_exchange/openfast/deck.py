@@ -17,6 +17,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi_exchange.openfast.airfoils import Polars, read_airfoils
 from meltemi_exchange.openfast.blade import add_torsion, read_aerodyn_blade, read_beamdyn, read_elastodyn_blade
 from meltemi_exchange.openfast.control import IDEAL_RATE, from_discon, simple_torque
+from meltemi_exchange.openfast.mass_dampers import read_mass_dampers
 from meltemi_exchange.openfast.text import InputFile, read_input
 from meltemi_exchange.openfast.tower import add_diameter, read_substructure, read_tower
 from meltemi_exchange.openfast.values import Values
@@ -323,6 +324,8 @@ def _control(
     if servo is not None:
         file = v.read(read_input(servo, "ServoDyn"))
         data["yaw"] = {"source": servo.name}
+        if dampers := read_mass_dampers(file, v, data["tower"]["position"][-1] - data["tower"]["position"][0], notes):
+            data["mass_dampers"] = dampers
         for name, target in (("stiffness", "yaw_stiffness"), ("damping", "yaw_damping"), ("rate", "yaw_rate")):
             if v[target] is not None:
                 data["yaw"][name] = v[target]
