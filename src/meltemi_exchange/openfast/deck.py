@@ -314,7 +314,7 @@ def _drivetrain(data: dict[str, Any], v: Values) -> None:
         v.note("approximated", "drivetrain.generator_inertia", "a thousandth of the hub's, as it may not be zero")
 
 
-def _control(
+def _control(  # noqa: C901 - a branch for each kind of control
     main: InputFile, data: dict[str, Any], v: Values, discon: Path | None, notes: list[ImportNote]
 ) -> dict[str, Any]:
     """Set controller, actuator and yaw drive; returns the controller library of the deck."""
