@@ -229,7 +229,7 @@ def test_the_scaled_turbine_of_the_page_is_the_librarys(
     monkeypatch.chdir(tmp_path)
     found: dict[str, Any] = {"__name__": "page"}
     exec(compile("\n".join(blocks(page, "python")), page, "exec"), found)
-    assert "tower 1.15 times the rated rotor speed" in capsys.readouterr().out
+    assert "tower 1.19 times the rated rotor speed" in capsys.readouterr().out
     made, stored = meltemi.load_turbine("my-2mw.yaml"), meltemi.load_turbine("zr20-122")
     for gain in ("proportional_gain", "gain_halving_pitch"):
         assert getattr(made.control.pitch, gain) == pytest.approx(getattr(stored.control.pitch, gain), rel=1e-3)
