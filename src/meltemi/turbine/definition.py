@@ -25,7 +25,7 @@ from meltemi.turbine.imbalance import Imbalance, deviations
 from meltemi.turbine.representation import Machine
 
 if TYPE_CHECKING:
-    from meltemi.turbine import Support
+    from meltemi.turbine import Platform, Support
     from meltemi.turbine.electrical import ElectricalSystem
     from meltemi.turbine.gearbox import Gearbox
     from meltemi.turbine.ice import Icing
@@ -34,6 +34,7 @@ else:
     Gearbox = deferred("meltemi.turbine.gearbox", "Gearbox")
     ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
     Support = deferred("meltemi_sea.support", "Support")
+    Platform = deferred("meltemi_float.platform", "Platform")
 
 HALF_TURN = math.pi
 BaseMotion = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
@@ -644,7 +645,7 @@ class BaselineControl(Record):
 
 
 class Turbine(Machine):
-    """A horizontal-axis wind turbine on land, or on a pile in the sea."""
+    """A horizontal-axis wind turbine on land, on a pile in the sea, or on a floating platform."""
 
     n_blades: int = Field(default=3, ge=1)
     """2 or 3 in a simulation."""
@@ -664,6 +665,8 @@ class Turbine(Machine):
     foundation: Foundation | None = None
     support: Support | None = None
     """Pile in the sea below the tower; then ``foundation`` is that of its foot."""
+    platform: Platform | None = None
+    """Floating platform below the tower; then ``foundation`` has the motions of its base."""
     pitch_actuator: PitchActuator
     control: BaselineControl
     icing: Icing | None = None
@@ -690,8 +693,8 @@ class Turbine(Machine):
                     f"blade.aerodynamics.airfoil station {i + 1} names {name!r}, which is not among the airfoils: "
                     f"{did_you_mean(name, self.airfoils)}"
                 )
-        if self.support is not None:
-            self.support.check_fit(self.tower, self.foundation)
+        for below in filter(None, (self.support, self.platform)):
+            below.check_fit(self.tower, self.foundation)
         if self.icing is not None:
             self.icing.on(self.n_blades)
         for name in ("pitch", "mass"):
