@@ -28,7 +28,7 @@ from meltemi.simulation.parts import ParameterTables, Part, StateRows
 from meltemi.simulation.step import begin_parts_step, outer_forces, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs, System
 from meltemi.structure.dynamics import inertia_about
-from meltemi_float.catenary import line_forces, span
+from meltemi_float.catenary import Ends, line_forces, span
 from meltemi_float.coefficients import Coefficients, read_coefficients
 from meltemi_float.platform import Platform
 from meltemi_float.radiation import fit_radiation
@@ -38,8 +38,6 @@ from meltemi_sea.pile import cubic
 
 Float = NDArray[np.float64]
 FEATURE = "the floating platform"
-MISMATCH = 0.02
-"""Largest difference of weight and buoyancy at rest over the buoyancy."""
 
 
 class Floater(Table):
@@ -85,6 +83,10 @@ class Line(Table, axes="line"):
     mass: Numbers = number("kg/m", "without that of the water displaced")
     stiffness: Numbers = number("N", "Young's modulus times section")
     friction: Numbers = number("-", "of the sea bed")
+    drag: Numbers = number("kg/m^2", "force across, over length and velocity squared")
+    axial_drag: Numbers = number("kg/m^2", "force along")
+    inertia: Numbers = number("kg/m", "mass with that of the water that moves with it across")
+    axial_inertia: Numbers = number("kg/m", "the same along")
 
 
 class PlatformState(Table):
@@ -133,6 +135,8 @@ class FloaterSystem(System):
 
 ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
 """First rows of the matrices."""
+POINTS = 8
+"""Points of a line at which its drag and inertia act."""
 
 
 @kernel
@@ -208,13 +212,66 @@ def water_load(t: float, m: FloaterSystem) -> None:
 
 
 @kernel
+def moving_line(i: int, H: float, V: float, e: Ends, d: Vec, across: float, r: Vec, m: FloaterSystem) -> Vec:
+    """Drag of a line on the fairlead; its inertia is added to the mass matrix (W-15).
+
+    The points of the line move as those of the line at rest do when the fairlead moves.
+    """
+    p, line, J, first = m.platform, m.line, m.base_columns, m.top_shape.modes - 6
+    L, w, EA = line.length[i], m.structure.gravity * line.mass[i], line.stiffness[i]
+    ahead, side = Vec(d.x / across, d.y / across, 0.0), Vec(-d.y / across, d.x / across, 0.0)
+    v = p.velocity + cross(p.spin, r)
+    vh, vl, vz = dot(v, ahead), dot(v, side), v.z
+    det = e.xh * e.zv - e.xv * e.zh
+    lying = max(L - V / w, 0.0)
+    ds = (L - lying) / POINTS
+    fh, fl, fz = 0.0 * H, 0.0 * H, 0.0 * H
+    mhh, mhz, mzz, mll = 0.0 * H, 0.0 * H, 0.0 * H, 0.0 * H
+    for n in range(POINTS):
+        s = lying + (n + 0.5) * ds
+        up = V - w * (L - s)
+        part = span(H, up, s, w, EA, 0.0, 1.0 * (lying > 0.0))
+        # motion of the point by that of the fairlead, along and up; to the side in proportion to the distance
+        hh, hz = (part.xh * e.zv - part.xv * e.zh) / det, (part.xv * e.xh - part.xh * e.xv) / det
+        zh, zz = (part.zh * e.zv - part.zv * e.zh) / det, (part.zv * e.xh - part.zh * e.xv) / det
+        ll = (part.x - lying) / (across - lying)
+        tension = sqrt(H * H + up * up)
+        c, b = H / tension, up / tension
+        uh, uz, ul = hh * vh + hz * vz, zh * vh + zz * vz, ll * vl
+        along, normal = c * uh + b * uz, c * uz - b * uh
+        speed = sqrt(normal * normal + ul * ul)
+        fn, fa = -line.drag[i] * speed * normal * ds, -line.axial_drag[i] * abs(along) * along * ds
+        gh, gz = c * fa - b * fn, b * fa + c * fn
+        fh += hh * gh + zh * gz
+        fz += hz * gh + zz * gz
+        fl -= ll * line.drag[i] * speed * ul * ds
+        # inertia: along and across
+        ah, az, nh, nz = c * hh + b * zh, c * hz + b * zz, c * zh - b * hh, c * zz - b * hz
+        own, other = line.axial_inertia[i] * ds, line.inertia[i] * ds
+        mhh += own * ah * ah + other * nh * nh
+        mhz += own * ah * az + other * nh * nz
+        mzz += own * az * az + other * nz * nz
+        mll += other * ll * ll
+    for k in range(6):
+        T = Vec(J[k, 0], J[k, 1], J[k, 2]) + cross(Vec(J[k, 3], J[k, 4], J[k, 5]), r)
+        kh, kl = dot(T, ahead), dot(T, side)
+        for j in range(k + 1):
+            S = Vec(J[j, 0], J[j, 1], J[j, 2]) + cross(Vec(J[j, 3], J[j, 4], J[j, 5]), r)
+            sh, sl = dot(S, ahead), dot(S, side)
+            m.core_mass[first + k, first + j] += (
+                mhh * kh * sh + mhz * (kh * S.z + T.z * sh) + mzz * T.z * S.z + mll * kl * sl
+            )
+    return fh * ahead + fl * side + Vec(0.0, 0.0, fz)
+
+
+@kernel
 def mooring(m: FloaterSystem) -> None:
     """Forces of the lines on the platform, which are added to the third row of ``base_six`` (W-12 to W-14)."""
     p, line, load, x = m.platform, m.line, m.line_load, m.base_six
     first = m.top_shape.modes - 3
     R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
     F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
-    for i in range(line.lines):
+    for i in range(line.length.shape[0]):
         r = R @ Vec(line.fairlead_x[i], line.fairlead_y[i], line.fairlead_z[i])
         d = r + p.displacement - Vec(line.anchor_x[i], line.anchor_y[i], line.anchor_z[i])
         across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
@@ -225,9 +282,9 @@ def mooring(m: FloaterSystem) -> None:
         e = span(H, V, L, w, EA, friction, on_bed)
         load.horizontal[i] = H
         load.vertical[i] = V
-        load.fairlead[i] = sqrt(H * H + V * V)
         load.anchor[i] = sqrt(e.anchor_h * e.anchor_h + e.anchor_v * e.anchor_v)
-        pull = Vec(-H * d.x / across, -H * d.y / across, -V)
+        pull = Vec(-H * d.x / across, -H * d.y / across, -V) + moving_line(i, H, V, e, d, across, r, m)
+        load.fairlead[i] = sqrt(dot(pull, pull))
         F += pull
         M += cross(r, pull)
     p.mooring_force = F
@@ -346,8 +403,14 @@ class FloaterPart(Part):
     }
     parameter_tables: ClassVar[ParameterTables] = ((Floater, "floater", Floater.names),)
     shown: ClassVar[tuple[str, ...]] = (
-        "wave_elevation platform_surge platform_sway platform_heave platform_roll platform_pitch platform_yaw".split()
-    )  # type: ignore[assignment]
+        "wave_elevation",
+        "platform_surge",
+        "platform_sway",
+        "platform_heave",
+        "platform_roll",
+        "platform_pitch",
+        "platform_yaw",
+    )
     floater: Float
     line: Float
     float_matrices: Float
@@ -446,6 +509,13 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
                 f"{turbine.name}: platform.lines: line {int(np.argmin(wet)) + 1} floats; check its diameter"
             )
         v["mass"] = wet
+        across = rho * np.array([each.diameter for each in platform.lines])
+        section = 0.25 * np.pi * rho * np.array([each.diameter**2 for each in platform.lines])
+        dry = np.array([each.mass for each in platform.lines])
+        v["drag"] = 0.5 * across * [each.drag for each in platform.lines]
+        v["axial_drag"] = 0.5 * np.pi * across * [each.axial_drag for each in platform.lines]
+        v["inertia"] = dry + section * [each.added_mass for each in platform.lines]
+        v["axial_inertia"] = dry + section * [each.axial_added_mass for each in platform.lines]
     parts = [
         np.concatenate([getattr(radiation, n).real, getattr(radiation, n).imag], axis=1) for n in ("input", "output")
     ]

@@ -28,6 +28,12 @@ class MooringLine(Record):
     """[N] Young's modulus times section."""
     friction: float = Field(default=0.0, ge=0.0, le=2.0)
     """Of the sea bed [-]."""
+    drag: float = Field(default=0.0, ge=0.0)
+    """Drag coefficient [-] of motion across the line, over its diameter; along it ``axial_drag``, over its surface."""
+    axial_drag: float = Field(default=0.0, ge=0.0)
+    added_mass: float = Field(default=0.0, ge=0.0)
+    """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
+    axial_added_mass: float = Field(default=0.0, ge=0.0)
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -77,7 +77,7 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     Raises:
       InputError: no fit is accurate and passive.
     """
-    t = STEP * np.arange(round(MEMORY / STEP))
+    t: Float = np.arange(0.0, MEMORY, STEP, dtype=np.float64)
     K = kernel(coefficients, t)
     # unit motions are those with equal damping
     size = np.sqrt(np.abs(coefficients.damping).max(axis=0).diagonal())

@@ -39,7 +39,9 @@ def wave_forces(
     lines = np.concatenate([amplitude[None], scale * amplitude * excitation(c, waves).T])
     series = summed(waves, lines, dt, count, total)
     if platform.drift != "none" and len(waves.frequency):
-        series[1:] += scale * drift_series(c, platform, waves, amplitude, dt * (np.arange(count) - 1.0))
+        series[1:] += scale * drift_series(
+            c, platform, waves, amplitude, np.asarray(dt * (np.arange(count) - 1.0), dtype=np.float64)
+        )
     return dt, period if math.isfinite(period) else 1e30, np.ascontiguousarray(series.T)
 
 
@@ -60,10 +62,10 @@ def excitation(c: Coefficients, waves: Components) -> Complex:
     if len(heading) and heading.max() > c.heading[-1] + 1e-6:
         worst = heading.max()
         raise InputError(
-            f"sea.direction: waves that travel towards {worst:g} deg (counter-clockwise) are not in platform.coefficients, "
-            f"which have {c.heading[0]:g} to {c.heading[-1]:g} deg"
+            f"sea.direction: waves that travel towards {worst:g} deg (counter-clockwise) are not in "
+            f"platform.coefficients, which have {c.heading[0]:g} to {c.heading[-1]:g} deg"
         )
-    X = np.concatenate([c.excitation[:1] * 0.0 + c.excitation[:1], c.excitation])
+    X = np.concatenate([c.excitation[:1], c.excitation])  # constant below the lowest frequency
     w = np.append(0.0, c.frequency)
     i = np.clip(np.searchsorted(w, waves.frequency) - 1, 0, len(w) - 2)
     s = np.clip((waves.frequency - w[i]) / (w[i + 1] - w[i]), 0.0, 1.0)[:, None]
@@ -89,8 +91,8 @@ def drift_series(c: Coefficients, platform: Platform, waves: Components, amplitu
     off = np.abs(turned - 360.0 * np.round(turned / 360.0)).max()
     if off > 0.1:
         raise InputError(
-            f"platform.drift: {platform.drift!r} is known for waves along {c.drift_heading[0]:g} deg only, and these travel "
-            f"{off:.3g} deg from it; use drift: none, or coefficients with more headings"
+            f"platform.drift: {platform.drift!r} is known for waves along {c.drift_heading[0]:g} deg only, and these "
+            f"travel {off:.3g} deg from it; use drift: none, or coefficients with more headings"
         )
     w, order = np.sort(waves.frequency), np.argsort(waves.frequency)
     a = amplitude[order]
@@ -125,7 +127,7 @@ def drift_series(c: Coefficients, platform: Platform, waves: Components, amplitu
             bins = np.round(apart[used] * step / (2.0 * np.pi)).astype(int)
             found = np.zeros(bins.max(initial=0) + 1, dtype=np.complex128)
             np.add.at(found, bins, pairs[used])
-            number, difference = 2.0 * np.pi / step * np.arange(len(found)), found
+            number, difference = np.asarray(2.0 * np.pi / step * np.arange(len(found)), dtype=np.float64), found
         keep = np.abs(difference) > 0.0
         number, difference = number[keep], difference[keep]
         for part in np.array_split(np.arange(len(t)), max(1, len(t) // 512)):

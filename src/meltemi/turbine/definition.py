@@ -693,7 +693,7 @@ class Turbine(Machine):
                     f"blade.aerodynamics.airfoil station {i + 1} names {name!r}, which is not among the airfoils: "
                     f"{did_you_mean(name, self.airfoils)}"
                 )
-        for below in filter(None, (self.support, self.platform)):
+        if (below := self.support or self.platform) is not None:
             below.check_fit(self.tower, self.foundation)
         if self.icing is not None:
             self.icing.on(self.n_blades)
