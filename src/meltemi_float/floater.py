@@ -3,7 +3,7 @@
 All act on the six motions of the tower base, the last coordinates of the tower. Coefficients of the water are about the
 platform's point on the tower's axis at still water, which moves with it, in inertial axes.
 
-Reference: docs/theory/floating.md (W-7 to W-14).
+Reference: docs/theory/floating.md (W-4, W-7 to W-15).
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ def base_motion(m: FloaterSystem) -> None:
 @kernel
 def water_load(t: float, m: FloaterSystem) -> None:
     """Loads of the water but for added mass, in the second row of ``base_six``; further ones in the third (W-8 to
-    W-11)."""
+    W-10)."""
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
     now = cubic(t, f.step, f.period)
     a, i = m.float_waves, now.row
@@ -271,7 +271,7 @@ def mooring(m: FloaterSystem) -> None:
     first = m.top_shape.modes - 3
     R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
     F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
-    for i in range(line.length.shape[0]):
+    for i in range(line.lines):  # type: ignore[attr-defined]
         r = R @ Vec(line.fairlead_x[i], line.fairlead_y[i], line.fairlead_z[i])
         d = r + p.displacement - Vec(line.anchor_x[i], line.anchor_y[i], line.anchor_z[i])
         across = sqrt(d.x * d.x + d.y * d.y + 1e-12)

@@ -1,6 +1,6 @@
 """Forces of waves on a platform over a run: of first order, and at difference frequencies, by Fourier sums beforehand.
 
-Reference: docs/theory/floating.md (W-9, W-15 to W-17); Pinkster (1980); Standing, Brendling & Wilson (1987).
+Reference: docs/theory/floating.md (W-9, W-11); Pinkster (1980); Standing, Brendling & Wilson (1987).
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def excitation(c: Coefficients, waves: Components) -> Complex:
 
 
 def drift_series(c: Coefficients, platform: Platform, waves: Components, amplitude: Complex, t: Float) -> Float:
-    """(6, T) forces at difference frequencies over density and gravity (W-15 to W-17).
+    """(6, T) forces at difference frequencies over density and gravity (W-11).
 
     Raises:
       InputError: the coefficients do not have them, or not in the waves' direction.
