@@ -227,6 +227,13 @@ def moving_line(i: int, H: float, V: float, e: Ends, d: Vec, across: float, r: V
     ds = (L - lying) / POINTS
     fh, fl, fz = 0.0 * H, 0.0 * H, 0.0 * H
     mhh, mhz, mzz, mll = 0.0 * H, 0.0 * H, 0.0 * H, 0.0 * H
+    # without friction what lies on the bed slides to the side, too, as a straight line from the anchor
+    fixed = lying
+    if line.friction[i] <= 0.0:
+        fixed = 0.0 * lying
+        share = lying / across
+        fl -= 0.25 * lying * share * share * share * line.drag[i] * abs(vl) * vl
+        mll += lying * share * share / 3.0 * line.inertia[i]
     for n in range(POINTS):
         s = lying + (n + 0.5) * ds
         up = V - w * (L - s)
@@ -234,7 +241,7 @@ def moving_line(i: int, H: float, V: float, e: Ends, d: Vec, across: float, r: V
         # motion of the point by that of the fairlead, along and up; to the side in proportion to the distance
         hh, hz = (part.xh * e.zv - part.xv * e.zh) / det, (part.xv * e.xh - part.xh * e.xv) / det
         zh, zz = (part.zh * e.zv - part.zv * e.zh) / det, (part.zv * e.xh - part.zh * e.xv) / det
-        ll = (part.x - lying) / (across - lying)
+        ll = (part.x - fixed) / (across - fixed)
         tension = sqrt(H * H + up * up)
         c, b = H / tension, up / tension
         uh, uz, ul = hh * vh + hz * vz, zh * vh + zz * vz, ll * vl
