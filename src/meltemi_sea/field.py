@@ -69,7 +69,7 @@ def sea_field(
       InputError: the field would be too large.
     """
     w, k = waves.frequency, wave_number(waves.frequency, depth, gravity)
-    dt, count, total = _times(waves, duration)
+    dt, count, total = times(waves, duration)
     period = dt if not len(w) else math.inf if waves.period is None else waves.period
     columns = 1 + 4 * (len(z) + slope)
     if 8.0 * columns * count > MOST_BYTES:
@@ -87,7 +87,7 @@ def sea_field(
     acceleration = 1j * w * velocity * diffracted
     x, y = np.cos(waves.direction), np.sin(waves.direction)
     lines = np.concatenate([amplitude[None], velocity * x, velocity * y, acceleration * x, acceleration * y])
-    series = _summed(waves, lines, dt, count, total)
+    series = summed(waves, lines, dt, count, total)
     u, v, a, b = series[1:].reshape(4, -1, count)
     return SeaField(
         dt,
@@ -98,7 +98,7 @@ def sea_field(
     )
 
 
-def _times(waves: Components, duration: float) -> tuple[float, int, int | None]:
+def times(waves: Components, duration: float) -> tuple[float, int, int | None]:
     """Step [s], number of samples, and samples in a period; None where the waves are summed one by one."""
     if not len(waves.frequency):
         return 1.0, AHEAD + BEHIND + 1, None
@@ -115,7 +115,7 @@ def _times(waves: Components, duration: float) -> tuple[float, int, int | None]:
     return dt, whole + AHEAD + BEHIND + 1, total
 
 
-def _summed(waves: Components, lines: Complex, dt: float, count: int, total: int | None) -> Float:
+def summed(waves: Components, lines: Complex, dt: float, count: int, total: int | None) -> Float:
     """(L, count) real parts of the sums of waves with complex amplitudes (L, M), from ``AHEAD`` samples before 0."""
     number = np.arange(count) - AHEAD
     if total is None:

@@ -43,12 +43,16 @@ class SeaPart(Part):
         }
 
 
-def sea_part(sea: Sea, model: Model[Any], duration: float, origin: tuple[float, float]) -> SeaPart:
+def sea_part(sea: Sea, model: Model[Any], duration: float, origin: tuple[float, float]) -> Part:
     """The sea of a run of a model.
 
     Raises:
       InputError: the turbine does not stand in water, waves break, or the sea does not last.
     """
+    for part in model.parts:
+        if hasattr(part, "in_sea"):  # a floating platform
+            made: Part = part.in_sea(sea, duration, origin, model.environment.gravity)
+            return made
     pile = next((part for part in model.parts if isinstance(part, PilePart)), None)
     if pile is None:
         raise InputError(

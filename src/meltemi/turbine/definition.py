@@ -25,7 +25,7 @@ from meltemi.turbine.imbalance import Imbalance, deviations
 from meltemi.turbine.representation import Machine
 
 if TYPE_CHECKING:
-    from meltemi.turbine import MassDamper, Support
+    from meltemi.turbine import MassDamper, Platform, Support
     from meltemi.turbine.electrical import ElectricalSystem
     from meltemi.turbine.gearbox import Gearbox
     from meltemi.turbine.ice import Icing
@@ -35,6 +35,7 @@ else:
     ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
     MassDamper = deferred("meltemi_sea.mass_dampers", "MassDamper")
     Support = deferred("meltemi_sea.support", "Support")
+    Platform = deferred("meltemi_float.platform", "Platform")
 
 HALF_TURN = math.pi
 BaseMotion = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
@@ -645,7 +646,7 @@ class BaselineControl(Record):
 
 
 class Turbine(Machine):
-    """A horizontal-axis wind turbine on land, or on a pile in the sea."""
+    """A horizontal-axis wind turbine on land, on a pile in the sea, or on a floating platform."""
 
     n_blades: int = Field(default=3, ge=1)
     """2 or 3 in a simulation."""
@@ -667,6 +668,8 @@ class Turbine(Machine):
     """Pile in the sea below the tower; then ``foundation`` is that of its foot."""
     mass_dampers: tuple[MassDamper, ...] = ()
     """Tuned mass dampers in tower or nacelle; their mass is not part of what carries them."""
+    platform: Platform | None = None
+    """Floating platform below the tower; then ``foundation`` has the motions of its base."""
     pitch_actuator: PitchActuator
     control: BaselineControl
     icing: Icing | None = None
@@ -693,8 +696,8 @@ class Turbine(Machine):
                     f"blade.aerodynamics.airfoil station {i + 1} names {name!r}, which is not among the airfoils: "
                     f"{did_you_mean(name, self.airfoils)}"
                 )
-        if self.support is not None:
-            self.support.check_fit(self.tower, self.foundation)
+        if (below := self.support or self.platform) is not None:
+            below.check_fit(self.tower, self.foundation)
         if self.icing is not None:
             self.icing.on(self.n_blades)
         for name in ("pitch", "mass"):

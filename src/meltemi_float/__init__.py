@@ -1,0 +1,6 @@
+"""Floating turbines: platforms in potential flow, moorings.
+
+The public name is in ``meltemi.turbine`` (platform).
+"""
+
+KERNELS = ("floater.py", "catenary.py")

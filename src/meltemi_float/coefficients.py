@@ -1,0 +1,161 @@
+"""Potential-flow coefficients of a platform, from files of WAMIT or from one compact file.
+
+Reference: docs/theory/floating.md (W-1, W-2); WAMIT user manual, chapter 4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.files import bytes_of
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+DATA = Path(__file__).parent / "data"
+LARGEST = 200_000_000
+"""[bytes] of a file."""
+FORCES, MOMENTS = slice(0, 3), slice(3, 6)
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Coefficients over water density, and gravity where they have it, about a point at still water.
+
+    Attributes:
+      frequency: (F,) [rad/s] increasing.
+      added_mass: (F, 6, 6) [m^3 .. m^5] added mass over density.
+      damping: (F, 6, 6) [m^3/s ..] radiation damping over density.
+      infinite: (6, 6) added mass over density at infinite frequency.
+      heading: (H,) [deg] of the waves' travel, counter-clockwise from x, increasing.
+      excitation: (F, H, 6) force per wave amplitude over density and gravity, e^{+i w t}.
+      hydrostatic: (6, 6) stiffness over density and gravity, without weight.
+      drift_frequency: (D,) [rad/s]; drift: (D, D, 6) difference-frequency force per amplitude squared over density and
+        gravity at heading ``drift_heading`` [deg]; none if D is 0.
+    """
+
+    frequency: Float
+    added_mass: Float
+    damping: Float
+    infinite: Float
+    heading: Float
+    excitation: Complex
+    hydrostatic: Float
+    drift_frequency: Float
+    drift: Complex
+    drift_heading: Float
+
+
+def read_coefficients(name: str) -> Coefficients:
+    """Coefficients of a library platform by name, of a compact file ``.npz``, or of WAMIT files by their common path.
+
+    Raises:
+      InputError: a file is missing, or does not have what it needs.
+    """
+    path = Path(name) if name.endswith(".npz") else DATA / f"{name}.npz"
+    if not path.is_file():
+        if Path(f"{name}.1").is_file():
+            return read_wamit(Path(name))
+        known = sorted(each.stem for each in DATA.glob("*.npz"))
+        raise InputError(
+            f"platform.coefficients: no library platform, and no file {name}.1: {did_you_mean(name, known)} (or give "
+            "the path of WAMIT files without .1, .3, .hst)"
+        )
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            return Coefficients(
+                **{f.name: np.asarray(data[f.name], dtype=_kind(data[f.name])) for f in fields(Coefficients)}
+            )
+    except (KeyError, ValueError, OSError) as error:
+        raise InputError(f"{path}: not a file of coefficients: {error}") from None
+
+
+def _kind(array: Float) -> type:
+    return np.complex128 if np.iscomplexobj(array) else np.float64
+
+
+def write_coefficients(coefficients: Coefficients, path: Path) -> None:
+    """Write a compact file, in single precision."""
+    single = {np.dtype(np.float64): np.float32, np.dtype(np.complex128): np.complex64}
+    arrays = {f.name: getattr(coefficients, f.name) for f in fields(coefficients)}
+    np.savez_compressed(path, **{name: a.astype(single[a.dtype]) for name, a in arrays.items()})
+
+
+def read_wamit(path: Path) -> Coefficients:
+    """Coefficients from files ``.1``, ``.3``, ``.hst`` and, if there is one, ``.12d``, of reference length 1 m.
+
+    Raises:
+      InputError: a file is missing or is not one of WAMIT's.
+    """
+    radiation, waves, rest = (_table(path, end, least) for end, least in ((".1", 4), (".3", 7), (".hst", 3)))
+    hydrostatic = np.zeros((6, 6))
+    i, j = _modes(rest[:, :2], path, ".hst").T
+    hydrostatic[i, j] = rest[:, 2]
+    # period -1 is zero frequency, 0 infinite frequency: no damping there
+    finite = radiation[radiation[:, 0] > 0.0]
+    period, where = np.unique(finite[:, 0], return_inverse=True)
+    added, damping = np.zeros((len(period), 6, 6)), np.zeros((len(period), 6, 6))
+    i, j = _modes(finite[:, 1:3], path, ".1").T
+    added[where, i, j], damping[where, i, j] = finite[:, 3], finite[:, 4]
+    frequency = 2.0 * np.pi / period
+    damping *= frequency[:, None, None]
+    limit = radiation[radiation[:, 0] == 0.0]
+    if not len(limit):
+        raise InputError(f"{path}.1: no rows of period 0, the added mass at infinite frequency; let WAMIT compute them")
+    infinite = np.zeros((6, 6))
+    i, j = _modes(limit[:, 1:3], path, ".1").T
+    infinite[i, j] = limit[:, 3]
+    periods, at = np.unique(waves[:, 0], return_inverse=True)
+    if len(periods) != len(period) or not np.allclose(periods, period, rtol=1e-5):
+        raise InputError(f"{path}.3: its periods are not those of {path.name}.1; the files do not belong together")
+    heading, along = np.unique(waves[:, 1], return_inverse=True)
+    excitation = np.zeros((len(period), len(heading), 6), dtype=np.complex128)
+    excitation[at, along, _modes(waves[:, 2:3], path, ".3")[:, 0]] = waves[:, 5] + 1j * waves[:, 6]
+    drift_frequency, drift, drift_heading = np.zeros(0), np.zeros((0, 0, 6), dtype=np.complex128), np.zeros(0)
+    if path.with_name(path.name + ".12d").is_file():
+        q = _table(path, ".12d", 9)
+        drift_heading = np.unique(q[:, 2:4])[:1]
+        q = q[(q[:, 2] == drift_heading[0]) & (q[:, 3] == drift_heading[0])]
+        low, place = np.unique(q[:, :2], return_inverse=True)
+        a, b = place.reshape(-1, 2).T
+        k = _modes(q[:, 4:5], path, ".12d")[:, 0]
+        drift = np.zeros((len(low), len(low), 6), dtype=np.complex128)
+        drift[b, a, k] = q[:, 7] - 1j * q[:, 8]
+        drift[a, b, k] = q[:, 7] + 1j * q[:, 8]
+        drift_frequency, drift = 2.0 * np.pi / low[::-1], drift[::-1, ::-1]
+    back = slice(None, None, -1)  # by rising frequency
+    return Coefficients(
+        frequency[back], added[back], damping[back], infinite, heading, excitation[back], hydrostatic,
+        drift_frequency, drift, drift_heading,
+    )  # fmt: skip
+
+
+def _table(path: Path, end: str, least: int) -> Float:
+    """(N, C) numbers of a file; lines of text are skipped, rows without the last columns have zeros there."""
+    name = path.with_name(path.name + end)
+    rows = []
+    for line in bytes_of(name, LARGEST).decode("latin-1").splitlines():
+        try:
+            rows.append([float(each) for each in line.replace("D", "E").split()])
+        except ValueError:
+            continue
+    rows = [row for row in rows if len(row) >= least]
+    if not rows:
+        raise InputError(f"{name}: expected at least {least} numbers in a row, found none; is it a file of WAMIT?")
+    width = max(map(len, rows))
+    return np.array([row + [0.0] * (width - len(row)) for row in rows])
+
+
+def _modes(columns: Float, path: Path, end: str) -> NDArray[np.int64]:
+    """Modes counted from 0."""
+    found = columns.astype(np.int64) - 1
+    if found.min() < 0 or found.max() > 5:
+        raise InputError(
+            f"{path}{end}: modes must be from 1 to 6 (one body), found {found.min() + 1} to {found.max() + 1}"
+        )
+    return found

@@ -1,0 +1,538 @@
+"""A floating platform as a part of the machine: water, waves, radiation, drag, weight and mooring lines at its base.
+
+All act on the six motions of the tower base, the last coordinates of the tower. Coefficients of the water are about the
+platform's point on the tower's axis at still water, which moves with it, in inertial axes.
+
+Reference: docs/theory/floating.md (W-4, W-7 to W-15).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import atan2, cos, exp, sin, sqrt
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel
+from meltemi.maths.algebra import Sym, Vec
+from meltemi.maths.records import Array2, Constant, Record, Single
+from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
+from meltemi.maths.tables import Numbers, Table, View, number, xyz
+from meltemi.maths.vectors import cross, dot, turn
+from meltemi.simulation.channels import Channel, channels_of_group
+from meltemi.simulation.parts import ParameterTables, Part, StateRows
+from meltemi.simulation.step import begin_parts_step, outer_forces, outer_section_loads, part_rates
+from meltemi.simulation.system import Outputs, System
+from meltemi.structure.dynamics import inertia_about
+from meltemi_float.catenary import Ends, line_forces, span
+from meltemi_float.coefficients import Coefficients, read_coefficients
+from meltemi_float.platform import Platform
+from meltemi_float.radiation import fit_radiation
+from meltemi_float.waves import wave_forces
+from meltemi_sea.field import AHEAD, BEHIND
+from meltemi_sea.pile import cubic
+
+Float = NDArray[np.float64]
+FEATURE = "the floating platform"
+
+
+class Floater(Table):
+    """Constants of the platform."""
+
+    mass: float = number("kg", "of the platform with ballast")
+    centre: Vec = xyz("m", "of mass, from the platform's point")
+    inertia: Vec = xyz("kg m^2", "about the centre of mass")
+    displaced: float = number("kg", "of water at rest")
+    buoyancy_x: float = number("m", "x of its centre")
+    buoyancy_y: float = number("m", "y of its centre")
+    step: float = number("s", "between the samples of the waves")
+    period: float = number("s", "after which the waves repeat")
+    bed: float = number("m", "height of the sea bed")
+
+
+class RadiationState(Table, axes="mode"):
+    """Memory of radiated waves: complex amplitudes of decaying oscillations."""
+
+    real: Numbers = number("m", "state: real part")
+    imaginary: Numbers = number("m", "state: imaginary part")
+
+
+class LineLoad(Table, axes="line"):
+    """Forces of a mooring line."""
+
+    horizontal: Numbers = number("N", "at the fairlead, kept as the next first guess")
+    vertical: Numbers = number("N", "at the fairlead, downwards")
+    fairlead: Numbers = number("N", "tension at the fairlead")
+    anchor: Numbers = number("N", "tension at the anchor")
+
+
+class Line(Table, axes="line"):
+    """Constants of a mooring line."""
+
+    fairlead_x: Numbers = number("m", "fairlead on the platform")
+    fairlead_y: Numbers = number("m", "fairlead on the platform")
+    fairlead_z: Numbers = number("m", "fairlead on the platform")
+    anchor_x: Numbers = number("m", "anchor")
+    anchor_y: Numbers = number("m", "anchor")
+    anchor_z: Numbers = number("m", "anchor")
+    length: Numbers = number("m", "unstretched")
+    mass: Numbers = number("kg/m", "without that of the water displaced")
+    stiffness: Numbers = number("N", "Young's modulus times section")
+    friction: Numbers = number("-", "of the sea bed")
+    drag: Numbers = number("kg/m^2", "force across, over length and velocity squared")
+    axial_drag: Numbers = number("kg/m^2", "force along")
+    inertia: Numbers = number("kg/m", "mass with that of the water that moves with it across")
+    axial_inertia: Numbers = number("kg/m", "the same along")
+
+
+class PlatformState(Table):
+    """Motion of the platform's point, and loads about it."""
+
+    elevation: float = number("m", "of the surface at the origin")
+    displacement: Vec = xyz("m", "of the platform's point")
+    angle: Vec = xyz("rad", "roll, pitch, yaw: rotations about x, then y, then z")
+    velocity: Vec = xyz("m/s", "of the platform's point")
+    spin: Vec = xyz("rad/s", "angular velocity")
+    arm: Vec = xyz("m", "from the tower base to the platform's point")
+    bias: Vec = xyz("m/s^2", "acceleration of the point without that of coordinates")
+    spin_bias: Vec = xyz("rad/s^2", "angular acceleration without that of coordinates")
+    force: Vec = xyz("N", "of the water: buoyancy, waves, radiation with added mass, drag")
+    moment: Vec = xyz("N m", "of the water about the platform's point")
+    mooring_force: Vec = xyz("N", "of the lines")
+    mooring_moment: Vec = xyz("N m", "of the lines about the platform's point")
+
+
+class FloaterSystem(System):
+    """A floating turbine.
+
+    Attributes:
+      float_matrices: (5, 6, 6) as rows of (30, 6): added mass, stiffness of the water, further stiffness, linear and
+        quadratic damping; that of the water over gravity.
+      float_waves: (T, 7) elevation, and forces and moments of the waves.
+      float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
+      base_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
+      base_six: (4, 6) velocity in platform axes, load of the water, further load, position.
+    """
+
+    floater: Floater
+    platform: PlatformState
+    radiation: Single[RadiationState]
+    d_radiation: Single[RadiationState]
+    line: Single[Line]
+    line_load: Single[LineLoad]
+    float_matrices: Constant[Array2]
+    float_waves: Constant[Array2]
+    float_pole: Constant[Array2]
+    float_input: Constant[Array2]
+    float_output: Constant[Array2]
+    base_columns: Array2
+    base_six: Array2
+
+
+ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
+"""First rows of the matrices."""
+POINTS = 8
+"""Points of a line at which its drag and inertia act."""
+
+
+@kernel
+def base_motion(m: FloaterSystem) -> None:
+    """Position and velocity of the platform's point, and its partial velocities (W-7)."""
+    p, first, q, v = m.platform, m.top_shape.modes - 6, m.q, m.v
+    theta, rate = Vec(q[first + 3], q[first + 4], q[first + 5]), Vec(v[first + 3], v[first + 4], v[first + 5])
+    R = rotation(theta)
+    down = Vec(0.0, 0.0, -m.structure.tower_base)
+    arm, w, known = R @ down, angular_velocity(theta, rate), angular_acceleration(theta, rate)
+    p.arm = arm
+    p.displacement = Vec(q[first], q[first + 1], q[first + 2]) + arm - down
+    p.angle = Vec(atan2(R.zy, R.zz), atan2(-R.zx, sqrt(R.xx * R.xx + R.yx * R.yx)), atan2(R.yx, R.xx))
+    p.velocity = Vec(v[first], v[first + 1], v[first + 2]) + cross(w, arm)
+    p.spin = w
+    p.bias = cross(known, arm) + cross(w, cross(w, arm))
+    p.spin_bias = known
+    J = m.base_columns
+    for k in range(6):
+        e = Vec(1.0 * (k % 3 == 0), 1.0 * (k % 3 == 1), 1.0 * (k % 3 == 2))
+        T, W = e, 0.0 * e
+        if k >= 3:
+            W = angular_velocity(theta, e)
+            T = cross(W, arm)
+        J[k, 0], J[k, 1], J[k, 2] = T.x, T.y, T.z
+        J[k, 3], J[k, 4], J[k, 5] = W.x, W.y, W.z
+
+
+@kernel
+def water_load(t: float, m: FloaterSystem) -> None:
+    """Loads of the water but for added mass, in the second row of ``base_six``; further ones in the third (W-8 to
+    W-10)."""
+    p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
+    now = cubic(t, f.step, f.period)
+    a, i = m.float_waves, now.row
+    u, angle, dq, w = p.displacement, p.angle, p.velocity, p.spin
+    x[3, 0], x[3, 1], x[3, 2], x[3, 3], x[3, 4], x[3, 5] = u.x, u.y, u.z, angle.x, angle.y, angle.z
+    theta = Vec(m.q[m.top_shape.modes - 3], m.q[m.top_shape.modes - 2], m.q[m.top_shape.modes - 1])
+    R = rotation(theta)
+    own, turning = R.T @ dq, R.T @ w
+    x[0, 0], x[0, 1], x[0, 2], x[0, 3], x[0, 4], x[0, 5] = own.x, own.y, own.z, turning.x, turning.y, turning.z
+    p.elevation = now.a * a[i, 0] + now.b * a[i + 1, 0] + now.c * a[i + 2, 0] + now.d * a[i + 3, 0]
+    for k in range(6):
+        c = k + 1
+        water = now.a * a[i, c] + now.b * a[i + 1, c] + now.c * a[i + 2, c] + now.d * a[i + 3, c]
+        water -= p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2]
+        water -= p.spin_bias.x * K[k, 3] + p.spin_bias.y * K[k, 4] + p.spin_bias.z * K[k, 5]
+        other = 0.0 * water
+        for j in range(6):
+            water -= m.structure.gravity * K[WATER + k, j] * x[3, j]
+            other -= K[FURTHER + k, j] * x[3, j]
+        for n in range(m.radiation.modes):
+            water -= m.float_output[n, k] * m.radiation.real[n] - m.float_output[n, 6 + k] * m.radiation.imaginary[n]
+        x[1, k], x[2, k] = water, other
+    buoyancy = m.structure.gravity * f.displaced
+    x[1, 2] += buoyancy
+    x[1, 3] += buoyancy * f.buoyancy_y
+    x[1, 4] -= buoyancy * f.buoyancy_x
+    drag, drag_moment = Vec(0.0 * t, 0.0 * t, 0.0 * t), Vec(0.0 * t, 0.0 * t, 0.0 * t)
+    for j in range(6):
+        s, s2 = x[0, j], x[0, j] * abs(x[0, j])
+        drag -= s * Vec(K[LINEAR, j], K[LINEAR + 1, j], K[LINEAR + 2, j])
+        drag -= s2 * Vec(K[QUADRATIC, j], K[QUADRATIC + 1, j], K[QUADRATIC + 2, j])
+        drag_moment -= s * Vec(K[LINEAR + 3, j], K[LINEAR + 4, j], K[LINEAR + 5, j])
+        drag_moment -= s2 * Vec(K[QUADRATIC + 3, j], K[QUADRATIC + 4, j], K[QUADRATIC + 5, j])
+    drag, drag_moment = R @ drag, R @ drag_moment
+    x[1, 0] += drag.x
+    x[1, 1] += drag.y
+    x[1, 2] += drag.z
+    x[1, 3] += drag_moment.x
+    x[1, 4] += drag_moment.y
+    x[1, 5] += drag_moment.z
+
+
+@kernel
+def moving_line(i: int, H: float, V: float, e: Ends, d: Vec, across: float, r: Vec, m: FloaterSystem) -> Vec:
+    """Drag of a line on the fairlead; its inertia is added to the mass matrix (W-15).
+
+    The points of the line move as those of the line at rest do when the fairlead moves.
+    """
+    p, line, J, first = m.platform, m.line, m.base_columns, m.top_shape.modes - 6
+    L, w, EA = line.length[i], m.structure.gravity * line.mass[i], line.stiffness[i]
+    ahead, side = Vec(d.x / across, d.y / across, 0.0), Vec(-d.y / across, d.x / across, 0.0)
+    v = p.velocity + cross(p.spin, r)
+    vh, vl, vz = dot(v, ahead), dot(v, side), v.z
+    det = e.xh * e.zv - e.xv * e.zh
+    lying = max(L - V / w, 0.0)
+    ds = (L - lying) / POINTS
+    fh, fl, fz = 0.0 * H, 0.0 * H, 0.0 * H
+    mhh, mhz, mzz, mll = 0.0 * H, 0.0 * H, 0.0 * H, 0.0 * H
+    # without friction what lies on the bed slides to the side, too, as a straight line from the anchor
+    fixed = lying
+    if line.friction[i] <= 0.0:
+        fixed = 0.0 * lying
+        share = lying / across
+        fl -= 0.25 * lying * share * share * share * line.drag[i] * abs(vl) * vl
+        mll += lying * share * share / 3.0 * line.inertia[i]
+    for n in range(POINTS):
+        s = lying + (n + 0.5) * ds
+        up = V - w * (L - s)
+        part = span(H, up, s, w, EA, 0.0, 1.0 * (lying > 0.0))
+        # motion of the point by that of the fairlead, along and up; to the side in proportion to the distance
+        hh, hz = (part.xh * e.zv - part.xv * e.zh) / det, (part.xv * e.xh - part.xh * e.xv) / det
+        zh, zz = (part.zh * e.zv - part.zv * e.zh) / det, (part.zv * e.xh - part.zh * e.xv) / det
+        ll = (part.x - fixed) / (across - fixed)
+        tension = sqrt(H * H + up * up)
+        c, b = H / tension, up / tension
+        uh, uz, ul = hh * vh + hz * vz, zh * vh + zz * vz, ll * vl
+        along, normal = c * uh + b * uz, c * uz - b * uh
+        speed = sqrt(normal * normal + ul * ul)
+        fn, fa = -line.drag[i] * speed * normal * ds, -line.axial_drag[i] * abs(along) * along * ds
+        gh, gz = c * fa - b * fn, b * fa + c * fn
+        fh += hh * gh + zh * gz
+        fz += hz * gh + zz * gz
+        fl -= ll * line.drag[i] * speed * ul * ds
+        # inertia: along and across
+        ah, az, nh, nz = c * hh + b * zh, c * hz + b * zz, c * zh - b * hh, c * zz - b * hz
+        own, other = line.axial_inertia[i] * ds, line.inertia[i] * ds
+        mhh += own * ah * ah + other * nh * nh
+        mhz += own * ah * az + other * nh * nz
+        mzz += own * az * az + other * nz * nz
+        mll += other * ll * ll
+    for k in range(6):
+        T = Vec(J[k, 0], J[k, 1], J[k, 2]) + cross(Vec(J[k, 3], J[k, 4], J[k, 5]), r)
+        kh, kl = dot(T, ahead), dot(T, side)
+        for j in range(k + 1):
+            S = Vec(J[j, 0], J[j, 1], J[j, 2]) + cross(Vec(J[j, 3], J[j, 4], J[j, 5]), r)
+            sh, sl = dot(S, ahead), dot(S, side)
+            m.core_mass[first + k, first + j] += (
+                mhh * kh * sh + mhz * (kh * S.z + T.z * sh) + mzz * T.z * S.z + mll * kl * sl
+            )
+    return fh * ahead + fl * side + Vec(0.0, 0.0, fz)
+
+
+@kernel
+def mooring(m: FloaterSystem) -> None:
+    """Forces of the lines on the platform, which are added to the third row of ``base_six`` (W-12 to W-14)."""
+    p, line, load, x = m.platform, m.line, m.line_load, m.base_six
+    first = m.top_shape.modes - 3
+    R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
+    F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for i in range(line.lines):  # type: ignore[attr-defined]
+        r = R @ Vec(line.fairlead_x[i], line.fairlead_y[i], line.fairlead_z[i])
+        d = r + p.displacement - Vec(line.anchor_x[i], line.anchor_y[i], line.anchor_z[i])
+        across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
+        on_bed = 1.0 * (line.anchor_z[i] < m.floater.bed + 1e-3)
+        L, w = line.length[i], m.structure.gravity * line.mass[i]
+        EA, friction = line.stiffness[i], line.friction[i]
+        H, V = line_forces(across, d.z, L, w, EA, friction, on_bed, load.horizontal[i], load.vertical[i])
+        e = span(H, V, L, w, EA, friction, on_bed)
+        load.horizontal[i] = H
+        load.vertical[i] = V
+        load.anchor[i] = sqrt(e.anchor_h * e.anchor_h + e.anchor_v * e.anchor_v)
+        pull = Vec(-H * d.x / across, -H * d.y / across, -V) + moving_line(i, H, V, e, d, across, r, m)
+        load.fairlead[i] = sqrt(dot(pull, pull))
+        F += pull
+        M += cross(r, pull)
+    p.mooring_force = F
+    p.mooring_moment = M
+    x[2, 0] += F.x
+    x[2, 1] += F.y
+    x[2, 2] += F.z
+    x[2, 3] += M.x
+    x[2, 4] += M.y
+    x[2, 5] += M.z
+
+
+@outer_forces.variant
+@kernel
+def floater_forces(t: float, m: FloaterSystem) -> None:
+    """Forces on the motions of the base, with inertia of the platform and added mass of the water (W-7)."""
+    p, f, J, K, x = m.platform, m.floater, m.base_columns, m.float_matrices, m.base_six
+    base_motion(m)
+    water_load(t, m)
+    mooring(m)
+    first = m.top_shape.modes - 6
+    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    c = R @ f.centre
+    own = turn(R, Sym(f.inertia.x, f.inertia.y, f.inertia.z, 0.0, 0.0, 0.0))
+    w, known = p.spin, p.spin_bias
+    G = f.mass * (Vec(0.0, 0.0, -m.structure.gravity) - (p.bias + cross(known, c) + cross(w, cross(w, c))))
+    N = cross(c, G) - (own @ known + cross(w, own @ w))
+    s, inertia = f.mass * c, inertia_about(own, f.mass, Vec(0.0, 0.0, 0.0), c)
+    F, M = G + Vec(x[1, 0] + x[2, 0], x[1, 1] + x[2, 1], x[1, 2] + x[2, 2]), N
+    M += Vec(x[1, 3] + x[2, 3], x[1, 4] + x[2, 4], x[1, 5] + x[2, 5])
+    for k in range(6):
+        T, W = Vec(J[k, 0], J[k, 1], J[k, 2]), Vec(J[k, 3], J[k, 4], J[k, 5])
+        m.core_force[first + k] += dot(T, F) + dot(W, M)
+        P, H = f.mass * T + cross(W, s), inertia @ W + cross(s, T)
+        for j in range(k + 1):
+            added = dot(Vec(J[j, 0], J[j, 1], J[j, 2]), P) + dot(Vec(J[j, 3], J[j, 4], J[j, 5]), H)
+            for a in range(6):
+                if J[j, a] != 0.0:
+                    for b in range(6):
+                        added += J[j, a] * K[ADDED + a, b] * J[k, b]
+            m.core_mass[first + k, first + j] += added
+
+
+@kernel
+def driven(n: int, dt: float, m: FloaterSystem) -> tuple[float, float]:
+    """Rate of an oscillation of the radiation from the mean velocity over a step that ends now (W-4)."""
+    first, J = m.top_shape.modes - 6, m.base_columns
+    re, im = 0.0 * m.v[first], 0.0 * m.v[first]
+    for k in range(6):
+        rate = m.v[first + k] - 0.5 * dt * m.a[first + k]
+        for j in range(6):
+            re += m.float_input[n, j] * J[k, j] * rate
+            im += m.float_input[n, 6 + j] * J[k, j] * rate
+    return re, im
+
+
+@begin_parts_step.variant
+@kernel
+def floater_begin(dt: float, m: FloaterSystem) -> None:
+    """Exact for the mean velocity over the step (W-4)."""
+    x = m.radiation
+    for n in range(x.modes):
+        s, z = m.float_pole[n, 0], m.float_pole[n, 1]
+        size = exp(s * dt)
+        c, d = size * cos(z * dt), size * sin(z * dt)
+        re, im = driven(n, dt, m)
+        # (exp(p dt) - 1) / p
+        g, h, square = c - 1.0, d, s * s + z * z
+        gr, gi = (g * s + h * z) / square, (h * s - g * z) / square
+        a, b = x.real[n], x.imaginary[n]
+        x.real[n] = c * a - d * b + gr * re - gi * im
+        x.imaginary[n] = c * b + d * a + gr * im + gi * re
+
+
+@part_rates.variant
+@kernel
+def floater_rates(m: FloaterSystem) -> None:
+    """Rates of the radiation (W-4)."""
+    x, rate = m.radiation, m.d_radiation
+    for n in range(x.modes):
+        s, z = m.float_pole[n, 0], m.float_pole[n, 1]
+        re, im = driven(n, 0.0, m)
+        rate.real[n] = s * x.real[n] - z * x.imaginary[n] + re
+        rate.imaginary[n] = s * x.imaginary[n] + z * x.real[n] + im
+
+
+@outer_section_loads.variant
+@kernel
+def floater_loads(m: FloaterSystem, s: Outputs) -> None:
+    """Loads of the water with added mass; deflection of the tower and loads at its base in its axes."""
+    p, J, K, x, first = m.platform, m.base_columns, m.float_matrices, m.base_six, m.top_shape.modes - 6
+    for i in range(6):
+        total = x[1, i]
+        for j in range(6):
+            for k in range(6):
+                total -= K[ADDED + i, j] * J[k, j] * m.a[first + k]
+        x[0, i] = total
+    p.force = Vec(x[0, 0], x[0, 1], x[0, 2])
+    p.moment = Vec(x[0, 3], x[0, 4], x[0, 5])
+    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
+    s.chain.top_deflection = R.T @ (m.machine.top_position - base) - Vec(0.0, 0.0, m.structure.tower_length)
+    s.tower_station.force[0] = R.T @ s.tower_station.force[0]
+    s.tower_station.moment[0] = R.T @ s.tower_station.moment[0]
+
+
+@dataclass(frozen=True)
+class FloaterPart(Part):
+    """The platform of a model, in still water."""
+
+    system: ClassVar[type[Record] | None] = FloaterSystem
+    signals: ClassVar[dict[str, type[Table]]] = {
+        "platform": PlatformState,
+        "radiation": RadiationState,
+        "line_load": LineLoad,
+    }
+    parameter_tables: ClassVar[ParameterTables] = ((Floater, "floater", Floater.names),)
+    shown: ClassVar[tuple[str, ...]] = (
+        "wave_elevation",
+        "platform_surge",
+        "platform_sway",
+        "platform_heave",
+        "platform_roll",
+        "platform_pitch",
+        "platform_yaw",
+    )
+    floater: Float
+    line: Float
+    float_matrices: Float
+    float_pole: Float
+    float_input: Float
+    float_output: Float
+    coefficients: Coefficients
+    platform: Platform
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of the signals."""
+        sizes = {"mode": len(self.float_pole), "line": self.line.shape[1]}
+        return {name: table.shape(**{a: sizes[a] for a in table.axes}) for name, table in self.signals.items()}
+
+    def arrays(self) -> dict[str, Any]:
+        """Constants of the platform, and still water."""
+        own = ("floater", "line", "float_matrices", "float_pole", "float_input", "float_output")
+        return {
+            **{name: getattr(self, name).copy() for name in own},
+            "d_radiation": RadiationState.zeros(mode=len(self.float_pole)),
+            "float_waves": np.zeros((AHEAD + BEHIND + 2, 7)),
+            "base_columns": np.zeros((6, 6)),
+            "base_six": np.zeros((4, 6)),
+        }
+
+    def channels(self) -> Sequence[Channel]:
+        """Motion of the platform, loads of the water and of the lines."""
+        lines = channels_of_group("line", self.line.shape[1])
+        return (*channels_of_group("platform"), *(replace(c, index=(c.index[0] - 1,)) for c in lines))
+
+    def states(self) -> Sequence[StateRows]:
+        """The memory of radiated waves."""
+        n = len(self.float_pole)
+        names = tuple(f"radiation {part} {i + 1}" for part in ("real", "imaginary") for i in range(n))
+        return (StateRows("radiation", "d_radiation", names, ("m",) * (2 * n)),)
+
+    def in_sea(self, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> FloatingSea:
+        """The waves of a run.
+
+        Raises:
+          InputError: the waves, or a part of them, are not in the coefficients.
+        """
+        if sea.level or sea.current is not None:
+            raise InputError("sea: level and current do not act on a floating platform; remove them")
+        dt, period, waves = wave_forces(sea, self.coefficients, self.platform, duration, origin, gravity)
+        floater = self.floater.copy()
+        v = View(Floater, floater)
+        v["step"], v["period"] = dt, period
+        return FloatingSea(floater, waves)
+
+
+@dataclass(frozen=True)
+class FloatingSea(Part):
+    """The sea of a run, in place of still water."""
+
+    floater: Float
+    float_waves: Float
+
+    def arrays(self) -> dict[str, Any]:
+        """Those that replace the ones of still water."""
+        return {"floater": self.floater.copy(), "float_waves": self.float_waves}
+
+
+def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
+    """The platform of a turbine; as ``simulation.parts.parts_of``.
+
+    Raises:
+      InputError: no coefficients, no fit of the radiation, or the platform does not float.
+    """
+    platform: Platform = turbine.platform
+    c = read_coefficients(platform.coefficients)
+    radiation = fit_radiation(c)
+    rho = platform.water_density
+    matrices = np.zeros((5, 6, 6))
+    matrices[0], matrices[1] = rho * c.infinite, rho * c.hydrostatic
+    for i, name in enumerate(("stiffness", "linear_damping", "quadratic_damping")):
+        value = getattr(platform, name)
+        matrices[2 + i] = 0.0 if value is None else value
+    floater = Floater.zeros()
+    v = View(Floater, floater)
+    v["mass"], v["centre"], v["inertia"] = platform.mass, platform.centre, platform.inertia
+    v["displaced"] = rho * platform.volume
+    v["buoyancy_x"], v["buoyancy_y"] = platform.buoyancy_centre
+    v["step"], v["period"], v["bed"] = 1.0, 1.0, -platform.depth
+    line = Line.zeros(line=len(platform.lines))
+    v = View(Line, line)
+    if platform.lines:
+        for name in ("fairlead", "anchor"):
+            for i, axis in enumerate("xyz"):
+                v[f"{name}_{axis}"] = [getattr(each, name)[i] for each in platform.lines]
+        for name in ("length", "stiffness", "friction"):
+            v[name] = [getattr(each, name) for each in platform.lines]
+        wet = [each.mass - 0.25 * np.pi * rho * each.diameter**2 for each in platform.lines]
+        if min(wet) <= 0.0:
+            raise InputError(
+                f"{turbine.name}: platform.lines: line {int(np.argmin(wet)) + 1} floats; check its diameter"
+            )
+        v["mass"] = wet
+        across = rho * np.array([each.diameter for each in platform.lines])
+        section = 0.25 * np.pi * rho * np.array([each.diameter**2 for each in platform.lines])
+        dry = np.array([each.mass for each in platform.lines])
+        v["drag"] = 0.5 * across * [each.drag for each in platform.lines]
+        v["axial_drag"] = 0.5 * np.pi * across * [each.axial_drag for each in platform.lines]
+        v["inertia"] = dry + section * [each.added_mass for each in platform.lines]
+        v["axial_inertia"] = dry + section * [each.axial_added_mass for each in platform.lines]
+    parts = [
+        np.concatenate([getattr(radiation, n).real, getattr(radiation, n).imag], axis=1) for n in ("input", "output")
+    ]
+    return FloaterPart(
+        floater=floater,
+        line=line,
+        float_matrices=np.ascontiguousarray(matrices.reshape(30, 6)),
+        float_pole=np.stack([radiation.pole.real, radiation.pole.imag], axis=1),
+        float_input=np.ascontiguousarray(parts[0]),
+        float_output=np.ascontiguousarray(rho * parts[1]),
+        coefficients=c,
+        platform=platform,
+    )

@@ -1,0 +1,118 @@
+"""Description of a floating platform: a rigid body in potential flow, on mooring lines."""
+
+from __future__ import annotations
+
+from typing import Literal, Self, get_args
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from meltemi.core.record import Array, Record, Vector
+from meltemi.turbine.definition import BaseMotion, Foundation, Tower
+
+
+class MooringLine(Record):
+    """A line of one kind between an anchor and a fairlead, in static equilibrium."""
+
+    fairlead: Vector
+    """(3,) [m] on the platform at rest: x, y, and height above still water."""
+    anchor: Vector
+    """(3,) [m]."""
+    length: float = Field(gt=0.0)
+    """[m] unstretched."""
+    mass: float = Field(gt=0.0)
+    """[kg/m] in air."""
+    diameter: float = Field(ge=0.0)
+    """[m] of a cylinder with the volume of the line."""
+    stiffness: float = Field(gt=0.0)
+    """[N] Young's modulus times section."""
+    friction: float = Field(default=0.0, ge=0.0, le=2.0)
+    """Of the sea bed [-]."""
+    drag: float = Field(default=0.0, ge=0.0)
+    """Drag coefficient [-] of motion across the line, over its diameter; along it ``axial_drag``, over its surface."""
+    axial_drag: float = Field(default=0.0, ge=0.0)
+    added_mass: float = Field(default=0.0, ge=0.0)
+    """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
+    axial_added_mass: float = Field(default=0.0, ge=0.0)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name in ("fairlead", "anchor"):
+            if len(getattr(self, name)) != 3:
+                raise ValueError(f"{name} must have 3 entries, x, y, z [m], found {len(getattr(self, name))}")
+        if self.fairlead[2] <= self.anchor[2]:
+            raise ValueError("anchor must be below the fairlead")
+        across = float(np.hypot(*(self.fairlead - self.anchor)[:2]))
+        if self.length >= across + self.fairlead[2] - self.anchor[2]:
+            raise ValueError(
+                f"length {self.length:g} m hangs straight down at the fairlead; expected less than "
+                f"{across + self.fairlead[2] - self.anchor[2]:.5g} m (use a shorter line)"
+            )
+        return self
+
+
+class Platform(Record):
+    """A floating platform. Heights are above still water, positions from the tower's axis, in inertial axes at rest."""
+
+    depth: float = Field(gt=1.0)
+    """[m] of the water."""
+    mass: float = Field(gt=0.0)
+    """[kg] with ballast, without tower."""
+    centre: Vector
+    """(3,) [m] of mass."""
+    inertia: Vector
+    """(3,) [kg m^2] about the axes x, y, z through the centre of mass."""
+    volume: float = Field(gt=0.0)
+    """[m^3] of the water that it displaces at rest."""
+    buoyancy_centre: tuple[float, float] = (0.0, 0.0)
+    """[m] x and y of the centre of this volume."""
+    coefficients: str
+    """Name in the library, a compact file (.npz), or the common path of WAMIT files .1, .3, .hst and .12d; about the
+    point on the tower's axis at still water, without the weight of the platform."""
+    linear_damping: Array | None = None
+    """(6, 6) [N s/m, N s, N m s] force against the velocity."""
+    quadratic_damping: Array | None = None
+    """(6, 6) [N s^2/m^2 ..] force against velocity times its absolute value, each in the platform's axes."""
+    stiffness: Array | None = None
+    """(6, 6) [N/m, N/rad, N m/rad] besides that of water and lines."""
+    drift: Literal["none", "mean", "newman", "full"] = "none"
+    """Forces of second order at difference frequencies."""
+    drift_cutoff: float = Field(default=0.75, gt=0.0)
+    """[rad/s] highest difference frequency."""
+    lines: tuple[MooringLine, ...] = ()
+    water_density: float = Field(default=1025.0, gt=0.0)
+    """[kg/m^3]."""
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name in ("centre", "inertia"):
+            if len(getattr(self, name)) != 3:
+                raise ValueError(f"{name} must have 3 entries, along x, y, z, found {len(getattr(self, name))}")
+        if np.any(self.inertia <= 0.0):
+            raise ValueError("inertia must be above 0")
+        for name in ("linear_damping", "quadratic_damping", "stiffness"):
+            value = getattr(self, name)
+            if value is not None and value.shape != (6, 6):
+                raise ValueError(f"{name} must have shape (6, 6), but has {value.shape}")
+        for i, line in enumerate(self.lines):
+            if line.anchor[2] < -self.depth - 1e-3:
+                raise ValueError(
+                    f"lines: anchor {i + 1} at {line.anchor[2]:g} m is below the sea bed at -{self.depth:g} m"
+                )
+        return self
+
+    def check_fit(self, tower: Tower, foundation: Foundation | None) -> None:
+        """Check that the base of a tower can move with it.
+
+        Raises:
+          ValueError: it cannot.
+        """
+        motions = get_args(BaseMotion)
+        if foundation is None or tuple(foundation.motions) != motions:
+            raise ValueError(
+                f"platform: the base of the tower must move: give foundation.motions: [{', '.join(motions)}] and a "
+                "foundation.stiffness of zeros"
+            )
+        if tower.base_height < 0.0:
+            raise ValueError(f"tower.base_height {tower.base_height:g} m is under water")

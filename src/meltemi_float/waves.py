@@ -1,0 +1,135 @@
+"""Forces of waves on a platform over a run: of first order, and at difference frequencies, by Fourier sums beforehand.
+
+Reference: docs/theory/floating.md (W-9, W-11); Pinkster (1980); Standing, Brendling & Wilson (1987).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi_float.coefficients import Coefficients
+from meltemi_float.platform import Platform
+from meltemi_sea.airy import Components, wave_number
+from meltemi_sea.field import summed, times
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+def wave_forces(
+    sea: Any, c: Coefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
+) -> tuple[float, float, Float]:
+    """Step [s], period [s], and (T, 7) elevation, forces [N] and moments [N m] of the waves of a sea.
+
+    Raises:
+      InputError: waves or their directions are not in the coefficients.
+    """
+    waves = sea.components(platform.depth, duration, gravity)
+    dt, count, total = times(waves, duration)
+    period = dt if not len(waves.frequency) else math.inf if waves.period is None else waves.period
+    k = wave_number(waves.frequency, platform.depth, gravity)
+    place = origin[0] * np.cos(waves.direction) + origin[1] * np.sin(waves.direction)
+    amplitude = waves.amplitude * np.exp(-1j * k * place)
+    scale = platform.water_density * gravity
+    lines = np.concatenate([amplitude[None], scale * amplitude * excitation(c, waves).T])
+    series = summed(waves, lines, dt, count, total)
+    if platform.drift != "none" and len(waves.frequency):
+        series[1:] += scale * drift_series(
+            c, platform, waves, amplitude, np.asarray(dt * (np.arange(count) - 1.0), dtype=np.float64)
+        )
+    return dt, period if math.isfinite(period) else 1e30, np.ascontiguousarray(series.T)
+
+
+def excitation(c: Coefficients, waves: Components) -> Complex:
+    """(M, 6) force per amplitude over density and gravity, linear between frequencies and headings (W-9).
+
+    Raises:
+      InputError: energy of the waves is at frequencies above, or headings outside, those of the coefficients.
+    """
+    power = np.abs(waves.amplitude) ** 2
+    high = waves.frequency > c.frequency[-1] * (1.0 + 1e-9)
+    if power[high].sum() > 1e-3 * power.sum():
+        raise InputError(
+            f"sea: waves of a period below {2.0 * np.pi / c.frequency[-1]:.3g} s are not in platform.coefficients"
+        )
+    heading = np.degrees(waves.direction)
+    heading = heading - 360.0 * np.floor((heading - c.heading[0]) / 360.0)
+    if len(heading) and heading.max() > c.heading[-1] + 1e-6:
+        worst = heading.max()
+        raise InputError(
+            f"sea.direction: waves that travel towards {worst:g} deg (counter-clockwise) are not in "
+            f"platform.coefficients, which have {c.heading[0]:g} to {c.heading[-1]:g} deg"
+        )
+    X = np.concatenate([c.excitation[:1], c.excitation])  # constant below the lowest frequency
+    w = np.append(0.0, c.frequency)
+    i = np.clip(np.searchsorted(w, waves.frequency) - 1, 0, len(w) - 2)
+    s = np.clip((waves.frequency - w[i]) / (w[i + 1] - w[i]), 0.0, 1.0)[:, None]
+    if len(c.heading) == 1:
+        return np.asarray((1.0 - s) * X[i, 0] + s * X[i + 1, 0])
+    j = np.clip(np.searchsorted(c.heading, heading) - 1, 0, len(c.heading) - 2)
+    b = np.clip((heading - c.heading[j]) / (c.heading[j + 1] - c.heading[j]), 0.0, 1.0)[:, None]
+    low, above = (1.0 - b) * X[i, j] + b * X[i, j + 1], (1.0 - b) * X[i + 1, j] + b * X[i + 1, j + 1]
+    result: Complex = (1.0 - s) * low + s * above
+    result[high] = 0.0
+    return result
+
+
+def drift_series(c: Coefficients, platform: Platform, waves: Components, amplitude: Complex, t: Float) -> Float:
+    """(6, T) forces at difference frequencies over density and gravity (W-11).
+
+    Raises:
+      InputError: the coefficients do not have them, or not in the waves' direction.
+    """
+    if not len(c.drift_frequency):
+        raise InputError(f"platform.drift: {platform.drift!r} needs a file .12d of platform.coefficients; use none")
+    turned = np.degrees(waves.direction) - c.drift_heading[0]
+    off = np.abs(turned - 360.0 * np.round(turned / 360.0)).max()
+    if off > 0.1:
+        raise InputError(
+            f"platform.drift: {platform.drift!r} is known for waves along {c.drift_heading[0]:g} deg only, and these "
+            f"travel {off:.3g} deg from it; use drift: none, or coefficients with more headings"
+        )
+    w, order = np.sort(waves.frequency), np.argsort(waves.frequency)
+    a = amplitude[order]
+    inside = (w >= c.drift_frequency[0] - 1e-9) & (w <= c.drift_frequency[-1] + 1e-9)
+    w, a = w[inside], a[inside]
+    F = np.zeros((6, len(t)))
+    if not len(w):
+        return F
+    i = np.clip(np.searchsorted(c.drift_frequency, w) - 1, 0, len(c.drift_frequency) - 2)
+    s = (w - c.drift_frequency[i]) / (c.drift_frequency[i + 1] - c.drift_frequency[i])
+    N = np.zeros((len(w), len(c.drift_frequency)))
+    N[np.arange(len(w)), i], N[np.arange(len(w)), i + 1] = 1.0 - s, s
+    for k in range(6):
+        own = c.drift[..., k]
+        if not np.abs(own).any():
+            continue
+        Q = N @ own @ N.T
+        mean = Q.diagonal().real
+        F[k] += (np.abs(a) ** 2 * mean).sum()
+        if platform.drift == "mean":
+            continue
+        if platform.drift == "newman":
+            Q = 0.5 * (mean[:, None] + mean).astype(np.complex128)
+        pairs = Q * np.outer(a, a.conj())
+        number, difference = np.zeros(0), np.zeros(0, dtype=np.complex128)
+        apart = w[:, None] - w
+        used = (apart > 1e-9) & (apart <= platform.drift_cutoff)
+        step = waves.period
+        if step is None:
+            number, difference = apart[used], pairs[used]
+        else:
+            bins = np.round(apart[used] * step / (2.0 * np.pi)).astype(int)
+            found = np.zeros(bins.max(initial=0) + 1, dtype=np.complex128)
+            np.add.at(found, bins, pairs[used])
+            number, difference = np.asarray(2.0 * np.pi / step * np.arange(len(found)), dtype=np.float64), found
+        keep = np.abs(difference) > 0.0
+        number, difference = number[keep], difference[keep]
+        for part in np.array_split(np.arange(len(t)), max(1, len(t) // 512)):
+            F[k, part] += 2.0 * (np.exp(1j * np.outer(t[part], number)) @ difference).real
+    return F

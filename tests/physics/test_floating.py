@@ -1,0 +1,109 @@
+"""Floating platforms: lines, coefficients, radiation, waves, equilibrium."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi.core.errors import InputError
+from meltemi_float.catenary import line_forces, span
+from meltemi_float.coefficients import read_coefficients, read_wamit
+from meltemi_float.radiation import fit_radiation, kernel
+from meltemi_float.waves import wave_forces
+
+VECTORS = [
+    # x, z, L, EA, w, friction, on the bed; H, V, anchor H: MoorPy's test of its catenary
+    (400.0, 200.0, 500.0, 7.51e12, 800.0, 0.0, 1.0, 96643.428, 237751.755, 96643.428),
+    (400.0, 200.0, 500.0, 7.51e12, 800.0, 0.1, 1.0, 96643.429, 237751.756, 80418.604),
+    (400.0, 200.0, 500.0, 7.51e12, 200.0, 0.0, 0.0, 43694.581, 77634.401, 43694.581),
+    (89.9, 59.2, 130.0, 7.51e8, 881.05, 0.0, 0.0, 31373.229, 87886.159, 31373.229),
+]
+
+
+@pytest.fixture(scope="module")
+def coefficients() -> Any:
+    return read_coefficients("iea15mw-volturnus")
+
+
+@pytest.mark.parametrize("case", VECTORS)
+def test_lines_have_the_forces_of_moorpy(case: tuple[float, ...]) -> None:
+    x, z, L, EA, w, friction, on_bed, *known = case
+    H, V = line_forces(x, z, L, w, EA, friction, on_bed, 0.0, 0.0)
+    e = span(H, V, L, w, EA, friction, on_bed)
+    assert [H, V, e.anchor_h] == pytest.approx(known, rel=2e-6)
+
+
+@pytest.mark.parametrize("forces", [(1e6, 1.5e6, 0.0), (1e6, 1.5e6, 0.5), (2e6, 6e6, 0.0)])
+def test_derivatives_of_the_span(forces: tuple[float, float, float]) -> None:
+    H, V, friction = forces
+    e = span(H, V, 850.0, 5844.0, 3.27e9, friction, 1.0)
+    for change, names in ((1.0, ("xh", "zh")), (1j, ("xv", "zv"))):
+        dh, dv = 10.0 * change.real, 10.0 * change.imag
+        ahead, behind = (span(H + s * dh, V + s * dv, 850.0, 5844.0, 3.27e9, friction, 1.0) for s in (1, -1))
+        found = [(ahead.x - behind.x) / 20.0, (ahead.z - behind.z) / 20.0]
+        assert found == pytest.approx([getattr(e, name) for name in names], rel=1e-5)
+
+
+def test_coefficients_of_the_volturnus(coefficients: Any) -> None:
+    c = coefficients
+    assert 1025.0 * c.infinite.diagonal() == pytest.approx(
+        [9.6424e6, 9.6425e6, 2.48217e7, 1.16405e10, 1.16399e10, 2.01375e10], rel=1e-5
+    )
+    assert c.hydrostatic.diagonal()[2:5] == pytest.approx([443.0486, 218240.5, 218216.6], rel=1e-6)
+
+
+def test_radiation_fits_and_hardly_feeds_energy(coefficients: Any) -> None:
+    fit = fit_radiation(coefficients)
+    assert fit.error < 0.03 and fit.negative < 0.01
+    t = np.linspace(0.0, 60.0, 300)
+    exact, found = kernel(coefficients, t), fit.kernel(t)
+    for i in (0, 2, 4, 5):
+        assert np.std(found[:, i, i] - exact[:, i, i]) < 0.03 * np.std(exact[:, i, i])
+
+
+def test_waves_push_by_the_excitation(coefficients: Any) -> None:
+    """OpenFAST: 4.83864e6 N at 75.58 deg in surge, 4.82090e6 N at 174.59 deg in heave, T 12 s, H 2 m."""
+    platform = meltemi.load_turbine("iea15mw-volturnus").platform
+    assert platform is not None
+    sea = meltemi.environment.ComponentSea(frequency=[2.0 * math.pi / 12.0], amplitude=[1.0], phase=[0.0])
+    dt, _, series = wave_forces(sea, coefficients, platform.replace(drift="none"), 60.0, (0.0, 0.0), 9.81)
+    t = dt * (np.arange(len(series)) - 1.0)
+    some = (t >= 0.0) & (t < 12.0 - 0.5 * dt)  # the series is one period
+    for column, size, angle in ((1, 4.83864e6, 75.58), (3, 4.82090e6, 174.59)):
+        found = 2.0 * np.mean(series[some, column] * np.exp(-2j * np.pi / 12.0 * t[some]))
+        assert abs(found) == pytest.approx(size, rel=1e-4)
+        assert np.degrees(np.angle(found)) == pytest.approx(angle, abs=0.1)
+
+
+def test_drift_depends_on_its_option_and_refuses_unknown_directions(coefficients: Any) -> None:
+    platform = meltemi.load_turbine("iea15mw-volturnus").platform
+    assert platform is not None
+    sea = meltemi.environment.ComponentSea(frequency=[0.5, 0.6], amplitude=[1.0, 1.5], phase=[0.0, 1.0])
+    force = {
+        drift: wave_forces(sea, coefficients, platform.replace(drift=drift), 130.0, (0.0, 0.0), 9.81)[2][:, 1]
+        for drift in ("none", "mean", "newman", "full")
+    }
+    extra = {drift: force[drift] - force["none"] for drift in ("mean", "newman", "full")}
+    assert np.ptp(extra["mean"]) < 1e-6 * extra["mean"].mean()
+    for drift in ("newman", "full"):
+        assert np.ptp(extra[drift]) > 0.5 * extra["mean"].mean()
+    assert np.abs(extra["full"] - extra["newman"]).max() > 0.01 * np.ptp(extra["full"])
+    with pytest.raises(InputError, match="drift: none"):
+        wave_forces(sea.replace(direction=0.5), coefficients, platform, 60.0, (0.0, 0.0), 9.81)
+
+
+def test_bad_platforms_are_refused() -> None:
+    turbine = meltemi.load_turbine("iea15mw-volturnus")
+    with pytest.raises(InputError, match="base of the tower must move"):
+        turbine.replace(foundation=None)
+    with pytest.raises(InputError, match="hangs straight down"):
+        turbine.platform.lines[0].replace(length=1200.0)
+    with pytest.raises(InputError, match="no library platform"):
+        read_coefficients("volturn")
+    with pytest.raises(InputError):
+        read_wamit(Path("nothing"))
