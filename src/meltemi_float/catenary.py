@@ -77,7 +77,7 @@ def guess(x: float, z: float, L: float, w: float) -> tuple[float, float]:
 
 
 @kernel
-def line_forces(
+def line_forces(  # noqa: PLR0913 - quantities of the formula
     x: float, z: float, L: float, w: float, EA: float, friction: float, on_bed: float, H: float, V: float
 ) -> tuple[float, float]:
     """Forces H, V [N] on the fairlead for a span, by Newton's method from given ones; H is 0 to begin anew (W-14)."""
