@@ -68,6 +68,8 @@ TRIES = (
     Try("view out -o turbine.html"),
     Try("live nrel5mw", "", ("websockets",)),
     Try("inspect nrel5mw --out out", "inspect nrel5mw --out inspected"),
+    Try("farm nrel5mw --out out", "farm --help"),  # a minute and more
+    Try("export-controller ipc --turbine nrel5mw --out libipc.so", "export-controller --help"),  # compiles for a minute
     Try("reproduce he2018 --out out", "reproduce --help"),  # its quick form is run by .ci/run
     Try(
         "observe measured.csv --turbine nrel5mw",
