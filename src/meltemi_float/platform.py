@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self, get_args
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.core.record import Array, Record, Vector
 from meltemi.turbine.definition import BaseMotion, Foundation, Tower
+from meltemi_float.catenary import line_forces
+from meltemi_sea.airy import GRAVITY
 
 
 class MooringLine(Record):
@@ -51,6 +54,24 @@ class MooringLine(Record):
         return self
 
 
+def line_shape(line: MooringLine, water_density: float, points: int = 40) -> NDArray[np.float64]:
+    """(points, 3) [m] shape of a line from fairlead to anchor, without its stretch (W-12); for pictures.
+
+    Args:
+      water_density: [kg/m^3].
+      points: how many.
+    """
+    way = line.anchor - line.fairlead
+    across, weight = float(np.hypot(*way[:2])), (line.mass - water_density * np.pi / 4.0 * line.diameter**2) * GRAVITY
+    H, V = line_forces(across, -float(way[2]), line.length, weight, line.stiffness, line.friction, 1.0, 0.0, 0.0)
+    s = np.linspace(0.0, line.length, points)
+    up, low = np.maximum(V - weight * s, 0.0), np.minimum(s, V / weight)
+    x = H / weight * (np.arcsinh(V / H) - np.arcsinh(up / H)) + s - low
+    z = H / weight * (np.sqrt(1.0 + (V / H) ** 2) - np.sqrt(1.0 + (up / H) ** 2))
+    found: NDArray[np.float64] = line.fairlead + np.column_stack([np.outer(x / x[-1], way[:2]), way[2] * z / z[-1]])
+    return found
+
+
 class Platform(Record):
     """A floating platform. Heights are above still water, positions from the tower's axis, in inertial axes at rest."""
 
@@ -80,9 +101,17 @@ class Platform(Record):
     drift_cutoff: float = Field(default=0.75, gt=0.0)
     """[rad/s] highest difference frequency."""
     lines: tuple[MooringLine, ...] = ()
+    members: Array | None = None
+    """(K, 7) [m] for pictures only: columns and pontoons from x, y, z to x, y, z, and their diameter."""
     water_density: float = Field(default=1025.0, gt=0.0)
     """[kg/m^3]."""
     source: str = ""
+
+    def drawn(self) -> dict[str, Any]:
+        """What views draw: depth [m], members with their ends and diameters [m], lines as points in equilibrium."""
+        members = [] if self.members is None else [[*each, each[-1]] for each in self.members.tolist()]
+        lines = [line_shape(line, self.water_density).round(2).tolist() for line in self.lines]
+        return {"depth": self.depth, "floats": True, "members": members, "lines": lines}
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -91,6 +120,8 @@ class Platform(Record):
                 raise ValueError(f"{name} must have 3 entries, along x, y, z, found {len(getattr(self, name))}")
         if np.any(self.inertia <= 0.0):
             raise ValueError("inertia must be above 0")
+        if self.members is not None and self.members.shape[1:] != (7,):
+            raise ValueError(f"members must have shape (K, 7), but has {self.members.shape}")
         for name in ("linear_damping", "quadratic_damping", "stiffness"):
             value = getattr(self, name)
             if value is not None and value.shape != (6, 6):

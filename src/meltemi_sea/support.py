@@ -95,6 +95,13 @@ class Support(Record):
     """(N,) [m] heights above mean sea level with channels of section loads; by default the foot and the mudline."""
     source: str = ""
 
+    def drawn(self) -> dict[str, Any]:
+        """What views draw: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines."""
+        z, d = self.position, self.diameter
+        ends = zip(z[:-1], z[1:], d[:-1], d[1:], strict=True)
+        members = [[0.0, 0.0, float(a), 0.0, 0.0, float(b), float(c), float(e)] for a, b, c, e in ends]
+        return {"depth": self.depth, "floats": False, "members": members, "lines": []}
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         n = len(stations(self.position, "position"))

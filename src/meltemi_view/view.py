@@ -22,6 +22,7 @@ from meltemi.report.palette import BLADES
 from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, packed, track_arrays
 from meltemi_reports.html import stored
+from meltemi_view.sea_surface import with_sea
 from meltemi_view.viewer import beside, script
 
 if TYPE_CHECKING:
@@ -182,7 +183,11 @@ def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), loo
                 "(view: true in a case file, view=True in Python)"
             )
     plots = [plot for title, names in _titles(results, channels).items() if (plot := _plot(title, names, results))]
-    scenes = [with_plots(result.scene, result, plots) for result in results.values() if result.scene is not None]
+    scenes = [
+        with_sea(with_plots(result.scene, result, plots), result)
+        for result in results.values()
+        if result.scene is not None
+    ]
     largest = {k: max(scene.about["largest"][k] for scene in scenes) for k in scenes[0].about["largest"]}
     scenes = [replace(scene, about=scene.about | {"largest": largest}) for scene in scenes]
     same = dict.fromkeys(scene.about["turbine"]["name"] for scene in scenes)

@@ -16,6 +16,8 @@ D = 126.0
 CHANNELS = ("generator_power", "wind_x", "root_moment_out_of_plane_1")
 ROW = [(0.0, 0.0), (5.0 * D, 0.0)]
 
+pytestmark = pytest.mark.slow  # kernels with the wind of wakes
+
 
 @pytest.fixture(scope="module")
 def model() -> Any:

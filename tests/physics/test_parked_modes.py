@@ -38,6 +38,7 @@ def test_edgewise_vibrations_as_in_openfast(
     assert 100.0 * edge.damping == pytest.approx(damping, abs=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("reversed_flow", "unstable"), [("static", True), ("lagged", False)])
 def test_wind_from_behind_excites_torsion_only_without_the_lag_of_the_wake(reversed_flow: str, unstable: bool) -> None:
     """The lift at 3/4 chord follows the twist at once; behind the wake it follows late, which damps."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import meltemi
 from meltemi.postprocess.files.openfast import Columns, result_of
@@ -15,6 +16,7 @@ UNCERTAIN = {"rotor_power", "skew_angle", "tip_speed_ratio"}
 """Whose definitions differ: mean wind and speed of the shaft."""
 
 
+@pytest.mark.slow
 def test_every_common_channel_is_the_same_quantity(tmp_path: Path) -> None:
     runs = thinned("turbulent_runs")
     names, units = [str(n) for n in runs["A_channels"]], [str(u) for u in runs["A_units"]]

@@ -71,6 +71,8 @@ class TurbineView {
     this.parts(paint);
     this.towerMesh(paint({ vertexColors: true, color: "#ffffff" }));
     this.base = new THREE.Color(look.body).toArray();
+    this.under = this.about.water && new Underwater(this.about, () => paint({ color: "#e2b84a" }));
+    if (this.under) this.group.add(this.under.group);
     this.blades = Array.from({ length: this.about.blades }, (_, b) => this.bladeMesh(b, paint({ vertexColors: true, color: "#ffffff", side: THREE.DoubleSide }), look.tips[b]));
     if (this.loaded) this.loads();
     this.R = new Float32Array(9);
@@ -213,6 +215,8 @@ class TurbineView {
       }
     }
     at.needsUpdate = true;
+    const base = [0, 1, 2, 3, 4, 5].map((k) => pose.tower.reduce((sum, q, m) => sum + factor * q * shape[m * L * 6 + k], 0));
+    this.under?.update(base);
   }
 
   moveBlade(b, moved, factor) {

@@ -82,6 +82,9 @@ const grid = new THREE.LineSegments(ground, new THREE.LineBasicMaterial({ vertex
 grid.position.z = 0.002 * size;
 world.add(grid);
 
+const sea = !alone && first.turbine.water ? new SeaView(scenes[0], size) : null;
+shade.visible = grid.visible = !sea;
+if (sea) world.add(sea.mesh);
 // ---------------------------------------------------------------- turbines and winds
 const turbines = alone ? [] : scenes.map((scene, i) => {
   const pair = scenes.length > 1, tips = pair ? Array(9).fill(spec.colours[i]) : spec.colours;
@@ -326,6 +329,7 @@ function render() {
     each.view.showLoads(Math.min(t, each.motion.duration), state.loads, each.pose, factor);
   });
   winds.forEach((wind) => wind.update(t, wind.hidden ? "off" : state.wind));
+  sea?.update(t);
   if (state.camera === "blade") follow();
   stage.style.setProperty("--horizon", `${(100 * horizon()).toFixed(1)}%`);
   renderer.render(world, camera);
