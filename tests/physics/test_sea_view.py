@@ -1,4 +1,4 @@
-"""The sea in the three-dimensional view: the surface at the tower is the recorded elevation, below it is what carries it."""
+"""The sea in the three-dimensional view: at the tower the surface is the recorded elevation; what carries the turbine."""
 
 from __future__ import annotations
 
