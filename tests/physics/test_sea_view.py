@@ -1,4 +1,4 @@
-"""The sea in the three-dimensional view: at the tower the surface is the recorded elevation; what carries the turbine."""
+"""The sea in the three-dimensional view: at the tower, its surface is the recorded elevation of the run."""
 
 from __future__ import annotations
 
