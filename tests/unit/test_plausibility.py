@@ -35,7 +35,11 @@ def test_decks_of_rosco_are_usual(rosco_cases: Path) -> None:
             turbine = read_deck(path).turbine
         except MeltemiError:  # floats, vortex wakes, water
             continue
-        assert plausibility_warnings(turbine) == (), path
+        found = plausibility_warnings(turbine)
+        if path.stem == "NREL-2p8-127":  # 4,941 kg m^2 behind a ratio of 97; the NREL 5 MW has 534
+            assert len(found) == 1 and found[0].startswith("drivetrain.generator_inertia")
+        else:
+            assert found == (), path
         seen += 1
     assert seen >= 3
 
