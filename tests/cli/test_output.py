@@ -178,7 +178,7 @@ def completed(*words: str) -> list[str]:
         (("power-c",), ["power-curve"]),
         (("veri",), ["verify"]),
         (("loads", "pl"), ["plan"]),
-        (("run", "iea15"), ["iea15mw", "iea15mw-monopile"]),
+        (("run", "iea22"), ["iea22mw", "iea22mw-monopile"]),
         (("run", "nrel5mw", "--controller", "r"), ["rosco"]),
         (("run", "nrel5mw", "--channels", "RotSpeed,RootMyc"), [f"RotSpeed,RootMyc{i}" for i in (1, 2, 3)]),
         (("compare", "nrel5mw", "--controllers", "cpc,cp"), ["cpc,cpc", "cpc,cpfc", "cpc,cpfc12"]),
