@@ -150,6 +150,7 @@ def test_it_damps_the_tower_and_loads_are_in_balance() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_its_states_are_those_of_linear_models() -> None:
     damper = MassDamper(height=60.0, mass=2.5e5, stiffness=8e5, damping=8e4)
     model = on_a_spring(damper, thin_air=True)

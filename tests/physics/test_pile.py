@@ -303,6 +303,7 @@ def test_still_water_is_what_a_run_without_sea_has(turbine: Turbine) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_pass_through_the_water(turbine: Turbine) -> None:
     """The mean mudline moment in a sea and current by the density of the water: dual numbers against differences."""
     model = build(turbine, ModelOptions(**SMALL))
