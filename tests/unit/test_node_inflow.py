@@ -119,4 +119,5 @@ def test_first_time_constant_is_bounded_in_still_air(wind: float) -> None:
 
 def test_second_time_constant_falls_towards_the_tip() -> None:
     assert second_time(10.0, 0.0) == pytest.approx(3.9, rel=1e-14)
+    assert second_time(10.0, 0.5) == pytest.approx(3.25, rel=1e-14)  # with the square of r/R
     assert second_time(10.0, 1.0) == pytest.approx(1.3, rel=1e-14)
