@@ -39,9 +39,8 @@ def wave_forces(
     lines = np.concatenate([amplitude[None], scale * amplitude * excitation(c, waves).T])
     series = summed(waves, lines, dt, count, total)
     if platform.drift != "none" and len(waves.frequency):
-        series[1:] += scale * drift_series(
-            c, platform, waves, amplitude, np.asarray(dt * (np.arange(count) - 1.0), dtype=np.float64)
-        )
+        mean, differences, pairs = drift(c, platform, waves, amplitude)
+        series[1:] += scale * (mean[:, None] + summed(differences, pairs, dt, count, total))
     return dt, period if math.isfinite(period) else 1e30, np.ascontiguousarray(series.T)
 
 
@@ -79,8 +78,10 @@ def excitation(c: Coefficients, waves: Components) -> Complex:
     return result
 
 
-def drift_series(c: Coefficients, platform: Platform, waves: Components, amplitude: Complex, t: Float) -> Float:
-    """(6, T) forces at difference frequencies over density and gravity (W-11).
+def drift(
+    c: Coefficients, platform: Platform, waves: Components, amplitude: Complex
+) -> tuple[Float, Components, Complex]:
+    """Mean forces (6,) over density and gravity, difference frequencies, and forces (6, P) there (W-11).
 
     Raises:
       InputError: the coefficients do not have them, or not in the waves' direction.
@@ -98,9 +99,13 @@ def drift_series(c: Coefficients, platform: Platform, waves: Components, amplitu
     a = amplitude[order]
     inside = (w >= c.drift_frequency[0] - 1e-9) & (w <= c.drift_frequency[-1] + 1e-9)
     w, a = w[inside], a[inside]
-    F = np.zeros((6, len(t)))
+    apart = w[:, None] - w
+    used = (apart > 1e-9) & (apart <= (0.0 if platform.drift == "mean" else platform.drift_cutoff))
+    still = np.zeros(int(used.sum()))
+    differences = Components(apart[used], still.astype(np.complex128), still, waves.period)
+    F, pairs = np.zeros(6), np.zeros((6, len(still)), dtype=np.complex128)
     if not len(w):
-        return F
+        return F, differences, pairs
     i = np.clip(np.searchsorted(c.drift_frequency, w) - 1, 0, len(c.drift_frequency) - 2)
     s = (w - c.drift_frequency[i]) / (c.drift_frequency[i + 1] - c.drift_frequency[i])
     N = np.zeros((len(w), len(c.drift_frequency)))
@@ -111,25 +116,8 @@ def drift_series(c: Coefficients, platform: Platform, waves: Components, amplitu
             continue
         Q = N @ own @ N.T
         mean = Q.diagonal().real
-        F[k] += (np.abs(a) ** 2 * mean).sum()
-        if platform.drift == "mean":
-            continue
+        F[k] = (np.abs(a) ** 2 * mean).sum()
         if platform.drift == "newman":
             Q = 0.5 * (mean[:, None] + mean).astype(np.complex128)
-        pairs = Q * np.outer(a, a.conj())
-        number, difference = np.zeros(0), np.zeros(0, dtype=np.complex128)
-        apart = w[:, None] - w
-        used = (apart > 1e-9) & (apart <= platform.drift_cutoff)
-        step = waves.period
-        if step is None:
-            number, difference = apart[used], pairs[used]
-        else:
-            bins = np.round(apart[used] * step / (2.0 * np.pi)).astype(int)
-            found = np.zeros(bins.max(initial=0) + 1, dtype=np.complex128)
-            np.add.at(found, bins, pairs[used])
-            number, difference = np.asarray(2.0 * np.pi / step * np.arange(len(found)), dtype=np.float64), found
-        keep = np.abs(difference) > 0.0
-        number, difference = number[keep], difference[keep]
-        for part in np.array_split(np.arange(len(t)), max(1, len(t) // 512)):
-            F[k, part] += 2.0 * (np.exp(1j * np.outer(t[part], number)) @ difference).real
-    return F
+        pairs[k] = 2.0 * (Q * np.outer(a, a.conj()))[used]
+    return F, differences, pairs
