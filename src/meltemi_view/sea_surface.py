@@ -9,8 +9,8 @@ import numpy as np
 from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, track_arrays
 
-RATE, POINTS, REACH, ERROR = 4.0, 161, 6.0, 0.02
-"""[Hz] of the track; points along the waves; half its length over the rotor radius; [m] largest error."""
+POINTS, REACH, ERROR = 161, 6.0, 0.02
+"""Points along the waves; half their length over the rotor radius; [m] largest error of the track."""
 
 
 def with_sea(scene: Scene, result: Result) -> Scene:
@@ -24,23 +24,23 @@ def with_sea(scene: Scene, result: Result) -> Scene:
     if water is None or not isinstance(content, dict):
         return scene
     from meltemi_sea.airy import wave_number
+    from meltemi_sea.field import AHEAD, summed, times
     from meltemi_sea.kinds import sea_of
 
     sea = sea_of(content, "sea")
     depth = water["depth"] + sea.level
     waves = sea.components(depth, float(result.time[-1]))
-    kept = np.abs(waves.amplitude) > 1e-3 * np.abs(waves.amplitude).max(initial=0.0)
-    w, a, way = waves.frequency[kept], waves.amplitude[kept], waves.direction[kept]
+    w, way = waves.frequency, waves.direction
     about = scene.about["turbine"] | {"water": water | {"level": sea.level, "reach": 0.0, "direction": 0.0}}
     if not len(w):
         return replace(scene, about=scene.about | {"turbine": about})
-    main = float(np.angle(np.sum(np.abs(a) ** 2 * np.exp(1j * way))))
+    main = float(np.angle(np.sum(np.abs(waves.amplitude) ** 2 * np.exp(1j * way))))
     reach = REACH * about["rotor_radius"]
-    place = np.exp(-1j * np.outer(wave_number(w, depth) * np.cos(way - main), np.linspace(-reach, reach, POINTS)))
-    time = scene.about["begin"] + np.arange(int(scene.about["duration"] * RATE) + 2) / RATE
-    parts = np.array_split(time, max(1, len(time) // 512))
-    surface = np.vstack([(np.exp(1j * np.outer(part, w)) @ (a[:, None] * place)).real for part in parts])
+    along = np.outer(np.linspace(-reach, reach, POINTS), wave_number(w, depth) * np.cos(way - main))
+    lines = waves.amplitude * np.exp(1j * (w * scene.about["begin"] - along))
+    dt, _, total = times(waves, float(result.time[-1]))
+    surface = summed(waves, lines, dt, AHEAD + int(scene.about["duration"] / dt) + 2, total)[:, AHEAD:]
     about["water"] |= {"reach": reach, "direction": main}
-    track = track_arrays("sea", surface[:, None, :, None], ERROR)
-    steps = scene.about["steps"] | {"sea": 1.0 / RATE}
+    track = track_arrays("sea", surface.T[:, None, :, None], ERROR)
+    steps = scene.about["steps"] | {"sea": dt}
     return Scene(scene.about | {"turbine": about, "steps": steps}, scene.arrays | track)
