@@ -238,13 +238,22 @@ def site_suitability(surrogate: Surrogate, site: SiteTable, design: SiteTable) -
       design: conditions that the turbine is designed for, such as ``class_table("IB")``.
     """
     margins, outside = [], dict[str, float]()
+    found = _by_slope(surrogate, (site, design))
     for model in surrogate.loads.values():
-        (p, germ, beyond), (q, reference, _) = (_clipped(surrogate, table, model.slope) for table in (site, design))
+        (p, germ, beyond), (q, reference, _) = found[model.slope]
         outside |= {name: max(share, outside.get(name, 0.0)) for name, share in beyond.items()}
         here, there = model.lifetime(p, germ), model.lifetime(q, reference)
         ratio, wide = here[0] / there[0], BAND * float(np.log(here / there)[1:].std())
         margins.append(Margin(model, here[0], there[0], ratio * np.exp(-wide), ratio * np.exp(wide)))
     return Suitability(site, design, tuple(margins), outside)
+
+
+def _by_slope(
+    surrogate: Surrogate, tables: Sequence[SiteTable]
+) -> dict[float, list[tuple[Float, Float, dict[str, float]]]]:
+    """Conditions of the sites for each slope of the loads: neighbours make them depend on it."""
+    slopes = {each.slope for each in surrogate.loads.values()}
+    return {slope: [_clipped(surrogate, table, slope) for table in tables] for slope in slopes}
 
 
 def _clipped(surrogate: Surrogate, table: SiteTable, slope: float) -> tuple[Float, Float, dict[str, float]]:
@@ -260,7 +269,8 @@ def _clipped(surrogate: Surrogate, table: SiteTable, slope: float) -> tuple[Floa
 
 def lifetime_loads(surrogate: Surrogate, tables: Sequence[SiteTable]) -> dict[str, list[float]]:
     """Equivalent loads at 1 Hz of the lifetime by load, one for each site."""
+    found = _by_slope(surrogate, tables)
     return {
-        name: [float(each.lifetime(*_clipped(surrogate, table, each.slope)[:2], 1)[0]) for table in tables]
+        name: [float(each.lifetime(p, g, 1)[0]) for p, g, _ in found[each.slope]]
         for name, each in surrogate.loads.items()
     }
