@@ -510,14 +510,14 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
                 v[f"{name}_{axis}"] = [getattr(each, name)[i] for each in platform.lines]
         for name in ("length", "stiffness", "friction"):
             v[name] = [getattr(each, name) for each in platform.lines]
-        wet = [each.mass - 0.25 * np.pi * rho * each.diameter**2 for each in platform.lines]
+        wet = [each.mass - rho * each.section for each in platform.lines]
         if min(wet) <= 0.0:
             raise InputError(
                 f"{turbine.name}: platform.lines: line {int(np.argmin(wet)) + 1} floats; check its diameter"
             )
         v["mass"] = wet
         across = rho * np.array([each.diameter for each in platform.lines])
-        section = 0.25 * np.pi * rho * np.array([each.diameter**2 for each in platform.lines])
+        section = rho * np.array([each.section for each in platform.lines])
         dry = np.array([each.mass for each in platform.lines])
         v["drag"] = 0.5 * across * [each.drag for each in platform.lines]
         v["axial_drag"] = 0.5 * np.pi * across * [each.axial_drag for each in platform.lines]

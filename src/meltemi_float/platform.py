@@ -38,6 +38,11 @@ class MooringLine(Record):
     """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
     axial_added_mass: float = Field(default=0.0, ge=0.0)
 
+    @property
+    def section(self) -> float:
+        """[m^2] of the water that it displaces."""
+        return 0.25 * np.pi * self.diameter**2
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         for name in ("fairlead", "anchor"):
@@ -62,7 +67,7 @@ def line_shape(line: MooringLine, water_density: float, points: int = 40) -> NDA
       points: how many.
     """
     way = line.anchor - line.fairlead
-    across, weight = float(np.hypot(*way[:2])), (line.mass - water_density * np.pi / 4.0 * line.diameter**2) * GRAVITY
+    across, weight = float(np.hypot(*way[:2])), (line.mass - water_density * line.section) * GRAVITY
     H, V = line_forces(across, -float(way[2]), line.length, weight, line.stiffness, line.friction, 1.0, 0.0, 0.0)
     s = np.linspace(0.0, line.length, points)
     up, low = np.maximum(V - weight * s, 0.0), np.minimum(s, V / weight)
