@@ -123,12 +123,21 @@ def pull(x: float, v: float, n: int, m: DamperSystem) -> float:
 
 
 @kernel
-def drive(n: int, m: DamperSystem) -> float:
-    """Acceleration [m/s^2] of the mass along the axis by gravity and the tower's motion (H-46)."""
+def lean(n: int, m: DamperSystem) -> float:
+    """Acceleration [m/s^2] of the mass along the axis by gravity, since the tower leans (H-46)."""
     p, shape, found = m.mover, m.mover_shape, 0.0
     for k in range(shape.modes):
-        u, r = shape.displacement[k, n], shape.rotation[k, n]
+        r = shape.rotation[k, n]
         found += m.structure.gravity * m.q[k] * (r.y * p.x[n] - r.x * p.y[n])
+    return found
+
+
+@kernel
+def drive(n: int, m: DamperSystem) -> float:
+    """Acceleration [m/s^2] of the mass along the axis by gravity and the tower's motion (H-46)."""
+    p, shape, found = m.mover, m.mover_shape, lean(n, m)
+    for k in range(shape.modes):
+        u = shape.displacement[k, n]
         found -= m.a[k] * (u.x * p.x[n] + u.y * p.y[n])
     return found
 
@@ -138,11 +147,8 @@ def drive(n: int, m: DamperSystem) -> float:
 def _(dt: float, c: DamperControl, m: DamperSystem) -> None:
     s = m.mover_state
     for n in range(s.nodes):
-        hanging = 0.0
-        for k in range(m.mover_shape.modes):
-            r = m.mover_shape.rotation[k, n]
-            hanging += m.structure.gravity * m.q[k] * (r.y * m.mover.x[n] - r.x * m.mover.y[n])
-        s.position[n] = min(max(m.mover.mass[n] / m.mover.stiffness[n] * hanging, m.mover.low[n]), m.mover.high[n])
+        hanging = m.mover.mass[n] / m.mover.stiffness[n] * lean(n, m)
+        s.position[n] = min(max(hanging, m.mover.low[n]), m.mover.high[n])
         s.velocity[n] = s.acceleration[n] = s.earlier[n] = s.held[n] = s.begun[n] = 0.0
 
 
