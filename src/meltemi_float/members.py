@@ -174,7 +174,7 @@ def with_members(c: Coefficients | None, members: Sequence[Member], depth: float
         return c
     added = np.zeros((6, 6))
     for r, e, across, along in zip(p.place, p.axis, p.added, p.along, strict=True):
-        T = np.hstack([np.eye(3), -np.cross(np.eye(3), r).T])
+        T = np.hstack([np.eye(3), np.cross(np.eye(3), r).T])
         added += T.T @ (across * (np.eye(3) - np.outer(e, e)) + along * np.outer(e, e)) @ T
     X = np.stack([_excitation(p, c.frequency, b, depth, gravity) for b in np.radians(c.heading)], axis=1)
     return replace(c, added_mass=c.added_mass + added, infinite=c.infinite + added, excitation=c.excitation + X)
