@@ -28,6 +28,7 @@ from meltemi.simulation.parts import ParameterTables, Part, StateRows
 from meltemi.simulation.step import begin_parts_step, outer_forces, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs, System
 from meltemi.structure.dynamics import inertia_about
+from meltemi_float.balance import check_balance
 from meltemi_float.catenary import Ends, line_forces, span
 from meltemi_float.coefficients import Coefficients, read_coefficients
 from meltemi_float.members import flow_at, pieces, with_members
@@ -533,6 +534,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     platform: Platform = turbine.platform
     potential = read_coefficients(platform.coefficients) if platform.coefficients else None
     c = with_members(potential, platform.members, platform.depth, GRAVITY)
+    check_balance(turbine, c)
     radiation = fit_radiation(c) if potential is not None else Radiation.none()
     rho = platform.water_density
     matrices = np.zeros((5, 6, 6))
@@ -562,10 +564,6 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         for name in ("length", "stiffness", "friction"):
             v[name] = [getattr(each, name) for each in platform.lines]
         wet = [each.mass - rho * each.section for each in platform.lines]
-        if min(wet) <= 0.0:
-            raise InputError(
-                f"{turbine.name}: platform.lines: line {int(np.argmin(wet)) + 1} floats; check its diameter"
-            )
         v["mass"] = wet
         across = rho * np.array([each.diameter for each in platform.lines])
         section = rho * np.array([each.section for each in platform.lines])

@@ -10,6 +10,7 @@ import pytest
 
 import meltemi
 from meltemi.core.errors import InputError
+from meltemi_float.balance import check_balance, lines_load, turbine_weight
 from meltemi_float.coefficients import read_coefficients
 from meltemi_float.members import PIECE, Member, at_rest, flow_at, pieces, with_members
 
@@ -114,6 +115,37 @@ def test_members_that_do_not_fit_are_refused() -> None:
         platform.replace(coefficients="", volume=9000.0)
     with pytest.raises(InputError, match="same point"):
         platform.replace(members=[{"start": [0, 0, -1], "end": [0, 0, -1], "diameter": 2.0}])
+
+
+@pytest.mark.parametrize("name", ["nrel5mw-spar", "iea15mw-volturnus"])
+def test_platforms_that_do_not_float_are_refused(name: str) -> None:
+    turbine = meltemi.load_turbine(name)
+    platform = turbine.platform
+    assert platform is not None
+    c = read_coefficients(platform.coefficients)
+    check_balance(turbine, c)
+    line = platform.lines[0]
+    for change, words in (
+        ({"mass": 2.0 * platform.mass}, "platform sinks"),
+        ({"volume": 1.5 * platform.volume}, "platform rises"),
+        ({"centre": platform.centre + [0.0, 0.0, 80.0]}, "platform capsizes in roll"),
+        ({"volume": 1e-3 * platform.volume}, "reference length of 1 m"),
+        ({"lines": (line.replace(length=400.0), *platform.lines[1:])}, "further apart than its length of 400 m"),
+        ({"lines": (line.replace(diameter=2.0), *platform.lines[1:])}, "line 1 floats"),
+    ):
+        with pytest.raises(InputError, match=words):
+            check_balance(turbine.replace(platform=platform.replace(**change)), c)
+
+
+def test_the_spar_is_in_balance() -> None:
+    """Weight of the OC3 system and pull of its lines equal its buoyancy: less than 1 mm of heave."""
+    turbine = meltemi.load_turbine("nrel5mw-spar")
+    platform = turbine.platform
+    assert platform is not None
+    mass, moment = turbine_weight(turbine)
+    assert mass == pytest.approx(599718.0, abs=1.0) and moment / mass == pytest.approx(70.31, abs=0.01)
+    lift = 1025.0 * platform.volume - platform.mass - mass + lines_load(platform, np.zeros(6))[2] / G
+    assert abs(lift) < 1e-3 * 1025.0 * read_coefficients("nrel5mw-spar").hydrostatic[2, 2]
 
 
 @pytest.mark.slow
