@@ -38,8 +38,8 @@ def check_balance(turbine: Any, c: Coefficients) -> None:
     share = c.infinite[0, 0] / platform.volume
     if c.infinite.any() and not ADDED[0] <= share <= ADDED[1]:
         raise InputError(
-            f"{name}: platform.coefficients: added mass in surge is {share:.3g} of the water that volume displaces; they "
-            "are of another platform, or not for a reference length of 1 m"
+            f"{name}: platform.coefficients: added mass in surge is {share:.3g} of the water that volume displaces: "
+            "of another platform, or not for a reference length of 1 m"
         )
     for i, line in enumerate(platform.lines):
         if line.mass <= rho * line.section:
@@ -47,8 +47,8 @@ def check_balance(turbine: Any, c: Coefficients) -> None:
         strain = float(np.linalg.norm(line.fairlead - line.anchor)) / line.length - 1.0
         if strain > STRETCH:
             raise InputError(
-                f"{name}: platform.lines: line {i + 1}: its ends are {100.0 * strain:.3g} % further apart than its length of "
-                f"{line.length:g} m; correct its length or its anchor"
+                f"{name}: platform.lines: line {i + 1}: its ends are {100.0 * strain:.3g} % further apart than its "
+                f"length of {line.length:g} m; correct its length or its anchor"
             )
     mass, moment = turbine_weight(turbine)
     pull = lines_load(platform, np.zeros(6))

@@ -128,7 +128,7 @@ def test_platforms_that_do_not_float_are_refused(name: str) -> None:
     for change, words in (
         ({"mass": 2.0 * platform.mass}, "platform sinks"),
         ({"volume": 1.5 * platform.volume}, "platform rises"),
-        ({"centre": platform.centre + [0.0, 0.0, 80.0]}, "platform capsizes in roll"),
+        ({"centre": platform.centre + np.array([0.0, 0.0, 80.0])}, "platform capsizes in roll"),
         ({"volume": 1e-3 * platform.volume}, "reference length of 1 m"),
         ({"lines": (line.replace(length=400.0), *platform.lines[1:])}, "further apart than its length of 400 m"),
         ({"lines": (line.replace(diameter=2.0), *platform.lines[1:])}, "line 1 floats"),
