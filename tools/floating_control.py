@@ -27,6 +27,19 @@ FATIGUE = {
     "tower base, fore-aft": ("tower_base_moment_fore_aft", 4.0),
     "tower base, side to side": ("tower_base_moment_side_side", 4.0),
 }
+SHORT = """
+## In short
+
+- Individual pitch takes as much from the blade root out of plane on the floater as on the monopile: 23 % at 14 m/s and 31 %
+  at 20 m/s. Flaps in addition add nothing to that, but take 5 % from the tilt moment of the yaw bearing (10 % on the
+  monopile).
+- It costs more on the floater: the pitch travels 7.6 times as far as under collective pitch at 14 m/s and 18 times at
+  20 m/s (4 and 8.5 times on the monopile), for the collective law of a floater is slow. The platform pitches 7 to 10 %
+  more; the fore-aft load of the tower base grows by 2 to 3 %.
+- At 14 m/s the monopile has a wide interval, for one of the four seeds (2) falls below rated wind for a while, where
+  individual pitch adds to the load of the blade. Four seeds do not decide on the side-to-side load and on roll.
+"""
+"""What the numbers of the defaults say."""
 STEP, TRANSIENT, DURATION = 0.1, 200.0, 600.0
 
 HEAD = """# Individual pitch and flaps on a floating turbine
@@ -40,7 +53,7 @@ change against collective pitch with the same seed, and its 95 % interval (t-dis
 1 Hz, with slope 10 for blades and 4 else.
 
 Made by `python tools/floating_control.py`.
-"""
+{short}"""
 
 
 def measures(result: meltemi.Result) -> dict[str, float]:
@@ -93,7 +106,7 @@ def main() -> None:
     options.add_argument("--seeds", type=int, default=4)
     options.add_argument("--speeds", type=float, nargs="+", default=[14.0, 20.0])
     given = options.parse_args()
-    page = HEAD.format(seeds=given.seeds, duration=DURATION, transient=TRANSIENT)
+    page = HEAD.format(short=SHORT, seeds=given.seeds, duration=DURATION, transient=TRANSIENT)
     for speed in given.speeds:
         found = {name: runs(name, speed, given.seeds) for name in TURBINES}
         page += f"\n## {speed:g} m/s\n\n| change against collective pitch |"
