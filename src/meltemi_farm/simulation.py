@@ -38,6 +38,7 @@ from meltemi.wind.fields import SteadyWind, Wind
 from meltemi.wind.turbulent import AnyWind
 from meltemi_farm.layout import Farm, FarmCase, check_layout
 from meltemi_farm.rotor import RotorSums, sample
+from meltemi_farm.scene import farm_scenes
 from meltemi_farm.settings import WakeSettings
 from meltemi_farm.wakes import FarmWakes, RotorState
 from meltemi_farm.wind import placed
@@ -161,7 +162,8 @@ class WakeTrack:
 
     Attributes:
       time: (E,) [s] of the exchanges.
-      planes: for each of them a (7, n) array: centre x, y, z, travelled path [m], velocity x, y, z [m/s].
+      planes: for each of them a (9, n) array: centre x, y, z, travelled path [m], velocity x, y, z [m/s],
+        and deficit [m/s] and radius [m] of a top hat with the same integrals of deficit and squared deficit.
     """
 
     time: Float
@@ -247,7 +249,7 @@ def simulate_farm(  # noqa: PLR0913 - options of a simulation, each with a defau
       progress: callback with the completed fraction.
       watch: callback with the wakes and the time [s] at each exchange.
       options: further fields of :class:`meltemi.Run`, the same for all turbines: ``channels``, ``output_step``,
-        ``transient``, ``events``, ``stations``.
+        ``transient``, ``events``, ``stations``, ``view``.
 
     Raises:
       InputError: turbines are too close, the wind field is too small, or an argument is not valid.
@@ -305,17 +307,10 @@ def march_farm(
     for i, (run, result) in enumerate(zip(runs, results, strict=True)):
         if not (run.partial or result.status.complete):
             raise RunError(f"turbine {i + 1}: {result.message or result.status.message}", result)
-    return FarmResult(
-        results,
-        positions,
-        yaw,
-        diameters,
-        hubs,
-        settings,
-        march.tracks(positions - places),
-        march.view(positions - places),
-        march.facts(),
-    )
+    shift = positions - places
+    tracks, seen = march.tracks(shift), march.view(shift)
+    results = farm_scenes(results, positions, tracks, max(diameters), march.mean.speed)
+    return FarmResult(results, positions, yaw, diameters, hubs, settings, tracks, seen, march.facts())
 
 
 def begun(
