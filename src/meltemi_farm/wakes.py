@@ -65,11 +65,11 @@ def projection(spacing: float, count: int) -> tuple[Float, Float]:
 
     Linear between these, they have the load's sum and first moment (Galerkin): at the tip it falls within one spacing.
     """
-    x = spacing / FINE * np.arange(FINE * count + 1)
+    x = spacing / FINE * np.arange(FINE * count + 1, dtype=np.float64)
     hats = np.clip(1.0 - np.abs(x - spacing * np.arange(count)[:, None]) / spacing, 0.0, None)
     mass = (4.0 * np.eye(count) + np.eye(count, k=1) + np.eye(count, k=-1)) / 6.0
     mass[0, 0] = 1.0 / 3.0
-    return x, np.linalg.solve(mass, hats / FINE)
+    return x, np.asarray(np.linalg.solve(mass, hats / FINE), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -170,10 +170,8 @@ class FarmWakes:
         disk, rings = self.model.changed(windowed=False), settings.rings
         self.fields, self._reach = list[PlaneField](), list[float]()
         for hub, diameter, members in zip(hubs, diameters, own, strict=True):
-            drifting, span = (
-                average_points(self.model, diameter, settings.rings),
-                average_points(disk, diameter, 5, 1.0),
-            )
+            drifting = average_points(self.model, diameter, settings.rings)
+            span = average_points(disk, diameter, 5, 1.0)
             span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state
             points = {"drift": drifting, "disk": average_points(disk, diameter, rings), "span": span}
             arrays = {name: np.ascontiguousarray(each.T) for name, each in points.items()}
@@ -256,11 +254,8 @@ class FarmWakes:
 
     def _boxes(self) -> Float:
         """(wakes, 2, 2) [m] least and largest x and y of the centres of each wake."""
-        boxes = np.zeros((len(self.count), 2, 2))
-        for k, n in enumerate(self.count):
-            centre = self.planes["centre"][:2, k, :n]
-            boxes[k] = [centre.min(axis=1), centre.max(axis=1)]
-        return boxes
+        centres = [self.planes["centre"][:2, k, :n] for k, n in enumerate(self.count)]
+        return np.array([[centre.min(axis=1), centre.max(axis=1)] for centre in centres])
 
     def _near(self, k: int, beside: float) -> NDArray[np.int64]:
         """1 for each wake that may meet disks of a radius [m] about the planes of wake k."""

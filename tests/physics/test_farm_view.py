@@ -33,8 +33,8 @@ def test_rings_are_where_the_wakes_are(seen: FarmResult) -> None:
     at = round(3.0 * D / about["spacing"]) - 1
     assert rings[:, 0, at, :3] == pytest.approx(seen.wake(0).centre(3.0 * D), abs=0.1)
     deficit, radius = rings[-1, 0, at, 3:]
-    # between that at the centre and none; the top hat is as wide as the rotor, and widens
-    assert 3.0 < deficit < 5.5 and 0.45 * D < radius < 0.6 * D
+    # between that at the centre and none; the top hat is somewhat wider than the rotor, and widens
+    assert 3.0 < deficit < 5.5 and 0.5 * D < radius < 0.7 * D
     assert rings[-1, 0, at + 4, 4] > radius > rings[-1, 0, 0, 4]
     assert "wakes" not in second.about
     low = np.array(first.about["farm"]["centre"]) - first.about["farm"]["half"]
