@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,38 +11,37 @@ from numpy.typing import NDArray
 from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, track_arrays
 
-if TYPE_CHECKING:
-    from meltemi_farm.simulation import WakeTrack
-
 Float = NDArray[np.float64]
-SPACING, DRIFT = 0.5, 0.8
-"""Rotor diameters between stations of a wake; drift of the drawn rings over the wind."""
+Planes = NDArray[np.float32]
+SPACING = 0.5
+"""Rotor diameters between stations of a wake."""
 
 
 def farm_scenes(
-    results: Sequence[Result], positions: Float, wakes: Sequence[WakeTrack], diameter: float, speed: float
+    results: Sequence[Result], positions: Float, planes: Sequence[Sequence[Planes]], step: float, diameter: float
 ) -> tuple[Result, ...]:
     """The results, where they have scenes, with those of a farm; the first has the wakes as a track ``wakes``.
 
-    Positions are (turbines, 2) [m]; ``diameter`` [m] of the largest rotor, ``speed`` [m/s] of the mean wind.
+    Positions are (turbines, 2) [m]; ``planes`` are those of each wake (``WakeTrack``), every ``step`` [s] from 0;
+    ``diameter`` [m] is that of the largest rotor.
     """
     if any(result.scene is None for result in results):
         return tuple(results)
-    low, high, about, arrays, step = positions.min(axis=0), positions.max(axis=0), {}, {}, 1.0
-    if wakes:
-        longest = max(each[3, -1] for wake in wakes for each in wake.planes)
+    low, high, about, arrays = positions.min(axis=0), positions.max(axis=0), {}, {}
+    if planes:
+        longest = max(p[3, -1] for each in planes for p in each)
         at = np.arange(SPACING, max(longest / diameter, 1.0), SPACING) * diameter
 
-        def stations(p: NDArray[np.float32]) -> list[Float]:  # no deficit where a wake has ended
+        def stations(p: Planes) -> list[Float]:  # no deficit where a wake has ended
             return [np.interp(at, p[3], p[c], right=0.0 if c > 6 else None) for c in (0, 1, 2, 7, 8)]
 
         # (E, wakes, stations, 5): centre, deficit, radius
-        values = np.array([[stations(p) for p in each] for each in zip(*(wake.planes for wake in wakes), strict=True)])
-        values, step = values.swapaxes(2, 3), float(wakes[0].time[1:2].sum()) or 1.0  # exchanges begin at 0
+        values = np.array([[stations(p) for p in each] for each in planes]).swapaxes(2, 3)
         ends = values[..., :2].reshape(-1, 2)
         low, high = np.minimum(low, ends.min(axis=0)), np.maximum(high, ends.max(axis=0))
-        numbers = {"largest": float(values[..., 3].max()), "spacing": SPACING * diameter, "drift": DRIFT * speed}
-        about = {"wakes": numbers | {"count": len(wakes), "stations": len(at)}}
+        speed = float(np.mean([np.hypot(p[4], p[5]).mean() for p in planes[-1]]))
+        numbers = {"largest": float(values[..., 3].max()), "spacing": SPACING * diameter, "drift": speed}
+        about = {"wakes": numbers | {"count": len(planes[0]), "stations": len(at)}}
         arrays = track_arrays("wakes", values.reshape(len(values), -1))
     farm = {"centre": (0.5 * (low + high)).tolist(), "half": (0.5 * (high - low) + 0.5 * diameter).tolist()}
     made = []

@@ -313,7 +313,7 @@ def march_farm(
             raise RunError(f"turbine {i + 1}: {result.message or result.status.message}", result)
     shift = positions - march.places
     tracks, seen = march.tracks(shift), march.view(shift)
-    results = farm_scenes(results, positions, tracks, max(diameters), march.mean.speed)
+    results = farm_scenes(results, positions, march.planes, march.facts().get("step", 1.0), max(diameters))
     return FarmResult(results, positions, yaw, diameters, hubs, settings, tracks, seen, march.facts())
 
 

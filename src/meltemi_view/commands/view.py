@@ -33,6 +33,8 @@ def view(
     """Show a result, two results or a wind in three dimensions, in one HTML file for any browser."""
     if theme not in (None, "light", "dark"):
         raise InputError(f"--theme {theme!r}: expected light or dark")
+    if len(files) > 2:
+        raise InputError(f"a view shows one or two results, found {len(files)}")
     if len(files) == 1 and (turbines := sorted(files[0].glob("turbine_*.nc"), key=_number)):
         files = turbines  # of a farm
     from meltemi.simulation.result import Result
