@@ -12,7 +12,7 @@ from meltemi_farm.march import half_width
 from meltemi_farm.sets import SETS, average_points, disk_mean, fast_farm_inlet, smooth_filter
 from meltemi_farm.settings import WakeSettings
 from meltemi_farm.steady import steady_wake
-from meltemi_farm.wakes import FarmWakes, RotorState
+from meltemi_farm.wakes import FarmWakes, RotorState, projection
 from meltemi_loads.effective import effective_intensity, farm_turbulence, wake_turbulence
 
 Float = NDArray[np.float64]
@@ -205,8 +205,6 @@ def test_effective_turbulence_refuses_what_it_has_no_formula_for() -> None:
 
 def test_the_load_on_a_profile_keeps_its_sum_and_first_moment() -> None:
     """A load that ends between two points, as at the tip of a blade."""
-    from meltemi_farm.wakes import projection
-
     spacing, ends = 5.04, 62.9
     x, matrix = projection(spacing, 60)
     load = np.where(x <= ends, 50.0 * x, 0.0)
