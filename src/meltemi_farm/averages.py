@@ -119,10 +119,7 @@ def rotor_mean(m: PlaneField, t: float, count: Ints, near: Ints, centre: Vec, no
     series_now(t, m)
     reach = reach_of(m.span)
     look(m, count, near, centre, normal, reach, BESIDE)
-    return (
-        mean_wind(m, t, centre, normal, m.span, reach, True),
-        mean_wind(m, t, centre, normal, m.span, reach, False),
-    )
+    return (mean_wind(m, t, centre, normal, m.span, reach, True), mean_wind(m, t, centre, normal, m.span, reach, False))
 
 
 @kernel

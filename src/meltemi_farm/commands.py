@@ -20,6 +20,11 @@ SPEED, INTENSITY, DURATION, TRANSIENT = 9.0, 0.1, 600.0, 30.0
 """Of a row without other options: below rated wind, where wakes cost power."""
 
 
+_NAMES = "row spacing layout wind-speed turbulence direction seed duration wakes yaw"
+OPTIONS = tuple(f"--{name}" for name in _NAMES.split())
+"""Of a row; a file has its own."""
+
+
 def farm(
     target: Annotated[
         str, typer.Argument(help="YAML file of a farm, or a turbine for a row of them.", autocompletion=TURBINES)
@@ -42,6 +47,7 @@ def farm(
     ] = None,
     yaw: Annotated[str | None, typer.Option("--yaw", help="Yaw angles of the turbines [deg], e.g. 20,0,0.")] = None,
     alone: Annotated[bool, typer.Option(help="Also simulate without wakes, to compare.")] = True,
+    seen: Annotated[bool, typer.Option("--view", help="Also write the farm in three dimensions (HTML).")] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate turbines in each other's wakes: power and loads by turbine, and what the wakes cost."""
@@ -49,19 +55,8 @@ def farm(
 
     from meltemi_farm.layout import read_farm
 
-    options = {
-        "--row": row,
-        "--spacing": spacing,
-        "--layout": layout,
-        "--wind-speed": wind_speed,
-        "--turbulence": turbulence,
-        "--direction": direction,
-        "--seed": seed,
-        "--duration": duration,
-        "--wakes": wakes,
-        "--yaw": yaw,
-    }
-    given = {name: value for name, value in options.items() if value is not None}
+    values = (row, spacing, layout, wind_speed, turbulence, direction, seed, duration, wakes, yaw)
+    given = {name: value for name, value in zip(OPTIONS, values, strict=True) if value is not None}
     path = Path(target)
     if path.suffix in (".yaml", ".yml") and (is_case(path) or not path.exists()):
         if given:
@@ -69,6 +64,8 @@ def farm(
         case, folder = read_farm(path), path.parent
     else:
         case, folder = _row_case(target, given), Path()
+    if seen:
+        case = case.replace(view=True)
     from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import self_contained
     from meltemi.postprocess.files import write_netcdf
@@ -97,6 +94,10 @@ def farm(
     files = [write_netcdf(each, out / f"turbine_{i + 1}.nc") for i, each in enumerate(result.turbines)]
     files.append(write_csv(out / "farm.csv", head, rows))
     files.append(save(plot_farm(result, before, label), out / "farm.png"))
+    if case.view:
+        from meltemi.plots import view
+
+        files.append(view({f"T{i + 1}": each for i, each in enumerate(result.turbines)}).write(out / "farm.html"))
     if path.resolve() != (out / "farm.yaml").resolve():
         write_record(self_contained(case, folder), out / "farm.yaml")
         files.append(out / "farm.yaml")
@@ -169,7 +170,7 @@ def _simulated(case: FarmCase, folder: Path, alone: bool) -> tuple[FarmResult, F
         result = simulate_case(case, folder, lambda s: progress(share * s))
         if not (alone and with_wakes):
             return result, None
-        none = case.replace(wakes={"model": "none"})
+        none = case.replace(wakes={"model": "none"}, view=False)
         return result, simulate_case(none, folder, lambda s: progress(share * (1.0 + s)))
 
 

@@ -16,7 +16,7 @@ from meltemi.maths.tables import View
 from meltemi.simulation.options import ModelOptions
 from meltemi.wind.turbulent import TurbulentWind
 from meltemi_farm.layout import Farm
-from meltemi_farm.simulation import FarmMarch, SetPoint, begun, farm_runs
+from meltemi_farm.simulation import FarmMarch, SetPoint, farm_runs
 
 need("a learning environment of a farm", "gymnasium", "pettingzoo")
 
@@ -92,7 +92,7 @@ class FarmEnv(ParallelEnv[str, Float, Float]):  # type: ignore[misc]
         self.wind = self.wind.replace(seed=self.wind.seed + 1 if seed is None else seed)
         runs = farm_runs(self.farm, self.wind, self.duration, self.controllers, None)
         places, yaw = np.array(self.farm.positions, dtype=np.float64), self.farm.angles()
-        self.march, _ = begun(runs, places, self.farm.settings, yaw, self.pool)
+        self.march = FarmMarch(runs, places, self.farm.settings, yaw, self.pool)
         self.agents = list(self.possible_agents)
         return self._observed()[0], {agent: {} for agent in self.agents}
 

@@ -14,7 +14,10 @@ from meltemi.report.tables import number
 from meltemi_farm.simulation import FarmResult
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from meltemi.simulation.result import Result
 
 SHOWN = ("root_moment_out_of_plane_1", "tower_base_moment_fore_aft")
 """Loads of the table on a terminal."""
@@ -43,42 +46,25 @@ def cost_rows(
     head = ["turbine", "x m", "y m", "yaw deg", "wind m/s", "power kW"] + ["power %"] * (alone is not None)
     for name in loads:
         head += [f"{LOADS[name]} DEL kN m"] + [f"{LOADS[name]} %"] * (alone is not None)
-    rows = []
+    rows, powers = [], []
     for i, each in enumerate(result.turbines):
-        before = None if alone is None else alone.turbines[i].evaluated
-        now = each.evaluated
+        both = [turbine.evaluated for turbine in ([each] if alone is None else [each, alone.turbines[i]])]
         x, y = result.positions[i]
         cells = [f"T{i + 1}", number(x), number(y), number(float(np.degrees(result.yaw[i])))]
-        cells += [number(float(now["wind_x"].mean())), number(float(now["generator_power"].mean()) * 1e-3)]
-        if before is not None:
-            cells.append(_change(float(now["generator_power"].mean()), float(before["generator_power"].mean())))
-        found = equivalent_loads(now, loads)
-        without = {} if before is None else equivalent_loads(before, loads)
-        for name in loads:
-            cells.append(number(found[name] * 1e-3))
-            if before is not None:
-                cells.append(_change(found[name], without[name]))
-        rows.append(cells)
+        powers.append([float(turbine["generator_power"].mean()) for turbine in both])
+        cells += [number(float(both[0]["wind_x"].mean())), *_compared(powers[-1])]
+        found = [equivalent_loads(turbine, loads) for turbine in both]
+        rows.append(cells + [cell for name in loads for cell in _compared([dels[name] for dels in found])])
     if len(result) > 1:
-        rows.append(_sum(result, alone, len(head)))
+        cells = ["farm", "", "", "", "", *_compared([sum(column) for column in zip(*powers, strict=True)])]
+        rows.append(cells + [""] * (len(head) - len(cells)))
     return head, rows
 
 
-def _sum(result: FarmResult, alone: FarmResult | None, columns: int) -> list[str]:
-    """The last row: power of the farm."""
-    power, before = (
-        None if each is None else sum(float(r.evaluated["generator_power"].mean()) for r in each.turbines)
-        for each in (result, alone)
-    )
-    assert power is not None
-    cells = ["farm", "", "", "", "", number(power * 1e-3)]
-    if before is not None:
-        cells.append(_change(power, before))
-    return cells + [""] * (columns - len(cells))
-
-
-def _change(now: float, before: float) -> str:
-    return number(100.0 * (now / before - 1.0)) if before > 0.0 else ""
+def _compared(values: Sequence[float]) -> list[str]:
+    """A value in thousands, and its change in percent from the second one, if there is one."""
+    now, *before = values
+    return [number(now * 1e-3), *(number(100.0 * (now / x - 1.0)) if x > 0.0 else "" for x in before)]
 
 
 def plot_farm(result: FarmResult, alone: FarmResult | None = None, title: str = "") -> Figure:
@@ -110,39 +96,31 @@ def plot_farm(result: FarmResult, alone: FarmResult | None = None, title: str = 
     above.set_xlabel("x [m], downwind for direction 0")
     above.set_ylabel("y [m]")
     heading(above, f"Wind at {result.hubs[0]:.0f} m at the end, rotors, centres of the wakes")
-    names = [f"T{i + 1}" for i in range(len(result))]
-    _bars(figure.add_subplot(grid[1, 0]), names, *_both(result, alone, _power), "mean power [MW]")
-    _bars(
-        figure.add_subplot(grid[1, 1]), names, *_both(result, alone, _load), "DEL of the blade root out of plane [MN m]"
-    )
+    both = [result.turbines, () if alone is None else alone.turbines]
+    for k, (of, what) in enumerate(((_power, "mean power [MW]"), (_load, "DEL of the blade root out of plane [MN m]"))):
+        now, before = ([of(each) for each in turbines] for turbines in both)
+        _bars(figure.add_subplot(grid[1, k]), now, before, what)
     if title:
         figure_title(figure, title)
     return figure
 
 
-def _both(result: FarmResult, alone: FarmResult | None, of: object) -> tuple[list[float], list[float]]:
-    assert callable(of)
-    return [of(r) for r in result.turbines], [] if alone is None else [of(r) for r in alone.turbines]
+def _power(result: Result) -> float:
+    return float(result.evaluated["generator_power"].mean()) * 1e-6
 
 
-def _power(result: object) -> float:
-    return float(result.evaluated["generator_power"].mean()) * 1e-6  # type: ignore[attr-defined]
-
-
-def _load(result: object) -> float:
+def _load(result: Result) -> float:
     name = next(iter(LOADS))
-    known = name in result  # type: ignore[operator]
-    return equivalent_loads(result, [name])[name] * 1e-6 if known else 0.0  # type: ignore[arg-type]
+    return equivalent_loads(result, [name])[name] * 1e-6 if name in result else 0.0
 
 
-def _bars(ax: object, names: Sequence[str], now: list[float], before: list[float], title: str) -> None:
+def _bars(ax: Axes, now: list[float], before: list[float], title: str) -> None:
     """Bars by turbine, with wakes and without."""
-    place = np.arange(len(names))
-    width = 0.4 if before else 0.6
-    ax.bar(place, now, width, color=INK, label="in the wakes")  # type: ignore[attr-defined]
+    place, width = np.arange(len(now)), 0.4 if before else 0.6
+    ax.bar(place, now, width, color=INK, label="in the wakes")
     if before:
-        ax.bar(place + width, before, width, color=SOFT, alpha=0.5, label="without wakes")  # type: ignore[attr-defined]
-        ax.set_ylim(0.0, 1.25 * max(*now, *before))  # type: ignore[attr-defined]
-        ax.legend(frameon=False, fontsize=8, ncols=2, loc="upper right")  # type: ignore[attr-defined]
-    ax.set_xticks(place + (0.5 * width if before else 0.0), names)  # type: ignore[attr-defined]
-    heading(ax, title)  # type: ignore[arg-type]
+        ax.bar(place + width, before, width, color=SOFT, alpha=0.5, label="without wakes")
+        ax.set_ylim(0.0, 1.25 * max(*now, *before))
+        ax.legend(frameon=False, fontsize=8, ncols=2, loc="upper right")
+    ax.set_xticks(place + (0.5 * width if before else 0.0), [f"T{i + 1}" for i in range(len(now))])
+    heading(ax, title)

@@ -205,11 +205,7 @@ SETS: dict[str, WakeSet] = {
     ),
     "iec": _IEC,
     "madsen": _IEC.changed(
-        source="Madsen et al. (2010)",
-        inlet=madsen_inlet,
-        ambient=0.07,
-        power=1.0,
-        ambient_filter=linear_filter,
+        source="Madsen et al. (2010)", inlet=madsen_inlet, ambient=0.07, power=1.0, ambient_filter=linear_filter
     ),
     "keck": _IEC.changed(
         source="Keck et al. (2015)",

@@ -34,10 +34,11 @@ from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import Start
 from meltemi.simulation.system import shaft_row
 from meltemi.structure.kinematics import YAW
-from meltemi.wind.fields import SteadyWind, Wind
+from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import AnyWind
 from meltemi_farm.layout import Farm, FarmCase, check_layout
 from meltemi_farm.rotor import RotorSums, sample
+from meltemi_farm.scene import farm_scenes
 from meltemi_farm.settings import WakeSettings
 from meltemi_farm.wakes import FarmWakes, RotorState
 from meltemi_farm.wind import placed
@@ -95,6 +96,10 @@ class SetPoint:
 
 FarmControl = Callable[[float, Sequence[View]], Sequence[SetPoint]]
 """Called at each exchange with the time [s] and the measurements of the turbines; returns a set-point for each."""
+
+
+Watch = Callable[[FarmWakes, float], None]
+"""Called at each exchange with the wakes and the time [s]."""
 
 
 class Turbine:
@@ -161,7 +166,8 @@ class WakeTrack:
 
     Attributes:
       time: (E,) [s] of the exchanges.
-      planes: for each of them a (7, n) array: centre x, y, z, travelled path [m], velocity x, y, z [m/s].
+      planes: for each of them a (9, n) array: centre x, y, z, travelled path [m], velocity x, y, z [m/s],
+        and deficit [m/s] and radius [m] of a top hat with the same integrals of deficit and squared deficit.
     """
 
     time: Float
@@ -230,7 +236,7 @@ def simulate_farm(  # noqa: PLR0913 - options of a simulation, each with a defau
     control: FarmControl | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
-    watch: Callable[[FarmWakes, float], None] | None = None,
+    watch: Watch | None = None,
     **options: Any,
 ) -> FarmResult:
     """Simulate turbines in one wind and in each other's wakes.
@@ -247,7 +253,7 @@ def simulate_farm(  # noqa: PLR0913 - options of a simulation, each with a defau
       progress: callback with the completed fraction.
       watch: callback with the wakes and the time [s] at each exchange.
       options: further fields of :class:`meltemi.Run`, the same for all turbines: ``channels``, ``output_step``,
-        ``transient``, ``events``, ``stations``.
+        ``transient``, ``events``, ``stations``, ``view``.
 
     Raises:
       InputError: turbines are too close, the wind field is too small, or an argument is not valid.
@@ -293,11 +299,11 @@ def march_farm(
     control: FarmControl | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
-    watch: Callable[[FarmWakes, float], None] | None = None,
+    watch: Watch | None = None,
 ) -> FarmResult:
     """Simulate a farm whose turbines are runs with one wind; arguments and errors as of :func:`simulate_farm`."""
     with ThreadPoolExecutor(threads or available_cores()) as pool:
-        march, places = begun(runs, positions, settings, yaw, pool, control, watch)
+        march = FarmMarch(runs, positions, settings, yaw, pool, control, watch)
         march.to_end(progress)
     turbines = [turbine.simulation.model.turbine for turbine in march.turbines]
     diameters, hubs = tuple(t.rotor_diameter for t in turbines), tuple(t.hub_height for t in turbines)
@@ -305,57 +311,39 @@ def march_farm(
     for i, (run, result) in enumerate(zip(runs, results, strict=True)):
         if not (run.partial or result.status.complete):
             raise RunError(f"turbine {i + 1}: {result.message or result.status.message}", result)
-    return FarmResult(
-        results,
-        positions,
-        yaw,
-        diameters,
-        hubs,
-        settings,
-        march.tracks(positions - places),
-        march.view(positions - places),
-        march.facts(),
-    )
-
-
-def begun(
-    runs: Sequence[Run],
-    positions: Float,
-    settings: WakeSettings,
-    yaw: Float,
-    pool: ThreadPoolExecutor,
-    control: FarmControl | None = None,
-    watch: Callable[[FarmWakes, float], None] | None = None,
-) -> tuple[FarmMarch, Float]:
-    """A farm at its begin, and the positions (turbines, 2) [m] in the axes of the wind."""
-    models = [run.model() if callable(run.model) else run.model for run in runs]
-    turbines = [model.turbine for model in models]
-    check_layout(positions, [t.rotor_diameter for t in turbines], yaw)
-    given = runs[0].wind() if callable(runs[0].wind) else runs[0].wind
-    wind, places = placed(given, turbines, positions, runs[0].duration)
-    own = [
-        replace(run, model=model, wind=wind, origin=(float(x), float(y)))
-        for run, model, (x, y) in zip(runs, models, places, strict=True)
-    ]
-    return FarmMarch(own, places, settings, yaw, wind, pool, control, watch), places
+    shift = positions - march.places
+    tracks, seen = march.tracks(shift), march.view(shift)
+    results = farm_scenes(results, positions, march.planes, march.facts().get("step", 1.0), max(diameters))
+    return FarmResult(results, positions, yaw, diameters, hubs, settings, tracks, seen, march.facts())
 
 
 class FarmMarch:
-    """A farm in progress: its turbines, its wakes, and the exchanges between them."""
+    """A farm in progress: its turbines, its wakes, and the exchanges between them.
+
+    ``places`` are the positions (turbines, 2) [m] in the axes of the wind; arguments as of :func:`march_farm`.
+    """
 
     def __init__(
         self,
         runs: Sequence[Run],
-        places: Float,
+        positions: Float,
         settings: WakeSettings,
         yaw: Float,
-        wind: Wind,
         pool: ThreadPoolExecutor,
-        control: FarmControl | None,
-        watch: Callable[[FarmWakes, float], None] | None,
+        control: FarmControl | None = None,
+        watch: Watch | None = None,
     ) -> None:
-        self.runs, self.pool, self.control, self.watch = runs, pool, control, watch
-        turbines = [run.model.turbine for run in runs]  # type: ignore[union-attr]
+        self.pool, self.control, self.watch = pool, control, watch
+        models = [run.model() if callable(run.model) else run.model for run in runs]
+        turbines = [model.turbine for model in models]
+        check_layout(positions, [t.rotor_diameter for t in turbines], yaw)
+        given = runs[0].wind() if callable(runs[0].wind) else runs[0].wind
+        wind, places = placed(given, turbines, positions, runs[0].duration)
+        self.places = places
+        self.runs = runs = [
+            replace(run, model=model, wind=wind, origin=(float(x), float(y)))
+            for run, model, (x, y) in zip(runs, models, places, strict=True)
+        ]
         self.mean = steady_wind(wind, turbines[0].hub_height)
         self.wakes: FarmWakes | None = None
         self.done = 0

@@ -140,7 +140,7 @@ def _settings(file: InputFile, diameter: float) -> dict[str, Any]:
     if cut_off := _numbers(file, "f_c"):
         wakes["cut_off"] = cut_off[0] * 0.5 * (_numbers(file, "RotorDiamRef") or (diameter,))[0]
     if spacing := _numbers(file, "dr"):
-        wakes["radial_points"] = min(max(round(diameter / max(spacing[0], 1e-3)), 15), 30)
+        wakes["radial_points"] = min(max(diameter / max(spacing[0], 1e-3), 15.0), 30.0)
     grid = [_numbers(file, name) for name in ("Z0_Low", "NZ_Low", "dZ_Low")]
     if all(grid) and _numbers(file, "Mod_AmbWind") == (2.0,):
         (bottom,), (count,), (height,) = (each[:1] for each in grid)

@@ -18,15 +18,8 @@ Float = NDArray[np.float64]
 
 def mixing_of(model: WakeSet, diameter: float) -> Mixing:
     """Constants of the march of a set, for a rotor diameter [m]."""
-    return Mixing.of(
-        radius=0.5 * diameter,
-        ambient=model.ambient,
-        power=model.power,
-        shear=model.shear,
-        gradient=float(model.gradient),
-        slowest=float(model.slowest),
-        rotor_wide=float(model.rotor_wide),
-    )
+    names = ("ambient", "power", "shear", "gradient", "slowest", "rotor_wide")
+    return Mixing.of(radius=0.5 * diameter, **{name: float(getattr(model, name)) for name in names})
 
 
 def steady_wake(  # noqa: PLR0913 - dimensions of a wake, by name

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -52,8 +53,23 @@ LEAST_SHARE = 0.3
 """Of the wind, in which a turbine starts."""
 LEAST_WIND = 1.0
 """[m/s] wind of a thrust coefficient: a rotor in calm air leaves no wake."""
+FINE = 40
+"""Points between the radii of a profile, of integrals of the load along the blade."""
 MOST_THRUST = 2.0
 """Largest thrust coefficient at any radius."""
+
+
+@cache
+def projection(spacing: float, count: int) -> tuple[Float, Float]:
+    """Radii [m], and the matrix that takes a load per length there to the values at ``count`` equidistant radii.
+
+    Linear between these, they have the load's sum and first moment (Galerkin): at the tip it falls within one spacing.
+    """
+    x = spacing / FINE * np.arange(FINE * count + 1, dtype=np.float64)
+    hats = np.clip(1.0 - np.abs(x - spacing * np.arange(count)[:, None]) / spacing, 0.0, None)
+    mass = (4.0 * np.eye(count) + np.eye(count, k=1) + np.eye(count, k=-1)) / 6.0
+    mass[0, 0] = 1.0 / 3.0
+    return x, np.asarray(np.linalg.solve(mass, hats / FINE), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -77,10 +93,12 @@ class RotorState:
     density: float
 
     def coefficients(self, r: Float, radius: float, wind: float) -> Float:
-        """Local thrust coefficient at radii [m], for the wind along the axis [m/s] (K-1)."""
+        """Local thrust coefficient at equidistant radii [m] from 0, for the wind along the axis [m/s] (K-1)."""
         pressure = self.density * math.pi * max(wind, LEAST_WIND) ** 2
-        local = np.interp(r, self.radius, self.thrust / np.maximum(self.radius, 1e-3), 0.0, 0.0) / pressure
-        return np.where(r <= radius, np.clip(local, 0.0, MOST_THRUST), 0.0)
+        x, projected = projection(float(r[1]), len(r))
+        thrust = projected @ np.interp(x, self.radius, self.thrust, 0.0, 0.0)
+        local = thrust / np.maximum(r, 1e-3) / pressure
+        return np.where((r > 0.0) & (r <= radius), np.clip(local, 0.0, MOST_THRUST), 0.0)
 
     def mixed(self, other: RotorState, w: float) -> RotorState:
         """Between this state and another one of the same rotor, by w from one to the other."""
@@ -152,10 +170,8 @@ class FarmWakes:
         disk, rings = self.model.changed(windowed=False), settings.rings
         self.fields, self._reach = list[PlaneField](), list[float]()
         for hub, diameter, members in zip(hubs, diameters, own, strict=True):
-            drifting, span = (
-                average_points(self.model, diameter, settings.rings),
-                average_points(disk, diameter, 5, 1.0),
-            )
+            drifting = average_points(self.model, diameter, settings.rings)
+            span = average_points(disk, diameter, 5, 1.0)
             span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state
             points = {"drift": drifting, "disk": average_points(disk, diameter, rings), "span": span}
             arrays = {name: np.ascontiguousarray(each.T) for name, each in points.items()}
@@ -238,11 +254,8 @@ class FarmWakes:
 
     def _boxes(self) -> Float:
         """(wakes, 2, 2) [m] least and largest x and y of the centres of each wake."""
-        boxes = np.zeros((len(self.count), 2, 2))
-        for k, n in enumerate(self.count):
-            centre = self.planes["centre"][:2, k, :n]
-            boxes[k] = [centre.min(axis=1), centre.max(axis=1)]
-        return boxes
+        centres = [self.planes["centre"][:2, k, :n] for k, n in enumerate(self.count)]
+        return np.array([[centre.min(axis=1), centre.max(axis=1)] for centre in centres])
 
     def _near(self, k: int, beside: float) -> NDArray[np.int64]:
         """1 for each wake that may meet disks of a radius [m] about the planes of wake k."""
@@ -303,14 +316,22 @@ class FarmWakes:
         return shares
 
     def paths(self) -> list[NDArray[np.float32]]:
-        """Centre, travelled path and velocity of the planes of each wake: (7, planes)."""
-        p = self.planes
-        return [
-            np.concatenate(
-                [p["centre"][:, k, :n], p["travelled"][k : k + 1, :n], p["velocity"][:, k, :n]], dtype=np.float32
+        """Centre, travelled path, velocity of the planes of each wake, deficit and radius as top hats: (9, planes)."""
+        p, found = self.planes, list[NDArray[np.float32]]()
+        for k, n in enumerate(self.count):
+            v = -self.profile[k, :n, :, 0]
+            flux, square = v @ self.r, v**2 @ self.r  # of a top hat: deficit times half the radius squared, and so on
+            hat = square / np.where(flux > 0.0, flux, np.inf)
+            wide = np.sqrt(2.0 * self.spacing * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
+            rows = (
+                p["centre"][:, k, :n],
+                p["travelled"][k : k + 1, :n],
+                p["velocity"][:, k, :n],
+                hat[None],
+                wide[None],
             )
-            for k, n in enumerate(self.count)
-        ]
+            found.append(np.concatenate(rows, dtype=np.float32))
+        return found
 
     def horizontal(self) -> tuple[Float, Float, Float]:
         """Wind speed at hub height over the farm now: x, y [m], (x, y) [m/s]."""

@@ -174,8 +174,9 @@ def view(
 
 def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), look: Look = Look()) -> View:
     """The view of one or two results by name; see :func:`view`."""
-    if not 1 <= len(results) <= 2:
-        raise InputError(f"a view shows one or two results, found {len(results)}")
+    farm = all(result.scene is not None and "farm" in result.scene.about for result in results.values())
+    if not results or (len(results) > 2 and not farm):
+        raise InputError(f"a view shows one or two results, or those of a farm, found {len(results)}")
     for name, result in results.items():
         if result.scene is None:
             raise InputError(
@@ -191,7 +192,7 @@ def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), loo
     largest = {k: max(scene.about["largest"][k] for scene in scenes) for k in scenes[0].about["largest"]}
     scenes = [replace(scene, about=scene.about | {"largest": largest}) for scene in scenes]
     same = dict.fromkeys(scene.about["turbine"]["name"] for scene in scenes)
-    words = scenes[0].about["wind"]["label"] if len(scenes) == 1 else ""
+    words = scenes[0].about["wind"]["label"] if farm or len(scenes) == 1 else ""
     accuracy = 1e3 * max(scene.about["accuracy"] for scene in scenes)
     note = (
         f"Drawn positions differ from those of the simulation by at most {accuracy:.0f} mm; nacelle and hub have usual "

@@ -12,7 +12,7 @@ from meltemi_farm.march import half_width
 from meltemi_farm.sets import SETS, average_points, disk_mean, fast_farm_inlet, smooth_filter
 from meltemi_farm.settings import WakeSettings
 from meltemi_farm.steady import steady_wake
-from meltemi_farm.wakes import FarmWakes, RotorState
+from meltemi_farm.wakes import FarmWakes, RotorState, projection
 from meltemi_loads.effective import effective_intensity, farm_turbulence, wake_turbulence
 
 Float = NDArray[np.float64]
@@ -201,3 +201,15 @@ def test_effective_turbulence_refuses_what_it_has_no_formula_for() -> None:
         wake_turbulence(10.0, 1.0, 1.0, 0.8)
     with pytest.raises(InputError, match="at most 8 neighbours, found 9"):
         effective_intensity(10.0, 0.1, [5.0] * 9, slope=4.0, thrust=0.8)
+
+
+def test_the_load_on_a_profile_keeps_its_sum_and_first_moment() -> None:
+    """A load that ends between two points, as at the tip of a blade."""
+    spacing, ends = 5.04, 62.9
+    x, matrix = projection(spacing, 60)
+    load = np.where(x <= ends, 50.0 * x, 0.0)
+    found, r = matrix @ load, spacing * np.arange(60)
+    for moment in (0, 1):
+        exact = 50.0 * ends ** (moment + 2) / (moment + 2)
+        assert np.trapezoid(found * r**moment, r) == pytest.approx(exact, rel=2e-3)
+    assert found[5] == pytest.approx(50.0 * r[5], rel=2e-3)  # linear loads are kept as they are

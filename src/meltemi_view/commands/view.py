@@ -20,7 +20,9 @@ ThemeOption = Annotated[str | None, typer.Option("--theme", help="light or dark 
 def view(
     files: Annotated[
         list[Path],
-        typer.Argument(help="Result file (.nc) or output folder of a run with --view; two to compare; or a wind file."),
+        typer.Argument(
+            help="Result (.nc) or output folder of a run or farm with --view; two to compare; or a wind file."
+        ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="HTML file to write.")] = Path("turbine.html"),
     channels: Annotated[
@@ -33,6 +35,8 @@ def view(
         raise InputError(f"--theme {theme!r}: expected light or dark")
     if len(files) > 2:
         raise InputError(f"a view shows one or two results, found {len(files)}")
+    if len(files) == 1 and (turbines := sorted(files[0].glob("turbine_*.nc"), key=_number)):
+        files = turbines  # of a farm
     from meltemi.simulation.result import Result
     from meltemi_view.view import Look, result_view, wind_view
 
@@ -55,6 +59,11 @@ def view(
         raise InputError("--channels: only available for results; leave it out")
     wrote(wind_view(winds[0], look).write(out))
     suggest("run", "nrel5mw", "--wind-file", files[0], "--view", "--out", out.with_suffix(""))
+
+
+def _number(path: Path) -> int:
+    digits = path.stem.rpartition("_")[2]
+    return int(digits) if digits.isdigit() else 0
 
 
 def _names(files: list[Path]) -> list[str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from meltemi.core.files import text_of
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("three.min", "data", "pose", "sea", "turbine", "wind", "plots", "viewer")
+SCRIPTS = ("three.min", "data", "pose", "sea", "wakes", "turbine", "wind", "plots", "viewer")
 """Of the view, in this order; ``file`` or ``widget`` follows, and of a scene that runs on, ``live`` before it."""
 
 

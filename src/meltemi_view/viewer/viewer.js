@@ -46,24 +46,26 @@ renderer.domElement.setAttribute("aria-label", "The turbine in three dimensions"
 const kind = scenes[0].about.kind, alone = kind === "wind", modes = kind === "modes";
 const first = scenes[0].about, largest = (key) => Math.max(...scenes.map(({ about }) => about.turbine[key]));
 const size = alone ? first.wind.half_width : largest("rotor_radius");
+const farm = alone || modes ? null : first.farm, pair = scenes.length > 1 && !farm, [farX, farY] = farm ? farm.half : [0, 0];
+const vast = Math.max(1, farX / (4 * size), farY / (4 * size)); // how much larger than around one turbine
 const hub = alone ? first.wind.height : largest("hub_height"), high = hub + (alone ? first.wind.half_height : size);
 
-const world = new THREE.Scene(), camera = new THREE.PerspectiveCamera(32, 1, 0.02 * size, 60 * size);
+const world = new THREE.Scene(), camera = new THREE.PerspectiveCamera(32, 1, 0.02 * size, 60 * vast * size);
 camera.up.set(0, 0, 1);
 const orbit = new THREE.OrbitControls(camera, renderer.domElement);
 orbit.enableDamping = true;
 orbit.maxPolarAngle = 0.495 * Math.PI;
 orbit.minDistance = 0.15 * size;
-orbit.maxDistance = 25 * size;
+orbit.maxDistance = 25 * vast * size;
 orbit.addEventListener("change", () => { state.dirty = true; });
 orbit.addEventListener("start", () => { if (state.camera !== "blade") state.camera = ""; press(); });
 const sky = new THREE.HemisphereLight("#ffffff", "#8d9a8c", 1.7), sun = new THREE.DirectionalLight("#fff4e2", 2.4);
-sun.position.set(-2.2 * size, -2.6 * size, hub + 2.6 * size);
+sun.position.set(-2.2 * vast * size, -2.6 * vast * size, hub + 2.6 * vast * size);
 sun.target.position.set(0, 0, 0.5 * hub);
 sun.castShadow = true;
 sun.shadow.mapSize.set(2048, 2048);
-const reach = (scenes.length > 1 ? 3.4 : 2.1) * size;
-Object.assign(sun.shadow.camera, { left: -reach, right: reach, bottom: -reach, top: reach, near: 0.1 * size, far: 14 * size });
+const reach = farm ? Math.hypot(farX, farY) : (pair ? 3.4 : 2.1) * size;
+Object.assign(sun.shadow.camera, { left: -reach, right: reach, bottom: -reach, top: reach, near: 0.1 * size, far: 14 * vast * size });
 sun.shadow.normalBias = 0.004 * size;
 world.add(sky, sun, sun.target);
 
@@ -80,6 +82,8 @@ ground.setAttribute("position", new THREE.BufferAttribute(new Float32Array(lines
 ground.setAttribute("color", new THREE.BufferAttribute(new Float32Array(fade.flatMap((a) => [1, 1, 1, 0.55 * a * a])), 4));
 const grid = new THREE.LineSegments(ground, new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
 grid.position.z = 0.002 * size;
+grid.scale.setScalar(vast);
+shade.scale.setScalar(vast);
 world.add(grid);
 
 const sea = !alone && first.turbine.water ? new SeaView(scenes[0], size) : null;
@@ -87,13 +91,16 @@ shade.visible = grid.visible = !sea;
 if (sea) world.add(sea.mesh);
 // ---------------------------------------------------------------- turbines and winds
 const turbines = alone ? [] : scenes.map((scene, i) => {
-  const pair = scenes.length > 1, tips = pair ? Array(9).fill(spec.colours[i]) : spec.colours;
+  const tips = pair ? Array(9).fill(spec.colours[i]) : spec.colours;
   const body = new TurbineView(scene, { body: pair && i ? "#f3e3cb" : "#f1f3f4", tips, opacity: 1 });
   body.shadows(body.group);
+  if (farm) body.group.position.set(scene.about.place[0] - farm.centre[0], scene.about.place[1] - farm.centre[1], 0);
   world.add(body.group);
   return { view: body, motion: modes ? new ModeMotion(scene) : new RunMotion(scene), pose: null };
 });
-const winds = modes ? [] : scenes.map((scene) => new WindView(scene));
+const winds = modes || farm ? [] : scenes.map((scene) => new WindView(scene));
+const wakes = first.wakes ? new WakeRings(scenes[0], farm.centre) : null;
+if (wakes) world.add(wakes.mesh);
 const extremes = [Math.min(...winds.map((wind) => wind.range[0])), Math.max(...winds.map((wind) => wind.range[1]))];
 winds.forEach((wind) => {
   wind.range = extremes;
@@ -117,7 +124,7 @@ state.t = Math.min(Math.max((spec.begin || 0) - begin, 0), duration);
 
 /** Places of two turbines: beside each other across the wind, or the second one see-through in the first. */
 function arrange() {
-  if (scenes.length < 2) return;
+  if (!pair) return;
   const apart = state.pairs === "beside" ? 1.25 * size : 0;
   [...turbines.map((each) => each.view), ...winds].forEach((each, i) => { each.group.position.y = apart * (1 - 2 * (i % 2)); });
   winds[1].hidden = !apart;
@@ -144,11 +151,12 @@ function look(name) {
   camera.updateProjectionMatrix();
   state.dirty = true;
   if (name === "blade" || !name) return;
-  const direction = new THREE.Vector3(...CAMERAS[name][1]).normalize(), spread = scenes.length > 1 && state.pairs === "beside" ? 1.25 * size : 0;
-  const tall = (name === "above" ? 2.3 * size : 1.2 * high) / (1 + 2 * (camera.view ? camera.view.offsetY / camera.view.fullHeight : 0));
-  const across = 2.25 * size + (name === "side" ? 0 : 2.8 * spread);
+  const direction = new THREE.Vector3(...(farm && name === "above" ? [0, -0.02, 1] : CAMERAS[name][1])).normalize(), spread = pair && state.pairs === "beside" ? 1.25 * size : 0;
+  const spans = (x, y) => (Math.abs(farX * x) + Math.abs(farY * y)) / Math.hypot(direction.x, direction.y);
+  const tall = (name === "above" ? 2.3 * size + 2.3 * farY : 1.2 * high) / (1 + 2 * (camera.view ? camera.view.offsetY / camera.view.fullHeight : 0));
+  const across = 2.25 * size + (name === "side" ? 0 : 2.8 * spread) + 2.3 * spans(direction.y, direction.x);
   const half = Math.tan((camera.fov * Math.PI) / 360);
-  const away = (alone ? 1.2 : 1) * Math.max(tall / 2 / half, across / 2 / half / camera.aspect) + (name === "side" ? 1.6 * spread : 0.35 * size);
+  const away = (alone ? 1.2 : 1) * Math.max(tall / 2 / half, across / 2 / half / camera.aspect) + (name === "side" ? 1.6 * spread : 0.35 * size) + (name === "above" ? 0 : 0.7 * spans(direction.x, direction.y));
   orbit.target.set(0, 0, name === "above" ? hub : 0.515 * high);
   camera.position.copy(orbit.target).addScaledVector(direction, away);
   orbit.update();
@@ -176,7 +184,7 @@ function build() {
   all(".key span").forEach((each) => each.append(each.title));
   find("help").querySelector(".words").textContent = spec.words;
   find("help").querySelector("pre").textContent = licence;
-  const has = { modes, shapes: !alone && !modes, plots: plots.length > 0 && (spec.live || duration > 30), pairs: scenes.length > 1, wind: winds.length > 0, loads: kind === "run" };
+  const has = { modes, wakes, shapes: !alone && !modes, plots: plots.length > 0 && (spec.live || duration > 30), pairs: pair, wind: winds.length > 0, loads: kind === "run" };
   for (const [name, yes] of Object.entries(has)) all(`.of-${name}`).forEach((each) => { each.hidden = !yes; });
   const names = Object.keys(CAMERAS).filter((name) => turbines.length || name !== "blade");
   find("settings").querySelector(".cameras").append(...names.map((name, i) => {
@@ -241,6 +249,7 @@ function legends() {
     find("wind-legend").innerHTML = `${bar(WIND_COLOURS)}<p><span>${short(low)}</span><span>along the wind, m/s</span><span>${short(most)}</span></p>`;
     find("wind-legend").hidden = state.wind === "off";
   }
+  if (wakes) find("wake-legend").innerHTML = `${bar(DEFICIT_COLOURS)}<p><span>0</span><span>deficit of the wakes, m/s</span><span>${short(wakes.largest)}</span></p>`;
   if (kind !== "run") return;
   const { largest } = first, mega = (x) => `${short(x / 1e6)}`;
   find("load-legend").hidden = state.loads === "off";
@@ -250,6 +259,7 @@ function legends() {
 }
 
 // ---------------------------------------------------------------- plots
+if (farm) scenes.forEach((_, i) => i > 2 && root.style.setProperty(`--c${i}`, `hsl(${(137 * i) % 360} 55% 48%)`));
 const plots = (first.plots || []).map((plot) => new Plot(find("plots"), {
   title: plot.title,
   unit: plot.unit,
@@ -330,6 +340,7 @@ function render() {
   });
   winds.forEach((wind) => wind.update(t, wind.hidden ? "off" : state.wind));
   sea?.update(t);
+  wakes?.update(begin + t);
   if (state.camera === "blade") follow();
   stage.style.setProperty("--horizon", `${(100 * horizon()).toFixed(1)}%`);
   renderer.render(world, camera);
