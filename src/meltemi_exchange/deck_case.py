@@ -14,7 +14,7 @@ STAND_IN = {"kind": "steady", "speed": 10.0, "shear_exponent": 0.2}
 
 
 def deck_case(deck: ImportedModel, turbine: str | Path, *, started: bool = False) -> LoadCase:
-    """Wind, duration, model options, gravity and air density of an OpenFAST deck or HAWC2 model.
+    """Wind, sea, duration, model options, gravity and air density of an OpenFAST deck or HAWC2 model.
 
     Args:
       deck: from :func:`read_deck` or :func:`import_hawc2`.
@@ -33,6 +33,8 @@ def deck_case(deck: ImportedModel, turbine: str | Path, *, started: bool = False
         "options": deck.options,
         "environment": deck.environment,
     }
+    if deck.sea is not None:
+        data["sea"] = deck.sea
     if started:
         data["start"] = {**deck.start, "undeflected": True}
     return validated(data, LoadCase, str(turbine))

@@ -52,6 +52,7 @@ class ImportedModel(ImportedTurbine):
       options: what to give to ``ModelOptions`` to have the degrees of freedom and aerodynamic models of the model.
       environment: gravity and air density, for ``Environment``.
       wind: as in a case file, paths absolute; None if the model's wind is not one that a case file can name.
+      sea: as in a case file; None without water.
       duration: [s].
       output_step: [s].
       start: rotor speed [rad/s], pitch [rad] and azimuth [rad] of blade 1 with which that program would begin.
@@ -60,6 +61,7 @@ class ImportedModel(ImportedTurbine):
     options: dict[str, Any] = field(default_factory=dict)
     environment: dict[str, float] = field(default_factory=dict)
     wind: dict[str, Any] | None = None
+    sea: dict[str, Any] | None = None
     duration: float = 60.0
     output_step: float = 0.05
     start: dict[str, float] = field(default_factory=dict)

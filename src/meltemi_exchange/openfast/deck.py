@@ -6,21 +6,23 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.record import Record, set_keys
 from meltemi.core.yamlfile import validated
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.definition import BaseMotion, Turbine
 from meltemi_exchange.openfast.airfoils import Polars, read_airfoils
 from meltemi_exchange.openfast.blade import add_torsion, read_aerodyn_blade, read_beamdyn, read_elastodyn_blade
 from meltemi_exchange.openfast.control import IDEAL_RATE, from_discon, simple_torque
 from meltemi_exchange.openfast.mass_dampers import read_mass_dampers
+from meltemi_exchange.openfast.mooring import read_lines
 from meltemi_exchange.openfast.text import InputFile, read_input
 from meltemi_exchange.openfast.tower import add_diameter, read_substructure, read_tower
 from meltemi_exchange.openfast.values import Values
+from meltemi_exchange.openfast.water import Water
 from meltemi_exchange.openfast.wind import read_inflow
 from meltemi_exchange.report import ImportedModel, ImportNote
 
@@ -60,7 +62,8 @@ def read_deck(
     control_of: Turbine | None = None,
     extra: Mapping[str, Any] | None = None,
 ) -> Deck:
-    """Read an OpenFAST deck: ElastoDyn, BeamDyn, AeroDyn 15, ServoDyn, InflowWind, SubDyn, ROSCO's DISCON.IN.
+    """Read an OpenFAST deck: ElastoDyn, BeamDyn, AeroDyn 15, ServoDyn, InflowWind, ROSCO's DISCON.IN;
+    SeaState, HydroDyn, SubDyn, MoorDyn and MAP++.
 
     Keywords are found wherever they stand; paths of other systems and different upper and lower case are understood.
 
@@ -68,7 +71,7 @@ def read_deck(
       path: the main file (.fst).
       blade: whose blade: that with which the deck computes (``CompElast``), ElastoDyn's sections, or BeamDyn's.
         ElastoDyn's has torsion only if the deck names BeamDyn files, which are then asked for it.
-      fixed_base: the tower of a floating turbine, or of one on a jacket, stands clamped at its base.
+      fixed_base: the tower of a floating turbine, or of one on a pile or jacket, stands clamped at its base.
       momentum_wake: momentum theory where the deck has a vortex wake.
       discon: settings of ROSCO (DISCON.IN) in place of those that the deck names.
       control_of: a turbine whose control, pitch actuator and rated power are taken, for decks with another controller.
@@ -107,8 +110,15 @@ def read_deck(
         aero_values.unneeded("that of the main file is used", "air_density")
     if v.given("comp_sub", 0) != 1:
         v.unneeded("of CompSub 1", "sub")
-    if not fixed_base and v.given("comp_sub", 0) == 1:
-        data["foundation"] = read_substructure(main, v, notes)
+    floats = _floats(v) and not fixed_base
+    water = Water(main, v, notes) if floats or (v.given("comp_sub", 0) == 1 and not fixed_base) else None
+    if water is None:
+        v.differs("ignored", 0, comp_hydro="the tower stands on land, or is clamped at its base as requested")
+        v.unneeded("the tower stands on land", *WATER)
+    elif floats:
+        data |= _floating(main, v, water)
+    else:
+        data |= read_substructure(main, v, water, notes)
     servo = _control(main, data, v, None if discon is None else Path(discon), notes)
     _drivetrain(data, v)
     _replaced(data, control_of, extra or {}, notes)
@@ -128,6 +138,7 @@ def read_deck(
         output_step=v.given("output_step", 0.05),
         start=_start(v),
         library=servo,
+        sea=None if water is None or water.file is None else water.sea(),
     )
 
 
@@ -162,14 +173,14 @@ def _title(main: InputFile) -> str:
 
 
 def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
-    moored = v.given("comp_mooring", 0) != 0 and not fixed_base
+    moored = v.given("comp_mooring", 0) not in (0, 1, 3) and not fixed_base
     for target, unsupported, reason in (
         ("mhk", v.given("mhk", 0) != 0, "a marine turbine (MHK): water around the rotor is not modelled"),
         ("rotors", v.given("rotors", 1) != 1, "several rotors are not modelled"),
         ("mirror", v.given("mirror", False), "a rotor that turns counter-clockwise is not modelled"),
         ("comp_elast", v["comp_elast"] not in (1, 2), "only ElastoDyn (1) and ElastoDyn with BeamDyn (2) are read"),
         ("comp_aero", v["comp_aero"] in (0, 1), "aerodynamics of AeroDyn are needed (2)"),
-        ("comp_mooring", moored, f"a floating turbine on moorings: {FIXED}"),
+        ("comp_mooring", moored, f"a floating turbine on moorings of FEAMooring or OrcaFlex: {FIXED}"),
         ("comp_sub", v.given("comp_sub", 0) > 1 and not fixed_base, f"an external platform (ExtPtfm): {FIXED}"),
     ):
         if unsupported:
@@ -177,7 +188,6 @@ def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
     v.differs(
         "ignored",
         0,
-        comp_hydro="waves and water are not modelled",
         comp_ice="ice loads are not modelled",
         comp_soil="soil is not modelled",
     )
@@ -186,17 +196,39 @@ def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
         v.differs("ignored", 0, comp_mooring=clamped, comp_sub=clamped)
 
 
-FIXED = "floating platforms are not modelled; fixed_base=True (--fixed-base) clamps the tower base instead"
+FIXED = "not modelled; fixed_base=True (--fixed-base) clamps the tower base instead"
+WATER = (
+    "sea_file hydro_file mooring_file water_density depth level comp_sea platform_mass platform_centre_x "
+    "platform_centre_y platform_centre_z platform_inertia_R platform_inertia_P platform_inertia_Y"
+).split()
+
+
+def _floats(v: Values) -> bool:
+    """Whether the deck is of a floating platform: it moves in HydroDyn's water, without SubDyn."""
+    free = any(v.given(f"platform_{name}", False) for name in ("surge", "pitch"))
+    return free and bool(v.given("comp_hydro", 0)) and v.given("comp_sub", 0) == 0
+
+
+def _floating(main: InputFile, v: Values, water: Water) -> dict[str, Any]:
+    """A platform with its lines, and the motions of the tower's base."""
+    platform = water.platform(v)
+    moored = v.file(main, "mooring_file") if v.given("comp_mooring", 0) else None
+    if moored is not None:
+        platform["lines"] = read_lines(read_input(moored, "mooring"), platform["depth"])
+    foundation = {"motions": get_args(BaseMotion), "stiffness": np.zeros((6, 6))}
+    return {"platform": platform, "foundation": foundation}
 
 
 def _refuse_platform(path: Path, v: Values, fixed_base: bool) -> None:
     free = any(v.given(f"platform_{name}", False) for name in ("surge", "pitch"))
     for name in ("surge", "pitch"):
         if (moves := v[f"platform_{name}"]) is not None:
-            v.note("ignored" if moves else "equivalent", f"platform_{name}", "the foundation is a spring, or fixed")
-    if free and v.given("comp_sub", 0) == 0 and not fixed_base:
+            if not _floats(v) or fixed_base:
+                why = "what is below the tower is elastic, or fixed"
+                v.note("ignored" if moves else "equivalent", f"platform_{name}", why)
+    if free and not _floats(v) and v.given("comp_sub", 0) == 0 and not fixed_base:
         raise UnsupportedError(
-            f"{path.parent / v.source['platform_surge']} and PtfmPDOF: a platform that moves without SubDyn: {FIXED}"
+            f"{path.parent / v.source['platform_surge']} and PtfmPDOF: a platform that moves without SubDyn and HydroDyn: {FIXED}"
         )
 
 

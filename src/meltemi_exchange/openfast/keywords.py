@@ -21,7 +21,7 @@ from meltemi_exchange.openfast.text import key
 UNITS = {
     "": 1.0, "m": 1.0, "kg": 1.0, "s": 1.0, "-": 1.0, "N m": 1.0, "N m/rad": 1.0, "N m s/rad": 1.0, "kg m^2": 1.0,
     "m/s": 1.0, "m/s^2": 1.0, "kg/m^3": 1.0, "rad": 1.0, "rad/s": 1.0, "W": 1.0, "N m s^2/rad^2": 1.0,
-    "N m/s": 1.0, "N/m": 1.0, "N s/m": 1.0, "N m/rpm^2": (30.0 / math.pi) ** 2,
+    "m^3": 1.0, "N m/s": 1.0, "N/m": 1.0, "N s/m": 1.0, "N m/rpm^2": (30.0 / math.pi) ** 2,
     "deg": math.pi / 180.0, "deg/s": math.pi / 180.0, "rpm": math.pi / 30.0, "%": 0.01,
 }  # fmt: skip
 """Factor to SI of the units that the table names."""

@@ -11,6 +11,7 @@ from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.turbine.definition import Foundation
 from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input
 from meltemi_exchange.openfast.values import Values
+from meltemi_exchange.openfast.water import Water
 from meltemi_exchange.pile import pile_foundation
 from meltemi_exchange.report import ImportNote
 
@@ -116,22 +117,18 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
     )
 
 
-def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
-    """Read an upright pile of SubDyn as equivalent springs at the tower base.
+def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
+    """Height [m] and section of an upright pile at both ends of each member, upwards: z, d, t, E, G, density.
 
     Raises:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.
       InputError: with file and line.
     """
-    Values(notes).read(file)
-    name = file.path.name
-
-    def table(count: str, wanted: dict[str, str]) -> dict[str, Float]:
-        return file.table(file.require([count], "a number of lines"), wanted)
-
-    joints = table("NJoints", {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"})
-    members = table("NMembers", {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"})
-    sets = table(
+    joints = _subdyn(file, "NJoints", {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"})
+    wanted = {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
+    members = _subdyn(file, "NMembers", wanted)
+    sets = _subdyn(
+        file,
         "NPropSets",
         {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": "ShearG", "density": "MatDens"},
     )
@@ -154,27 +151,40 @@ def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
                 )
             stations.append((joint_height[int(joint)], which[int(prop)]))
     stations.sort()
-    z = np.array([s[0] for s in stations])
-    z += 1e-6 * np.arange(len(z))  # members that meet have two values there
     k = np.array([s[1] for s in stations])
-    d, t = sets["d"][k], sets["t"][k]
-    inner = d - 2.0 * t
-    if np.any(inner < 0.0):
+    found = {name: values[k] for name, values in sets.items() if name != "id"}
+    if np.any(2.0 * found["t"] > found["d"]):
         raise InputError(f"{file.path}: a wall thickness XsecT is more than half of its diameter XsecD")
+    return {"z": np.array([s[0] for s in stations])} | found
+
+
+def _subdyn(file: InputFile, count: str, wanted: dict[str, str]) -> dict[str, Float]:
+    return file.table(file.require([count], "a number of lines"), wanted)
+
+
+def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
+    """Read an upright pile of SubDyn as equivalent springs at the tower base.
+
+    Raises:
+      UnsupportedError: the structure is not one upright pile that is clamped at its foot.
+      InputError: with file and line.
+    """
+    Values(notes).read(file)
+    name, at = file.path.name, _stations(file, notes)
+    z = at["z"] + 1e-6 * np.arange(len(at["z"]))  # members that meet have two values there
+    d, E, G = at["d"], at["E"], at["G"]
+    inner = d - 2.0 * at["t"]
     area, second_moment = 0.25 * math.pi * (d**2 - inner**2), math.pi / 64.0 * (d**4 - inner**4)
-    E, G = sets["E"][k], sets["G"][k]
     pile = pile_foundation(
         z,
         E * second_moment,
         SHEAR_SHARE * G * area,
         E * area,
         2.0 * G * second_moment,
-        sets["density"][k] * area,
+        at["density"] * area,
         source=f"{name}: pile from {z[0]:g} to {z[-1]:g} m, clamped at its foot",
     )
-    notes.append(
-        ImportNote("approximated", name, f"pile of {len(members['a'])} members", "springs and a mass at its top")
-    )
+    notes.append(ImportNote("approximated", name, f"pile of {len(z) // 2} members", "springs and a mass at its top"))
     lumped = file.find("NCmass")
     if lumped is not None and file.count(lumped):
         notes.append(
@@ -183,9 +193,54 @@ def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
     return pile
 
 
-def read_substructure(main: InputFile, values: Values, notes: list[ImportNote]) -> Foundation | None:
-    """Read the foundation from SubDyn."""
+def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNote]) -> dict[str, Any]:
+    """Read an upright pile of SubDyn that stands in the water of HydroDyn, as keys of ``Support``.
+
+    Raises:
+      UnsupportedError: the structure is not one upright pile of one material, or its water is not modelled.
+      InputError: with file and line.
+    """
+    own = Values(notes)
+    own.read(file)
+    at = _stations(file, notes)
+    for name, what in (("E", "YoungE"), ("G", "ShearG"), ("density", "MatDens")):
+        if np.ptp(at[name]) > 1e-6 * at[name][0]:
+            raise UnsupportedError(f"{file.path}: {what} differs between property sets; a pile is of one material")
+    z, d, t = at["z"].copy(), at["d"], at["t"]
+    keep = [0]
+    for i in range(1, len(z)):
+        same = d[i] == d[keep[-1]] and t[i] == t[keep[-1]]
+        if z[i] <= z[keep[-1]]:  # members that meet have two values there, which a steep cone joins
+            if same:
+                continue
+            z[i] = z[keep[-1]] + 1e-3
+        if len(keep) > 1 and same and d[i] == d[keep[-2]] and t[i] == t[keep[-2]]:
+            keep[-1] = i
+        else:
+            keep.append(i)
+    found: dict[str, Any] = {"position": z[keep], "diameter": d[keep], "thickness": t[keep], "source": file.path.name}
+    found |= {"elastic_modulus": at["E"][0], "shear_modulus": at["G"][0], "density": at["density"][0]}
+    masses = []
+    if own.given("lumped_masses", 0):
+        lumps = _subdyn(file, "NCmass", {"id": "CMJointID", "mass": "JMass", "inertia": "JMXX"})
+        joints = _subdyn(file, "NJoints", {"id": "JointID", "z": "JointZss"})
+        heights = dict(zip(joints["id"], joints["z"], strict=True))
+        masses = [(heights.get(j, z[0]), m, i) for j, m, i in zip(*lumps.values(), strict=True)]
+    masses.append((z[-1], v.given("platform_mass", 0.0), v.given("platform_inertia_R", 0.0)))
+    found["masses"] = [
+        {"height": h, "mass": m, "inertia": max(i, 0.0)} for h, m, i in masses if m > 0.0 and h > z[0] + 0.5
+    ]
+    own.differs("ignored", 0, guyan_damping="the pile has the damping of the tower's modes; see support.damping")
+    v.differs("ignored", 0.0, platform_inertia_Y="about the pile's axis")
+    return found | water.hydrodynamics(z[keep])
+
+
+def read_substructure(main: InputFile, values: Values, water: Water, notes: list[ImportNote]) -> dict[str, Any]:
+    """Read what is below the tower from SubDyn: ``support`` in water, else ``foundation``."""
     path = values.file(main, "sub")
     if path is None:
         raise InputError(f"{main.path}: CompSub is 1, but SubFile names no file")
-    return read_pile(read_input(path, "SubDyn"), notes)
+    file = read_input(path, "SubDyn")
+    if water.file is None:
+        return {"foundation": read_pile(file, notes)}
+    return {"support": read_support(file, values, water, notes)}

@@ -1,0 +1,230 @@
+"""SeaState and HydroDyn of a deck: sea, hydrodynamics of a pile, platform in potential flow.
+
+Decks before version 4 have the waves in HydroDyn. OpenFAST counts directions counter-clockwise, its seeds are those of
+other random numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from meltemi.core.errors import InputError, UnsupportedError
+from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input, split
+from meltemi_exchange.openfast.values import Values
+from meltemi_exchange.report import ImportNote
+
+STRETCHINGS = ("none", "vertical", "extrapolation", "wheeler")
+FULL_DRIFT = 12
+"""WAMIT's file of difference-frequency forces that is read (.12d)."""
+
+
+class Water:
+    """Water of a deck.
+
+    Attributes:
+      v: values of SeaState and HydroDyn, those of the main file where they say "default".
+      file: HydroDyn's; None without.
+      notes: of the import.
+    """
+
+    def __init__(self, main: InputFile, values: Values, notes: list[ImportNote]) -> None:
+        self.notes, self.v, self.file = notes, Values(notes), None
+        path = values.file(main, "hydro_file") if values.given("comp_hydro", 0) else None
+        sea = values.file(main, "sea_file") if values.given("comp_sea", 0) else None
+        if path is not None:
+            self.file = self.v.read(read_input(path, "HydroDyn"))
+        if sea is not None:
+            self.v.read(read_input(sea, "SeaState"))
+        elif self.file is not None:
+            self.v.read(replace(self.file, module="SeaState"))
+        for name in ("water_density", "depth", "level"):
+            if self.v[name] is None:
+                self.v.data[name] = values[name]
+
+    def sea(self) -> dict[str, Any]:
+        """The ``sea`` of a case file."""
+        v = self.v
+        kind = str(v.given("waves", "0")).upper()
+        found: dict[str, Any] = {"kind": "still"}
+        direction = v.given("direction", 0.0)
+        if kind.startswith("1"):
+            found = {"kind": "regular", "height": v["height"], "period": v["period"], "direction": direction}
+            if kind[1:2] == "P" and (phase := number(kind[2:])) is not None:
+                found["phase"] = float(np.radians((phase + 180.0) % 360.0 - 180.0))
+        elif kind in ("2", "3"):
+            found = {"kind": "irregular", "height": v["height"], "direction": direction}
+            found |= {"spectrum": "jonswap", "period": v["period"]} if kind == "2" else {"spectrum": "white"}
+            if kind == "2" and v["peak_factor"] is not None:
+                found["peak_factor"] = v["peak_factor"]
+            if v["highest"]:
+                found["frequencies"] = [v.given("lowest", 0.0), v["highest"]]
+            found |= {"repeat": max(v.given("repeat", 3600.0), 10.1), "seed": abs(int(v.given("seed", 1)))}
+            found["amplitudes"] = "gaussian" if v.given("gaussian", True) else "random phase"
+            v.note("approximated", "seed", "a sea of the same spectrum, from other random numbers")
+            if v.given("spread", 0):
+                found["spreading"] = {"exponent": v.given("spread_exponent", 1.0), "width": v["spread_range"]}
+            if (crest := v.given("crest", 0)) in (1, 2):
+                height = v["crest_height"] * (0.5 if crest == 1 else 1.0)
+                of = "crest" if crest == 1 else "crest to trough"
+                found["crest"] = {"height": height, "of": of, "time": v.given("crest_time", 0.0)}
+        elif kind != "0":
+            v.note("ignored", "waves", "waves of files are not read; give the case a sea of kind components, elevation")
+        if found["kind"] == "still" or kind == "1":
+            v.unneeded("of waves of another WaveMod", "seed", "gaussian", "peak_factor", "lowest", "highest")
+        found["stretching"] = STRETCHINGS[v.given("stretching", 0) % 4]
+        if v.given("level", 0.0):
+            found["level"] = v["level"]
+        if v.given("current", 0) == 1:
+            found["current"] = self._current(direction)
+        elif v.given("current", 0):
+            v.note("ignored", "current", "the current of a user's routine; give the case a current")
+        return found
+
+    def _current(self, waves: float) -> dict[str, Any]:
+        v, parts = self.v, ("sub_surface", "near_surface", "uniform")
+        flows = {name: v.given(f"{name}_direction", waves) for name in parts if v.given(name, 0.0)}
+        found = {name: v[name] for name in flows}
+        if "near_surface" in flows:
+            found["reference_depth"] = v["reference_depth"]
+        if flows:
+            found["direction"] = next(iter(flows.values()))
+        if len(set(flows.values())) > 1:
+            v.note("approximated", "current", f"all parts flow along that of {next(iter(flows))}")
+        return found
+
+    def matrix(self, name: str) -> Float | None:
+        """(6, 6) of HydroDyn that ends its first line with a keyword; None if all are zero.
+
+        Raises:
+          InputError: its lines do not have six numbers.
+        """
+        assert self.file is not None
+        entry = self.file.find(name)
+        if entry is None:
+            return None
+        lines = self.file.lines[entry.line - 1 : entry.line + 5]
+        rows = [[number(text) for text in split(line)[:6]] for line in lines]
+        if len(rows) < 6 or any(len(row) < 6 or None in row for row in rows):
+            raise InputError(f"{self.file.at(entry.line)}: {name}: expected six lines of six numbers (one body)")
+        found = np.array(rows, dtype=np.float64)
+        return found if found.any() else None
+
+    def table(self, count: str | Entry, columns: dict[str, str]) -> dict[str, Float]:
+        """Columns of a table of HydroDyn."""
+        assert self.file is not None
+        names = [count, f"{count}Cyl"] if isinstance(count, str) else []
+        return self.file.table(count if isinstance(count, Entry) else self.file.require(names, "of lines"), columns)
+
+    def hydrodynamics(self, height: Float) -> dict[str, Any]:
+        """What a pile with stations at heights (S,) [m] has from the water, as keys of ``Support``.
+
+        Raises:
+          InputError, UnsupportedError: members that do not stand upright, coefficients by member.
+        """
+        v, file = self.v, self.file
+        found: dict[str, Any] = {"depth": v["depth"], "water_density": v.given("water_density", 1025.0)}
+        if v["depth"] is None or file is None:
+            raise InputError("WtrDpth: the depth of the water is needed, in the main file or in SeaState")
+        if v.given("potential", 0):
+            raise UnsupportedError(f"{file.path}: PotMod {v['potential']}: a pile has Morison's equation; set it to 0")
+        joints = self.table("NJoints", {"x": "Jointxi", "y": "Jointyi", "z": "Jointzi"})
+        if np.ptp(joints["x"]) > 0.01 or np.ptp(joints["y"]) > 0.01:
+            raise UnsupportedError(f"{file.path}: joints of HydroDyn are not above each other; a pile is upright")
+        which = self.table("NMembers", {"model": "MCoefMod"} if "MCoefMod" in _words(file) else {"model": "CoefMod"})
+        model = int(which["model"][0])
+        water: dict[str, Any] = {}
+        if model == 1:
+            names = {"drag": "SimplCd", "added_mass": "SimplCa", "pressure": "SimplCp"}
+            water = {k: float(x[0]) for k, x in self.table(Entry("SimplCd", ("1",), 0), names).items()}
+        elif model == 2:
+            names = {"z": "Dpth", "drag": "DpthCd", "added_mass": "DpthCa", "pressure": "DpthCp"}
+            table = self.table("NCoefDpth", names)
+            order = np.argsort(table["z"])
+            water = {k: np.interp(height, table["z"][order], table[k][order]) for k in names if k != "z"}
+        else:
+            raise UnsupportedError(f"{file.path}: MCoefMod {model}: coefficients are read by depth or for all (2, 1)")
+        if v.given("diffraction_radius", 0.0) > 0.0:
+            water["diffraction"] = "maccamy_fuchs"
+        found |= {"hydrodynamics": water, "flooded": self._flooded()}
+        if v.given("growth", 0) > 1:
+            grown = self.table("NMGDepths", {"z": "MGDpth", "t": "MGThck", "density": "MGDens"})
+            z, t, density = (grown[name][np.argsort(grown["z"])] for name in ("z", "t", "density"))
+            found["growth"] = [
+                {"bottom": a, "top": b, "thickness": thick, "density": d}
+                for a, b, thick, d in zip(z[:-1], z[1:], *(0.5 * (x[1:] + x[:-1]) for x in (t, density)), strict=True)
+                if thick > 0.0
+            ]
+            if np.ptp(t[t > 0.0]) > 0.0:
+                v.note("approximated", "growth", "constant between two depths, with their mean thickness")
+        return found
+
+    def _flooded(self) -> float | None:
+        assert self.file is not None
+        if not self.v.given("fills", 0):
+            return None
+        at = next((i for i, line in enumerate(self.file.lines) if line.split()[:1] == ["FillNumM"]), None)
+        row = split(self.file.lines[at + 2]) if at is not None and at + 2 < len(self.file.lines) else []
+        place = int(number(row[0]) or 0.0) + 1 if row else 0
+        if not 1 < place < len(row):
+            raise InputError(f"{self.file.path}: no table with FillNumM, FillMList, FillFSLoc of NFillGroups")
+        return number(row[place]) or 0.0
+
+    def platform(self, main: Values) -> dict[str, Any]:
+        """A platform in potential flow, without its lines.
+
+        Args:
+          main: values of the main file and ElastoDyn.
+
+        Raises:
+          UnsupportedError: what it cannot have, by name.
+        """
+        v, file = self.v, self.file
+        if file is None or v.given("potential", 0) != 1:
+            raise UnsupportedError(f"{main.source.get('hydro_file', 'HydroFile')}: a platform needs PotMod 1")
+        wrong = {
+            "bodies": v.given("bodies", 1) != 1,
+            "unit_length": v.given("unit_length", 1.0) != 1.0,
+            "difference_drift": v.given("difference_drift", 0) not in (0, FULL_DRIFT),
+            "newman": v.given("newman", 0) not in (0, FULL_DRIFT),
+            "mean_drift": v.given("mean_drift", 0) not in (0, FULL_DRIFT),
+        } | {f"reference_{a}": bool(v.given(f"reference_{a}", 0.0)) for a in ("x", "y", "z", "turn")}
+        for target, bad in wrong.items():
+            if bad:
+                raise UnsupportedError(
+                    f"{file.path.parent / v.source[target]} {v[target]:g}: one body about the origin, of unit length "
+                    "and with drift from the file .12d is read"
+                )
+        v.differs("ignored", 0, sum_forces="forces at sum frequencies are not modelled")
+        v.differs("ignored", 0, excitation_place="waves are those at the place at rest")
+        if v.given("members", 0):
+            v.note("ignored", "members", "members beside potential flow: give the platform's members drag by hand")
+        drift = next((d for n, d in DRIFTS if v.given(n, 0)), "none")
+        root = str(v["potential_file"]).strip("\"'").replace("\\", "/")
+        found: dict[str, Any] = {
+            "depth": v["depth"],
+            "mass": main["platform_mass"],
+            "centre": [main.given(f"platform_centre_{axis}", 0.0) for axis in "xyz"],
+            "inertia": [main.given(f"platform_inertia_{axis}", 0.0) for axis in "RPY"],
+            "volume": v["volume"],
+            "buoyancy_centre": (v.given("buoyancy_x", 0.0), v.given("buoyancy_y", 0.0)),
+            "coefficients": str((file.path.parent / root).absolute()),
+            "drift": drift,
+            "water_density": v.given("water_density", 1025.0),
+            "source": file.path.name,
+        }
+        if drift != "none" and v.given("drift_cutoff", 0.0) > 0.0:
+            found["drift_cutoff"] = v["drift_cutoff"]
+        for key, name in (("stiffness", "AddCLin"), ("linear_damping", "AddBLin"), ("quadratic_damping", "AddBQuad")):
+            if (value := self.matrix(name)) is not None:
+                found[key] = value
+        return found
+
+
+DRIFTS = (("difference_drift", "full"), ("newman", "newman"), ("mean_drift", "mean"))
+
+
+def _words(file: InputFile) -> set[str]:
+    return {word for line in file.lines if "MJointID1" in line for word in line.split()}
