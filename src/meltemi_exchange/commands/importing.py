@@ -132,7 +132,15 @@ def _write(imported: ImportedTurbine, source: Path, out: Path) -> None:
     from meltemi_exchange.report import report_text
 
     folder_for(out)
-    write_turbine(imported.turbine, out / "turbine.yaml")
+    turbine = imported.turbine
+    if turbine.platform is not None:
+        from meltemi_float.coefficients import read_coefficients, write_coefficients
+
+        packed = (out / "coefficients.npz").absolute()
+        write_coefficients(read_coefficients(turbine.platform.coefficients), packed)
+        turbine = turbine.replace(platform=turbine.platform.replace(coefficients=str(packed)))
+        wrote(packed)
+    write_turbine(turbine, out / "turbine.yaml")
     text = report_text(imported.notes, f"{source.name} as a turbine")
     write_text(out / "report.md", text)
 

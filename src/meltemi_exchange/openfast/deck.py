@@ -173,14 +173,14 @@ def _title(main: InputFile) -> str:
 
 
 def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
-    moored = v.given("comp_mooring", 0) not in (0, 1, 3) and not fixed_base
+    moored = v.given("comp_mooring", 0) not in ((0, 1, 3) if v.given("comp_hydro", 0) else (0,)) and not fixed_base
     for target, unsupported, reason in (
         ("mhk", v.given("mhk", 0) != 0, "a marine turbine (MHK): water around the rotor is not modelled"),
         ("rotors", v.given("rotors", 1) != 1, "several rotors are not modelled"),
         ("mirror", v.given("mirror", False), "a rotor that turns counter-clockwise is not modelled"),
         ("comp_elast", v["comp_elast"] not in (1, 2), "only ElastoDyn (1) and ElastoDyn with BeamDyn (2) are read"),
         ("comp_aero", v["comp_aero"] in (0, 1), "aerodynamics of AeroDyn are needed (2)"),
-        ("comp_mooring", moored, f"a floating turbine on moorings of FEAMooring or OrcaFlex: {FIXED}"),
+        ("comp_mooring", moored, f"a floating turbine without HydroDyn, or on other lines than MoorDyn's and MAP's: {FIXED}"),
         ("comp_sub", v.given("comp_sub", 0) > 1 and not fixed_base, f"an external platform (ExtPtfm): {FIXED}"),
     ):
         if unsupported:
@@ -222,13 +222,13 @@ def _floating(main: InputFile, v: Values, water: Water) -> dict[str, Any]:
 def _refuse_platform(path: Path, v: Values, fixed_base: bool) -> None:
     free = any(v.given(f"platform_{name}", False) for name in ("surge", "pitch"))
     for name in ("surge", "pitch"):
-        if (moves := v[f"platform_{name}"]) is not None:
-            if not _floats(v) or fixed_base:
-                why = "what is below the tower is elastic, or fixed"
-                v.note("ignored" if moves else "equivalent", f"platform_{name}", why)
+        if (moves := v[f"platform_{name}"]) is not None and (fixed_base or not _floats(v)):
+            why = "what is below the tower is elastic, or fixed"
+            v.note("ignored" if moves else "equivalent", f"platform_{name}", why)
     if free and not _floats(v) and v.given("comp_sub", 0) == 0 and not fixed_base:
         raise UnsupportedError(
-            f"{path.parent / v.source['platform_surge']} and PtfmPDOF: a platform that moves without SubDyn and HydroDyn: {FIXED}"
+            f"{path.parent / v.source['platform_surge']} and PtfmPDOF: a platform that moves without SubDyn and "
+            f"HydroDyn: {FIXED}"
         )
 
 
