@@ -602,7 +602,7 @@ def _session() -> Any:
 
 @cache
 def _server() -> Any:
-    from meltemi.app.live_server import LiveServer
+    from meltemi_view.commands.live_server import LiveServer
 
     return LiveServer(lambda: "page").__enter__()
 
