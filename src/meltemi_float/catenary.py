@@ -5,7 +5,7 @@ Reference: docs/theory/floating.md (W-12 to W-14); Jonkman (2007), NREL/TP-500-4
 
 from __future__ import annotations
 
-from math import asinh, sqrt, tanh
+from math import log, sqrt, tanh
 from typing import NamedTuple
 
 from meltemi.core.kernel import kernel
@@ -31,6 +31,13 @@ class Ends(NamedTuple):
     zv: float
     anchor_h: float
     anchor_v: float
+
+
+@kernel
+def asinh(x: float) -> float:
+    """That of ``math``, in dual numbers too."""
+    s = log(abs(x) + sqrt(1.0 + x * x))
+    return s if x >= 0.0 else -s
 
 
 @kernel

@@ -18,23 +18,26 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
-from meltemi.maths.algebra import Sym, Vec
+from meltemi.maths.algebra import Rot, Sym, Vec
 from meltemi.maths.records import Array2, Constant, Record, Single
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
-from meltemi.maths.tables import Numbers, Table, View, number, xyz
+from meltemi.maths.tables import Numbers, Table, Vectors, View, number, xyz
 from meltemi.maths.vectors import cross, dot, turn
 from meltemi.simulation.channels import Channel, channels_of_group
 from meltemi.simulation.parts import ParameterTables, Part, StateRows
 from meltemi.simulation.step import begin_parts_step, outer_forces, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs, System
 from meltemi.structure.dynamics import inertia_about
+from meltemi_float.balance import check_balance
 from meltemi_float.catenary import Ends, line_forces, span
 from meltemi_float.coefficients import Coefficients, read_coefficients
+from meltemi_float.members import flow_at, pieces, with_members
 from meltemi_float.platform import Platform
-from meltemi_float.radiation import fit_radiation
+from meltemi_float.radiation import Radiation, fit_radiation
 from meltemi_float.waves import wave_forces
+from meltemi_sea.airy import GRAVITY
 from meltemi_sea.field import AHEAD, BEHIND
-from meltemi_sea.pile import cubic
+from meltemi_sea.pile import Instant, cubic
 
 Float = NDArray[np.float64]
 FEATURE = "the floating platform"
@@ -89,6 +92,15 @@ class Line(Table, axes="line"):
     axial_inertia: Numbers = number("kg/m", "the same along")
 
 
+class Strip(Table, axes="strip"):
+    """Constants of the pieces of members that have drag."""
+
+    place: Vectors = xyz("m", "on the platform")
+    axis: Vectors = xyz("-", "of the member")
+    drag: Numbers = number("kg/m", "force across over velocity squared")
+    plate: Numbers = number("kg/m", "force along over velocity squared")
+
+
 class PlatformState(Table):
     """Motion of the platform's point, and loads about it."""
 
@@ -114,6 +126,7 @@ class FloaterSystem(System):
         quadratic damping; that of the water over gravity.
       float_waves: (T, 7) elevation, and forces and moments of the waves.
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
+      float_flow: (T, 3 P) velocity of the water at the strips.
       base_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
       base_six: (4, 6) velocity in platform axes, load of the water, further load, position.
     """
@@ -124,6 +137,8 @@ class FloaterSystem(System):
     d_radiation: Single[RadiationState]
     line: Single[Line]
     line_load: Single[LineLoad]
+    strip: Single[Strip]
+    float_flow: Constant[Array2]
     float_matrices: Constant[Array2]
     float_waves: Constant[Array2]
     float_pole: Constant[Array2]
@@ -166,6 +181,26 @@ def base_motion(m: FloaterSystem) -> None:
 
 
 @kernel
+def strip_drag(now: Instant, R: Rot, m: FloaterSystem) -> tuple[Vec, Vec]:
+    """Force and moment of drag, in velocities relative to that of the water at the places at rest (W-20)."""
+    p, s, f, i = m.platform, m.strip, m.float_flow, now.row
+    F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for n in range(s.strips):  # type: ignore[attr-defined]
+        r, e, k = R @ s.place[n], R @ s.axis[n], 3 * n
+        v = -1.0 * (p.velocity + cross(p.spin, r))
+        v += now.a * Vec(f[i, k], f[i, k + 1], f[i, k + 2])
+        v += now.b * Vec(f[i + 1, k], f[i + 1, k + 1], f[i + 1, k + 2])
+        v += now.c * Vec(f[i + 2, k], f[i + 2, k + 1], f[i + 2, k + 2])
+        v += now.d * Vec(f[i + 3, k], f[i + 3, k + 1], f[i + 3, k + 2])
+        along = dot(v, e)
+        across = v - along * e
+        G = s.drag[n] * sqrt(dot(across, across)) * across + s.plate[n] * abs(along) * along * e
+        F += G
+        M += cross(r, G)
+    return F, M
+
+
+@kernel
 def water_load(t: float, m: FloaterSystem) -> None:
     """Loads of the water but for added mass, in the second row of ``base_six``; further ones in the third (W-8 to
     W-10)."""
@@ -202,7 +237,8 @@ def water_load(t: float, m: FloaterSystem) -> None:
         drag -= s2 * Vec(K[QUADRATIC, j], K[QUADRATIC + 1, j], K[QUADRATIC + 2, j])
         drag_moment -= s * Vec(K[LINEAR + 3, j], K[LINEAR + 4, j], K[LINEAR + 5, j])
         drag_moment -= s2 * Vec(K[QUADRATIC + 3, j], K[QUADRATIC + 4, j], K[QUADRATIC + 5, j])
-    drag, drag_moment = R @ drag, R @ drag_moment
+    strips, strip_moment = strip_drag(now, R, m)
+    drag, drag_moment = R @ drag + strips, R @ drag_moment + strip_moment
     x[1, 0] += drag.x
     x[1, 1] += drag.y
     x[1, 2] += drag.z
@@ -420,6 +456,7 @@ class FloaterPart(Part):
     )
     floater: Float
     line: Float
+    strip: Float
     float_matrices: Float
     float_pole: Float
     float_input: Float
@@ -434,11 +471,12 @@ class FloaterPart(Part):
 
     def arrays(self) -> dict[str, Any]:
         """Constants of the platform, and still water."""
-        own = ("floater", "line", "float_matrices", "float_pole", "float_input", "float_output")
+        own = ("floater", "line", "strip", "float_matrices", "float_pole", "float_input", "float_output")
         return {
             **{name: getattr(self, name).copy() for name in own},
             "d_radiation": RadiationState.zeros(mode=len(self.float_pole)),
             "float_waves": np.zeros((AHEAD + BEHIND + 2, 7)),
+            "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * self.strip.shape[1])),
             "base_columns": np.zeros((6, 6)),
             "base_six": np.zeros((4, 6)),
         }
@@ -460,13 +498,18 @@ class FloaterPart(Part):
         Raises:
           InputError: the waves, or a part of them, are not in the coefficients.
         """
-        if sea.level or sea.current is not None:
-            raise InputError("sea: level and current do not act on a floating platform; remove them")
+        n = self.strip.shape[1]
+        if sea.level or (sea.current is not None and not n):
+            raise InputError(
+                "sea: level does not act on a floating platform, and current only on members with drag; remove them"
+            )
         dt, period, waves = wave_forces(sea, self.coefficients, self.platform, duration, origin, gravity)
         floater = self.floater.copy()
         v = View(Floater, floater)
         v["step"], v["period"] = dt, period
-        return FloatingSea(floater, waves)
+        place = View(Strip, self.strip)["place"].T
+        flow = flow_at(place, sea, self.platform.depth, duration, origin, gravity) if n else np.zeros((len(waves), 0))
+        return FloatingSea(floater, waves, flow)
 
 
 @dataclass(frozen=True)
@@ -475,10 +518,11 @@ class FloatingSea(Part):
 
     floater: Float
     float_waves: Float
+    float_flow: Float
 
     def arrays(self) -> dict[str, Any]:
         """Those that replace the ones of still water."""
-        return {"floater": self.floater.copy(), "float_waves": self.float_waves}
+        return {"floater": self.floater.copy(), "float_waves": self.float_waves, "float_flow": self.float_flow}
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
@@ -488,8 +532,10 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
       InputError: no coefficients, no fit of the radiation, or the platform does not float.
     """
     platform: Platform = turbine.platform
-    c = read_coefficients(platform.coefficients)
-    radiation = fit_radiation(c)
+    potential = read_coefficients(platform.coefficients) if platform.coefficients else None
+    c = with_members(potential, platform.members, platform.depth, GRAVITY)
+    check_balance(turbine, c)
+    radiation = fit_radiation(c) if potential is not None else Radiation.none()
     rho = platform.water_density
     matrices = np.zeros((5, 6, 6))
     matrices[0], matrices[1] = rho * c.infinite, rho * c.hydrostatic
@@ -502,6 +548,13 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     v["displaced"] = rho * platform.volume
     v["buoyancy_x"], v["buoyancy_y"] = platform.buoyancy_centre
     v["step"], v["period"], v["bed"] = 1.0, 1.0, -platform.depth
+    some = pieces(platform.members)
+    has = (some.drag > 0.0) | (some.plate > 0.0)
+    strip = Strip.zeros(strip=int(has.sum()))
+    v = View(Strip, strip)
+    for name, value in (("place", some.place.T), ("axis", some.axis.T), ("drag", rho * some.drag)):
+        v[name] = value[..., has]
+    v["plate"] = rho * some.plate[has]
     line = Line.zeros(line=len(platform.lines))
     v = View(Line, line)
     if platform.lines:
@@ -511,10 +564,6 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         for name in ("length", "stiffness", "friction"):
             v[name] = [getattr(each, name) for each in platform.lines]
         wet = [each.mass - rho * each.section for each in platform.lines]
-        if min(wet) <= 0.0:
-            raise InputError(
-                f"{turbine.name}: platform.lines: line {int(np.argmin(wet)) + 1} floats; check its diameter"
-            )
         v["mass"] = wet
         across = rho * np.array([each.diameter for each in platform.lines])
         section = rho * np.array([each.section for each in platform.lines])
@@ -529,6 +578,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     return FloaterPart(
         floater=floater,
         line=line,
+        strip=strip,
         float_matrices=np.ascontiguousarray(matrices.reshape(30, 6)),
         float_pole=np.stack([radiation.pole.real, radiation.pole.imag], axis=1),
         float_input=np.ascontiguousarray(parts[0]),

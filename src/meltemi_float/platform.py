@@ -11,7 +11,11 @@ from pydantic import Field, model_validator
 from meltemi.core.record import Array, Record, Vector
 from meltemi.turbine.definition import BaseMotion, Foundation, Tower
 from meltemi_float.catenary import line_forces
+from meltemi_float.members import Member, at_rest
 from meltemi_sea.airy import GRAVITY
+
+SAME_VOLUME = 0.01
+"""Deviation of volumes that are the same."""
 
 
 class MooringLine(Record):
@@ -92,9 +96,9 @@ class Platform(Record):
     """[m^3] of the water that it displaces at rest."""
     buoyancy_centre: tuple[float, float] = (0.0, 0.0)
     """[m] x and y of the centre of this volume."""
-    coefficients: str
+    coefficients: str = ""
     """Name in the library, a compact file (.npz), or the common path of WAMIT files .1, .3, .hst and .12d; about the
-    point on the tower's axis at still water, without the weight of the platform."""
+    point on the tower's axis at still water, without the weight of the platform. Without, the members have it all."""
     linear_damping: Array | None = None
     """(6, 6) [N s/m, N s, N m s] force against the velocity."""
     quadratic_damping: Array | None = None
@@ -106,15 +110,15 @@ class Platform(Record):
     drift_cutoff: float = Field(default=0.75, gt=0.0)
     """[rad/s] highest difference frequency."""
     lines: tuple[MooringLine, ...] = ()
-    members: Array | None = None
-    """(K, 7) [m] for pictures only: columns and pontoons from x, y, z to x, y, z, and their diameter."""
+    members: tuple[Member, ...] = ()
+    """Columns, pontoons, plates: for pictures, and for what potential flow lacks (Morison)."""
     water_density: float = Field(default=1025.0, gt=0.0)
     """[kg/m^3]."""
     source: str = ""
 
     def drawn(self) -> dict[str, Any]:
         """What views draw: depth [m], members with their ends and diameters [m], lines as points in equilibrium."""
-        members = [] if self.members is None else [[*each, each[-1]] for each in self.members.tolist()]
+        members = [[*each.start.tolist(), *each.end.tolist(), *each.diameters] for each in self.members]
         lines = [line_shape(line, self.water_density).round(2).tolist() for line in self.lines]
         return {"depth": self.depth, "floats": True, "members": members, "lines": lines}
 
@@ -125,8 +129,13 @@ class Platform(Record):
                 raise ValueError(f"{name} must have 3 entries, along x, y, z, found {len(getattr(self, name))}")
         if np.any(self.inertia <= 0.0):
             raise ValueError("inertia must be above 0")
-        if self.members is not None and self.members.shape[1:] != (7,):
-            raise ValueError(f"members must have shape (K, 7), but has {self.members.shape}")
+        if not self.coefficients:
+            found = at_rest(self.members)[0]
+            if abs(found - self.volume) > SAME_VOLUME * self.volume:
+                raise ValueError(
+                    f"members displace {found:.5g} m^3 of water, and volume is {self.volume:.5g}; correct either, "
+                    "or give coefficients of potential flow"
+                )
         for name in ("linear_damping", "quadratic_damping", "stiffness"):
             value = getattr(self, name)
             if value is not None and value.shape != (6, 6):

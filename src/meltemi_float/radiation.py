@@ -44,6 +44,12 @@ class Radiation:
     error: float
     negative: float
 
+    @classmethod
+    def none(cls) -> Radiation:
+        """No memory."""
+        empty = np.zeros((0, 6), dtype=np.complex128)
+        return cls(np.zeros(0, dtype=np.complex128), empty, empty, 0.0, 0.0)
+
     def kernel(self, t: Float) -> Float:
         """(T, 6, 6) kernel over density at times (T,)."""
         return np.einsum("pi,pj,pt->tij", self.output, self.input, np.exp(np.outer(self.pole, t))).real

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 Aeroelastic = Literal["nrel5mw", "iea10mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
-AtSea = Literal["nrel5mw-monopile", "iea15mw-monopile", "iea22mw-monopile", "iea15mw-volturnus"]
+AtSea = Literal["nrel5mw-monopile", "iea15mw-monopile", "iea22mw-monopile"]
+Floating = Literal["nrel5mw-spar", "iea15mw-volturnus", "iea22mw-semi"]
 
 DATA = Path(__file__).parent / "data"
 WINDIO = "windIO/examples/turbine"
@@ -54,8 +55,7 @@ class LibraryEntry(Record):
 def library_entries() -> dict[str, LibraryEntry]:
     """Library turbines by name."""
     path = DATA / "library.yaml"
-    data = read_mapping(path)
-    return {name: validated(entry, LibraryEntry, f"{path}: {name}") for name, entry in data.items()}
+    return {name: validated(entry, LibraryEntry, f"{path}: {name}") for name, entry in read_mapping(path).items()}
 
 
 def list_turbines() -> list[str]:
@@ -71,7 +71,7 @@ def packages_of(name: str) -> tuple[str, ...]:
 
 
 @overload
-def load_turbine(name: Aeroelastic | AtSea) -> Turbine: ...
+def load_turbine(name: Aeroelastic | AtSea | Floating) -> Turbine: ...
 @overload
 def load_turbine(name: Literal["pmsg20mw", "pmsg20mw-bem"]) -> PowerTurbine: ...
 @overload

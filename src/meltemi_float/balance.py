@@ -1,0 +1,104 @@
+"""Whether a platform floats upright with its turbine and lines, before anything is simulated.
+
+Reference: docs/theory/floating.md (W-23).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.structure.members import blade_beam, tower_beam
+from meltemi_float.catenary import line_forces
+from meltemi_float.coefficients import Coefficients
+from meltemi_float.platform import Platform
+from meltemi_sea.airy import GRAVITY
+
+Float = NDArray[np.float64]
+
+DEEPEST = 5.0
+"""[m] most that a platform may rise or sink to its equilibrium."""
+ADDED = (1e-2, 1e2)
+"""Bounds of added mass in surge over the mass of the water displaced."""
+STRETCH = 0.02
+"""Largest strain of a line at rest."""
+
+
+def check_balance(turbine: Any, c: Coefficients) -> None:
+    """Check that coefficients, masses and lines belong together, and that the platform floats upright.
+
+    Raises:
+      InputError: they do not, or it does not.
+    """
+    platform: Platform = turbine.platform
+    name, rho = turbine.name, platform.water_density
+    share = c.infinite[0, 0] / platform.volume
+    if c.infinite.any() and not ADDED[0] <= share <= ADDED[1]:
+        raise InputError(
+            f"{name}: platform.coefficients: added mass in surge is {share:.3g} of the water that volume displaces: "
+            "of another platform, or not for a reference length of 1 m"
+        )
+    for i, line in enumerate(platform.lines):
+        if line.mass <= rho * line.section:
+            raise InputError(f"{name}: platform.lines: line {i + 1} floats; check its diameter")
+        strain = float(np.linalg.norm(line.fairlead - line.anchor)) / line.length - 1.0
+        if strain > STRETCH:
+            raise InputError(
+                f"{name}: platform.lines: line {i + 1}: its ends are {100.0 * strain:.3g} % further apart than its "
+                f"length of {line.length:g} m; correct its length or its anchor"
+            )
+    mass, moment = turbine_weight(turbine)
+    pull = lines_load(platform, np.zeros(6))
+    lift = rho * platform.volume - platform.mass - mass + pull[2] / GRAVITY
+    area = c.hydrostatic[2, 2]
+    if abs(lift) > DEEPEST * rho * area:
+        what = "sinks" if lift < 0.0 else "rises"
+        by = f"{abs(lift) / (rho * area):.3g} m" if area > 0.0 else "without end"
+        raise InputError(
+            f"{name}: platform {what} {by}: it displaces {1e-3 * rho * platform.volume:.6g} t of water, and platform "
+            f"({1e-3 * platform.mass:.6g} t), turbine ({1e-3 * mass:.6g} t) and lines ({-1e-3 * pull[2] / GRAVITY:.4g} "
+            "t) weigh other than that; correct volume or mass (ballast)"
+        )
+    weight = GRAVITY * (platform.mass * platform.centre[2] + moment)
+    for k, motion in ((3, "roll"), (4, "pitch")):
+        turn = np.zeros(6)
+        turn[k] = 1e-3
+        lines = -(lines_load(platform, turn)[k] - lines_load(platform, -turn)[k]) / 2e-3
+        own = 0.0 if platform.stiffness is None else platform.stiffness[k, k]
+        stiffness = rho * GRAVITY * c.hydrostatic[k, k] - weight + lines + own
+        if stiffness <= 0.0:
+            raise InputError(
+                f"{name}: platform capsizes in {motion}: water, weight and lines have a stiffness of {stiffness:.3g} "
+                "N m/rad; lower platform.centre with ballast, or use coefficients whose .hst has the water alone"
+            )
+
+
+def turbine_weight(turbine: Any) -> tuple[float, float]:
+    """Mass [kg] of the turbine on the platform, and its moment [kg m] about still water, undeflected."""
+    tower, blade, nacelle = tower_beam(turbine.tower), blade_beam(turbine.blade.structure), turbine.nacelle
+    z, weights = tower.pieces(tower.position[[0, -1]])
+    share = weights[:, 0] * tower.at(z, "mass")[:, 0, 0]
+    s, along = blade.pieces(blade.position[[0, -1]])
+    rotor = turbine.hub.mass + turbine.n_blades * float(along[:, 0] @ blade.at(s, "mass")[:, 0, 0])
+    base = turbine.tower.base_height
+    top = base + float(turbine.tower.position[-1])
+    moment = float(share @ (base + z)) + nacelle.mass * (top + nacelle.mass_centre[2]) + rotor * turbine.hub_height
+    return float(share.sum()) + nacelle.mass + rotor, moment
+
+
+def lines_load(platform: Platform, motion: Float) -> Float:
+    """(6,) [N], [N m] of the lines on the platform's point in a small motion (6,) [m], [rad]."""
+    load = np.zeros(6)
+    for line in platform.lines:
+        r = line.fairlead + np.cross(motion[3:], line.fairlead)
+        way = motion[:3] + r - line.anchor
+        across = float(np.hypot(way[0], way[1]))
+        weight = (line.mass - platform.water_density * line.section) * GRAVITY
+        bed = 1.0 * (line.anchor[2] < -platform.depth + 1e-3)
+        H, V = line_forces(across, float(way[2]), line.length, weight, line.stiffness, line.friction, bed, 0.0, 0.0)
+        F = np.array([-H * way[0] / across, -H * way[1] / across, -V])
+        load += np.concatenate([F, np.cross(r, F)])
+    return load

@@ -1,0 +1,94 @@
+"""``meltemi rao``: response amplitude operators of a floating turbine."""
+
+from __future__ import annotations
+
+from math import degrees, radians
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
+from meltemi.core.errors import InputError
+
+if TYPE_CHECKING:
+    from meltemi_float.rao import Operators
+
+LISTED = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0)
+"""[s] periods of the printed table."""
+
+
+def rao(
+    turbine: Annotated[str, typer.Argument(help="Floating turbine: library name or file.")],
+    wind_speed: Annotated[float, typer.Option("--wind-speed", help="[m/s]; 0: rotor at rest, blades feathered.")] = 0.0,
+    direction: Annotated[float, typer.Option("--direction", help="Of the waves [deg], clockwise.")] = 0.0,
+    height: Annotated[float, typer.Option("--height", help="Significant, of the white-noise sea [m].")] = 2.0,
+    duration: Annotated[float, typer.Option("--duration", help="Of the run [s]; 0: linear model only.")] = 3600.0,
+    channels: Annotated[
+        str | None, typer.Option("--channels", help="Separated by commas [motions, tower base moment].")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Of the waves.")] = 1,
+    out: OutOption = Path("out"),
+) -> None:
+    """Find motions and loads per wave amplitude, from the linear model and from a run in a white-noise sea."""
+    if wind_speed < 0.0 or duration < 0.0 or not height > 0.0:
+        raise InputError("--wind-speed and --duration must be 0 or more, and --height above 0")
+    from meltemi.core.csvfile import write_columns
+    from meltemi.report.plots import save
+    from meltemi.simulation.rotors import build
+    from meltemi.turbine import load_turbine
+    from meltemi_float.rao import CHANNELS, linear_operators, random_operators
+    from meltemi_float.rao_plots import plot_operators
+
+    names: Any = CHANNELS if channels is None else tuple(part.strip() for part in channels.split(",") if part.strip())
+    model = build(load_turbine(turbine))
+    with progress_bar("linear model") as progress:
+        linear = linear_operators(model, wind_speed, radians(direction), names, progress=progress)
+    both: list[tuple[str, Operators, Any]] = [("linear", linear, None)]
+    if duration > 0.0:
+        with progress_bar("white-noise sea") as progress:
+            run, coherence = random_operators(
+                model, wind_speed, radians(direction), names, height=height, duration=duration, seed=seed,
+                progress=progress,
+            )  # fmt: skip
+        both.append(("run", run, coherence))
+    folder_for(out)
+    files = [write_columns(out / f"rao_{label}.csv", *columns(found, coherence)) for label, found, coherence in both]
+    files.append(save(plot_operators(turbine, both), out / "rao.png"))
+    head = [
+        "period [s]",
+        *(f"{c.removeprefix('platform_')} [{u}/m]" for c, u in zip(linear.channels, shown(linear), strict=True)),
+    ]
+    rows = []
+    for period in LISTED:
+        at = 2.0 * np.pi / period
+        sizes = [
+            np.interp(at, linear.frequency, np.abs(v)) * f for v, f in zip(linear.value.T, factors(linear), strict=True)
+        ]
+        rows.append([f"{period:g}", *(f"{size:.4g}" for size in sizes)])
+    print_table(f"{turbine}, linear", head, rows)
+    wrote(*files)
+    suggest("run", turbine, "--wind-speed", wind_speed or 12, "--sea", "3,9", "--out", out)
+
+
+def shown(found: Operators) -> list[str]:
+    """Units in which operators are shown."""
+    return [{"rad": "deg"}.get(unit, unit) for unit in found.units]
+
+
+def factors(found: Operators) -> list[float]:
+    """Of the shown units."""
+    return [degrees(1.0) if unit == "rad" else 1.0 for unit in found.units]
+
+
+def columns(found: Operators, coherence: Any) -> tuple[list[tuple[str, str]], Any]:
+    """Head and rows of a file: frequency, then amplitude, phase and coherence of each channel."""
+    head, data = [("frequency", "Hz")], [found.frequency / (2.0 * np.pi)]
+    for k, (name, unit, factor) in enumerate(zip(found.channels, shown(found), factors(found), strict=True)):
+        head += [(name, f"{unit}/m"), (f"{name} phase", "deg")]
+        data += [factor * np.abs(found.value[:, k]), np.degrees(np.angle(found.value[:, k]))]
+        if coherence is not None:
+            head.append((f"{name} coherence", "-"))
+            data.append(coherence[:, k])
+    return head, np.column_stack(data)

@@ -1,0 +1,43 @@
+"""Figure of response amplitude operators."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import heading, new_figure, panel
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from meltemi_float.rao import Operators
+
+COHERENT = 0.6
+"""Least coherence of the points of a run that are drawn."""
+
+
+def plot_operators(title: str, found: Sequence[tuple[str, Operators, Any]]) -> Figure:
+    """Amplitudes over frequency: lines of the linear model, dots of a run where waves and response are coherent."""
+    names = found[0][1].channels
+    figure, axes = new_figure(len(names), size=(9.0, 1.6 * len(names) + 1.0), share=True)
+    for i, (name, unit) in enumerate(zip(names, found[0][1].units, strict=True)):
+        ax = axes[i, 0]
+        for label, each, coherence in found:
+            size = np.abs(each.value[:, i]) * (np.degrees(1.0) if unit == "rad" else 1.0)
+            f = each.frequency / (2.0 * np.pi)
+            if coherence is None:
+                ax.plot(f, size, color=COLOURS[0], lw=1.0, label=label)
+            else:
+                some = coherence[:, i] >= COHERENT
+                ax.plot(f[some], size[some], ".", color=COLOURS[1], ms=3.5, label=label)
+        top = max(float(np.abs(found[0][1].value[found[0][1].frequency > 0.25, i]).max()), 1e-9)
+        ax.set_ylim(0.0, 1.3 * top * (np.degrees(1.0) if unit == "rad" else 1.0))
+        panel(ax, name.removeprefix("platform_").replace("_", " "), f"{'deg' if unit == 'rad' else unit}/m")
+    axes[0, 0].legend(loc="upper right", fontsize="small")
+    axes[-1, 0].set_xlim(0.0, 0.32)
+    axes[-1, 0].set_xlabel("frequency [Hz]")
+    heading(axes[0, 0], title, "right")
+    return figure
