@@ -5,7 +5,7 @@ A step is linearly implicit: tension, damping and sea bed act with their change 
 tridiagonal system of 3 x 3 blocks for each line, and leaves the step to the turbine. Until the first step, and in
 linear models, lines have their static shapes.
 
-Reference: docs/theory/floating.md (W-31 to W-35); Hall and Goupee (2015) for forces; Hairer and Wanner (1996), IV.7.
+Reference: docs/theory/floating.md (W-24 to W-28); Hall and Goupee (2015) for forces; Hairer and Wanner (1996), IV.7.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from meltemi_float.floater import part_of as static_part
 Float = NDArray[np.float64]
 
 THETA = 0.6
-"""Weight of the end of a step: 0.5 is of second order, above it stiff vibrations die out (W-34)."""
+"""Weight of the end of a step: 0.5 is of second order, above it stiff vibrations die out (W-27)."""
 BED_STIFFNESS, BED_DAMPING = 3e6, 3e5
 """[Pa/m], [Pa s/m] of the sea bed below a line, over its diameter; the defaults of MoorDyn."""
 CREEP = 0.01
@@ -113,7 +113,7 @@ def fairlead(i: int, m: FloaterSystem) -> Vec:
 
 @kernel
 def march(i: int, h: float, theta: float, end: Vec, m: LumpedSystem) -> None:
-    """A step of a line while its fairlead moves to ``end`` (W-31 to W-34)."""
+    """A step of a line while its fairlead moves to ``end`` (W-24 to W-27)."""
     line, s, w, lump, last = m.line, m.line_point, m.elimination, m.lump, m.line_point.nodes - 1
     length, EA = line.length[i] / (last + 1.0), line.stiffness[i]
     weight, bed = m.structure.gravity * line.mass[i] * length, lump.diameter[i] * length
@@ -177,7 +177,7 @@ def march(i: int, h: float, theta: float, end: Vec, m: LumpedSystem) -> None:
 
 @kernel
 def hang(i: int, end: Vec, m: LumpedSystem) -> None:
-    """Bring a line into equilibrium below a fairlead, from the static shape of a continuous one (W-35)."""
+    """Bring a line into equilibrium below a fairlead, from the static shape of a continuous one (W-28)."""
     line, s, load, n = m.line, m.line_point, m.line_load, m.line_point.nodes
     anchor = Vec(line.anchor_x[i], line.anchor_y[i], line.anchor_z[i])
     L, w, EA, friction = line.length[i], m.structure.gravity * line.mass[i], line.stiffness[i], line.friction[i]

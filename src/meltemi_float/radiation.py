@@ -93,11 +93,7 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     # unit motions are those with equal damping
     size = np.sqrt(np.abs(coefficients.damping).max(axis=0).diagonal())
     size[size < 1e-6 * size.max()] = np.inf
-    found = [
-        _group(K, t, size, motions, coefficients)
-        for motions in GROUPS
-        if np.isfinite(size[list(motions)]).all()
-    ]
+    found = [_group(K, t, size, motions, coefficients) for motions in GROUPS if np.isfinite(size[list(motions)]).all()]
     pole, inputs, outputs = (np.concatenate([each[i] for each in found]) for i in range(3))
     error, negative = (max(float(each[i]) for each in found) for i in (3, 4))
     if error > WORST or negative > PASSIVE:
