@@ -181,7 +181,7 @@ def extrapolate(
 
 def _checked(extremes: ArrayLike, distribution: str, where: str) -> Float:
     x = floats(extremes, where)
-    if distribution not in LEAST:
+    if str(distribution) not in LEAST:
         raise InputError(f"{where}: no distribution {distribution!r}: {did_you_mean(distribution, LEAST)}")
     if x.ndim not in (1, 2) or not np.all(np.isfinite(x)):
         raise InputError(

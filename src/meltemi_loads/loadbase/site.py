@@ -108,6 +108,8 @@ def read_site(path: str | Path, turbine: str | None = None) -> Site:
             "earlier forms have other keys"
         )
     turbines = data["Turbine Layout Summary"]
+    if not isinstance(turbines, Mapping):
+        raise InputError(f"{path}: Turbine Layout Summary: expected turbines by their ID, found {turbines!r:.60}")
     if turbine is None:
         if len(turbines) != 1:
             shown = ", ".join(list(turbines)[:12])
