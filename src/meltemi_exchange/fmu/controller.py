@@ -80,7 +80,7 @@ def _measured(path: Path, variable: Any) -> tuple[int, bool, int]:
 def _demanded(path: Path, variable: Any, turbine: AnyTurbine) -> list[tuple[int, int]]:
     """Value reference and row of each demand that an output is; none if it is something else."""
     plain = variable.name.removeprefix("demand.")
-    names = [f"pitch_{b + 1}" for b in range(turbine.rotor.n_blades)] if plain == "pitch" else [plain]
+    names = [f"pitch_{b + 1}" for b in range(turbine.n_blades)] if plain == "pitch" else [plain]
     if names[0] not in Demands.names:
         return []
     _check(path, "output", names[0], variable.unit, Demands)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import html
 import json
-import os
 import re
 import shutil
 import sys
@@ -31,11 +30,13 @@ ICON = base64.b64decode(
     "jE/j8lBADKxmY4kO1waQAAAABJRU5ErkJggg=="
 )
 SCRIPT = """\
+import {package}
 from meltemi_exchange.fmu.unit import Unit
-from {package} import {base}
+
+{base} = type("{base}", (Unit, {package}.{base}), {{}})  # the library looks for the one name in the brackets below
 
 
-class Turbine(Unit, {base}):
+class Turbine({base}):
     pass
 """
 
@@ -106,7 +107,7 @@ def _with_files(case: LoadCase, folder: Path) -> LoadCase:
     for part in ("wind", "controller"):
         for key in ("file", "hub_file", "library", "input"):
             given = getattr(getattr(case, part), key, None)
-            if given is not None and os.path.isfile(given):
+            if given is not None and Path(given).is_file():
                 shutil.copy2(given, folder / Path(given).name)
                 changes[f"{part}.{key}"] = Path(given).name
     return case.replace(**changes) if changes else case

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from meltemi.aero.tables import AeroParameters
 from meltemi.control.actuators import Actuators
-from meltemi.control.signals import REPORTS, Demands, Measurements
+from meltemi.control.signals import Demands, Measurements
 from meltemi.environment.conditions import Conditions
 from meltemi.maths.tables import Table
 from meltemi.simulation.simulate import Simulation
@@ -140,7 +140,9 @@ def model_description(
     state = "FMUstate" if two else "FMUState"
     can = {f"canGetAndSet{state}": "true", f"canSerialize{state}": "true", "needsExecutionTool": "true"}
     can |= {"canHandleVariableCommunicationStepSize": "true", "modelIdentifier": about["modelIdentifier"]}
-    SubElement(root, "CoSimulation", can | ({"canNotUseMemoryManagementFunctions": "true"} if two else {}))
+    # a second instance in a process crashes in the library of pythonfmu (0.6.9, 0.7.0), not in that of pythonfmu3
+    once = {"canNotUseMemoryManagementFunctions": "true", "canBeInstantiatedOnlyOncePerProcess": "true"}
+    SubElement(root, "CoSimulation", can | (once if two else {}))
     units = SubElement(root, "UnitDefinitions")
     for unit in sorted({v.unit for v in variables} - {"-", ""}):
         exponents = {base: str(exponent) for base, exponent in base_units(unit).items()}
