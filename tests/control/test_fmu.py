@@ -193,6 +193,16 @@ def test_what_cannot_be_exported_or_stepped_is_refused(tmp_path: Path) -> None:
         master.step(0.0125)
 
 
+@pytest.mark.long
+def test_a_power_coefficient_turbine_follows_the_power_that_is_set(tmp_path: Path) -> None:
+    case = case_of("pmsg20mw", "A2", channels=("generator_power",))
+    master = Master(export_fmu(case, tmp_path / "power.fmu"), tmp_path / "unit")
+    master.set(power_reference=8e6)
+    for _ in range(30):
+        master.step(1.0)
+    assert master.get("measured.power") == pytest.approx([8e6], rel=0.01)
+
+
 LAW = """
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 

@@ -85,7 +85,7 @@ class Unit:
         if self._wind_file:
             described, values = self._variables, self.get_real(self._set)
             self._begin()
-            now = {v.name: place for v, place in zip(self._variables, self._places, strict=True)}
+            now = {v.name: place for v, place in zip(self._variables, self._places[:-2], strict=True)}
             # value references stay: inputs of the wind act no longer, and go nowhere
             self._places = [now.get(v.name, (np.zeros(1), 0)) for v in described] + self._places[-2:]
             self._variables, self._set = described, [i for i, v in enumerate(described) if v.causality != "output"]
