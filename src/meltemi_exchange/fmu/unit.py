@@ -50,7 +50,7 @@ class Unit:
         arrays = {v.array: self._run.case[v.array] for v in self._variables if v.array}
         arrays[""] = self._run.case.signals.vector
         self._places = [(arrays[v.array], v.index if len(v.index) > 1 else v.index[0]) for v in self._variables]
-        self._places += [(np.zeros(1), 0), (self._run.case.measured, 0)]  # the wind file is no number; time
+        self._places += [(np.zeros(1), 0), (self._run.case.measured, 0)]  # the wind file, which is text; time
         self._set = [i for i, v in enumerate(self._variables) if v.causality != "output"]
         self._run.reset()
 
