@@ -110,7 +110,7 @@ def test_validation_units_icon_and_documentation(fmi: Any, tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("test", ["bits_of_step", "every_input", "same_bits"])
+@pytest.mark.parametrize("test", ["bits_of_step"])
 def test_the_same_of_fmi_2_in_a_process_of_its_own(test: str, tmp_path: Path) -> None:
     """The library of pythonfmu allows one instance in a process."""
     name = next(name for name in globals() if test in name)

@@ -137,10 +137,11 @@ def model_description(
     keys = ("modelName", "description", "generationTool", "generationDateAndTime")
     attributes = {key: about[key] for key in keys} | {token: about["token"], "fmiVersion": version}
     root = Element("fmiModelDescription", attributes, variableNamingConvention="structured")
-    state = "FMUstate" if two else "FMUState"
-    can = {f"canGetAndSet{state}": "true", f"canSerialize{state}": "true", "needsExecutionTool": "true"}
+    can = {"needsExecutionTool": "true"} | (
+        {} if two else {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+    )
     can |= {"canHandleVariableCommunicationStepSize": "true", "modelIdentifier": about["modelIdentifier"]}
-    # a second instance in a process crashes in the library of pythonfmu (0.6.9, 0.7.0), not in that of pythonfmu3
+    # second instances and restored states crash in the library of pythonfmu (0.6.9, 0.7.0), not in that of pythonfmu3
     once = {"canNotUseMemoryManagementFunctions": "true", "canBeInstantiatedOnlyOncePerProcess": "true"}
     SubElement(root, "CoSimulation", can | (once if two else {}))
     units = SubElement(root, "UnitDefinitions")
