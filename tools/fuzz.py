@@ -487,8 +487,10 @@ def _junk(chance: random.Random, good: Any = 1.0) -> Any:
     import numpy as np
 
     x = np.asarray(good if isinstance(good, int | float | list | np.ndarray) else 1.0, dtype=object)
-    with contextlib.suppress(Exception):
+    try:
         x = x.astype(float)
+    except (TypeError, ValueError, OverflowError):  # a list of words
+        x = np.ones(x.shape)
     changed = [x.tolist(), x[None], x.ravel()[:0], x.astype(str), -x, 1e300 * x, 0.0 * x, np.full(x.shape, np.nan)]
     return chance.choice([*JUNK, *changed, x.astype(complex), x.ravel()[:1], [x.tolist(), [1.0]], object(), {1, 2}])
 
@@ -602,7 +604,7 @@ def _session() -> Any:
 
 @cache
 def _server() -> Any:
-    from meltemi.app.live_server import LiveServer
+    from meltemi_view.commands.live_server import LiveServer
 
     return LiveServer(lambda: "page").__enter__()
 
@@ -946,7 +948,8 @@ def _fate(kind: str, chance: random.Random, good: Path, folder: Path) -> Fate:
     raw = next((r for r in RAW if r in said), "")
     half = [p for p in left if p.suffix == ".part" or "probe" in p.name]
     checks = {
-        "exit status": fate.status not in (0, 2) and not (fate.status == 1 and "the run ended early" in said),
+        "exit status": fate.status not in (0, 2)
+        and not (fate.status == 1 and ("the run ended early" in said or "DOUBTFUL: " in said)),
         "no reason": fate.status != 0 and not said.strip() and not out.getvalue().strip(),
         f"{raw!r} in a message": raw,
         "half-written": half,

@@ -26,6 +26,9 @@ from meltemi.simulation.channels import standard
 from meltemi.wind.fields import WindBox
 from meltemi.wind.files import read_bts
 from meltemi_exchange.openfast.text import key, number, read_input, split
+from meltemi_verification.floating import CASES as FLOAT_CASES
+from meltemi_verification.floating import CHANNELS as FLOAT_CHANNELS
+from meltemi_verification.floating import STEP as FLOAT_STEP
 from meltemi_verification.measure import decay, extremes, harmonic, undershoot
 from meltemi_verification.offshore import CASES as SEA_CASES
 from meltemi_verification.offshore import CHANNELS as SEA_CHANNELS
@@ -250,22 +253,40 @@ def main(folder: Path) -> None:
 
 
 def offshore(runs: Path) -> None:
-    """Waves on the monopile of the IEA 15 MW: waves of each case, and thinned series in SI."""
-    content: dict[str, np.ndarray] = {"channels": np.array(SEA_CHANNELS)}
-    for case in SEA_CASES:
-        with np.load(runs / f"series/{case}.npz") as z:
-            names, units, data = list(map(str, z["channels"])), list(map(str, z["units"])), z["data"].astype(float)
-        factors = [1e3 if units[names.index(name)].startswith("kN") else 1.0 for name in SEA_CHANNELS]
-        series = data[::2, [names.index(name) for name in SEA_CHANNELS]] * factors
-        content[f"{case}_steps"], content[f"{case}_counts"] = rounded(series)
-        assert np.allclose(np.diff(data[::2, 0]), SEA_STEP, atol=1e-3)
-        waves = np.atleast_2d(np.genfromtxt(runs / f"waves/{case}.csv", delimiter=",", skip_header=1))
-        content[f"{case}_waves"] = waves[waves[:, 3] > 1e-6][:, [1, 3, 4]]
-    about = (
-        "OpenFAST v5.0.0, deck of ROSCO 2.10.6 with monopile; wave and current along x, parked, no air; "
-        f"value = step * count, every {SEA_STEP:g} s; "
-    )
-    pack("offshore_runs", about + "waves: frequency [rad/s], amplitude [m], phase [rad]", **content)
+    """The IEA 15 MW on its monopile and on the VolturnUS-S: waves of each case, and thinned series in SI."""
+    setups = {
+        "offshore_runs": (
+            SEA_CASES,
+            SEA_CHANNELS,
+            SEA_STEP,
+            "deck of ROSCO 2.10.6 with monopile; wave and current along x",
+        ),
+        "floating_runs": (
+            FLOAT_CASES,
+            FLOAT_CHANNELS,
+            FLOAT_STEP,
+            "deck of ROSCO 2.10.6 with VolturnUS-S, MoorDyn 2.3.8",
+        ),
+    }
+    for file, (cases, channels, step, deck) in setups.items():
+        content: dict[str, np.ndarray] = {"channels": np.array(channels)}
+        for case in cases:
+            with np.load(runs / f"series/{case}.npz") as z:
+                names, units, data = list(map(str, z["channels"])), list(map(str, z["units"])), z["data"].astype(float)
+            factors = [FACTOR.get(units[names.index(name)].strip("()"), 1.0) for name in channels]
+            every = round(step / (data[1, 0] - data[0, 0]))
+            series = data[::every, [names.index(name) for name in channels]] * factors
+            content[f"{case}_steps"], content[f"{case}_counts"] = rounded(series)
+            assert np.allclose(np.diff(data[::every, 0]), step, atol=1e-3)
+            if not case.startswith("F2"):
+                waves = np.atleast_2d(np.genfromtxt(runs / f"waves/{case}.csv", delimiter=",", skip_header=1))
+                some = [1, 3, 4] if file == "offshore_runs" else [1, 3, 4, 5]
+                content[f"{case}_waves"] = waves[waves[:, 3] > 1e-6][:, some]
+                if file == "floating_runs":
+                    content[f"{case}_waves"][:, 3] *= np.pi / 180.0
+        about = f"OpenFAST v5.0.0, {deck}, parked, no air; value = step * count, every {step:g} s; "
+        about += "waves: frequency [rad/s], amplitude [m], phase [rad], direction [rad]"
+        pack(file, about, **content)
 
 
 def stops(runs: Path) -> None:

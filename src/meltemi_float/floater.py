@@ -23,6 +23,7 @@ from meltemi.maths.records import Array2, Constant, Record, Single
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.tables import Numbers, Table, Vectors, View, number, xyz
 from meltemi.maths.vectors import cross, dot, turn
+from meltemi.numbers.dispatch import by_record
 from meltemi.simulation.channels import Channel, channels_of_group
 from meltemi.simulation.parts import ParameterTables, Part, StateRows
 from meltemi.simulation.step import begin_parts_step, outer_forces, outer_section_loads, part_rates
@@ -307,27 +308,44 @@ def moving_line(i: int, H: float, V: float, e: Ends, d: Vec, across: float, r: V
     return fh * ahead + fl * side + Vec(0.0, 0.0, fz)
 
 
+@by_record
+def line_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
+    """Force [N] of a mooring line on its fairlead, ``r`` [m] from the platform's point."""
+    raise NotImplementedError
+
+
+@kernel
+def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
+    """Of a line in its static shape, with drag and inertia of its motion (W-12 to W-15)."""
+    p, line, load = m.platform, m.line, m.line_load
+    d = r + p.displacement - Vec(line.anchor_x[i], line.anchor_y[i], line.anchor_z[i])
+    across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
+    on_bed = 1.0 * (line.anchor_z[i] < m.floater.bed + 1e-3)
+    L, w = line.length[i], m.structure.gravity * line.mass[i]
+    EA, friction = line.stiffness[i], line.friction[i]
+    H, V = line_forces(across, d.z, L, w, EA, friction, on_bed, load.horizontal[i], load.vertical[i])
+    e = span(H, V, L, w, EA, friction, on_bed)
+    load.horizontal[i] = H
+    load.vertical[i] = V
+    load.anchor[i] = sqrt(e.anchor_h * e.anchor_h + e.anchor_v * e.anchor_v)
+    pull = Vec(-H * d.x / across, -H * d.y / across, -V) + moving_line(i, H, V, e, d, across, r, m)
+    load.fairlead[i] = sqrt(dot(pull, pull))
+    return pull
+
+
+line_pull.variant(static_pull)
+
+
 @kernel
 def mooring(m: FloaterSystem) -> None:
-    """Forces of the lines on the platform, which are added to the third row of ``base_six`` (W-12 to W-14)."""
-    p, line, load, x = m.platform, m.line, m.line_load, m.base_six
+    """Forces of the lines on the platform, which are added to the third row of ``base_six``."""
+    p, line, x = m.platform, m.line, m.base_six
     first = m.top_shape.modes - 3
     R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
     F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     for i in range(line.lines):  # type: ignore[attr-defined]
         r = R @ Vec(line.fairlead_x[i], line.fairlead_y[i], line.fairlead_z[i])
-        d = r + p.displacement - Vec(line.anchor_x[i], line.anchor_y[i], line.anchor_z[i])
-        across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
-        on_bed = 1.0 * (line.anchor_z[i] < m.floater.bed + 1e-3)
-        L, w = line.length[i], m.structure.gravity * line.mass[i]
-        EA, friction = line.stiffness[i], line.friction[i]
-        H, V = line_forces(across, d.z, L, w, EA, friction, on_bed, load.horizontal[i], load.vertical[i])
-        e = span(H, V, L, w, EA, friction, on_bed)
-        load.horizontal[i] = H
-        load.vertical[i] = V
-        load.anchor[i] = sqrt(e.anchor_h * e.anchor_h + e.anchor_v * e.anchor_v)
-        pull = Vec(-H * d.x / across, -H * d.y / across, -V) + moving_line(i, H, V, e, d, across, r, m)
-        load.fairlead[i] = sqrt(dot(pull, pull))
+        pull = line_pull(i, r, m)
         F += pull
         M += cross(r, pull)
     p.mooring_force = F

@@ -19,7 +19,7 @@ SAME_VOLUME = 0.01
 
 
 class MooringLine(Record):
-    """A line of one kind between an anchor and a fairlead, in static equilibrium."""
+    """A line of one kind between an anchor and a fairlead."""
 
     fairlead: Vector
     """(3,) [m] on the platform at rest: x, y, and height above still water."""
@@ -41,6 +41,8 @@ class MooringLine(Record):
     added_mass: float = Field(default=0.0, ge=0.0)
     """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
     axial_added_mass: float = Field(default=0.0, ge=0.0)
+    damping_ratio: float = Field(default=1.0, ge=0.0)
+    """Axial damping of a segment over ``l sqrt(stiffness mass)`` [-]; of moving lines."""
 
     @property
     def section(self) -> float:
@@ -110,6 +112,10 @@ class Platform(Record):
     drift_cutoff: float = Field(default=0.75, gt=0.0)
     """[rad/s] highest difference frequency."""
     lines: tuple[MooringLine, ...] = ()
+    line_model: Literal["static", "dynamic"] = "static"
+    """Lines in their static shapes, with an estimate of drag and inertia; or moving, as points of ``segments``."""
+    segments: int = Field(default=30, ge=4, le=400)
+    """Of a moving line."""
     members: tuple[Member, ...] = ()
     """Columns, pontoons, plates: for pictures, and for what potential flow lacks (Morison)."""
     water_density: float = Field(default=1025.0, gt=0.0)

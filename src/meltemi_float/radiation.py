@@ -21,10 +21,15 @@ MEMORY, STEP = 60.0, 0.2
 """[s] that the kernel lasts, and between its samples in the fit."""
 GROUPS: tuple[tuple[int, ...], ...] = ((0, 4), (1, 3), (2,), (5,))
 """Motions that a platform with two planes of symmetry couples."""
-ORDERS = range(6, 31, 2)
+ORDERS = range(6, 41, 2)
 ACCURATE = 0.005
 """Root-mean-square error of the fitted kernel over that of the kernel, at which the order is enough."""
-WORST, PASSIVE = 0.1, 0.01
+SLOW = np.arange(0.0, 0.21, 0.05)
+"""[rad/s] of motions below the waves."""
+FIRM, CUTS, NOTHING, SMALL = 1e2, 20, 1e-4, 1e-4
+"""Weight of conditions on the damping, most rounds of them, negative damping over the largest that is none, and
+residues over the largest that are left out."""
+WORST, PASSIVE = 0.1, 0.001
 """Error with which a fit is refused, and negative damping over the largest."""
 
 
@@ -88,11 +93,7 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     # unit motions are those with equal damping
     size = np.sqrt(np.abs(coefficients.damping).max(axis=0).diagonal())
     size[size < 1e-6 * size.max()] = np.inf
-    found = [
-        _group(K, t, size, motions, coefficients.frequency)
-        for motions in GROUPS
-        if np.isfinite(size[list(motions)]).all()
-    ]
+    found = [_group(K, t, size, motions, coefficients) for motions in GROUPS if np.isfinite(size[list(motions)]).all()]
     pole, inputs, outputs = (np.concatenate([each[i] for each in found]) for i in range(3))
     error, negative = (max(float(each[i]) for each in found) for i in (3, 4))
     if error > WORST or negative > PASSIVE:
@@ -103,52 +104,87 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     return Radiation(pole, inputs, outputs, error, negative)
 
 
-def _group(
-    K: Float, t: Float, size: Float, motions: tuple[int, ...], frequency: Float
-) -> tuple[Complex, Complex, Complex, float, float]:
-    """Poles, inputs, outputs, error and negative damping of a group of motions."""
+Group = tuple[Complex, Complex, Complex, float, float]
+"""Poles, inputs, outputs, error and negative damping of a group of motions."""
+
+
+def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficients: Coefficients) -> Group:
+    """The lowest order that is accurate, made passive."""
     some, n = list(motions), len(motions)
-    h = K[:, some][:, :, some] / np.outer(size[some], size[some])
+    scale = np.outer(size[some], size[some])
+    h = K[:, some][:, :, some] / scale
     half = len(t) // 2
     rows = np.arange(half)[:, None] + np.arange(half)
     H = h[rows].transpose(0, 2, 1, 3).reshape(half * n, half * n)
     H1 = h[rows + 1].transpose(0, 2, 1, 3).reshape(half * n, half * n)
     U, s, Vt = scipy.linalg.svd(H, full_matrices=False)
-    wide = np.linspace(0.0, 2.0 * frequency[-1], 400)
-    best: tuple[Complex, Complex, Complex, float, float] | None = None
+    w = np.append(0.0, coefficients.frequency)
+    exact = np.concatenate([np.zeros((1, n, n)), coefficients.damping[:, some][:, :, some] / scale])
+    slow = np.stack([np.interp(SLOW, w, column) for column in exact.reshape(len(w), -1).T], axis=-1).reshape(-1, n, n)
+    wide = np.linspace(0.0, 2.0 * w[-1], 400)
+
+    def fit(poles: Complex, cuts: int) -> Group:
+        residue = _residues(poles, h, t, slow, wide, cuts)
+        u, sv, vh = np.linalg.svd(residue)
+        # residues of any rank as sums of products
+        p, r = np.nonzero(sv > SMALL * sv.max())
+        B, C = np.zeros((len(p), 6), dtype=complex), np.zeros((len(p), 6), dtype=complex)
+        B[:, some], C[:, some] = vh[p, r] * size[some], u[p, :, r] * sv[p, r, None] * size[some]
+        trial = Radiation(poles[p], B, C, 0.0, 0.0)
+        fitted = trial.kernel(t)[:, some][:, :, some] / scale
+        error = float(np.sqrt(np.mean((fitted - h) ** 2) / np.mean(h**2)))
+        least = np.linalg.eigvalsh(trial.damping(wide)[:, some][:, :, some] / scale)
+        return poles[p], B, C, error, max(0.0, -float(least.min()) / float(least.max()))
+
+    best: tuple[float, Complex] = (np.inf, np.zeros(0, dtype=np.complex128))
     for order in ORDERS:
         root = np.sqrt(s[:order])
         A = (U[:, :order] / root).T @ H1 @ (Vt[:order].T / root)
         z = np.linalg.eigvals(A)
         poles = np.log(z[(np.abs(z) < 1.0) & (np.abs(z) > 1e-6)].astype(complex)) / STEP
         poles = poles[poles.imag >= -1e-9]
-        basis = np.exp(np.outer(t, poles))
-        real = np.concatenate([basis.real, -basis.imag], axis=1)
-        # residues by least squares; symmetric, of rank one by their largest eigenvalue
-        found = np.linalg.lstsq(real, h.reshape(len(t), -1), rcond=1e-10)[0]
-        P = len(poles)
-        residue = (found[:P] + 1j * found[P:]).reshape(P, n, n)
-        residue = 0.5 * (residue + residue.transpose(0, 2, 1))
-        u, sv, vh = np.linalg.svd(residue)
-        outputs, inputs, repeated = [], [], []
-        for p in range(P):
-            for r in range(n):
-                if sv[p, r] > 1e-3 * sv[:, 0].max():
-                    repeated.append(poles[p])
-                    outputs.append(u[p][:, r] * sv[p, r])
-                    inputs.append(vh[p][r])
-        pole = np.array(repeated)
-        B, C = np.zeros((len(pole), 6), dtype=complex), np.zeros((len(pole), 6), dtype=complex)
-        B[:, some], C[:, some] = np.array(inputs) * size[some], np.array(outputs) * size[some]
-        trial = Radiation(pole, B, C, 0.0, 0.0)
-        scale = np.outer(size[some], size[some])
-        fitted = trial.kernel(t)[:, some][:, :, some] / scale
-        error = float(np.sqrt(np.mean((fitted - h) ** 2) / np.mean(h**2)))
-        least = np.linalg.eigvalsh(trial.damping(wide)[:, some][:, :, some] / scale)
-        negative = max(0.0, -float(least.min()) / float(least.max()))
-        if best is None or error + negative < best[3] + best[4]:
-            best = (pole, B, C, error, negative)
-        if error < ACCURATE and negative < 0.2 * PASSIVE:
+        error = fit(poles, 1)[3]
+        best = min(best, (error, poles), key=lambda each: each[0])
+        if error < ACCURATE:
             break
-    assert best is not None
-    return best
+    return fit(best[1], CUTS)
+
+
+def _residues(poles: Complex, h: Float, t: Float, slow: Float, frequency: Float, cuts: int) -> Complex:
+    """(P, n, n) symmetric residues by least squares (W-6).
+
+    The damping of slow motions, (S, n, n) at ``SLOW``, is kept, for it is often all that they have. Where the damping
+    in a direction is negative it is required to vanish, and all is fitted again, up to ``cuts`` times.
+    """
+    n, P = h.shape[1], len(poles)
+    a, b = np.triu_indices(n)
+    twice = np.where(a == b, 1.0, 2.0)
+    basis = np.exp(np.outer(t, poles))
+    real = np.concatenate([basis.real, -basis.imag], axis=1)
+
+    def damping(w: Float) -> Float:
+        low, high = 0.5 / (1j * w[:, None] - poles), 0.5 / (1j * w[:, None] - poles.conj())
+        return np.concatenate([(low + high).real, (1j * (low - high)).real], axis=1)
+
+    found, kept = damping(frequency), damping(SLOW)
+    firm = FIRM * np.abs(real).max() / np.abs(kept).max()
+    Q, R = np.linalg.qr(real)
+    rows = [np.kron(np.diag(np.sqrt(twice)), R), np.kron(np.eye(len(a)), firm * kept)]
+    wanted = [(Q.T @ (h[:, a, b] * np.sqrt(twice))).T.ravel(), firm * slow[:, a, b].T.ravel()]
+    for _ in range(cuts):
+        x = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=1e-12)[0].reshape(len(a), 2 * P)
+        fitted = np.zeros((len(frequency), n, n))
+        fitted[:, a, b] = fitted[:, b, a] = found @ x.T
+        least, direction = np.linalg.eigh(fitted)
+        lowest = np.pad(least[:, 0], 1, constant_values=np.inf)
+        bad = (least[:, 0] < -NOTHING * least.max()) & (lowest[1:-1] <= lowest[:-2]) & (lowest[1:-1] <= lowest[2:])
+        if not bad.any():
+            break
+        for k in np.flatnonzero(bad):
+            v = direction[k, :, 0]
+            size = FIRM * np.abs(real).max() / np.abs(found[k]).max()
+            rows.append(size * np.kron((v[a] * v[b] * twice)[None], found[k : k + 1]))
+            wanted.append(np.zeros(1))
+    residue = np.zeros((P, n, n), dtype=np.complex128)
+    residue[:, a, b] = residue[:, b, a] = (x[:, :P] + 1j * x[:, P:]).T
+    return residue

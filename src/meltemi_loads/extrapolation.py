@@ -136,6 +136,8 @@ def extrapolate(
     """
     where = "extrapolate"
     p = floats(probability_of_speed, "extrapolate: probability_of_speed")
+    if not isinstance(extremes, Sequence):
+        raise InputError(f"{where}: extremes are lists of numbers, one for each wind speed, found {extremes!r:.60}")
     if p.shape != (len(extremes),) or not len(p) or not np.all(p >= 0.0) or not p.sum() <= 1.0 + 1e-9:
         raise InputError(f"{where}: {len(extremes)} wind speeds need as many probabilities, with a sum up to 1")
     if not 0.0 < probability < p.sum():
@@ -181,7 +183,7 @@ def extrapolate(
 
 def _checked(extremes: ArrayLike, distribution: str, where: str) -> Float:
     x = floats(extremes, where)
-    if distribution not in LEAST:
+    if str(distribution) not in LEAST:
         raise InputError(f"{where}: no distribution {distribution!r}: {did_you_mean(distribution, LEAST)}")
     if x.ndim not in (1, 2) or not np.all(np.isfinite(x)):
         raise InputError(

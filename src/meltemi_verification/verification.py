@@ -12,6 +12,7 @@ from meltemi_verification import (
     closed_form,
     elastodyn_blade,
     far_bending,
+    floating,
     iea,
     modes,
     momentum,
@@ -75,6 +76,7 @@ FULL: tuple[Study, ...] = (
 OFFSHORE: tuple[Study, ...] = (
     Study(60.0, offshore.frequencies, "frequencies on the monopile", ("rosco", *WINDIO)),
     Study(30.0, offshore.waves, "monopile in waves", ("rosco", *WINDIO)),
+    Study(60.0, floating.floating, "floating platform", ("rosco",)),
 )
 
 

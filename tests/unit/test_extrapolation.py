@@ -99,6 +99,7 @@ def test_distributions_differ() -> None:
         (np.ones(20), "gumbel", "all extremes are equal"),
         (np.full(20, np.nan), "gumbel", "finite"),
         (np.arange(20.0), "gumbal", "no distribution 'gumbal': did you mean 'gumbel'"),
+        (np.arange(20.0), {"gumbel"}, "no distribution {'gumbel'}: did you mean"),
     ],
 )
 def test_fits_that_make_no_sense_are_refused(extremes: np.ndarray, distribution: str, words: str) -> None:

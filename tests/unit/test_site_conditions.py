@@ -15,7 +15,7 @@ from meltemi.loadcases.case import case_wind
 from meltemi.turbine.library import load_turbine
 from meltemi_loads.loadbase.campaign import make_campaign
 from meltemi_loads.loadbase.plan import plan
-from meltemi_loads.loadbase.site import read_site
+from meltemi_loads.loadbase.site import VERSION, read_site
 
 MEAN, DEVIATION, EXTREME = [0.0, 20.0, 16.0, 14.0, 13.0], [0.0, 4.0, 3.0, 2.0, 2.0], [0.0, 40.0, 30.0, 26.0, 24.0]
 """[%] in bins of 5 m/s, the first one empty."""
@@ -112,6 +112,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         ("{", "not valid JSON"),
         ("[]", "no 'Turbine Layout Summary'"),
         ("{}", "input conditions form"),
+        (json.dumps({"DEF version": VERSION, "Turbine Layout Summary": [2.0, 3.0]}), "expected turbines by their ID"),
     ):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(InputError, match=words):

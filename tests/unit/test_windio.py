@@ -316,7 +316,9 @@ def test_everything_that_lacks_is_listed_at_once(path: Path) -> None:
             "components.blade.structure.elastic_properties.stiffness_matrix.K44 is missing",
         ),
         (lambda c: c["airfoils"][0].update(name="circle"), "airfoils 1 names 'circular'"),
-        (lambda c: c["airfoils"][0].pop("polars"), "airfoils circular: polars are missing"),
+        (lambda c: c["airfoils"][0].pop("polars"), "airfoils circular: polars is missing"),
+        (lambda c: c["airfoils"].append("more"), "airfoils: expected a list of entries with keys"),
+        (lambda c: c["airfoils"][0].update(rthick=[1]), "airfoils circular: rthick: expected a number, found '[1.0]'"),
         (put("components.blade.outer_shape.chord.values", [1.0]), "outer_shape.chord.values: expected 53 numbers"),
         (
             put("components.blade.outer_shape.chord.grid", [1.0, 0.0]),

@@ -69,7 +69,7 @@ NAMES: Mapping[str, str] = {
 """Names of controllers, with what they are; a controller may also be a file, see :func:`controller_keys`."""
 LIBRARIES = (".so", ".dylib", ".dll")
 """Endings of controller libraries."""
-FILES = "a Python file, module:function, or a controller library (its input file after @)"
+FILES = "a Python file, module:function, an FMU, or a controller library (its input file after @)"
 
 
 def controller_keys(text: str) -> dict[str, str]:
@@ -92,7 +92,7 @@ def controller_keys(text: str) -> dict[str, str]:
     if plain and name in NAMES:
         power = name in ("A0", "A1", "A2", "A3")
         return {"kind": "power", "scheme": name} if power else {"kind": name}
-    if plain and path.suffix == ".py":
+    if plain and path.suffix in (".py", ".fmu"):
         return {"kind": "python", "file": source}
     if plain and ":" in source and not path.is_file():
         module, _, function = source.rpartition(":")
@@ -128,7 +128,7 @@ def labelled(names: Sequence[str]) -> dict[str, str]:
 def label(name: str) -> str:
     """Label of a controller in tables and files."""
     source = name if Path(name).is_file() else name.partition("@")[0]
-    return Path(source).stem if source.endswith((".py", *LIBRARIES)) else source
+    return Path(source).stem if source.endswith((".py", ".fmu", *LIBRARIES)) else source
 
 
 def need_flaps(names: Iterable[str | None]) -> bool:

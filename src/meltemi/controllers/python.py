@@ -6,7 +6,7 @@ import hashlib
 import inspect
 import sys
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -19,8 +19,8 @@ from meltemi.core.files import bytes_of
 
 
 def is_path(file: str) -> bool:
-    """Whether a Python controller is in a file, and not in a module that is imported by its name."""
-    return file.endswith(".py")
+    """Whether a controller is in a file, of Python or an FMU, and not in a module that is imported by its name."""
+    return file.endswith((".py", ".fmu"))
 
 
 def function_of(file: str, name: str) -> Callable[[Any], object]:
@@ -29,6 +29,10 @@ def function_of(file: str, name: str) -> Callable[[Any], object]:
     Raises:
       InputError: the file or module is missing or cannot be run, or has no such function.
     """
+    if file.endswith(".fmu"):
+        from meltemi.io import fmu_controller
+
+        return partial(fmu_controller, file)
     where = file if is_path(file) else f"controller {file}:{name}"
     module = _of_file(file, _digest(file)) if is_path(file) else _imported(file, where)
     found = getattr(module, name, None)
@@ -52,6 +56,8 @@ def checked_controller(where: str, make: Callable[[Any], object], turbine: Any) 
     try:
         made = make(turbine)
     except Exception as error:
+        if where.endswith(".fmu") and isinstance(error, InputError):
+            raise
         raise InputError(f"{where}: controller(turbine) raised {type(error).__name__}: {error}") from error
     if not isinstance(made, Controller):
         raise InputError(f"{where}: controller(turbine) must return a meltemi.Controller, found {type(made).__name__}")

@@ -97,7 +97,11 @@ def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[s
     blade, airfoils = read_blade(tree, reynolds)
     hub, drivetrain = read_hub(tree), read_drivetrain(tree)
     for part, inner in more.items():
-        for key, value in inner.items() if part in ("hub", "drivetrain") and isinstance(inner, dict) else ():
+        if part not in ("hub", "drivetrain"):
+            continue
+        if not isinstance(inner, dict):
+            raise InputError(f"{part} beside {tree.where}: expected a dictionary of keys, found {inner!r:.60}")
+        for key, value in inner.items():
             if key in NUMBERS and not (
                 isinstance(value, int | float) and 0.0 <= value < 1e30 and (value > 0.0 or "inertia" in key)
             ):

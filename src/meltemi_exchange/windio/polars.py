@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi_exchange.windio.tree import Tree, as_numbers
+from meltemi_exchange.windio.tree import Tree, as_entries, as_number, as_numbers
 
 Float = NDArray[np.float64]
 
@@ -101,21 +101,21 @@ def _thickness(tree: Tree, shape: str, grid: Float, masters: list[dict[str, Any]
 
 def _masters(tree: Tree, shape: str, reynolds: float | None) -> list[dict[str, Any]]:
     """The airfoils used by the blade."""
-    library = {str(a.get("name")): a for a in tree.need("airfoils")}
+    library = {str(a.get("name")): a for a in tree.entries("airfoils")}
     found = []
-    for i, entry in enumerate(tree.need(f"{shape}.airfoils")):
+    for i, entry in enumerate(tree.entries(f"{shape}.airfoils")):
         name = str(entry.get("name"))
         if name not in library:
             raise InputError(f"{tree.where}: {shape}.airfoils {i + 1} names {name!r}: {did_you_mean(name, library)}")
         airfoil = library[name]
         where = f"airfoils {name}"
-        if "rthick" not in airfoil:
-            raise InputError(f"{tree.where}: {where}: rthick is missing")
         found.append(
             {
                 "name": name,
-                "thickness": _rounded(float(airfoil["rthick"])),
-                "centre": float(airfoil.get("aerodynamic_center", 0.25)),
+                "thickness": _rounded(as_number(airfoil.get("rthick"), f"{tree.where}: {where}: rthick")),
+                "centre": as_number(
+                    airfoil.get("aerodynamic_center", 0.25), f"{tree.where}: {where}: aerodynamic_center"
+                ),
                 "position": entry.get("spanwise_position"),
                 **_polar(tree, where, airfoil, entry, reynolds),
             }
@@ -127,10 +127,10 @@ def _polar(
     tree: Tree, where: str, airfoil: dict[str, Any], entry: dict[str, Any], reynolds: float | None
 ) -> dict[str, Any]:
     """Angles [rad] and coefficients: weighted mean of the configurations used by the blade."""
-    sets = {str(p.get("configuration", "default")): p for p in airfoil.get("polars", [])}
-    if not sets:
-        raise InputError(f"{tree.where}: {where}: polars are missing")
-    wanted = [str(c) for c in entry.get("configuration", [next(iter(sets))])]
+    polars = as_entries(airfoil.get("polars"), f"{tree.where}: {where}: polars")
+    sets = {str(p.get("configuration", "default")): p for p in polars}
+    named = entry.get("configuration", [next(iter(sets))])
+    wanted = [str(c) for c in (named if isinstance(named, list) else [named])]
     weights = as_numbers(entry.get("weight", [1.0] * len(wanted)), f"{tree.where}: {where}: weight", len(wanted))
     if abs(weights.sum() - 1.0) > 1e-3:
         raise InputError(f"{tree.where}: {where}: weights must have the sum 1, but have {weights.sum():g}")
@@ -138,7 +138,7 @@ def _polar(
     for configuration in wanted:
         if configuration not in sets:
             raise InputError(f"{tree.where}: {where}: no polars {configuration!r}: {did_you_mean(configuration, sets)}")
-        parts.append(_chosen(tree, where, sets[configuration].get("re_sets", []), reynolds))
+        parts.append(_chosen(tree, where, sets[configuration].get("re_sets"), reynolds))
     angles = np.unique(np.concatenate([curve[0] for part in parts for curve in part.values()]))
     if angles[0] > np.radians(-179.9) or angles[-1] < np.radians(179.9):
         first, last = np.degrees(angles[[0, -1]])
@@ -150,13 +150,12 @@ def _polar(
     return {"angles": angles, **mixed}
 
 
-def _chosen(
-    tree: Tree, where: str, sets: list[dict[str, Any]], reynolds: float | None
-) -> dict[str, tuple[Float, Float]]:
+def _chosen(tree: Tree, where: str, found: Any, reynolds: float | None) -> dict[str, tuple[Float, Float]]:
     """The polar with the nearest Reynolds number (by ratio)."""
-    if not sets:
-        raise InputError(f"{tree.where}: {where}: re_sets are missing")
-    numbers = [float(s.get("re", 1.0)) for s in sets]
+    sets = as_entries(found, f"{tree.where}: {where}: re_sets")
+    numbers = [as_number(s.get("re", 1.0), f"{tree.where}: {where}: re") for s in sets]
+    if min(numbers) <= 0.0:
+        raise InputError(f"{tree.where}: {where}: re must be positive")
     wanted = reynolds or max(numbers)
     pick = int(np.argmin(np.abs(np.log(np.array(numbers) / wanted))))
     if len(sets) > 1:

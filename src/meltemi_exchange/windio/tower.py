@@ -47,7 +47,7 @@ def tube(tree: Tree, part: str) -> Tube:
     """
     axis, shape = f"{part}.reference_axis.z", f"{part}.outer_shape.outer_diameter"
     grids = [tree.curve(axis)[0], tree.curve(shape)[0]]
-    layers = tree.need(f"{part}.structure.layers")
+    layers = tree.entries(f"{part}.structure.layers")
     for i in range(len(layers)):
         grids.append(_curve(tree, part, layers, i)[0])
     grid = np.unique(np.concatenate(grids))
@@ -57,7 +57,7 @@ def tube(tree: Tree, part: str) -> Tube:
     for i, layer in enumerate(layers):
         material = _material(tree, str(layer.get("material")))
         E, rho = (_constant(tree, material, key) for key in ("E", "rho"))
-        G = float(material["G"]) if "G" in material else 0.5 * E / (1.0 + _constant(tree, material, "nu"))
+        G = _constant(tree, material, "G") if "G" in material else 0.5 * E / (1.0 + _constant(tree, material, "nu"))
         inner = outer - np.interp(grid, *_curve(tree, part, layers, i))
         if np.any(inner < 0.0):
             raise InputError(f"{tree.where}: {part}.structure.layers: the wall is thicker than the tube's radius")
@@ -76,7 +76,7 @@ def _curve(tree: Tree, part: str, layers: list[dict[str, Any]], i: int) -> tuple
 
 
 def _material(tree: Tree, name: str) -> dict[str, Any]:
-    known = {str(m.get("name")): m for m in tree.need("materials")}
+    known = {str(m.get("name")): m for m in tree.entries("materials")}
     if name not in known:
         raise InputError(f"{tree.where}: no material {name!r}: {did_you_mean(name, known)}")
     found: dict[str, Any] = known[name]

@@ -66,11 +66,15 @@ class Tree:
           InputError: the value is not a finite number.
         """
         found = self.get(path)
-        if found is None:
-            return None
-        if isinstance(found, bool) or not isinstance(found, (int, float)) or not np.isfinite(found):
-            raise InputError(f"{self.where}: {path}: expected a number, found {str(found)[:40]!r}")
-        return float(found)
+        return None if found is None else as_number(found, f"{self.where}: {path}")
+
+    def entries(self, path: str) -> list[dict[str, Any]]:
+        """A list of entries with keys.
+
+        Raises:
+          InputError: it is missing, or no such list.
+        """
+        return as_entries(self.need(path), f"{self.where}: {path}")
 
     def quantities(self, table: Mapping[str, tuple[str, float]]) -> dict[str, float]:
         """Numbers in SI units by meltemi's names, from a table ``name: (path, factor)``; missing values are omitted.
@@ -103,6 +107,30 @@ class Tree:
     def at(self, path: str, grid: Float, values: str = "values") -> Float:
         """A distributed quantity, interpolated linearly at other grid points."""
         return np.interp(grid, *self.curve(path, values))
+
+
+def as_number(found: Any, where: str) -> float:
+    """A number.
+
+    Raises:
+      InputError: it is not one, or not finite.
+    """
+    if isinstance(found, bool) or not isinstance(found, (int, float)) or not abs(found) < 1e300:
+        raise InputError(f"{where}: expected a number, found {str(found)[:40]!r}")
+    return float(found)
+
+
+def as_entries(found: Any, where: str) -> list[dict[str, Any]]:
+    """A list of entries with keys.
+
+    Raises:
+      InputError: it is no such list, or empty.
+    """
+    if found is None:
+        raise InputError(f"{where} is missing")
+    if not isinstance(found, list) or not found or not all(isinstance(each, dict) for each in found):
+        raise InputError(f"{where}: expected a list of entries with keys, found {str(found)[:40]!r}")
+    return found
 
 
 def as_numbers(found: Any, where: str, count: int | None = None) -> Float:

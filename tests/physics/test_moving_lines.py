@@ -1,0 +1,91 @@
+"""Mooring lines of lumped masses: statics, convergence, what moves them, beside lines in their static shapes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi.core.errors import InputError
+from meltemi.io import restore_state, save_state, stop_at
+
+pytestmark = pytest.mark.slow
+
+SHOWN = ("platform_surge", "platform_heave", "line_1_fairlead_tension", "line_2_anchor_tension", "mooring_force_z")
+
+
+def case(
+    duration: float, step: float | None = None, heave: float = 1.0, line: Any = None, shown: float = 0.1, **changes: Any
+) -> meltemi.Run:
+    turbine = meltemi.load_turbine("iea15mw-volturnus")
+    assert turbine.platform is not None
+    lines = tuple(each.replace(**(line or {})) for each in turbine.platform.lines)
+    platform = turbine.platform.replace(**{"line_model": "dynamic", "segments": 20, "lines": lines} | changes)
+    options = meltemi.ModelOptions(flap_modes=0, edge_modes=0, torsion_modes=0, time_step=step, locked=("generator",))
+    return meltemi.Run(
+        meltemi.build(turbine.replace(platform=platform), options),
+        0.1,
+        duration=duration,
+        controller=meltemi.control.ConstantController(),
+        start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates={"base heave": heave}),
+        channels=SHOWN,
+        output_step=shown,
+    )
+
+
+def run(duration: float, *args: Any, **changes: Any) -> meltemi.Result:
+    simulation = meltemi.Simulation(case(duration, *args, **changes))
+    simulation.advance(simulation.n_steps)
+    return simulation.result()
+
+
+def test_lines_hang_as_continuous_ones_do() -> None:
+    """The first sample has static shapes, the next one points in equilibrium; a half of a segment hangs on the body."""
+    errors = []
+    for segments in (10, 20, 40):
+        found = run(0.025, 0.0125, -0.35, shown=0.0125, segments=segments)
+        errors.append([found[name][1] / found[name][0] - 1.0 for name in SHOWN[2:]])
+    assert np.abs(errors[2]).max() < 0.001
+    assert np.abs(errors[2]).max() < 0.35 * np.abs(errors[1]).max() < 0.35**2 * np.abs(errors[0]).max()
+
+
+def test_the_step_of_the_turbine_is_short_enough() -> None:
+    """The tension converges with the step, at least linearly, without a limit of stability."""
+    fine, half, whole = (run(40.0, step)["line_1_fairlead_tension"][50:] for step in (0.003125, 0.0125, 0.025))
+    assert np.std(half - fine) < 0.05 * np.std(fine)
+    assert np.std(half - fine) < 0.5 * np.std(whole - fine)
+
+
+def test_the_platform_feels_the_same_mean_pull_and_more_damping() -> None:
+    moving, static = run(200.0), run(200.0, line_model="static")
+    for name in SHOWN:
+        assert moving[name].mean() == pytest.approx(static[name].mean(), rel=0.01, abs=0.1), name
+    tension = "line_1_fairlead_tension"
+    assert np.std(moving[tension]) > 1.05 * np.std(static[tension])
+
+
+@pytest.mark.parametrize("change", [{"damping_ratio": 0.0}, {"friction": 0.6}, {"drag": 0.0}, {"added_mass": 0.0}])
+def test_every_constant_of_a_line_matters(change: dict[str, float]) -> None:
+    name = "line_1_fairlead_tension"
+    assert np.std(run(20.0, line=change)[name] - run(20.0)[name]) > 1.0
+
+
+def test_a_run_of_moving_lines_is_continued(tmp_path: Path) -> None:
+    whole, first, second = (meltemi.Simulation(case(4.0)) for _ in range(3))
+    whole.advance(whole.n_steps)
+    stop_at(first, 2.0)
+    first.advance(first.n_steps)
+    save_state(first, tmp_path / "state.npz")
+    restore_state(second, tmp_path / "state.npz")
+    second.advance(second.n_steps)
+    assert (second.result().data == whole.result().data).all()
+
+
+def test_segments_have_limits() -> None:
+    turbine = meltemi.load_turbine("iea15mw-volturnus")
+    assert turbine.platform is not None
+    with pytest.raises(InputError, match="segments"):
+        turbine.platform.replace(segments=2)
