@@ -33,7 +33,6 @@ DECKS: dict[str, tuple[dict[str, Any], float]] = {
 """How each is read, and a wind speed [m/s] somewhat below its rated one."""
 REFUSED = {
     "IEA-15-240-RWT_OLAF": "vortex wake",
-    "IEA-15-240-RWT-UMaineSemi": "floating",
     "MHK_RM1_Floating": "marine",
     "5MW_Land_Simulink": "controller is not ROSCO",
 }

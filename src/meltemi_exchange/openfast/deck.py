@@ -180,7 +180,11 @@ def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
         ("mirror", v.given("mirror", False), "a rotor that turns counter-clockwise is not modelled"),
         ("comp_elast", v["comp_elast"] not in (1, 2), "only ElastoDyn (1) and ElastoDyn with BeamDyn (2) are read"),
         ("comp_aero", v["comp_aero"] in (0, 1), "aerodynamics of AeroDyn are needed (2)"),
-        ("comp_mooring", moored, f"a floating turbine without HydroDyn, or on other lines than MoorDyn's and MAP's: {FIXED}"),
+        (
+            "comp_mooring",
+            moored,
+            f"a floating turbine without HydroDyn, or on other lines than MoorDyn's and MAP's: {FIXED}",
+        ),
         ("comp_sub", v.given("comp_sub", 0) > 1 and not fixed_base, f"an external platform (ExtPtfm): {FIXED}"),
     ):
         if unsupported:

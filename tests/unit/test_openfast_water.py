@@ -1,0 +1,176 @@
+"""SeaState, HydroDyn and mooring files of OpenFAST decks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from meltemi import InputError, UnsupportedError
+from meltemi.core.yamlfile import validated
+from meltemi_exchange.openfast.mooring import read_lines
+from meltemi_exchange.openfast.text import read_input
+from meltemi_exchange.openfast.values import Values
+from meltemi_exchange.openfast.water import Water
+from meltemi_float.platform import MooringLine
+from meltemi_sea.kinds import sea_of
+
+MOORDYN_2 = """--- MoorDyn ---
+a title
+--- LINE TYPES ---
+Name  Diam  MassDen  EA  BA/-zeta  EI  Cd  Ca  CdAx  CaAx
+(-) (m) (kg/m) (N) (-) (-) (-) (-) (-) (-)
+main  0.09  77.0  3.84E+08  -1.0  0  1.6  1.0  0.1  0.05
+--- POINTS ---
+ID  Attachment  X  Y  Z  M  V  CdA  CA
+(-) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)
+1  Vessel  5.2  0.0  -70.0  0 0 0 0
+2  Fixed  853.87  0.0  -320.0  0 0 0 0
+--- LINES ---
+ID  LineType  AttachA  AttachB  UnstrLen  NumSegs  Outputs
+(-) (-) (-) (-) (m) (-) (-)
+1  main  2  1  902.2  20  -
+--- SOLVER OPTIONS ---
+"""
+MOORDYN_1 = """--- MoorDyn ---
+a title
+--- LINE TYPES ---
+1  NTypes - number of line types
+LineType  Diam  MassDenInAir  EA  BA/-zeta  Can  Cat  Cdn  Cdt
+(-) (m) (kg/m) (N) (-) (-) (-) (-) (-)
+main  0.09  77.0  3.84E+08  -1.0  1.0  0.05  1.6  0.1
+--- CONNECTION PROPERTIES ---
+2  NConnects - number
+Node  Type  X  Y  Z  M  V  FX  FY  FZ  CdA  Ca
+(-) (-) (m) (m) (m) (kg) (m^3) (kN) (kN) (kN) (m2) (-)
+1  fixed  853.87  0.0  -320.0  0 0 0 0 0 0 0
+2  Vessel  5.2  0.0  -70.0  0 0 0 0 0 0 0
+--- LINE PROPERTIES ---
+Line  LineType  UnstrLen  NumSegs  NodeAnch  NodeFair  Flags/Outputs
+(-) (-) (m) (-) (-) (-) (-)
+1  main  902.2  20  1  2  p
+--- SOLVER OPTIONS ---
+"""
+MAP = """--- LINE DICTIONARY ---
+LineType  Diam  MassDenInAir  EA  CB  CIntDamp  Ca  Cdn  Cdt
+(-) (m) (kg/m) (N) (-) (Pa-s) (-) (-) (-)
+main  0.09  77.0  3.84E8  0.5  1.0E8  1.0  1.6  0.1
+--- NODE PROPERTIES ---
+Node  Type  X  Y  Z  M  V  FX  FY  FZ
+(-) (-) (m) (m) (m) (kg) (m^3) (N) (N) (N)
+1  fix  853.87  0.0  depth  0 0 # # #
+2  Vessel  5.2  0.0  -70.0  0 0 # # #
+--- LINE PROPERTIES ---
+Line  LineType  UnstrLen  NodeAnch  NodeFair  Flags
+(-) (-) (m) (-) (-) (-)
+1  main  902.2  1  2  tension_fair
+--- SOLVER OPTIONS ---
+repeat 120 240
+"""
+SEA = """title
+8.0 WtrDens
+30.0 WtrDpth
+DEFAULT MSL2SWL
+1P90 WaveMod
+3 WaveStMod
+600.0 WaveTMax
+4.0 WaveHs
+9.0 WaveTp
+DEFAULT WavePkShp
+0.1 WvLowCOff
+3.0 WvHiCOff
+30.0 WaveDir
+0 WaveDirMod
+-7 WaveSeed(1)
+True WaveNDAmp
+2 ConstWaveMod
+7.0 CrestHmax
+60.0 CrestTime
+1 CurrMod
+0.5 CurrSSV0
+DEFAULT CurrSSDir
+20 CurrNSRef
+0.3 CurrNSV0
+-10.0 CurrNSDir
+0.0 CurrDIV
+0 CurrDIDir
+"""
+
+
+def lines_of(folder: Path, text: str) -> list[MooringLine]:
+    path = folder / "mooring.dat"
+    path.write_text(text)
+    return [validated(line, MooringLine, "line") for line in read_lines(read_input(path, "mooring"), 320.0)]
+
+
+def water_of(folder: Path, text: str, *, old: bool) -> Water:
+    """Water of a deck with SeaState, or with the waves in HydroDyn."""
+    (folder / "sea.dat").write_text(text)
+    (folder / "hydro.dat").write_text(text if old else "title\n0 PotMod\n")
+    main = f"title\n{int(not old)} CompSeaSt\n1 CompHydro\n'sea.dat' SeaStFile\n'hydro.dat' HydroFile\n0.4 MSL2SWL\n"
+    (folder / "main.fst").write_text(main)
+    file = read_input(folder / "main.fst", "main")
+    values = Values([])
+    values.data = {"comp_hydro": 1, "comp_sea": int(not old), "level": 0.4}
+    values.data |= {"hydro_file": "hydro.dat", "sea_file": "sea.dat"}
+    return Water(file, values, [])
+
+
+def test_one_line_in_three_formats(tmp_path: Path) -> None:
+    second, first, map_lines = (lines_of(tmp_path, text) for text in (MOORDYN_2, MOORDYN_1, MAP))
+    assert first == second
+    (line,) = second
+    assert (line.mass, line.drag, line.axial_drag, line.added_mass, line.axial_added_mass) == (77, 1.6, 0.1, 1, 0.05)
+    assert line.anchor == pytest.approx([853.87, 0.0, -320.0]) and line.fairlead == pytest.approx([5.2, 0.0, -70.0])
+    assert len(map_lines) == 3 and map_lines[0].friction == 0.5
+    assert map_lines[0].anchor == pytest.approx(line.anchor)
+    assert map_lines[1].anchor == pytest.approx([-426.935, 739.473, -320.0], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "kind", "says"),
+    [
+        ("1  Vessel", "1  Free", UnsupportedError, "'Free'.*without free points"),
+        ("1  main  2", "1  other  2", InputError, "names a type or point"),
+        ("902.2", "long", InputError, "expected a number, found 'long'"),
+        ("Diam", "Width", InputError, "no table of mooring diam"),
+    ],
+)
+def test_other_lines_are_refused(tmp_path: Path, old: str, new: str, kind: type[Exception], says: str) -> None:
+    with pytest.raises(kind, match=says):
+        lines_of(tmp_path, MOORDYN_2.replace(old, new))
+
+
+@pytest.mark.parametrize("old", [False, True], ids=["SeaState", "HydroDyn before 4"])
+def test_a_regular_sea_with_current(tmp_path: Path, old: bool) -> None:
+    water = water_of(tmp_path, SEA, old=old)
+    sea = sea_of(water.sea(), "deck").model_dump()
+    assert (sea["kind"], sea["height"], sea["period"], sea["stretching"], sea["level"]) == (
+        "regular",
+        4,
+        9,
+        "wheeler",
+        0.4,
+    )
+    assert (sea["direction"], sea["phase"]) == pytest.approx((-np.radians(30.0), np.radians(90.0)))
+    current = sea["current"]
+    assert (current["sub_surface"], current["near_surface"], current["uniform"]) == (0.5, 0.3, 0.0)
+    assert current["direction"] == pytest.approx(-np.radians(30.0))  # with the waves, by default
+    assert any("CurrMod" in note.what and note.kind == "approximated" for note in water.notes)
+
+
+def test_an_irregular_sea(tmp_path: Path) -> None:
+    water = water_of(tmp_path, SEA.replace("1P90", "2").replace("DEFAULT WavePkShp", "3.3 WavePkShp"), old=False)
+    sea = sea_of(water.sea(), "deck").model_dump()
+    assert (sea["kind"], sea["peak_factor"], sea["seed"], sea["repeat"]) == ("irregular", 3.3, 7, 600.0)
+    assert sea["frequencies"] == (0.1, 3.0) and sea["amplitudes"] == "gaussian"
+    assert (sea["crest"]["height"], sea["crest"]["of"]) == (7.0, "crest to trough")
+    white = water_of(tmp_path, SEA.replace("1P90", "3"), old=False).sea()
+    assert sea_of(white, "deck").model_dump()["spectrum"] == "white"
+
+
+def test_files_of_waves_are_noted(tmp_path: Path) -> None:
+    water = water_of(tmp_path, SEA.replace("1P90", "5"), old=False)
+    assert water.sea()["kind"] == "still"
+    assert any("WaveMod" in note.what and note.kind == "ignored" for note in water.notes)
