@@ -255,6 +255,7 @@ class Episode:
             start=self.start,
             grid=machine.reference(rng),
             transient=s.transient,
+            sea=s.sea.replace(seed=self.seed) if s.sea is not None and hasattr(s.sea, "seed") else s.sea,
         )
         self.simulation = Simulation(self.run)
         self._fill(machine)

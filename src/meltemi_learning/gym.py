@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.errors import InputError, RunError, did_you_mean
 from meltemi.core.extras import need
 from meltemi.simulation.result import Result
 from meltemi_learning.fleet import Fleet, Machine
@@ -64,9 +64,16 @@ class TurbineEnv(gymnasium.Env[Observation, Observation]):  # type: ignore[misc]
 
         Raises:
           InputError: an option is unknown.
+          RunError: the transient did not end well.
         """
         super().reset(seed=seed)
         self.fleet.begin(0, self.np_random, options)
+        if self.fleet.ended[0]:
+            raise RunError(
+                f"reset: {self.machine.turbine.name} diverged or ran too fast in the transient of "
+                f"{self.machine.settings.transient:g} s, with steps of {self.machine.dt:.3g} s: use model='full', or "
+                "ModelOptions with a shorter time_step"
+            )
         return self.fleet.observations[0].copy(), dict(self.fleet.episodes[0].facts)
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:

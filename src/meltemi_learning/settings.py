@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from meltemi.core.deferred import deferred
 from meltemi.core.record import Record
 from meltemi.simulation.options import ModelOptions
+
+if TYPE_CHECKING:
+    from meltemi.environment import Sea
+else:
+    Sea = deferred("meltemi_sea.kinds", "AnySea")
 
 Task = Literal["LoadControl", "IPC", "Yaw", "Power"]
 
@@ -112,6 +118,8 @@ class EnvironmentSettings(Record):
     """[s] between planes of the wind."""
     wind_duration: float = Field(default=300.0, gt=0.0)
     """[s] of turbulence beyond the duration of an episode, in which it starts anywhere."""
+    sea: Sea | None = None
+    """Waves and current around a turbine at sea, still water by default; irregular waves take the episode's seed."""
     step: float | None = Field(default=None, gt=0.0)
     """[s] of the environment; by default 0.1 s, for yaw 1 s."""
     duration: float | None = Field(default=None, gt=0.0)

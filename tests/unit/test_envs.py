@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi.core.errors import InputError
+from meltemi.core.errors import InputError, RunError
 from meltemi.postprocess.cycles import damage_sum, rainflow_cycles
 
 gymnasium = pytest.importorskip("gymnasium", reason="needs pip install 'gymnasium>=1.0,<2'")
@@ -233,7 +233,7 @@ def test_every_setting_changes_something(name: str, reference: tuple[Any, ...]) 
 
 def test_other_settings_change_something() -> None:
     """Of the power reference, of the turbine; the settings are complete."""
-    assert {*CHANGES, "turbine", "channels", "reference_range", "reference_hold"} == {
+    assert {*CHANGES, "turbine", "sea", "channels", "reference_range", "reference_hold"} == {
         *envs.EnvironmentSettings.model_fields
     }
     rewards = [
@@ -244,6 +244,38 @@ def test_other_settings_change_something() -> None:
     heavy = meltemi.load_turbine("nrel5mw")
     heavy = heavy.replace(hub=heavy.hub.replace(mass=2.0 * heavy.hub.mass))
     assert episode(make(turbine=heavy))["rewards"].tobytes() != episode(make())["rewards"].tobytes()
+
+
+@pytest.mark.long
+def test_sea_of_an_environment_has_the_seed_of_the_episode() -> None:
+    """Waves load the pile; each turbulence has its own sea; no action is ``simulate`` in that sea."""
+    settings: dict[str, Any] = {"turbine": "iea15mw-monopile", "channels": ("ReactMYss",)}
+    settings["model"] = meltemi.ModelOptions(integration="implicit", time_step=1.0 / 60.0)
+    sea = meltemi.environment.IrregularSea(height=4.0, period=9.0, seed=2)
+
+    def run(seed: int, sea: Any) -> Any:
+        env = make(**settings, sea=sea)
+        episode(env, options={"wind_speed": 13.0, "turbulence_seed": seed, "begin": 0.0, "azimuth": 0.0})
+        return env
+
+    still, waves, again, other = run(5, None), run(5, sea), run(5, sea.replace(seed=3)), run(6, sea)
+    series = [env.result()["ReactMYss"] for env in (still, waves, again, other)]
+    assert np.array_equal(series[1], series[2])
+    assert series[1].std() > 1.2 * series[0].std() and not np.allclose(series[1], series[3])
+    it = waves.fleet.episodes[0].run
+    names = ("duration", "start", "channels", "output_step", "transient", "sea")
+    law = meltemi.control.make_controller("baseline", it.model)
+    whole = meltemi.simulate(it.model, it.wind, controller=law, **{name: getattr(it, name) for name in names})
+    np.testing.assert_allclose(series[1], whole["ReactMYss"], rtol=1e-12)
+    with pytest.raises(InputError, match="stands on land"):
+        make(sea=sea).reset()
+
+
+@pytest.mark.long
+def test_a_start_that_diverges_is_said_at_reset() -> None:
+    """Steps of the fast model are too long for blades of 117 m."""
+    with pytest.raises(RunError, match=r"diverged or ran too fast .* steps of 0.0333 s: use model='full'"):
+        make(turbine="iea15mw", model="fast").reset(seed=1)
 
 
 @pytest.mark.parametrize(
