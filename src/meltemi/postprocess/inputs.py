@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from math import isfinite
+from math import inf, isfinite
 from operator import index
 from typing import Any
 
@@ -57,7 +56,7 @@ def positive(value: Any, what: str) -> float:
     Raises:
       InputError: it is none.
     """
-    if not (_is_number(value) and 0.0 < value <= sys.float_info.max):
+    if not (_is_number(value) and 0.0 < value < inf and not (isinstance(value, int) and value > 10**300)):
         raise InputError(f"{what} must be positive, found {value!r}")
     return float(value)
 
