@@ -127,11 +127,9 @@ def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
     joints = _subdyn(file, "NJoints", {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"})
     wanted = {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
     members = _subdyn(file, "NMembers", wanted)
-    sets = _subdyn(
-        file,
-        "NPropSets",
-        {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": "ShearG", "density": "MatDens"},
-    )
+    shear = "ShearG1" if any("ShearG1" in line.split() for line in file.lines) else "ShearG"
+    wanted = {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": shear, "density": "MatDens"}
+    sets = _subdyn(file, "NPropSets", wanted)
     order = np.argsort(joints["z"], kind="stable")
     height = joints["z"][order]
     upright = np.ptp(joints["x"]) < 0.01 and np.ptp(joints["y"]) < 0.01 and len(members["a"]) == len(height) - 1
