@@ -41,7 +41,7 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
         assert not end.value.code
         said = capsys.readouterr().err
         assert said == (COLD + "\n" if cold else "")
-    assert [command[1:] for command in beside] == [["-m", "meltemi.app.warmup", "section loads"]]
+    assert [command[1:] for command in beside] == [["-m", "meltemi.app.warmup", "stepping"]]
     assert "Compiling" in COLD
     assert "once" in COLD
 

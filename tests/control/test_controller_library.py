@@ -15,14 +15,17 @@ import pytest
 import meltemi
 from meltemi import InputError, Model, Turbine
 from meltemi.control import BladedController, Controller, make_controller
+from meltemi.control.kalman import kalman_step
 from meltemi.io import export_controller
 from meltemi.simulation.plan import first_point, planned, wind_of
 from meltemi.simulation.points import initial_state
+from meltemi.turbine import naca64618_flap, with_flaps
 from meltemi_exchange.controller_library.library import _compile
 from meltemi_exchange.controller_library.starts import POLYNOMIAL, STEP, TABLE, start_rules
 
 NEEDS_C = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
-LONG = [pytest.param(name, marks=pytest.mark.long) for name in ("A2", "ipc")]
+LONG = [pytest.param(name, marks=pytest.mark.long) for name in ("A0", "A1", "A2", "A3", "ipc")]
+TURBULENCE = meltemi.TurbulentWind(speed=18.0, intensity=0.14)
 CHANNELS = ("pitch_1", "rotor_speed", "generator_power", "generator_torque", "RootMyc1")
 
 
@@ -74,32 +77,110 @@ def test_a_law_that_makes_arrays_is_refused(turbine: Turbine, tmp_path: Path) ->
         export_controller(Controller(update), turbine, tmp_path / "lib.so")
 
 
-@pytest.mark.slow
-@NEEDS_C
-@pytest.mark.parametrize(
-    "name", ["baseline", "supervised", *(pytest.param(n, marks=pytest.mark.long) for n in ("A2", "ipc"))]
-)
-def test_a_library_gives_the_run_to_rounding(model: Model, turbine: Turbine, tmp_path: Path, name: str) -> None:
-    """From the same initial state; records of the interface have seven digits. The library exports one symbol."""
-    controller = make_controller(name, model)
-    made = export_controller(controller, turbine, tmp_path / "libmade.so")
-    run = meltemi.Run(model, meltemi.TurbulentWind(speed=18.0, intensity=0.14), duration=20.0, channels=CHANNELS)
-    wind, _ = wind_of(run, plan := planned(run))
-    start, _ = initial_state(plan.model, wind, None)
-    begin = controller.initial_state(first_point(plan.model, wind, start))
+def deviations(
+    model: Model, controller: Controller, wind: Any, folder: Path, channels: tuple[str, ...] = CHANNELS, **given: Any
+) -> dict[str, float]:
+    """Largest difference of each channel between a run and one under the exported library, over its standard deviation.
+
+    Both begin with the same state; records of the interface have seven digits.
+    """
+    turbine = model.turbine
+    made = export_controller(controller, turbine, folder / "libmade.so")
+    run = meltemi.Run(model, wind, duration=20.0, channels=channels, **given)
+    field, _ = wind_of(run, plan := planned(run))
+    start, _ = initial_state(plan.model, field, None)
+    begin = controller.initial_state(first_point(plan.model, field, start))
     with made.parameters.open("a") as file:
         for rule in start_rules(controller, turbine)[1]:
-            file.write(f"{controller.state_names[rule.entry]} {float(begin[rule.entry])!r}\n")
-    wanted = meltemi.simulate(model, run.wind, duration=20.0, channels=CHANNELS, controller=controller)
-    library = BladedController(turbine, made.library, made.parameters, folder=tmp_path)
-    found = meltemi.simulate(model, run.wind, duration=20.0, channels=CHANNELS, controller=library)
-    for channel in CHANNELS:
-        assert np.abs(found[channel] - wanted[channel]).max() < 2e-5 * wanted[channel].std(), channel
+            name = controller.state_names[rule.entry] if controller.state_names else f"state_{rule.entry}"
+            file.write(f"{name} {float(begin[rule.entry])!r}\n")
+    library = BladedController(
+        turbine, made.library, made.parameters, folder=folder, sample_time=controller.sample_time
+    )
+    wanted, found = (
+        meltemi.simulate(model, wind, duration=20.0, channels=channels, controller=law, **given)
+        for law in (controller, library)
+    )
+    return {name: float(np.abs(found[name] - wanted[name]).max() / wanted[name].std()) for name in channels}
+
+
+@pytest.mark.slow
+@NEEDS_C
+@pytest.mark.parametrize("name", ["baseline", "supervised", *LONG])
+def test_a_library_gives_the_run_to_rounding(model: Model, tmp_path: Path, name: str) -> None:
+    """The library exports one symbol."""
+    found = deviations(model, make_controller(name, model), TURBULENCE, tmp_path)
+    assert max(found.values()) < 2e-5, found
     (log,) = tmp_path.rglob("*.controller.log")
     assert "parameters of" in log.read_text() and "end after 2001 calls" in log.read_text()
     if shutil.which("nm"):
-        shown = subprocess.run(["nm", "-D", "--defined-only", made.library], capture_output=True, text=True, check=True)
+        shown = subprocess.run(
+            ["nm", "-D", "--defined-only", tmp_path / "libmade.so"], capture_output=True, text=True, check=True
+        )
         assert [line.split()[-1] for line in shown.stdout.splitlines()] == ["DISCON"]
+
+
+@pytest.mark.long
+@NEEDS_C
+def test_flaps_leave_by_their_records(turbine: Turbine, tmp_path: Path) -> None:
+    """One flap on each blade; the interface has no records for two."""
+    one = meltemi.build(with_flaps(turbine))
+    law = make_controller("cpfc", one)
+    found = deviations(one, law, TURBULENCE, tmp_path, (*CHANNELS, "flap_1_angle_1", "flap_1_angle_3"))
+    assert max(found.values()) < 2e-5, found
+    flap = naca64618_flap()
+    inner, outer = flap.replace(end=0.85), flap.replace(begin=0.85)
+    with pytest.raises(InputError, match="2 flaps on each blade"):
+        export_controller(law, with_flaps(turbine, inner, outer), tmp_path / "libtwo.so")
+
+
+@pytest.mark.long
+@NEEDS_C
+def test_preview_of_the_wind_leaves_in_the_state(model: Model, turbine: Turbine, tmp_path: Path) -> None:
+    box = meltemi.wind.generate_field(TURBULENCE, turbine, 20.0)
+    seen = meltemi.control.LoadControl(preview=meltemi.analysis.preview_of(model, box))
+    found = deviations(model, meltemi.control.LoadController(turbine, seen), box, tmp_path)
+    assert max(found.values()) < 2e-5, found
+
+
+@pytest.mark.long
+@NEEDS_C
+def test_coordinated_power_yaw_and_pitch_leave(turbine: Turbine, tmp_path: Path) -> None:
+    """Individual pitch, a yaw drive under a dead band that the surplus of wind widens, and power control in one law."""
+    model = meltemi.build(turbine, meltemi.ModelOptions(yaw="driven"))
+    law = meltemi.control.CoordinatedController(
+        turbine,
+        meltemi.analysis.performance_of(turbine),
+        yaw=meltemi.control.YawControl(),
+        relief=meltemi.control.Coordination(),
+        load=meltemi.control.LoadControl(
+            loops=(meltemi.control.HarmonicLoop(harmonic=1, actuator="pitch", integral_gain=1e-9),)
+        ),
+    )
+    found = deviations(model, law, TURBULENCE, tmp_path)
+    assert max(found.values()) < 2e-5, found
+
+
+@pytest.mark.long
+@NEEDS_C
+def test_an_observer_leaves_in_the_state(model: Model, tmp_path: Path) -> None:
+    observer = meltemi.analysis.observer(model)
+    estimator = observer.start(14.0)
+    wind, velocity = estimator.place("rotor-effective wind"), estimator.place("v tower 1st fore-aft")
+
+    @numba.njit
+    def update(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        pitch = (measurements.pitch[0] + measurements.pitch[1] + measurements.pitch[2]) / 3.0
+        speed = measurements.generator_speed
+        top = (measurements.fore_aft_acceleration, measurements.side_side_acceleration)
+        kalman_step(state, (measurements.torque, pitch), (speed, top[0], top[1]))
+        demands.generator_torque = 5.0e6 / 0.944 / speed
+        for b in range(3):
+            demands.pitch[b] = 0.151 + 0.02 * (state[wind] - 14.0) + 0.01 * (speed - 122.9) + 0.02 * state[velocity]
+
+    law = Controller(update, lambda start: estimator.memory.copy(), 0.04, "observer")
+    found = deviations(model, law, meltemi.TurbulentWind(speed=14.0, intensity=0.1), tmp_path)
+    assert max(found.values()) < 2e-5, found
 
 
 @pytest.mark.slow

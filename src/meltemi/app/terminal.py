@@ -31,7 +31,7 @@ def simulation_bar(what: str, amount: float = 0.0, unit: str = "") -> Iterator[C
     if announce():
         from meltemi.app.warmup import compile_beside
 
-        compile_beside("section loads")  # which a run needs last
+        compile_beside("stepping")  # with the section loads, which a run needs last
     with progress_bar(what, amount, unit) as done:
         yield done
 

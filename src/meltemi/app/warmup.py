@@ -170,7 +170,7 @@ def _turbulence() -> None:
 
 
 def _stepping() -> None:
-    """Simulations advanced step by step by the user."""
+    """Simulations advanced step by step by the user, and section loads of the output."""
     from meltemi.control.constant import ConstantController
     from meltemi.control.faults import apply_events
     from meltemi.simulation.case import Case
@@ -180,13 +180,7 @@ def _stepping() -> None:
     case = Case(*_machine())
     apply_events(0, 0, case.events, case.control.faults)
     sense(0.0, 0, case.control, case.system)
-
-
-def _section_loads() -> None:
-    """Section loads of the output."""
-    from meltemi.simulation.case import Case
-
-    Case(*_machine()).loads(0.0)
+    case.loads(0.0)
 
 
 def _derivatives() -> None:
@@ -213,7 +207,6 @@ STAGES: dict[str, Callable[[], None]] = {
     "modal blades": _modal_blades,
     "electrical": _electrical,
     "sea": _sea,
-    "section loads": _section_loads,
     "stepping": _stepping,
     "turbulence": _turbulence,
 }

@@ -1,7 +1,7 @@
 """Steps of a scheduled Kalman filter: prediction and update between the linear models of two wind speeds.
 
 The filter is one vector, so that a compiled controller can have it as its state: sizes, state, outputs and inputs of
-the last steps, and the tables of the models.
+the last steps, the tables of the models, and room for the next state and outputs.
 
 Reference: docs/theory/observer.md (O-8 to O-11).
 """
@@ -42,7 +42,7 @@ def filter_vector(
     # matrices by columns: a product adds columns, which has no chain of dependent sums
     parts = [np.swapaxes(t, 1, 2) if t.ndim == 3 else t for t in tables]
     y = np.zeros(outputs.shape[1])
-    return np.concatenate([sizes, schedule, z, y, u, u, *(np.ravel(t) for t in parts)]).astype(float)
+    return np.concatenate([sizes, schedule, z, y, u, u, *(np.ravel(t) for t in parts), z, y]).astype(float)
 
 
 @kernel
@@ -57,23 +57,24 @@ def kalman_step(f: Float, inputs: Any, measured: Any) -> None:
     k, n, m, p, s = int(f[MODELS]), int(f[STATES]), int(f[INPUTS]), int(f[OUTPUTS]), int(f[SENSORS])
     z, y = f[HEAD : HEAD + n], f[HEAD + n : HEAD + n + p]
     at = HEAD + n + p
-    before, now = f[at : at + m], f[at + m : at + 2 * m]
+    before, now, at = f[at : at + m], f[at + m : at + 2 * m], at + 2 * m
     for c in range(m):
         before[c], now[c] = now[c], inputs[c]
-    at += 2 * m
     centre, at = f[at : at + k * n], at + k * n
     A, at = f[at : at + k * n * n], at + k * n * n
     B, at = f[at : at + k * n * m], at + k * n * m
     K, at = f[at : at + k * n * s], at + k * n * s
     C, at = f[at : at + k * p * n], at + k * p * n
     D, at = f[at : at + k * p * m], at + k * p * m
-    steady, outputs = f[at : at + k * m], f[at + k * m : at + k * m + k * p]
+    steady, at = f[at : at + k * m], at + k * m
+    outputs, at = f[at : at + k * p], at + k * p
+    new, seen = f[at : at + n], f[at + n : at + n + p]  # arrays made here would keep the step out of libraries
+    f[at : at + n + p] = 0.0
     f[SCHEDULE] += f[SHARE] * (z[int(f[WIND])] - f[SCHEDULE])
     place = min(max((f[SCHEDULE] - f[FIRST]) / f[SPACING], 0.0), k - 1.0)
     left = min(int(place), max(k - 2, 0))
     right = min(left + 1, k - 1)
     share = place - left if right > left else 0.0
-    new, seen = np.zeros(n), np.zeros(p)
     for i, part in ((left, 1.0 - share), (right, share)):
         _add(new, part, centre, i)
         _add_product(new, part, A, z, centre, i)
@@ -89,8 +90,7 @@ def kalman_step(f: Float, inputs: Any, measured: Any) -> None:
         if not np.isnan(gap):
             for i, part in ((left, (1.0 - share) * gap), (right, share * gap)):
                 _add(z, part, K, i * s + c)
-    for r in range(p):
-        y[r] = 0.0
+    y[:] = 0.0
     for i, part in ((left, 1.0 - share), (right, share)):
         _add(y, part, outputs, i)
         _add_product(y, part, C, z, centre, i)
