@@ -948,7 +948,8 @@ def _fate(kind: str, chance: random.Random, good: Path, folder: Path) -> Fate:
     raw = next((r for r in RAW if r in said), "")
     half = [p for p in left if p.suffix == ".part" or "probe" in p.name]
     checks = {
-        "exit status": fate.status not in (0, 2) and not (fate.status == 1 and "the run ended early" in said),
+        "exit status": fate.status not in (0, 2)
+        and not (fate.status == 1 and ("the run ended early" in said or "DOUBTFUL: " in said)),
         "no reason": fate.status != 0 and not said.strip() and not out.getvalue().strip(),
         f"{raw!r} in a message": raw,
         "half-written": half,

@@ -270,13 +270,15 @@ class LumpedPart(FloaterPart):
         return {**super().arrays(), "lump": self.lump.copy(), "elimination": work}
 
 
-def part_of(turbine: Any, options: Any, rotor: Any) -> LumpedPart:
-    """The platform of a turbine on moving lines; as ``simulation.parts.parts_of``.
+def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
+    """The platform of a turbine, on static or moving lines; as ``simulation.parts.parts_of``.
 
     Raises:
       InputError: as of :func:`meltemi_float.floater.part_of`.
     """
     found, lines, n = static_part(turbine, options, rotor), turbine.platform.lines, turbine.platform.segments
+    if turbine.platform.line_model == "static":
+        return found
     lump = Lump.zeros(line=len(lines))
     v = View(Lump, lump)
     v["damping"] = [x.damping_ratio * x.length / n * np.sqrt(x.stiffness * x.mass) for x in lines]

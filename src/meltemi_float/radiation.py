@@ -21,7 +21,7 @@ MEMORY, STEP = 60.0, 0.2
 """[s] that the kernel lasts, and between its samples in the fit."""
 GROUPS: tuple[tuple[int, ...], ...] = ((0, 4), (1, 3), (2,), (5,))
 """Motions that a platform with two planes of symmetry couples."""
-ORDERS = range(6, 31, 2)
+ORDERS = range(6, 41, 2)
 ACCURATE = 0.005
 """Root-mean-square error of the fitted kernel over that of the kernel, at which the order is enough."""
 SLOW = np.arange(0.0, 0.21, 0.05)
@@ -168,8 +168,9 @@ def _residues(poles: Complex, h: Float, t: Float, slow: Float, frequency: Float,
 
     found, kept = damping(frequency), damping(SLOW)
     firm = FIRM * np.abs(real).max() / np.abs(kept).max()
-    rows = [np.kron(np.diag(np.sqrt(twice)), real), np.kron(np.eye(len(a)), firm * kept)]
-    wanted = [(h[:, a, b] * np.sqrt(twice)).T.ravel(), firm * slow[:, a, b].T.ravel()]
+    Q, R = np.linalg.qr(real)
+    rows = [np.kron(np.diag(np.sqrt(twice)), R), np.kron(np.eye(len(a)), firm * kept)]
+    wanted = [(Q.T @ (h[:, a, b] * np.sqrt(twice))).T.ravel(), firm * slow[:, a, b].T.ravel()]
     for _ in range(cuts):
         x = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=1e-12)[0].reshape(len(a), 2 * P)
         fitted = np.zeros((len(frequency), n, n))

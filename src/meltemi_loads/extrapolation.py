@@ -136,6 +136,8 @@ def extrapolate(
     """
     where = "extrapolate"
     p = floats(probability_of_speed, "extrapolate: probability_of_speed")
+    if not isinstance(extremes, Sequence):
+        raise InputError(f"{where}: extremes are lists of numbers, one for each wind speed, found {extremes!r:.60}")
     if p.shape != (len(extremes),) or not len(p) or not np.all(p >= 0.0) or not p.sum() <= 1.0 + 1e-9:
         raise InputError(f"{where}: {len(extremes)} wind speeds need as many probabilities, with a sum up to 1")
     if not 0.0 < probability < p.sum():

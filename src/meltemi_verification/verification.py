@@ -12,6 +12,7 @@ from meltemi_verification import (
     closed_form,
     elastodyn_blade,
     far_bending,
+    floating,
     iea,
     modes,
     momentum,

@@ -57,9 +57,11 @@ def test_coefficients_of_the_volturnus(coefficients: Any) -> None:
     assert c.hydrostatic.diagonal()[2:5] == pytest.approx([443.0486, 218240.5, 218216.6], rel=1e-6)
 
 
-def test_radiation_fits_and_hardly_feeds_energy(coefficients: Any) -> None:
+def test_radiation_fits_and_feeds_no_energy(coefficients: Any) -> None:
     fit = fit_radiation(coefficients)
-    assert fit.error < 0.03 and fit.negative < 0.01
+    assert fit.error < 0.03 and fit.negative < 5e-4
+    slow = np.abs(1025.0 * fit.damping(np.linspace(0.0, 0.1, 11)))  # critical: 2.9e6 in surge, 6e9 in yaw
+    assert slow[:, 0, 0].max() < 0.001 * 2.9e6 and slow[:, 5, 5].max() < 0.001 * 6e9
     t = np.linspace(0.0, 60.0, 300)
     exact, found = kernel(coefficients, t), fit.kernel(t)
     for i in (0, 2, 4, 5):

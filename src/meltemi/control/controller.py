@@ -164,8 +164,8 @@ class Controller:
         if not callable(self.update):
             raise InputError(f"controller: update must be a function, found {type(self.update).__name__}")
         number = isinstance(self.sample_time, int | float)
-        if self.sample_time is not None and not (number and self.sample_time > 0.0):
-            raise InputError(f"controller: sample_time must be positive, found {self.sample_time!r}")
+        if self.sample_time is not None and not (number and 0.0 < self.sample_time < 1e9):
+            raise InputError(f"controller: sample_time must be positive, and a time, found {self.sample_time!r}")
         if not self.name:
             object.__setattr__(self, "name", getattr(self.update, "__name__", type(self.update).__name__))
 

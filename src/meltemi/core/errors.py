@@ -107,8 +107,8 @@ def place_of(name: str, inside: Mapping[str, Iterable[str]]) -> str:
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """Hint for a misspelt name: the closest valid names, or all of them if they are few."""
-    valid = list(valid)
-    near = closest(name, valid)
+    valid = [str(each) for each in valid]
+    near = closest(str(name), valid)
     if near:
         return f"did you mean {' or '.join(repr(v) for v in near)}?"
     if len(valid) <= 12:

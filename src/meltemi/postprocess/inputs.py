@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import inf, isfinite
+import sys
+from math import isfinite
 from operator import index
 from typing import Any
 
@@ -56,7 +57,7 @@ def positive(value: Any, what: str) -> float:
     Raises:
       InputError: it is none.
     """
-    if not (_is_number(value) and 0.0 < value < inf):
+    if not (_is_number(value) and 0.0 < value <= sys.float_info.max):
         raise InputError(f"{what} must be positive, found {value!r}")
     return float(value)
 

@@ -106,17 +106,11 @@ class Part:
         return []
 
 
-def lines_of(turbine: Any) -> str:
-    """How the mooring lines of a floating turbine are modelled; nothing if it does not float."""
-    return str(getattr(getattr(turbine, "platform", None), "line_model", ""))
-
-
 PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.simulation.electric": lambda turbine, options: options.electrical != "ideal",
     "meltemi_sea.mass_dampers": lambda turbine, options: bool(getattr(turbine, "mass_dampers", ())),
     "meltemi_sea.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,
-    "meltemi_float.floater": lambda turbine, options: lines_of(turbine) == "static",
-    "meltemi_float.lumped": lambda turbine, options: lines_of(turbine) == "dynamic",
+    "meltemi_float.lumped": lambda turbine, options: getattr(turbine, "platform", None) is not None,
 }
 """Modules of parts, and whether a turbine with options has it; ``part_of(turbine, options, rotor)`` there makes it."""
 

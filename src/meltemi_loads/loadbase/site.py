@@ -158,10 +158,10 @@ def _site(data: Mapping[str, Any], turbine: str, where: str) -> Site:
             f"{where}: Ambient Mean TI.{turbine}: at 15 m/s it is not TI15 = {ti15:g}; the tables must be in per cent, "
             "TI15 must not"
         )
-    correction = number("CcT", turbine, "CcT")
+    correction, project = number("CcT", turbine, "CcT"), data.get("Project Information")
     angle = math.radians(number("Inflow Angle", turbine, "Inflow angle max"))
     found = {
-        "name": f"{data.get('Project Information', {}).get('Project name', '')}, turbine {turbine}",
+        "name": f"{project.get('Project name', '') if isinstance(project, Mapping) else ''}, turbine {turbine}",
         "mean_speed": number(*layout, "Annual Average Wind Speed"),
         "weibull_scale": number(*layout, "Weibull Scale Parameter"),
         "weibull_shape": number(*layout, "Weibull Shape Parameter"),

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 import meltemi
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import text_of, write_text
+from meltemi.postprocess.inputs import floats
 from meltemi_loads.surrogate.space import UNITS, Space, Variable
 
 if TYPE_CHECKING:
@@ -247,7 +248,7 @@ class Surrogate:
         if missing := [f"{name} [{UNITS[name]}]" for name in names if name not in given]:
             raise InputError(f"surrogate of {self.turbine}: missing {', '.join(missing)}")
         try:
-            columns = np.broadcast_arrays(*(np.asarray(given[name], dtype=float) for name in names))
+            columns = np.broadcast_arrays(*(floats(given[name], name) for name in names))
         except ValueError as error:
             raise InputError(f"surrogate of {self.turbine}: {error}") from None
         return np.column_stack([column.ravel() for column in columns]), columns[0].shape
@@ -322,10 +323,10 @@ def _read(path: str | Path) -> Surrogate:
         space = Space(
             tuple(
                 Variable(
-                    name,
-                    tuple(low),
-                    tuple(high),
-                    *(e if m is None else m for m, e in zip(limits, INFINITE, strict=True)),
+                    str(name),
+                    tuple(map(float, low)),
+                    tuple(map(float, high)),
+                    *(e if m is None else float(m) for m, e in zip(limits, INFINITE, strict=True)),
                 )
                 for name, low, high, *limits in zip(*known.values(), strict=True)
             )

@@ -121,7 +121,7 @@ def aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pola
     v["length"] = np.diff(np.interp(layout.edges, a.position, arc))
     root, end, hub = np.interp(s, a.position, arc), arc[-1], turbine.hub.radius
     v["tip_number"] = B * (end - root) / (2.0 * (hub + root)) if options.tip_loss else 1e9
-    v["hub_number"] = B * root / (2.0 * hub) if options.hub_loss else 1e9
+    v["hub_number"] = B * root / (2.0 * max(hub, 1e-9)) if options.hub_loss else 1e9
     v["end"] = ((v["tip_number"] < 1e-9) | (v["hub_number"] < 1e-9)).astype(float)
     radius, tip = hub + s, turbine.rotor_radius
     area = radius * layout.length
