@@ -75,7 +75,7 @@ def test_every_constant_of_a_line_matters(change: dict[str, float]) -> None:
 
 @pytest.mark.parametrize("kind", ["static", "dynamic"])
 def test_a_lost_line_no_longer_pulls(kind: str) -> None:
-    """Up to then nothing differs; then the force on the platform changes by the tension of the line, which is in x, z."""
+    """Up to then nothing differs; then the force on the platform changes by the tension of the line (in x and z)."""
     platform = meltemi.load_turbine("iea15mw-volturnus").platform
     assert platform is not None
     lines = (platform.lines[0].replace(lost=2.0), *platform.lines[1:])
