@@ -43,6 +43,8 @@ class MooringLine(Record):
     axial_added_mass: float = Field(default=0.0, ge=0.0)
     damping_ratio: float = Field(default=1.0, ge=0.0)
     """Axial damping of a segment over ``l sqrt(stiffness mass)`` [-]; of moving lines."""
+    lost: float | None = Field(default=None, gt=0.0)
+    """[s] time of a run at which it parts at the fairlead and no longer pulls."""
 
     @property
     def section(self) -> float:

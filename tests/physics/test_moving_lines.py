@@ -31,7 +31,7 @@ def case(
         duration=duration,
         controller=meltemi.control.ConstantController(),
         start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates={"base heave": heave}),
-        channels=SHOWN,
+        channels=(*SHOWN, "line_1_anchor_tension", "mooring_force_x"),
         output_step=shown,
     )
 
@@ -71,6 +71,24 @@ def test_the_platform_feels_the_same_mean_pull_and_more_damping() -> None:
 def test_every_constant_of_a_line_matters(change: dict[str, float]) -> None:
     name = "line_1_fairlead_tension"
     assert np.std(run(20.0, line=change)[name] - run(20.0)[name]) > 1.0
+
+
+@pytest.mark.parametrize("kind", ["static", "dynamic"])
+def test_a_lost_line_no_longer_pulls(kind: str) -> None:
+    """Up to then nothing differs; then the force on the platform changes by the tension of the line (in x and z)."""
+    platform = meltemi.load_turbine("iea15mw-volturnus").platform
+    assert platform is not None
+    lines = (platform.lines[0].replace(lost=2.0), *platform.lines[1:])
+    whole, lost = run(4.0, line_model=kind), run(4.0, line_model=kind, lines=lines)
+    at, tension = 20, "line_1_fairlead_tension"
+    assert (lost.data[:at] == whole.data[:at]).all()
+    assert (lost[tension][at:] == 0.0).all() and (lost["line_1_anchor_tension"][at:] == 0.0).all()
+    change = [lost[f"mooring_force_{axis}"][at] - whole[f"mooring_force_{axis}"][at] for axis in "xz"]
+    assert np.hypot(*change) == pytest.approx(whole[tension][at], rel=1e-6)
+    assert lost["platform_surge"][-1] > whole["platform_surge"][-1] + 0.05
+    assert [(entry.time, entry.what) for entry in lost.log] == [(2.0, "mooring line 1 lost")]
+    slope, loads = 3.0, meltemi.loads.equivalent_loads(whole, [tension])
+    assert loads[tension] == meltemi.loads.damage_equivalent_load(whole[tension], duration=4.0, slope=slope)
 
 
 def test_a_run_of_moving_lines_is_continued(tmp_path: Path) -> None:

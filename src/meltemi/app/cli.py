@@ -193,7 +193,7 @@ def _show(result: Result, after: str) -> None:
     meta = result.meta
     if result.sampled:
         print_table(f"{meta['turbine']}: {meta['wind']}{after}", *statistics_rows(result), text_columns=3)
-        print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for other loads")
+        print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades, 3 for mooring lines, 4 for other loads")
         print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
     if result.log:
         happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]

@@ -54,7 +54,7 @@ class Batch:
         controllers that are compiled; "cuda-single" evaluates in single precision.
       series: keep the time series; without them the value of a case, and what ``reduce`` is called with, is a
         :class:`~meltemi.loads.Summary`, computed while the case runs.
-      slopes: m of the S-N curves of summaries by channel; for others 10 for blades, 4 for other loads.
+      slopes: m of the S-N curves of summaries by channel; else 10 for blades, 3 for mooring lines, 4 for others.
       store: keeps values in its own way, instead of files in ``out``.
     """
 

@@ -59,10 +59,12 @@ def damage_equivalent_load(
 
 
 def usual_slope(channel: Channel) -> float | None:
-    """Customary S-N slope of a channel: 10 for blades, 4 for steel, None if it is not a load."""
+    """Customary S-N slope of a channel: 10 for blades, 4 for steel, 3 for chains of mooring lines, None if no load."""
+    name = channel.name.lower()
     if channel.unit not in ("N", "N m"):
         return None
-    return 10.0 if channel.name.lower().startswith(("root", "station", "spn")) else 4.0  # Spn: OpenFAST's stations
+    chain = name.startswith(("line_", "fairten", "anchten"))  # DNV-OS-E301, 2.2.1: m = 3
+    return 10.0 if name.startswith(("root", "station", "spn")) else 3.0 if chain else 4.0  # Spn: OpenFAST's stations
 
 
 def equivalent_loads(
@@ -77,8 +79,7 @@ def equivalent_loads(
     Args:
       names: of the channels; by default all loads.
       f_eq: [Hz] of the equivalent load.
-      slopes: m of the S-N curve by channel; for others 10 for blades, 4 for everything else. A channel that is no load
-        takes part if it has one.
+      slopes: m of the S-N curve by channel, else the usual one; a channel that is no load takes part if it has one.
 
     Raises:
       InputError: a name is unknown, ``f_eq`` or a slope is not positive, or there are less than two samples.

@@ -181,7 +181,7 @@ def summary(result: Result, slopes: Mapping[str, float] | None = None) -> Summar
 
     Args:
       result: with its series.
-      slopes: m of the S-N curves by channel; for others 10 for blades, 4 for other loads.
+      slopes: m of the S-N curves by channel; else 10 for blades, 3 for mooring lines, 4 for others.
 
     Raises:
       InputError: a name is unknown, or a slope is not positive.

@@ -51,7 +51,7 @@ def diff(
     print(
         "mean, std, DEL: of the second result, and change of the first in percent; a mean near 0: in percent of the std"
     )
-    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for other loads")
+    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades, 3 for mooring lines, 4 for other loads")
     for warning in (*first.warnings, *second.warnings):
         say(f"warning: {warning}")
     for note in found.notes:
