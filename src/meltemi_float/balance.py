@@ -42,7 +42,7 @@ def check_balance(turbine: Any, c: Coefficients) -> None:
             "of another platform, or not for a reference length of 1 m"
         )
     for i, line in enumerate(platform.lines):
-        if line.mass <= rho * line.section:
+        if line.wet_mass(rho) <= 0.0:
             raise InputError(f"{name}: platform.lines: line {i + 1} floats; check its diameter")
         strain = float(np.linalg.norm(line.fairlead - line.anchor)) / line.length - 1.0
         if strain > STRETCH:
@@ -96,7 +96,7 @@ def lines_load(platform: Platform, motion: Float) -> Float:
         r = line.fairlead + np.cross(motion[3:], line.fairlead)
         way = motion[:3] + r - line.anchor
         across = float(np.hypot(way[0], way[1]))
-        weight = (line.mass - platform.water_density * line.section) * GRAVITY
+        weight = line.wet_mass(platform.water_density) * GRAVITY
         bed = 1.0 * (line.anchor[2] < -platform.depth + 1e-3)
         H, V = line_forces(across, float(way[2]), line.length, weight, line.stiffness, line.friction, bed, 0.0, 0.0)
         F = np.array([-H * way[0] / across, -H * way[1] / across, -V])

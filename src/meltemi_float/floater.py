@@ -78,12 +78,8 @@ class LineLoad(Table, axes="line"):
 class Line(Table, axes="line"):
     """Constants of a mooring line."""
 
-    fairlead_x: Numbers = number("m", "fairlead on the platform")
-    fairlead_y: Numbers = number("m", "fairlead on the platform")
-    fairlead_z: Numbers = number("m", "fairlead on the platform")
-    anchor_x: Numbers = number("m", "anchor")
-    anchor_y: Numbers = number("m", "anchor")
-    anchor_z: Numbers = number("m", "anchor")
+    fairlead: Vectors = xyz("m", "on the platform")
+    anchor: Vectors = xyz("m", "in inertial axes")
     length: Numbers = number("m", "unstretched")
     mass: Numbers = number("kg/m", "without that of the water displaced")
     stiffness: Numbers = number("N", "Young's modulus times section")
@@ -310,6 +306,14 @@ def moving_line(i: int, H: float, V: float, e: Ends, d: Vec, across: float, r: V
     return fh * ahead + fl * side + Vec(0.0, 0.0, fz)
 
 
+@kernel
+def line_of(i: int, m: FloaterSystem) -> tuple[float, float, float, float, float]:
+    """Length, weight per length, stiffness, friction, and whether the anchor lies on the bed, as of :func:`span`."""
+    line = m.line
+    on_bed = 1.0 * (line.anchor[i].z < m.floater.bed + 1e-3)
+    return line.length[i], m.structure.gravity * line.mass[i], line.stiffness[i], line.friction[i], on_bed
+
+
 @by_record
 def line_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
     """Force [N] of a mooring line on its fairlead, ``r`` [m] from the platform's point."""
@@ -320,13 +324,10 @@ def line_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
 def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
     """Of a line in its static shape, with drag and inertia of its motion (W-12 to W-15)."""
     p, line, load = m.platform, m.line, m.line_load
-    d = r + p.displacement - Vec(line.anchor_x[i], line.anchor_y[i], line.anchor_z[i])
+    d = r + p.displacement - line.anchor[i]
     across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
-    on_bed = 1.0 * (line.anchor_z[i] < m.floater.bed + 1e-3)
-    L, w = line.length[i], m.structure.gravity * line.mass[i]
-    EA, friction = line.stiffness[i], line.friction[i]
-    H, V = line_forces(across, d.z, L, w, EA, friction, on_bed, load.horizontal[i], load.vertical[i])
-    e = span(H, V, L, w, EA, friction, on_bed)
+    H, V = line_forces(across, d.z, *line_of(i, m), load.horizontal[i], load.vertical[i])
+    e = span(H, V, *line_of(i, m))
     load.horizontal[i] = H
     load.vertical[i] = V
     load.anchor[i] = sqrt(e.anchor_h * e.anchor_h + e.anchor_v * e.anchor_v)
@@ -350,7 +351,7 @@ def mooring(t: float, m: FloaterSystem) -> None:
             m.line_load.fairlead[i] = 0.0
             m.line_load.anchor[i] = 0.0
             continue
-        r = R @ Vec(line.fairlead_x[i], line.fairlead_y[i], line.fairlead_z[i])
+        r = R @ line.fairlead[i]
         pull = line_pull(i, r, m)
         F += pull
         M += cross(r, pull)
@@ -488,9 +489,13 @@ class FloaterPart(Part):
     coefficients: Coefficients
     platform: Platform
 
+    def sizes(self) -> dict[str, int]:
+        """Lengths of the axes of the signals."""
+        return {"mode": len(self.float_pole), "line": self.line.shape[1]}
+
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the signals."""
-        sizes = {"mode": len(self.float_pole), "line": self.line.shape[1]}
+        sizes = self.sizes()
         return {name: table.shape(**{a: sizes[a] for a in table.axes}) for name, table in self.signals.items()}
 
     def arrays(self) -> dict[str, Any]:
@@ -588,12 +593,10 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     v = View(Line, line)
     if platform.lines:
         for name in ("fairlead", "anchor"):
-            for i, axis in enumerate("xyz"):
-                v[f"{name}_{axis}"] = [getattr(each, name)[i] for each in platform.lines]
+            v[name] = np.transpose([getattr(each, name) for each in platform.lines])
         for name in ("length", "stiffness", "friction"):
             v[name] = [getattr(each, name) for each in platform.lines]
-        wet = [each.mass - rho * each.section for each in platform.lines]
-        v["mass"] = wet
+        v["mass"] = [each.wet_mass(rho) for each in platform.lines]
         across = rho * np.array([each.diameter for each in platform.lines])
         section = rho * np.array([each.section for each in platform.lines])
         dry = np.array([each.mass for each in platform.lines])

@@ -1,6 +1,7 @@
 """Mooring lines of lumped masses, in place of their static shapes.
 
-A line is a chain of points with the mass, weight, drag and added mass of a segment each; segments carry tension only.
+A line is a chain of points with the mass, weight, drag and added mass of a segment each; segments carry tension
+and axial damping.
 A step is linearly implicit: tension, damping and sea bed act with their change over it, which costs one solution of a
 tridiagonal system of 3 x 3 blocks for each line, and leaves the step to the turbine. Until the first step, and in
 linear models, lines have their static shapes.
@@ -25,7 +26,7 @@ from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, View, numb
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import begin_parts_step
 from meltemi_float.catenary import line_forces, span
-from meltemi_float.floater import FloaterPart, FloaterSystem, line_pull, static_pull
+from meltemi_float.floater import FloaterPart, FloaterSystem, line_of, line_pull, static_pull
 from meltemi_float.floater import part_of as static_part
 
 Float = NDArray[np.float64]
@@ -102,13 +103,16 @@ def reduced(A: Sym, S: Sym, G: Sym) -> Sym:
 
 
 @kernel
-def fairlead(i: int, m: FloaterSystem) -> Vec:
-    """Place of a fairlead by the coordinates of the base."""
-    line, q, k = m.line, m.q, m.top_shape.modes - 6
-    down = Vec(0.0, 0.0, -m.structure.tower_base)
-    r = Vec(line.fairlead_x[i], line.fairlead_y[i], line.fairlead_z[i])
-    R = rotation(Vec(q[k + 3], q[k + 4], q[k + 5]))
-    return Vec(q[k], q[k + 1], q[k + 2]) - down + R @ (down + r)
+def segment(i: int, d: Vec, change: Vec, m: LumpedSystem) -> tuple[Vec, float, float, float]:
+    """Direction of a segment between ends ``d`` [m] apart, its length, tension without, and with damping (W-24).
+
+    Args:
+      change: [m/s] rate of ``d``.
+    """
+    length, size = m.line.length[i] / m.line_point.nodes, sqrt(dot(d, d))
+    e = (1.0 / size) * d
+    taut = max(m.line.stiffness[i] * (size / length - 1.0), 0.0)
+    return e, size, taut, taut + m.lump.damping[i] / length * dot(change, e)
 
 
 @kernel
@@ -118,9 +122,8 @@ def march(i: int, h: float, theta: float, end: Vec, m: LumpedSystem) -> None:
     length, EA = line.length[i] / (last + 1.0), line.stiffness[i]
     weight, bed = m.structure.gravity * line.mass[i] * length, lump.diameter[i] * length
     a, b = theta * h, theta * h * theta * h
-    moved = (1.0 / h) * (end - s.position[i, last])
-    s.velocity[i, last] = moved
-    low, v_low = Vec(line.anchor_x[i], line.anchor_y[i], line.anchor_z[i]), Vec(0.0, 0.0, 0.0)
+    s.velocity[i, last] = (1.0 / h) * (end - s.position[i, last])
+    low, v_low = line.anchor[i], Vec(0.0, 0.0, 0.0)
     # of the segment below a point: direction, force, parts of its stiffness, block of the matrix
     e0, T0, k0, n0 = Vec(0.0, 0.0, 0.0), 0.0, 0.0, 0.0
     S0 = dyad(0.0, 0.0, e0)
@@ -129,11 +132,7 @@ def march(i: int, h: float, theta: float, end: Vec, m: LumpedSystem) -> None:
         x = low if k < 0 else s.position[i, k]
         v = v_low if k < 0 else s.velocity[i, k]
         up, v_up = s.position[i, k + 1], s.velocity[i, k + 1]
-        d = up - x
-        size = sqrt(dot(d, d))
-        e = (1.0 / size) * d
-        taut = max(EA * (size / length - 1.0), 0.0)
-        T = taut + lump.damping[i] / length * dot(v_up - v, e)
+        e, size, taut, T = segment(i, up - x, v_up - v, m)
         across = taut / size
         along = (EA / length if taut > 0.0 else 0.0 * taut) - across
         S = dyad(b * across, b * along + a * lump.damping[i] / length, e)
@@ -179,11 +178,9 @@ def march(i: int, h: float, theta: float, end: Vec, m: LumpedSystem) -> None:
 def hang(i: int, end: Vec, m: LumpedSystem) -> None:
     """Bring a line into equilibrium below a fairlead, from the static shape of a continuous one (W-28)."""
     line, s, load, n = m.line, m.line_point, m.line_load, m.line_point.nodes
-    anchor = Vec(line.anchor_x[i], line.anchor_y[i], line.anchor_z[i])
-    L, w, EA, friction = line.length[i], m.structure.gravity * line.mass[i], line.stiffness[i], line.friction[i]
+    anchor, (L, w, EA, friction, on_bed) = line.anchor[i], line_of(i, m)
     d = end - anchor
     across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
-    on_bed = 1.0 * (line.anchor_z[i] < m.floater.bed + 1e-3)
     H, V = line_forces(across, d.z, L, w, EA, friction, on_bed, load.horizontal[i], load.vertical[i])
     lying = max(L - V / w, 0.0) * on_bed
     for k in range(n):
@@ -206,11 +203,14 @@ def hang(i: int, end: Vec, m: LumpedSystem) -> None:
 @kernel
 def lumped_begin(dt: float, m: LumpedSystem) -> None:
     """Lines follow their fairleads to the end of the step."""
+    q, k, down = m.q, m.top_shape.modes - 6, Vec(0.0, 0.0, -m.structure.tower_base)
+    base, R = Vec(q[k], q[k + 1], q[k + 2]) - down, rotation(Vec(q[k + 3], q[k + 4], q[k + 5]))
     for i in range(m.line_state.lines):  # type: ignore[attr-defined]
+        fairlead = base + R @ (down + m.line.fairlead[i])
         if m.line_state.begun[i] > 0.0:
-            march(i, dt, THETA, fairlead(i, m), m)
+            march(i, dt, THETA, fairlead, m)
         else:
-            hang(i, fairlead(i, m), m)
+            hang(i, fairlead, m)
             m.line_state.begun[i] = 1.0
 
 
@@ -221,16 +221,12 @@ def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
     if m.line_state.begun[i] <= 0.0:
         return static_pull(i, r, m)
     p, line, s, J, last = m.platform, m.line, m.line_point, m.base_columns, m.line_point.nodes - 1
-    length, EA, first = line.length[i] / (last + 1.0), line.stiffness[i], m.top_shape.modes - 6
-    d = s.position[i, last] - s.position[i, last - 1]
-    size = sqrt(dot(d, d))
-    e = (1.0 / size) * d
-    T = max(EA * (size / length - 1.0), 0.0)
-    T += m.lump.damping[i] / length * dot(s.velocity[i, last] - s.velocity[i, last - 1], e)
+    half, first = 0.5 * line.length[i] / (last + 1.0), m.top_shape.modes - 6
+    d, change = s.position[i, last] - s.position[i, last - 1], s.velocity[i, last] - s.velocity[i, last - 1]
+    e, _, _, T = segment(i, d, change, m)
     v = p.velocity + cross(p.spin, r)
     vt = dot(v, e)
     vn = v - vt * e
-    half = 0.5 * length
     M = dyad(half * line.inertia[i], half * (line.axial_inertia[i] - line.inertia[i]), e)
     known = p.bias + cross(p.spin_bias, r) + cross(p.spin, cross(p.spin, r))
     pull = -(T * e) - (half * line.drag[i] * sqrt(dot(vn, vn))) * vn - (half * line.axial_drag[i] * abs(vt) * vt) * e
@@ -240,8 +236,7 @@ def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
         for j in range(k + 1):
             other = Vec(J[j, 0], J[j, 1], J[j, 2]) + cross(Vec(J[j, 3], J[j, 4], J[j, 5]), r)
             m.core_mass[first + k, first + j] += dot(own, other)
-    root = s.position[i, 0] - Vec(line.anchor_x[i], line.anchor_y[i], line.anchor_z[i])
-    m.line_load.anchor[i] = max(EA * (sqrt(dot(root, root)) / length - 1.0), 0.0)
+    m.line_load.anchor[i] = segment(i, s.position[i, 0] - line.anchor[i], s.velocity[i, 0], m)[2]
     m.line_load.fairlead[i] = sqrt(dot(pull, pull))
     return pull
 
@@ -259,10 +254,9 @@ class LumpedPart(FloaterPart):
     lump: Float
     segments: int
 
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        """Shapes of the signals."""
-        sizes = {"mode": len(self.float_pole), "line": self.line.shape[1], "node": self.segments}
-        return {name: table.shape(**{a: sizes[a] for a in table.axes}) for name, table in self.signals.items()}
+    def sizes(self) -> dict[str, int]:
+        """Lengths of the axes of the signals."""
+        return {**super().sizes(), "node": self.segments}
 
     def arrays(self) -> dict[str, Any]:
         """Constants of the platform and its lines, and still water."""

@@ -51,6 +51,10 @@ class MooringLine(Record):
         """[m^2] of the water that it displaces."""
         return 0.25 * np.pi * self.diameter**2
 
+    def wet_mass(self, water_density: float) -> float:
+        """[kg/m] without that of the water that it displaces, of a density [kg/m^3]."""
+        return self.mass - water_density * self.section
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         for name in ("fairlead", "anchor"):
@@ -75,7 +79,7 @@ def line_shape(line: MooringLine, water_density: float, points: int = 40) -> NDA
       points: how many.
     """
     way = line.anchor - line.fairlead
-    across, weight = float(np.hypot(*way[:2])), (line.mass - water_density * line.section) * GRAVITY
+    across, weight = float(np.hypot(*way[:2])), line.wet_mass(water_density) * GRAVITY
     H, V = line_forces(across, -float(way[2]), line.length, weight, line.stiffness, line.friction, 1.0, 0.0, 0.0)
     s = np.linspace(0.0, line.length, points)
     up, low = np.maximum(V - weight * s, 0.0), np.minimum(s, V / weight)
