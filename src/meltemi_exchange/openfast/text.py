@@ -104,6 +104,10 @@ class InputFile:
             "a line reads: value, keyword, comment"
         )
 
+    def has_word(self, word: str) -> bool:
+        """Whether a word stands in the file, such as a column that has another name in other versions."""
+        return any(word in line.split() for line in self.lines)
+
     def table(self, entry: Entry, wanted: Mapping[str, str], optional: Sequence[str] = ()) -> dict[str, Float]:
         """Columns of numbers by their names in the header.
 

@@ -127,7 +127,7 @@ def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
     joints = _subdyn(file, "NJoints", {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"})
     wanted = {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
     members = _subdyn(file, "NMembers", wanted)
-    shear = "ShearG1" if any("ShearG1" in line.split() for line in file.lines) else "ShearG"
+    shear = "ShearG1" if file.has_word("ShearG1") else "ShearG"
     wanted = {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": shear, "density": "MatDens"}
     sets = _subdyn(file, "NPropSets", wanted)
     order = np.argsort(joints["z"], kind="stable")

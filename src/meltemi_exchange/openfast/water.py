@@ -133,7 +133,7 @@ class Water:
         joints = self.table("NJoints", {"x": "Jointxi", "y": "Jointyi", "z": "Jointzi"})
         if np.ptp(joints["x"]) > 0.01 or np.ptp(joints["y"]) > 0.01:
             raise UnsupportedError(f"{file.path}: joints of HydroDyn are not above each other; a pile is upright")
-        which = self.table("NMembers", {"model": "MCoefMod"} if "MCoefMod" in _words(file) else {"model": "CoefMod"})
+        which = self.table("NMembers", {"model": "MCoefMod" if file.has_word("MCoefMod") else "CoefMod"})
         model = int(which["model"][0])
         water: dict[str, Any] = {}
         if model == 1:
@@ -224,7 +224,3 @@ class Water:
 
 
 DRIFTS = (("difference_drift", "full"), ("newman", "newman"), ("mean_drift", "mean"))
-
-
-def _words(file: InputFile) -> set[str]:
-    return {word for line in file.lines if "MJointID1" in line for word in line.split()}
