@@ -25,6 +25,7 @@ from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.library import load_turbine
 from meltemi_sea.given import ComponentSea
+from meltemi_verification.offshore import PARKED
 from meltemi_verification.table import Comparison, Row, at_least, relative
 from meltemi_verification.turbulent import thinned
 
@@ -69,18 +70,9 @@ def floating_model(drift: Any = "none", line_model: Any = "dynamic", **changes: 
     own = load_turbine("iea15mw-volturnus")
     assert own.platform is not None
     platform = own.platform.replace(drift=drift, line_model=line_model, segments=50)
-    options: dict[str, Any] = {
-        "locked": ("generator", "drivetrain", "yaw"),
-        "blade_model": "modal",
-        "mode_shapes": "given",
-        "torsion_modes": 0,
-        "flap_modes": 2,
-        "edge_modes": 1,
-        "time_step": 0.0125,
-        "tower_drag": False,
-    } | changes
+    options = ModelOptions(**PARKED | {"time_step": 0.0125} | changes)
     turbine = turbine.replace(foundation=own.foundation, platform=platform)
-    model = build(turbine, ModelOptions(**options), Environment(gravity=9.81))
+    model = build(turbine, options, Environment(gravity=9.81))
     return model.with_parameters(**{"aerodynamics.air_density": 0.0})
 
 

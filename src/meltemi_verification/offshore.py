@@ -45,6 +45,16 @@ CHANNELS = (
 ).split()
 STEP = 0.1
 """[s] between records."""
+PARKED: dict[str, Any] = {
+    "locked": ("generator", "drivetrain", "yaw"),
+    "blade_model": "modal",
+    "mode_shapes": "given",
+    "torsion_modes": 0,
+    "flap_modes": 2,
+    "edge_modes": 1,
+    "tower_drag": False,
+}
+"""Degrees of freedom of the turbine as in the runs of OpenFAST without air."""
 
 
 @dataclass(frozen=True)
@@ -79,17 +89,8 @@ def monopile_model(*, water: bool = True, **changes: Any) -> BladedModel:
     support = load_turbine("iea15mw-monopile").support
     assert support is not None
     pile = support.replace(damping=0.0, **({} if water else {"flooded": None}))
-    options: dict[str, Any] = {
-        "locked": ("generator", "drivetrain", "yaw"),
-        "blade_model": "modal",
-        "mode_shapes": "given",
-        "torsion_modes": 0,
-        "flap_modes": 2,
-        "edge_modes": 1,
-        "time_step": 0.005,
-        "tower_drag": False,
-    } | changes
-    model = build(turbine.replace(foundation=None, support=pile), ModelOptions(**options), Environment(gravity=9.81))
+    options = ModelOptions(**PARKED | {"time_step": 0.005} | changes)
+    model = build(turbine.replace(foundation=None, support=pile), options, Environment(gravity=9.81))
     still = {"aerodynamics.air_density": 0.0} | ({} if water else {"water.density": 0.0})
     return model.with_parameters(**still)
 
