@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees, radians
+from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -58,13 +58,14 @@ def rao(
     files.append(save(plot_operators(turbine, both), out / "rao.png"))
     head = [
         "period [s]",
-        *(f"{c.removeprefix('platform_')} [{u}/m]" for c, u in zip(linear.channels, shown(linear), strict=True)),
+        *(f"{c.removeprefix('platform_')} [{u}/m]" for c, (u, _) in zip(linear.channels, linear.shown, strict=True)),
     ]
     rows = []
     for period in LISTED:
         at = 2.0 * np.pi / period
         sizes = [
-            np.interp(at, linear.frequency, np.abs(v)) * f for v, f in zip(linear.value.T, factors(linear), strict=True)
+            np.interp(at, linear.frequency, np.abs(v)) * f
+            for v, (_, f) in zip(linear.value.T, linear.shown, strict=True)
         ]
         rows.append([f"{period:g}", *(f"{size:.4g}" for size in sizes)])
     print_table(f"{turbine}, linear", head, rows)
@@ -72,20 +73,10 @@ def rao(
     suggest("run", turbine, "--wind-speed", wind_speed or 12, "--sea", "3,9", "--out", out)
 
 
-def shown(found: Operators) -> list[str]:
-    """Units in which operators are shown."""
-    return [{"rad": "deg"}.get(unit, unit) for unit in found.units]
-
-
-def factors(found: Operators) -> list[float]:
-    """Of the shown units."""
-    return [degrees(1.0) if unit == "rad" else 1.0 for unit in found.units]
-
-
 def columns(found: Operators, coherence: Any) -> tuple[list[tuple[str, str]], Any]:
     """Head and rows of a file: frequency, then amplitude, phase and coherence of each channel."""
     head, data = [("frequency", "Hz")], [found.frequency / (2.0 * np.pi)]
-    for k, (name, unit, factor) in enumerate(zip(found.channels, shown(found), factors(found), strict=True)):
+    for k, (name, (unit, factor)) in enumerate(zip(found.channels, found.shown, strict=True)):
         head += [(name, f"{unit}/m"), (f"{name} phase", "deg")]
         data += [factor * np.abs(found.value[:, k]), np.degrees(np.angle(found.value[:, k]))]
         if coherence is not None:

@@ -50,6 +50,11 @@ class Operators:
     units: tuple[str, ...]
     value: Complex
 
+    @property
+    def shown(self) -> list[tuple[str, float]]:
+        """Unit in which each channel is shown, and the factor to it."""
+        return [("deg", np.degrees(1.0)) if unit == "rad" else (unit, 1.0) for unit in self.units]
+
 
 def steady_point(model: Model[Any], wind_speed: float) -> OperatingPoint:
     """Steady operation in a wind [m/s]; in none at rest with feathered blades."""

@@ -23,10 +23,10 @@ def plot_operators(title: str, found: Sequence[tuple[str, Operators, Any]]) -> F
     """Amplitudes over frequency: lines of the linear model, dots of a run where waves and response are coherent."""
     names = found[0][1].channels
     figure, axes = new_figure(len(names), size=(9.0, 1.6 * len(names) + 1.0), share=True)
-    for i, (name, unit) in enumerate(zip(names, found[0][1].units, strict=True)):
+    for i, (name, (unit, factor)) in enumerate(zip(names, found[0][1].shown, strict=True)):
         ax = axes[i, 0]
         for label, each, coherence in found:
-            size = np.abs(each.value[:, i]) * (np.degrees(1.0) if unit == "rad" else 1.0)
+            size = np.abs(each.value[:, i]) * factor
             f = each.frequency / (2.0 * np.pi)
             if coherence is None:
                 ax.plot(f, size, color=COLOURS[0], lw=1.0, label=label)
@@ -34,8 +34,8 @@ def plot_operators(title: str, found: Sequence[tuple[str, Operators, Any]]) -> F
                 some = coherence[:, i] >= COHERENT
                 ax.plot(f[some], size[some], ".", color=COLOURS[1], ms=3.5, label=label)
         top = max(float(np.abs(found[0][1].value[found[0][1].frequency > 0.25, i]).max()), 1e-9)
-        ax.set_ylim(0.0, 1.3 * top * (np.degrees(1.0) if unit == "rad" else 1.0))
-        panel(ax, name.removeprefix("platform_").replace("_", " "), f"{'deg' if unit == 'rad' else unit}/m")
+        ax.set_ylim(0.0, 1.3 * top * factor)
+        panel(ax, name.removeprefix("platform_").replace("_", " "), f"{unit}/m")
     axes[0, 0].legend(loc="upper right", fontsize="small")
     axes[-1, 0].set_xlim(0.0, 0.32)
     axes[-1, 0].set_xlabel("frequency [Hz]")
