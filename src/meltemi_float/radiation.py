@@ -71,15 +71,20 @@ class Radiation:
         return np.asarray(one + other)
 
 
-def kernel(coefficients: Coefficients, t: Float) -> Float:
-    """(T, 6, 6) retardation kernel over density: 2/pi int B cos(w t) dw, damping linear in between (W-3)."""
+def damping_at(coefficients: Coefficients, frequency: Float) -> Float:
+    """(F, 6, 6) damping over density, linear between the frequencies of the coefficients from none at rest."""
     w = np.append(0.0, coefficients.frequency)
     B = np.concatenate([np.zeros((1, 6, 6)), coefficients.damping])
-    fine = np.linspace(0.0, w[-1], 8 * len(w))
-    flat = np.stack([np.interp(fine, w, column) for column in B.reshape(len(w), -1).T])
+    return np.stack([np.interp(frequency, w, c) for c in B.reshape(len(w), -1).T], axis=-1).reshape(-1, 6, 6)
+
+
+def kernel(coefficients: Coefficients, t: Float) -> Float:
+    """(T, 6, 6) retardation kernel over density: 2/pi int B cos(w t) dw, damping linear in between (W-3)."""
+    fine = np.linspace(0.0, coefficients.frequency[-1], 8 * (len(coefficients.frequency) + 1))
+    flat = damping_at(coefficients, fine).reshape(len(fine), -1)
     weight = np.full(len(fine), fine[1])
     weight[[0, -1]] *= 0.5
-    return np.asarray((np.cos(np.outer(t, fine)) @ (weight[:, None] * flat.T) * 2.0 / np.pi).reshape(len(t), 6, 6))
+    return np.asarray((np.cos(np.outer(t, fine)) @ (weight[:, None] * flat) * 2.0 / np.pi).reshape(len(t), 6, 6))
 
 
 def fit_radiation(coefficients: Coefficients) -> Radiation:
@@ -118,10 +123,8 @@ def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficien
     H = h[rows].transpose(0, 2, 1, 3).reshape(half * n, half * n)
     H1 = h[rows + 1].transpose(0, 2, 1, 3).reshape(half * n, half * n)
     U, s, Vt = scipy.linalg.svd(H, full_matrices=False)
-    w = np.append(0.0, coefficients.frequency)
-    exact = np.concatenate([np.zeros((1, n, n)), coefficients.damping[:, some][:, :, some] / scale])
-    slow = np.stack([np.interp(SLOW, w, column) for column in exact.reshape(len(w), -1).T], axis=-1).reshape(-1, n, n)
-    wide = np.linspace(0.0, 2.0 * w[-1], 400)
+    slow = damping_at(coefficients, SLOW)[:, some][:, :, some] / scale
+    wide = np.linspace(0.0, 2.0 * coefficients.frequency[-1], 400)
 
     def fit(poles: Complex, cuts: int) -> Group:
         residue = _residues(poles, h, t, slow, wide, cuts)
