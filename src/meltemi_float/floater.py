@@ -247,12 +247,23 @@ def water_load(t: float, m: FloaterSystem) -> None:
 
 
 @kernel
+def add_mass(M: Sym, r: Vec, m: FloaterSystem) -> None:
+    """Add a mass [kg], by direction, that moves with the platform at ``r`` [m] to the mass matrix."""
+    J, first = m.base_columns, m.top_shape.modes - 6
+    for k in range(6):
+        own = M @ (Vec(J[k, 0], J[k, 1], J[k, 2]) + cross(Vec(J[k, 3], J[k, 4], J[k, 5]), r))
+        for j in range(k + 1):
+            other = Vec(J[j, 0], J[j, 1], J[j, 2]) + cross(Vec(J[j, 3], J[j, 4], J[j, 5]), r)
+            m.core_mass[first + k, first + j] += dot(own, other)
+
+
+@kernel
 def moving_line(i: int, H: float, V: float, e: Ends, d: Vec, across: float, r: Vec, m: FloaterSystem) -> Vec:
     """Drag of a line on the fairlead; its inertia is added to the mass matrix (W-15).
 
     The points of the line move as those of the line at rest do when the fairlead moves.
     """
-    p, line, J, first = m.platform, m.line, m.base_columns, m.top_shape.modes - 6
+    p, line = m.platform, m.line
     L, w, EA = line.length[i], m.structure.gravity * line.mass[i], line.stiffness[i]
     ahead, side = Vec(d.x / across, d.y / across, 0.0), Vec(-d.y / across, d.x / across, 0.0)
     v = p.velocity + cross(p.spin, r)
@@ -294,15 +305,9 @@ def moving_line(i: int, H: float, V: float, e: Ends, d: Vec, across: float, r: V
         mhz += own * ah * az + other * nh * nz
         mzz += own * az * az + other * nz * nz
         mll += other * ll * ll
-    for k in range(6):
-        T = Vec(J[k, 0], J[k, 1], J[k, 2]) + cross(Vec(J[k, 3], J[k, 4], J[k, 5]), r)
-        kh, kl = dot(T, ahead), dot(T, side)
-        for j in range(k + 1):
-            S = Vec(J[j, 0], J[j, 1], J[j, 2]) + cross(Vec(J[j, 3], J[j, 4], J[j, 5]), r)
-            sh, sl = dot(S, ahead), dot(S, side)
-            m.core_mass[first + k, first + j] += (
-                mhh * kh * sh + mhz * (kh * S.z + T.z * sh) + mzz * T.z * S.z + mll * kl * sl
-            )
+    x, y = ahead.x, ahead.y
+    xx, yy, xy = mhh * x * x + mll * y * y, mhh * y * y + mll * x * x, (mhh - mll) * x * y
+    add_mass(Sym(xx, yy, mzz, xy, mhz * x, mhz * y), r, m)
     return fh * ahead + fl * side + Vec(0.0, 0.0, fz)
 
 

@@ -26,7 +26,7 @@ from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, View, numb
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import begin_parts_step
 from meltemi_float.catenary import line_forces, span
-from meltemi_float.floater import FloaterPart, FloaterSystem, line_of, line_pull, static_pull
+from meltemi_float.floater import FloaterPart, FloaterSystem, add_mass, line_of, line_pull, static_pull
 from meltemi_float.floater import part_of as static_part
 
 Float = NDArray[np.float64]
@@ -220,8 +220,8 @@ def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
     """Force of a line on its fairlead: of the last segment, and of the half of it that moves with the platform."""
     if m.line_state.begun[i] <= 0.0:
         return static_pull(i, r, m)
-    p, line, s, J, last = m.platform, m.line, m.line_point, m.base_columns, m.line_point.nodes - 1
-    half, first = 0.5 * line.length[i] / (last + 1.0), m.top_shape.modes - 6
+    p, line, s, last = m.platform, m.line, m.line_point, m.line_point.nodes - 1
+    half = 0.5 * line.length[i] / (last + 1.0)
     d, change = s.position[i, last] - s.position[i, last - 1], s.velocity[i, last] - s.velocity[i, last - 1]
     e, _, _, T = segment(i, d, change, m)
     v = p.velocity + cross(p.spin, r)
@@ -231,11 +231,7 @@ def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
     known = p.bias + cross(p.spin_bias, r) + cross(p.spin, cross(p.spin, r))
     pull = -(T * e) - (half * line.drag[i] * sqrt(dot(vn, vn))) * vn - (half * line.axial_drag[i] * abs(vt) * vt) * e
     pull -= Vec(0.0, 0.0, half * m.structure.gravity * line.mass[i]) + M @ known
-    for k in range(6):
-        own = M @ (Vec(J[k, 0], J[k, 1], J[k, 2]) + cross(Vec(J[k, 3], J[k, 4], J[k, 5]), r))
-        for j in range(k + 1):
-            other = Vec(J[j, 0], J[j, 1], J[j, 2]) + cross(Vec(J[j, 3], J[j, 4], J[j, 5]), r)
-            m.core_mass[first + k, first + j] += dot(own, other)
+    add_mass(M, r, m)
     m.line_load.anchor[i] = segment(i, s.position[i, 0] - line.anchor[i], s.velocity[i, 0], m)[2]
     m.line_load.fairlead[i] = sqrt(dot(pull, pull))
     return pull
