@@ -20,11 +20,6 @@ SPEED, INTENSITY, DURATION, TRANSIENT = 9.0, 0.1, 600.0, 30.0
 """Of a row without other options: below rated wind, where wakes cost power."""
 
 
-_NAMES = "row spacing layout wind-speed turbulence direction seed duration wakes yaw"
-OPTIONS = tuple(f"--{name}" for name in _NAMES.split())
-"""Of a row; a file has its own."""
-
-
 def farm(
     target: Annotated[
         str, typer.Argument(help="YAML file of a farm, or a turbine for a row of them.", autocompletion=TURBINES)
@@ -55,8 +50,10 @@ def farm(
 
     from meltemi_farm.layout import read_farm
 
-    values = (row, spacing, layout, wind_speed, turbulence, direction, seed, duration, wakes, yaw)
-    given = {name: value for name, value in zip(OPTIONS, values, strict=True) if value is not None}
+    options: dict[str, Any] = {"--row": row, "--spacing": spacing, "--layout": layout, "--wind-speed": wind_speed}
+    options |= {"--turbulence": turbulence, "--direction": direction, "--seed": seed, "--duration": duration}
+    options |= {"--wakes": wakes, "--yaw": yaw}
+    given = {name: value for name, value in options.items() if value is not None}
     path = Path(target)
     if path.suffix in (".yaml", ".yml") and (is_case(path) or not path.exists()):
         if given:

@@ -311,10 +311,10 @@ def march_farm(
     for i, (run, result) in enumerate(zip(runs, results, strict=True)):
         if not (run.partial or result.status.complete):
             raise RunError(f"turbine {i + 1}: {result.message or result.status.message}", result)
-    shift = positions - march.places
+    shift, facts = positions - march.places, march.facts()
     tracks, seen = march.tracks(shift), march.view(shift)
-    results = farm_scenes(results, positions, march.planes, march.facts().get("step", 1.0), max(diameters))
-    return FarmResult(results, positions, yaw, diameters, hubs, settings, tracks, seen, march.facts())
+    results = farm_scenes(results, positions, march.planes, facts.get("step", 1.0), max(diameters))
+    return FarmResult(results, positions, yaw, diameters, hubs, settings, tracks, seen, facts)
 
 
 class FarmMarch:
