@@ -32,8 +32,8 @@ PIECE, LONGEST = 2.0, 2.5
 """[m] longest piece of a member in HydroDyn, and of a pile in SubDyn."""
 NEAR, STEP = 0.01, 0.001
 """[m] stations of a pile that are one to the water; from the edge of growth to the table's row."""
-CREST = 12.0
-"""[m] height and depth of the water in which a pile has no joint without need."""
+SAME = 1e-3
+"""Slopes of the diameter that are the same."""
 WALL = 0.01
 """Wall over the diameter of members, which are not flooded: HydroDyn wants one."""
 SOLVER = {"kbot": 3e6, "cbot": 3e5, "dtIC": 1.0, "TmaxIC": 60.0, "CdScaleIC": 4.0, "threshIC": 0.001}
@@ -130,9 +130,9 @@ def pile_water(title: str, pile: Support) -> str:
     z, water = pile.position, pile.hydrodynamics
     bottom = max(float(z[0]), -pile.depth) - BELOW
     joints = [bottom, *(b for a, b in zip(z[:-1].tolist(), z[1:].tolist(), strict=True) if b - max(a, bottom) > NEAR)]
-    # OpenFAST's buoyancy wants no joint in the waves; none is needed where only the wall changes
-    same = np.abs(np.interp(np.add(joints, LONGEST), z, pile.diameter) - np.interp(joints, z, pile.diameter)) < NEAR
-    joints = [x for x, flat in zip(joints, same, strict=True) if x in (joints[0], joints[-1]) or abs(x) > CREST or not flat]
+    # no joint where only the wall changes: OpenFAST's loads of water inside several members are wrong
+    changes = [d0 - d1 for d0, d1 in zip(*_either_side(pile, joints), strict=True)]
+    joints = [x for x, change in zip(joints, changes, strict=True) if abs(change) > SAME or x in (joints[0], joints[-1])]
     # a section at either end of each member: where two stations meet the wall changes
     ends = [x for a, b in zip(joints[:-1], joints[1:], strict=True) for x in (a + NEAR, b - NEAR)]
     n = len(joints) - 1
@@ -164,6 +164,13 @@ def pile_water(title: str, pile: Support) -> str:
         ),
     }
     return _hydrodyn(title, {"potential": 0}, tables)
+
+
+def _either_side(pile: Support, joints: list[float]) -> tuple[list[float], list[float]]:
+    """Slopes of the outer diameter below and above joints."""
+    x, d = np.array(joints), lambda z: np.interp(z, pile.position, pile.diameter)
+    below, above = (d(x - NEAR) - d(x - 1.0)) / (1.0 - NEAR), (d(x + 1.0) - d(x + NEAR)) / (1.0 - NEAR)
+    return below.tolist(), above.tolist()
 
 
 def _of_wave(water: Hydrodynamics) -> tuple[float | Float, float | Float, float | Float]:

@@ -43,6 +43,8 @@ OUTPUT_STEP = 0.05
 """[s] between outputs."""
 LOOSE, TIGHT = 1, 3
 """Coupling of OpenFAST's modules: explicit; implicit, which BeamDyn's high frequencies need at any usable time step."""
+PILE_STEP = 0.005
+"""[s] time step at most with SubDyn, whose pile is stiff."""
 FINENESS = 0.45
 """Time step times the highest frequency of ElastoDyn's degrees of freedom, at most."""
 STALL_RADII = (0.25, 0.95)
@@ -141,6 +143,8 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     start = (rated if rotor_speed is None else rotor_speed, turbine.control.pitch.minimum if pitch is None else pitch)
     texts: dict[str, str] = {}
     step = time_step or deck.options.time_step or (STEPS[0] if beamdyn else deck.time_step())
+    if turbine.support is not None and time_step is None:
+        step = min(step, PILE_STEP)
     if sea is not None and not deck.at_sea:
         raise InputError(f"sea: {turbine.name} stands on land")
     if deck.at_sea:
@@ -255,7 +259,8 @@ class _Deck:
         values: dict[str, object] = {
             "TMax": duration,
             "DT": step,
-            "ModCoupling": TIGHT if beamdyn or self.turbine.support is not None else LOOSE,
+            "ModCoupling": TIGHT if beamdyn else LOOSE,
+            "MaxConvIter": 30 if self.at_sea else 6,  # water that moves with members: more exchanges of a step
             "DT_Out": step * max(1, round(OUTPUT_STEP / step)),
             "CompElast": 2 if beamdyn else 1,
             "Gravity": self.environment.gravity,
