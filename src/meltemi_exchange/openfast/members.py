@@ -1,7 +1,7 @@
 """Members of a platform from HydroDyn: columns, pontoons and plates beside potential flow, or instead of it.
 
-A joint of several members has the area of all, as vectors out of each end (HydroDyn's theory, "axial loads"): a heave
-plate under a thinner column has a wet ring above. The force of drag on an end is rho A AxCd v^2 / 4 there, of both sides,
+A joint of several members has the area of all, as vectors out of each end (HydroDyn, axial loads): a heave plate
+under a thinner column has a wet ring above. The force of drag on an end is rho A AxCd v^2 / 4 there, of both sides,
 and rho A plate_drag v^2 / 2 here.
 """
 
@@ -62,7 +62,9 @@ def read_members(file: InputFile, v: Values) -> list[dict[str, Any]]:
         shared = {name: 0.0 if within and name != "drag" else float(x[row]) for name, x in wet.items()}
         at = [(int(a), places[int(a)], sections[int(first)][0]), (int(b), places[int(b)], sections[int(second)][0])]
         middle = (0.5 * (at[0][1] + at[1][1]), 0.5 * (at[0][2] + at[1][2]))
-        own = [_plate(joint, row, ends[joint], plates[joint], within) if place[2] < 0.0 else {} for joint, place, _ in at]
+        own = [
+            _plate(joint, row, ends[joint], plates[joint], within) if place[2] < 0.0 else {} for joint, place, _ in at
+        ]
         halves = [(at[k][1], at[k][2], own[k]) for k in (0, 1)]
         if own[0] and own[1]:  # a plate is at the start of a member: one for each
             pieces = [(half, middle) for half in halves]
@@ -70,7 +72,8 @@ def read_members(file: InputFile, v: Values) -> list[dict[str, Any]]:
             k = 1 if own[1] else 0
             pieces = [(halves[k], (at[1 - k][1], at[1 - k][2]))]
         for (start, d, plate), (end, d_end) in pieces:
-            found.append({"start": start, "end": end, "diameter": float(d), "end_diameter": float(d_end)} | shared | plate)
+            cone = {} if d == d_end else {"end_diameter": float(d_end)}
+            found.append({"start": start, "end": end, "diameter": float(d)} | cone | shared | plate)
     return found
 
 
@@ -110,7 +113,9 @@ def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Fl
     if np.any(members["model"] == 2):
         by_depth = _table(file, "NCoefDpth", {"z": "Dpth"} | {n: f"Dpth{c}" for n, c in COEFFICIENTS.items()})
         order = np.argsort(by_depth["z"])
-        z = np.array([0.5 * (places[int(a)][2] + places[int(b)][2]) for a, b in zip(members["a"], members["b"], strict=True)])
+        z = np.array(
+            [0.5 * (places[int(a)][2] + places[int(b)][2]) for a, b in zip(members["a"], members["b"], strict=True)]
+        )
         for name, x in found.items():
             x[members["model"] == 2] = np.interp(z, by_depth["z"][order], by_depth[name][order])[members["model"] == 2]
     if np.any(members["model"] == 3):
@@ -120,7 +125,9 @@ def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Fl
         for row in np.flatnonzero(members["model"] == 3):
             k = where.get(int(members["id"][row]))
             if k is None:
-                raise InputError(f"{file.path}: member {members['id'][row]:g} has MCoefMod 3, but no line of coefficients")
+                raise InputError(
+                    f"{file.path}: member {members['id'][row]:g} has MCoefMod 3, but no line of coefficients"
+                )
             for name, x in found.items():
                 x[row] = 0.5 * (each[f"{name}1"][k] + each[f"{name}2"][k])
     return found
@@ -159,18 +166,27 @@ def with_ballast(body: list[float], file: InputFile, v: Values) -> list[float]:
         n = int(number(words[0]) or 0) if words else 0
         which = [number_of.get(int(number(w) or 0)) for w in words[1 : n + 1]]
         if len(words) < n + 3 or not which or None in which:
-            raise InputError(f"{file.path}: FillNumM: expected {n} members, level and density, found {line.strip()[:60]!r}")
+            raise InputError(
+                f"{file.path}: FillNumM: expected {n} members, level and density, found {line.strip()[:60]!r}"
+            )
         level, density = number(words[n + 1]) or 0.0, number(words[n + 2]) or v.given("water_density", 1025.0)
         for row in filter(lambda k: k is not None, which):
             parts += _filled(members, places, sections, row, level, density)
     mass = sum(m for m, _, _ in parts)
     centre = sum(m * c for m, c, _ in parts) / mass
-    inertia = sum(own + m * ((c - centre) @ (c - centre) * np.eye(3) - np.outer(c - centre, c - centre)) for m, c, own in parts)
+    inertia = sum(
+        own + m * ((c - centre) @ (c - centre) * np.eye(3) - np.outer(c - centre, c - centre)) for m, c, own in parts
+    )
     return [float(mass), *centre.tolist(), *np.diag(inertia).tolist()]
 
 
 def _filled(
-    members: dict[str, Float], places: dict[int, Float], sections: dict[int, Float], row: Any, level: float, density: float
+    members: dict[str, Float],
+    places: dict[int, Float],
+    sections: dict[int, Float],
+    row: Any,
+    level: float,
+    density: float,
 ) -> list[tuple[float, Float, Float]]:
     """Slices (mass, centre, inertia about it) of the water inside of a member below a level."""
     a, b = places[int(members["a"][row])], places[int(members["b"][row])]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,9 @@ def sea_state(
     if platform is not None:
         values["drift_cutoff"] = platform.drift_cutoff
         if sea.level:
-            raise UnsupportedError(f"sea.level: {sea.level:g} m: HydroDyn's platforms float at mean sea level; add it to depth")
+            raise UnsupportedError(
+                f"sea.level: {sea.level:g} m: HydroDyn's platforms float at mean sea level; add it to depth"
+            )
     if len(waves.frequency):
         if waves.period is None:
             raise UnsupportedError("sea: OpenFAST has waves whose frequencies are multiples of one; these are not")
@@ -129,12 +132,14 @@ def pile_water(title: str, pile: Support) -> str:
     """
     z, water = pile.position, pile.hydrodynamics
     bottom = max(float(z[0]), -pile.depth) - BELOW
-    joints = [bottom, *(b for a, b in zip(z[:-1].tolist(), z[1:].tolist(), strict=True) if b - max(a, bottom) > NEAR)]
-    # no joint where only the wall changes: OpenFAST's loads of water inside several members are wrong
+    joints = [bottom, *(b for a, b in pairwise(z.tolist()) if b - max(a, bottom) > NEAR)]
+    # no joint where only the wall changes: OpenFAST's buoyancy wants none in the waves
     changes = [d0 - d1 for d0, d1 in zip(*_either_side(pile, joints), strict=True)]
-    joints = [x for x, change in zip(joints, changes, strict=True) if abs(change) > SAME or x in (joints[0], joints[-1])]
+    joints = [
+        x for x, change in zip(joints, changes, strict=True) if abs(change) > SAME or x in (joints[0], joints[-1])
+    ]
     # a section at either end of each member: where two stations meet the wall changes
-    ends = [x for a, b in zip(joints[:-1], joints[1:], strict=True) for x in (a + NEAR, b - NEAR)]
+    ends = [x for a, b in pairwise(joints) for x in (a + NEAR, b - NEAR)]
     n = len(joints) - 1
     drag, added, pressure = (np.broadcast_to(np.asarray(c, dtype=np.float64), z.shape) for c in _of_wave(water))
     diffracts = water.diffraction == "maccamy_fuchs"
@@ -157,8 +162,10 @@ def pile_water(title: str, pile: Support) -> str:
             [i + 1, float(np.interp(x, z, pile.diameter)), float(np.interp(x, z, pile.thickness))]
             for i, x in enumerate(ends)
         ),
-        "members": rows_of([i, i, i + 1, 2 * i - 1, 2 * i, 1, 0, PIECE, 1 if single else 2, 1, "False"] for i in numbers),
-        "fills": [] if pile.flooded is None else rows_of([[n, *numbers, pile.flooded, "default"]]),
+        "members": rows_of(
+            [i, i, i + 1, 2 * i - 1, 2 * i, 1, 0, PIECE, 1 if single else 2, 1, "False"] for i in numbers
+        ),
+        "fills": [] if pile.flooded is None else rows_of([[n, *numbers, pile.flooded, pile.water_density]]),
         "growth": rows_of(
             [x, each.thickness, each.density] for each in grown for x in (each.top - STEP, each.bottom + STEP)
         ),
@@ -189,10 +196,12 @@ def pile_structure(
       UnsupportedError: soil, whose springs depend on the load.
     """
     if pile.soil is not None:
-        raise UnsupportedError("support.soil: SubDyn has springs under the foot only; give foundation.stiffness instead")
+        raise UnsupportedError(
+            "support.soil: SubDyn has springs under the foot only; give foundation.stiffness instead"
+        )
     z = pile.position
     joints = [float(z[0])]
-    for a, b in zip(z[:-1], z[1:], strict=True):
+    for a, b in pairwise(z.tolist()):
         joints += np.linspace(a, b, 1 + math.ceil((b - a) / LONGEST - 1e-9))[1:].tolist()
     heights = [float(x) for x in (*pile.load_stations, *(each.height for each in pile.masses))]
     joints = sorted({*joints, *(x for x in heights if np.abs(np.array(joints) - x).min() > NEAR)})
@@ -265,7 +274,10 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
     tables["axial"] = rows_of(
         [
             [1, 0.0, 0.0, 0.0, 0, 0.0, 1.0],
-            *([i + 2, 2.0 * m.plate_drag, m.plate_added_mass, m.plate_pressure, 0, 0.0, 1.0] for i, m in enumerate(members)),
+            *(
+                [i + 2, 2.0 * m.plate_drag, m.plate_added_mass, m.plate_pressure, 0, 0.0, 1.0]
+                for i, m in enumerate(members)
+            ),
         ]
     )
     tables["joints"] = rows_of(
@@ -290,7 +302,9 @@ def _write_wamit(texts: dict[str, str], c: Coefficients) -> None:
     """Files .1, .3, .hst and .12d, of reference length 1 m; zero frequency has the added mass of the lowest."""
     modes = [(i, j) for i in range(6) for j in range(6)]
     period = (2.0 * np.pi / c.frequency).tolist()
-    rows = [[T, i + 1, j + 1, float(A[i, j])] for T, A in ((-1.0, c.added_mass[0]), (0.0, c.infinite)) for i, j in modes]
+    rows = [
+        [T, i + 1, j + 1, float(A[i, j])] for T, A in ((-1.0, c.added_mass[0]), (0.0, c.infinite)) for i, j in modes
+    ]
     for T, w, A, B in zip(period, c.frequency, c.added_mass, c.damping, strict=True):
         rows += [[T, i + 1, j + 1, float(A[i, j]), float(B[i, j] / w)] for i, j in modes]
     texts[f"{POTENTIAL}.1"] = _text(rows)
@@ -331,15 +345,14 @@ def mooring(title: str, platform: Platform) -> str:
     if len({line.friction for line in lines}) > 1:
         raise UnsupportedError("platform.lines: MoorDyn has one friction of the bed for all lines")
     kinds = [
-        (line.diameter, line.mass, line.stiffness, -line.damping_ratio, 0.0)
-        + (line.drag, line.added_mass, line.axial_drag, line.axial_added_mass)
-        for line in lines
+        (e.diameter, e.mass, e.stiffness, -e.damping_ratio, 0.0, e.drag, e.added_mass, e.axial_drag, e.axial_added_mass)
+        for e in lines
     ]
     types = list(dict.fromkeys(kinds))
     crossed = min(line.length / segments * math.sqrt(line.mass / line.stiffness) for line in lines)
     settings = {"dtM": float(f"{STEP_OF_LINE * crossed:.1g}")} | SOLVER
     if lines[0].friction:
-        settings |= {name: lines[0].friction for name in BED_FRICTION}
+        settings |= dict.fromkeys(BED_FRICTION, lines[0].friction)
     n = range(1, len(lines) + 1)
     tables = {
         "types": rows_of([f"kind{i + 1}", *kind] for i, kind in enumerate(types)),
