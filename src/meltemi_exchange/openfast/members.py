@@ -172,12 +172,12 @@ def with_ballast(body: list[float], file: InputFile, v: Values) -> list[float]:
         level, density = number(words[n + 1]) or 0.0, number(words[n + 2]) or v.given("water_density", 1025.0)
         for row in filter(lambda k: k is not None, which):
             parts += _filled(members, places, sections, row, level, density)
-    mass = sum(m for m, _, _ in parts)
-    centre = sum(m * c for m, c, _ in parts) / mass
-    inertia = sum(
-        own + m * ((c - centre) @ (c - centre) * np.eye(3) - np.outer(c - centre, c - centre)) for m, c, own in parts
-    )
-    return [float(mass), *centre.tolist(), *np.diag(inertia).tolist()]
+    masses, centres = np.array([m for m, _, _ in parts]), np.array([c for _, c, _ in parts])
+    mass = float(masses.sum())
+    centre = masses @ centres / mass
+    arms = centres - centre
+    inertia = sum(np.diag(own) for _, _, own in parts) + masses @ ((arms**2).sum(axis=1)[:, None] - arms**2)
+    return [mass, *centre.tolist(), *np.asarray(inertia).tolist()]
 
 
 def _filled(

@@ -34,7 +34,7 @@ PIECE, LONGEST = 2.0, 2.5
 NEAR, STEP = 0.01, 0.001
 """[m] stations of a pile that are one to the water; from the edge of growth to the table's row."""
 SAME = 1e-3
-"""Slopes of the diameter that are the same."""
+"""[m] change of the diameter that is none."""
 WALL = 0.01
 """Wall over the diameter of members, which are not flooded: HydroDyn wants one."""
 SOLVER = {"kbot": 3e6, "cbot": 3e5, "dtIC": 1.0, "TmaxIC": 60.0, "CdScaleIC": 4.0, "threshIC": 0.001}
@@ -134,10 +134,10 @@ def pile_water(title: str, pile: Support) -> str:
     bottom = max(float(z[0]), -pile.depth) - BELOW
     joints = [bottom, *(b for a, b in pairwise(z.tolist()) if b - max(a, bottom) > NEAR)]
     # no joint where only the wall changes: OpenFAST's buoyancy wants none in the waves
-    changes = [d0 - d1 for d0, d1 in zip(*_either_side(pile, joints), strict=True)]
-    joints = [
-        x for x, change in zip(joints, changes, strict=True) if abs(change) > SAME or x in (joints[0], joints[-1])
-    ]
+    x = np.array(joints)
+    d = [np.interp(x + step, z, pile.diameter) for step in (-1.0, -NEAR, NEAR, 1.0)]
+    bent = np.abs((d[1] - d[0]) - (d[3] - d[2])) + np.abs(d[2] - d[1]) > SAME
+    joints = [joints[0], *x[1:-1][bent[1:-1]].tolist(), joints[-1]]
     # a section at either end of each member: where two stations meet the wall changes
     ends = [x for a, b in pairwise(joints) for x in (a + NEAR, b - NEAR)]
     n = len(joints) - 1
@@ -173,13 +173,6 @@ def pile_water(title: str, pile: Support) -> str:
     return _hydrodyn(title, {"potential": 0}, tables)
 
 
-def _either_side(pile: Support, joints: list[float]) -> tuple[list[float], list[float]]:
-    """Slopes of the outer diameter below and above joints."""
-    x, d = np.array(joints), lambda z: np.interp(z, pile.position, pile.diameter)
-    below, above = (d(x - NEAR) - d(x - 1.0)) / (1.0 - NEAR), (d(x + 1.0) - d(x + NEAR)) / (1.0 - NEAR)
-    return below.tolist(), above.tolist()
-
-
 def _of_wave(water: Hydrodynamics) -> tuple[float | Float, float | Float, float | Float]:
     return water.drag, water.added_mass, water.pressure
 
@@ -211,8 +204,8 @@ def pile_structure(
     free = foundation is not None
     if foundation is not None:
         lines = [
-            f"{foundation.matrix(kind)[i, j]:.12g}  {letter}{SPRINGS[i]}{SPRINGS[j]}"
-            for letter, kind in (("K", "stiffness"), ("M", "mass"))
+            f"{value[i, j]:.12g}  {letter}{SPRINGS[i]}{SPRINGS[j]}"
+            for letter, value in (("K", foundation.matrix("stiffness")), ("M", foundation.matrix("mass")))
             for j in range(6)
             for i in range(j + 1)
         ]
@@ -330,7 +323,7 @@ def _polar(z: complex) -> list[float]:
     return [float(abs(z)), float(np.degrees(np.angle(z))), float(z.real), float(z.imag)]
 
 
-def _text(rows: Iterable[list[object]]) -> str:
+def _text(rows: Iterable[Iterable[object]]) -> str:
     return "\n".join(" ".join(f"{x:.9E}" if isinstance(x, float) else str(x) for x in row) for row in rows) + "\n"
 
 

@@ -328,17 +328,17 @@ class _Deck:
     def _base(self) -> dict[str, object]:
         """What ElastoDyn has of a platform, or of the top of a pile, where the tower needs inertia about its axis."""
         tower, platform = self.turbine.tower, self.turbine.platform
+        numbers, lever, mass = [0.0] * 6, 0.0, 0.0
         if platform is not None:
-            lever, mass, centre, inertia = 0.0, platform.mass, platform.centre, platform.inertia
+            numbers, mass = [*platform.centre.tolist(), *platform.inertia.tolist()], platform.mass
         elif self.turbine.support is not None:
-            lever, mass, centre = tower.base_height, 0.0, [0.0, 0.0, tower.base_height]
-            inertia = [0.0, 0.0, float(np.trapezoid(0.25 * tower.diameter**2 * tower.mass, tower.position))]
+            numbers[2] = lever = tower.base_height
+            numbers[5] = float(np.trapezoid(0.25 * tower.diameter**2 * tower.mass, tower.position))
         else:
             return {}
-        free = {f"Ptfm{name}DOF": True for name in ("Sg", "Sw", "Hv", "R", "P", "Y")}
         names = [f"PtfmCM{axis}t" for axis in "xyz"] + [f"Ptfm{axis}Iner" for axis in "RPY"]
-        numbers = [float(x) for x in (*centre, *inertia)]
-        return free | dict(zip(names, numbers, strict=True)) | {"PtfmMass": mass, "PtfmRefzt": lever}
+        found: dict[str, object] = {f"Ptfm{name}DOF": True for name in ("Sg", "Sw", "Hv", "R", "P", "Y")}
+        return found | dict(zip(names, numbers, strict=True)) | {"PtfmMass": mass, "PtfmRefzt": lever}
 
     def _elastodyn_blade(self, beamdyn: bool) -> str:
         whole = self.turbine.blade.structure
