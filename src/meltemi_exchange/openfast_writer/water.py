@@ -29,8 +29,8 @@ Float = NDArray[np.float64]
 Report = Callable[[str, str], None]
 WAVES, POTENTIAL, GROUND = "Waves.txt", "HydroData/platform", "Ground.dat"
 """Files beside the deck: waves, common name of the coefficients, springs under a pile."""
-PIECE, LONGEST = 2.0, 2.5
-"""[m] longest piece of a member in HydroDyn, and of a pile in SubDyn."""
+PIECE, SHORT, LONGEST = 2.0, 1.0, 2.5
+"""[m] longest piece of a platform's member and of a pile in HydroDyn, and of a pile in SubDyn."""
 NEAR, STEP = 0.01, 0.001
 """[m] stations of a pile that are one to the water; from the edge of growth to the table's row."""
 SAME = 1e-3
@@ -138,7 +138,6 @@ def pile_water(title: str, pile: Support) -> str:
     d = [np.interp(x + step, z, pile.diameter) for step in (-1.0, -NEAR, NEAR, 1.0)]
     bent = np.abs((d[1] - d[0]) - (d[3] - d[2])) + np.abs(d[2] - d[1]) > SAME
     joints = [joints[0], *x[1:-1][bent[1:-1]].tolist(), joints[-1]]
-    # a section at either end of each member: where two stations meet the wall changes
     ends = [x for a, b in pairwise(joints) for x in (a + NEAR, b - NEAR)]
     n = len(joints) - 1
     drag, added, pressure = (np.broadcast_to(np.asarray(c, dtype=np.float64), z.shape) for c in _of_wave(water))
@@ -154,16 +153,15 @@ def pile_water(title: str, pile: Support) -> str:
     single = all(row[1:] == by_depth[0][1:] for row in by_depth)
     coefficients = {"simple": rows_of([by_depth[0][1:]])} if single else {"by_depth": rows_of(by_depth)}
     numbers = range(1, n + 1)
+    # one wall, the mean in the water: OpenFAST's moments of water inside a cone are wrong
+    wall = float(np.mean(np.interp(np.linspace(joints[0], min(0.0, joints[-1]), 101), z, pile.thickness)))
     grown = sorted(pile.growth, key=lambda each: -each.top)
     tables = coefficients | {
         "axial": rows_of([[1, 0.0, 0.0, 0.0, 0, 0.0, 1.0]]),
         "joints": rows_of([i + 1, 0.0, 0.0, x, 1, 0] for i, x in enumerate(joints)),
-        "sections": rows_of(
-            [i + 1, float(np.interp(x, z, pile.diameter)), float(np.interp(x, z, pile.thickness))]
-            for i, x in enumerate(ends)
-        ),
+        "sections": rows_of([i + 1, float(np.interp(x, z, pile.diameter)), wall] for i, x in enumerate(ends)),
         "members": rows_of(
-            [i, i, i + 1, 2 * i - 1, 2 * i, 1, 0, PIECE, 1 if single else 2, 1, "False"] for i in numbers
+            [i, i, i + 1, 2 * i - 1, 2 * i, 1, 0, SHORT, 1 if single else 2, 1, "False"] for i in numbers
         ),
         "fills": [] if pile.flooded is None else rows_of([[n, *numbers, pile.flooded, pile.water_density]]),
         "growth": rows_of(

@@ -144,9 +144,11 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     step = time_step or deck.options.time_step or (STEPS[0] if implicit else deck.time_step())
     if sea is not None and not deck.at_sea:
         raise InputError(f"sea: {turbine.name} stands on land")
+    wet: dict[str, str] = {}
     if deck.at_sea:
-        deck.water(texts, StillWater() if sea is None else sea, duration)
-    deck.main(texts, duration, step, beamdyn, 0.0 if sea is None else sea.level)
+        deck.water(wet, StillWater() if sea is None else sea, duration)
+    deck.main(texts, wet, duration, step, beamdyn, 0.0 if sea is None else sea.level)
+    texts |= wet
     deck.elastodyn(texts, *start, azimuth, beamdyn=beamdyn)
     if turbine.blade.structure.twists:
         deck.beamdyn(texts)
@@ -250,7 +252,9 @@ class _Deck:
             if platform.line_model == "static":
                 self.changed("lines in static shapes", f"moving lines of {water.FEWEST_SEGMENTS} segments")
 
-    def main(self, texts: dict[str, str], duration: float, step: float, beamdyn: bool, level: float) -> None:
+    def main(
+        self, texts: dict[str, str], wet: Mapping[str, str], duration: float, step: float, beamdyn: bool, level: float
+    ) -> None:
         torsion, sea = self.turbine.blade.structure.twists, self.turbine.support or self.turbine.platform
         files = {"Hydro": "HydroDyn", "Sub": "SubDyn", "Mooring": "MoorDyn", "SeaSt": "SeaState"}
         values: dict[str, object] = {
@@ -271,7 +275,7 @@ class _Deck:
         }
         if sea is not None:
             values |= {"WtrDens": sea.water_density, "WtrDpth": sea.depth, "MSL2SWL": level}
-            there = {name: f"{module}.dat" for name, module in files.items() if f"{module}.dat" in texts}
+            there = {name: f"{module}.dat" for name, module in files.items() if f"{module}.dat" in wet}
             values |= {f"Comp{name}": 3 if name == "Mooring" else 1 for name in there}
             values |= {f"{name}File": file for name, file in there.items()}
         texts[f"{self.name}.fst"] = fill("main", self.title, values, {})
