@@ -114,6 +114,8 @@ class PlatformState(Table):
     moment: Vec = xyz("N m", "of the water about the platform's point")
     mooring_force: Vec = xyz("N", "of the lines")
     mooring_moment: Vec = xyz("N m", "of the lines about the platform's point")
+    offset: float = number("m", "horizontal distance of the point from its place at rest")
+    tilt: float = number("rad", "of the platform's vertical axis")
 
 
 class FloaterSystem(System):
@@ -458,6 +460,8 @@ def floater_loads(m: FloaterSystem, s: Outputs) -> None:
     p.force = Vec(x[0, 0], x[0, 1], x[0, 2])
     p.moment = Vec(x[0, 3], x[0, 4], x[0, 5])
     R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
+    p.tilt = atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
     base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     s.chain.top_deflection = R.T @ (m.machine.top_position - base) - Vec(0.0, 0.0, m.structure.tower_length)
     s.tower_station.force[0] = R.T @ s.tower_station.force[0]

@@ -42,6 +42,8 @@ class MooringLine(Record):
     added_mass: float = Field(default=0.0, ge=0.0)
     """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
     axial_added_mass: float = Field(default=0.0, ge=0.0)
+    strength: float | None = Field(default=None, gt=0.0)
+    """[N] characteristic strength, for utilisations of load bases."""
     damping_ratio: float = Field(default=1.0, ge=0.0)
     """Axial damping of a segment over ``l sqrt(stiffness mass)`` [-]; of moving lines."""
 
