@@ -57,6 +57,7 @@ class Floater(Table):
     step: float = number("s", "between the samples of the waves")
     period: float = number("s", "after which the waves repeat")
     bed: float = number("m", "height of the sea bed")
+    current: Vec = xyz("m/s", "velocity of the water at the height of the centre of mass, without waves")
 
 
 class RadiationState(Table, axes="mode"):
@@ -128,7 +129,8 @@ class FloaterSystem(System):
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
       float_flow: (T, 3 P) velocity of the water at the strips.
       base_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
-      base_six: (4, 6) velocity in platform axes, load of the water, further load, position.
+      base_six: (4, 6) velocity in platform axes, load of the water, further load, position and
+        then velocity against the current.
     """
 
     floater: Floater
@@ -231,9 +233,18 @@ def water_load(t: float, m: FloaterSystem) -> None:
     x[1, 2] += buoyancy
     x[1, 3] += buoyancy * f.buoyancy_y
     x[1, 4] -= buoyancy * f.buoyancy_x
+    against = own - R.T @ f.current
+    x[3, 0], x[3, 1], x[3, 2], x[3, 3], x[3, 4], x[3, 5] = (
+        against.x,
+        against.y,
+        against.z,
+        turning.x,
+        turning.y,
+        turning.z,
+    )
     drag, drag_moment = Vec(0.0 * t, 0.0 * t, 0.0 * t), Vec(0.0 * t, 0.0 * t, 0.0 * t)
     for j in range(6):
-        s, s2 = x[0, j], x[0, j] * abs(x[0, j])
+        s, s2 = x[0, j], x[3, j] * abs(x[3, j])
         drag -= s * Vec(K[LINEAR, j], K[LINEAR + 1, j], K[LINEAR + 2, j])
         drag -= s2 * Vec(K[QUADRATIC, j], K[QUADRATIC + 1, j], K[QUADRATIC + 2, j])
         drag_moment -= s * Vec(K[LINEAR + 3, j], K[LINEAR + 4, j], K[LINEAR + 5, j])
@@ -537,14 +548,16 @@ class FloaterPart(Part):
           InputError: the waves, or a part of them, are not in the coefficients.
         """
         n = self.strip.shape[1]
-        if sea.level or (sea.current is not None and not n):
-            raise InputError(
-                "sea: level does not act on a floating platform, and current only on members with drag; remove them"
-            )
+        if sea.level:
+            raise InputError("sea: level does not act on a floating platform, which floats with it; leave it out")
+        if sea.current is not None and not n and self.platform.quadratic_damping is None:
+            raise InputError("sea: current acts on platform.quadratic_damping and on members with drag; give either")
         dt, period, waves = wave_forces(sea, self.coefficients, self.platform, duration, origin, gravity)
         floater = self.floater.copy()
         v = View(Floater, floater)
         v["step"], v["period"] = dt, period
+        if sea.current is not None:
+            v["current"][:2] = sea.current.at(self.platform.centre[2:], self.platform.depth)[0]
         place = View(Strip, self.strip)["place"].T
         flow = flow_at(place, sea, self.platform.depth, duration, origin, gravity) if n else np.zeros((len(waves), 0))
         return FloatingSea(floater, waves, flow)

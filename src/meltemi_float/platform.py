@@ -116,6 +116,9 @@ class Platform(Record):
     """(6, 6) [N/m, N/rad, N m/rad] besides that of water and lines."""
     drift: Literal["none", "mean", "newman", "full"] = "none"
     """Forces of second order at difference frequencies."""
+    drift_directions: Literal["given", "turned"] = "given"
+    """Waves in directions that the drift coefficients lack are refused; or have the forces of the direction that they
+    have, turned with the waves: exact for bodies of revolution alone."""
     drift_cutoff: float = Field(default=0.75, gt=0.0)
     """[rad/s] highest difference frequency."""
     lines: tuple[MooringLine, ...] = Field(default=(), max_length=MAX_LINES)

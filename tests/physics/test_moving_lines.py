@@ -24,6 +24,7 @@ def case(
     line: Any = None,
     shown: float = 0.1,
     events: Any = (),
+    sea: Any = None,
     **changes: Any,
 ) -> meltemi.Run:
     turbine = meltemi.load_turbine("iea15mw-volturnus")
@@ -37,9 +38,10 @@ def case(
         duration=duration,
         controller=meltemi.control.ConstantController(),
         start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates={"base heave": heave}),
-        channels=(*SHOWN, "line_1_anchor_tension", "mooring_force_x"),
+        channels=(*SHOWN, "line_1_anchor_tension", "mooring_force_x", "water_force_x", "water_force_y"),
         output_step=shown,
         events=events,
+        sea=sea,
     )
 
 
@@ -112,3 +114,22 @@ def test_segments_have_limits() -> None:
     assert turbine.platform is not None
     with pytest.raises(InputError, match="segments"):
         turbine.platform.replace(segments=2)
+
+
+def test_a_current_pushes_on_the_hull_by_its_quadratic_damping() -> None:
+    """The first sample, at rest: D u |u| along the current (W-10), of which added mass takes its share."""
+    angle, platform = 0.3, meltemi.load_turbine("iea15mw-volturnus").platform
+    assert platform is not None
+    D = platform.quadratic_damping
+
+    def push(speed: float, share: float = 1.0) -> Any:
+        water = meltemi.environment.StillWater(current=meltemi.environment.Current(uniform=speed, direction=angle))
+        found = run(0.025, 0.0125, line_model="static", sea=water, quadratic_damping=share * D)
+        return np.array([found[f"water_force_{axis}"][0] for axis in "xy"])
+
+    rest = push(0.0)
+    one, double, stiff = push(0.5) - rest, push(1.0) - rest, push(0.5, 2.0) - rest
+    assert double == pytest.approx(4.0 * one, rel=1e-6) and stiff == pytest.approx(2.0 * one, rel=1e-6)
+    along = 0.5 * np.array([np.cos(angle), -np.sin(angle)])
+    share = one / (D[0, 0] * along * np.abs(along))
+    assert 0.5 < share[0] < 1.0 and share[1] == pytest.approx(share[0], rel=0.1)
