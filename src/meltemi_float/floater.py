@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.controller import LogEntry
+from meltemi.control.faults import Faults
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Rot, Sym, Vec
@@ -88,7 +88,6 @@ class Line(Table, axes="line"):
     axial_drag: Numbers = number("kg/m^2", "force along")
     inertia: Numbers = number("kg/m", "mass with that of the water that moves with it across")
     axial_inertia: Numbers = number("kg/m", "the same along")
-    lost: Numbers = number("s", "time from which it no longer pulls")
 
 
 class Strip(Table, axes="strip"):
@@ -115,6 +114,8 @@ class PlatformState(Table):
     moment: Vec = xyz("N m", "of the water about the platform's point")
     mooring_force: Vec = xyz("N", "of the lines")
     mooring_moment: Vec = xyz("N m", "of the lines about the platform's point")
+    offset: float = number("m", "horizontal distance of the point from its place at rest")
+    tilt: float = number("rad", "of the platform's vertical axis")
 
 
 class FloaterSystem(System):
@@ -136,6 +137,7 @@ class FloaterSystem(System):
     d_radiation: Single[RadiationState]
     line: Single[Line]
     line_load: Single[LineLoad]
+    faults: Faults
     strip: Single[Strip]
     float_flow: Constant[Array2]
     float_matrices: Constant[Array2]
@@ -345,14 +347,14 @@ line_pull.variant(static_pull)
 
 
 @kernel
-def mooring(t: float, m: FloaterSystem) -> None:
+def mooring(m: FloaterSystem) -> None:
     """Forces of the lines on the platform, which are added to the third row of ``base_six``."""
     p, line, x = m.platform, m.line, m.base_six
     first = m.top_shape.modes - 3
     R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
     F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     for i in range(line.lines):  # type: ignore[attr-defined]
-        if t >= line.lost[i]:
+        if m.faults.line_lost[i] == 1.0:
             m.line_load.fairlead[i] = 0.0
             m.line_load.anchor[i] = 0.0
             continue
@@ -377,7 +379,7 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
     p, f, J, K, x = m.platform, m.floater, m.base_columns, m.float_matrices, m.base_six
     base_motion(m)
     water_load(t, m)
-    mooring(t, m)
+    mooring(m)
     first = m.top_shape.modes - 6
     R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
     c = R @ f.centre
@@ -458,6 +460,8 @@ def floater_loads(m: FloaterSystem, s: Outputs) -> None:
     p.force = Vec(x[0, 0], x[0, 1], x[0, 2])
     p.moment = Vec(x[0, 3], x[0, 4], x[0, 5])
     R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
+    p.tilt = atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
     base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     s.chain.top_deflection = R.T @ (m.machine.top_position - base) - Vec(0.0, 0.0, m.structure.tower_length)
     s.tower_station.force[0] = R.T @ s.tower_station.force[0]
@@ -525,11 +529,6 @@ class FloaterPart(Part):
         n = len(self.float_pole)
         names = tuple(f"radiation {part} {i + 1}" for part in ("real", "imaginary") for i in range(n))
         return (StateRows("radiation", "d_radiation", names, ("m",) * (2 * n)),)
-
-    def log(self, case: Any, time: float) -> list[LogEntry]:
-        """Lines that have parted."""
-        lost = View(Line, self.line)["lost"]
-        return [LogEntry(float(t), "event", f"mooring line {i + 1} lost") for i, t in enumerate(lost) if t <= time]
 
     def in_sea(self, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> FloatingSea:
         """The waves of a run.
@@ -605,7 +604,6 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         across = rho * np.array([each.diameter for each in platform.lines])
         section = rho * np.array([each.section for each in platform.lines])
         dry = np.array([each.mass for each in platform.lines])
-        v["lost"] = [np.inf if each.lost is None else each.lost for each in platform.lines]
         v["drag"] = 0.5 * across * [each.drag for each in platform.lines]
         v["axial_drag"] = 0.5 * np.pi * across * [each.axial_drag for each in platform.lines]
         v["inertia"] = dry + section * [each.added_mass for each in platform.lines]

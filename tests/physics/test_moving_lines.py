@@ -18,7 +18,13 @@ SHOWN = ("platform_surge", "platform_heave", "line_1_fairlead_tension", "line_2_
 
 
 def case(
-    duration: float, step: float | None = None, heave: float = 1.0, line: Any = None, shown: float = 0.1, **changes: Any
+    duration: float,
+    step: float | None = None,
+    heave: float = 1.0,
+    line: Any = None,
+    shown: float = 0.1,
+    events: Any = (),
+    **changes: Any,
 ) -> meltemi.Run:
     turbine = meltemi.load_turbine("iea15mw-volturnus")
     assert turbine.platform is not None
@@ -33,6 +39,7 @@ def case(
         start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates={"base heave": heave}),
         channels=(*SHOWN, "line_1_anchor_tension", "mooring_force_x"),
         output_step=shown,
+        events=events,
     )
 
 
@@ -76,10 +83,8 @@ def test_every_constant_of_a_line_matters(change: dict[str, float]) -> None:
 @pytest.mark.parametrize("kind", ["static", "dynamic"])
 def test_a_lost_line_no_longer_pulls(kind: str) -> None:
     """Up to then nothing differs; then the force on the platform changes by the tension of the line (in x and z)."""
-    platform = meltemi.load_turbine("iea15mw-volturnus").platform
-    assert platform is not None
-    lines = (platform.lines[0].replace(lost=2.0), *platform.lines[1:])
-    whole, lost = run(4.0, line_model=kind), run(4.0, line_model=kind, lines=lines)
+    loss = [{"at": 2.0, "type": "line_loss", "line": 1}]
+    whole, lost = run(4.0, line_model=kind), run(4.0, line_model=kind, events=loss)
     at, tension = 20, "line_1_fairlead_tension"
     assert (lost.data[:at] == whole.data[:at]).all()
     assert (lost[tension][at:] == 0.0).all() and (lost["line_1_anchor_tension"][at:] == 0.0).all()
