@@ -44,15 +44,18 @@ def look(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius
       centre, normal, radius: of the disk, axes of the farm.
       slack: [m] by which the disk and the planes move until the next choice.
     """
-    planes, reach = m.planes, m.wakes.spacing * (m.profile.shape[2] - 1)
+    planes, reach, far = m.planes, m.wakes.spacing * (m.profile.shape[2] - 1), radius + slack
     for k in range(m.seen.wakes):
         first, last, meets = 0, 0, False
+        ahead = dot(planes.normal[k, 0], centre - planes.centre[k, 0])
         for i in range(count[k] - 1 if near[k] > 0 else 0):
-            tilted, further = planes.normal[k, i], planes.normal[k, i + 1]
+            tilted, further, downstream = planes.normal[k, i], planes.normal[k, i + 1], ahead
+            ahead = dot(further, centre - planes.centre[k, i + 1])
+            if downstream + far < 0.0 or ahead >= far:
+                continue
             lean = cross(tilted, normal)
             span = radius * sqrt(dot(lean, lean)) + slack
-            downstream = dot(tilted, centre - planes.centre[k, i])
-            if downstream + span >= 0.0 and dot(further, centre - planes.centre[k, i + 1]) - span < 0.0:
+            if downstream + span >= 0.0 and ahead < span:
                 if last == 0:
                     first = i
                 last = i + 1
@@ -126,20 +129,27 @@ def rotor_mean(m: PlaneField, t: float, count: Ints, near: Ints, centre: Vec, no
 def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: bool, turn: Float) -> None:
     """Velocities of the planes of a wake: a weighted mean of the wind over each, and its deflection (K-9).
 
+    Every other plane has the mean of its neighbours' averages: the planes are closer than averages can tell apart.
+
     Args:
       count, near: number of planes of each wake, and whether it is looked at.
       disturbed: with the wakes, its own included, or the ambient wind alone.
       turn: lateral drift over the way, the same by radian of yaw error, drift by the mean deficit, rotor radius [m].
     """
     series_now(t, m)
-    planes, reach = m.planes, reach_of(m.drift)
-    for i in range(count[k]):
-        normal = planes.normal[k, i]
-        # a point in a plane is between two of them by rounding only: it is taken a little inside the wake
-        centre = planes.centre[k, i] + (BESIDE if i < count[k] - 1 else -BESIDE) * normal
-        if disturbed:
-            look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
-        mean = mean_wind(m, t, centre, normal, m.drift, reach, disturbed)
+    planes, reach, last = m.planes, reach_of(m.drift), count[k] - 1
+    for i in range(last + 1):
+        if i % 2 == 0 or i == last:
+            normal = planes.normal[k, i]
+            # a point in a plane is between two of them by rounding only: it is taken a little inside the wake
+            centre = planes.centre[k, i] + (BESIDE if i < last else -BESIDE) * normal
+            if disturbed:
+                look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
+            planes.velocity[k, i] = mean_wind(m, t, centre, normal, m.drift, reach, disturbed)
+    for i in range(1, last, 2):
+        planes.velocity[k, i] = 0.5 * (planes.velocity[k, i - 1] + planes.velocity[k, i + 1])
+    for i in range(last + 1):
+        normal, mean = planes.normal[k, i], planes.velocity[k, i]
         way = (turn[0] + turn[1] * planes.yaw[k, i]) * abs(dot(normal, mean))
         across = Vec(0.0, normal.y, normal.z)
         planes.velocity[k, i] = mean + way * sideways(normal) + turn[2] * deficit(m, k, i, turn[3]) * across
