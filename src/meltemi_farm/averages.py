@@ -8,7 +8,7 @@ Reference: docs/theory/wakes.md (K-4, K-9, K-11).
 
 from __future__ import annotations
 
-from math import sqrt
+from math import cos, pi, sin, sqrt
 
 from numpy import float64, int64
 from numpy.typing import NDArray
@@ -18,11 +18,14 @@ from meltemi.maths.generic import anywhere, largest, total
 from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.wind.velocity import ambient_velocity, series_now
 from meltemi_farm.field import PlaneField, WakeField, wakes_velocity
+from meltemi_farm.sets import IN_RING
 
 Float = NDArray[float64]
 Ints = NDArray[int64]
 BLEND = 0.15
 """Height over which points begin to count, over the reach of an average."""
+BETWEEN = pi / IN_RING
+"""[rad] between a point of a ring and one that is turned by half their distance."""
 BESIDE = 1e-3
 """[m] of a plane, where what it has is evaluated."""
 
@@ -94,14 +97,18 @@ def rotor_wind(m: PlaneField, t: float, centre: Vec, normal: Vec) -> tuple[float
 
 
 @kernel
-def mean_wind(m: PlaneField, t: float, centre: Vec, normal: Vec, points: Float, reach: float, disturbed: bool) -> Vec:
+def mean_wind(
+    m: PlaneField, t: float, centre: Vec, normal: Vec, turned: float, points: Float, reach: float, disturbed: bool
+) -> Vec:
     """Weighted mean [m/s] of the wind over a disk, of what the observer sees of the wakes, or of the ambient wind.
 
     Args:
+      turned: [rad] angle by which the points are turned.
       points: (3, n) sideways, upwards [m] and weight; they reach as far [m] from the centre.
     """
-    side = sideways(normal)
-    up = cross(normal, side)
+    level = sideways(normal)
+    up = cos(turned) * cross(normal, level) - sin(turned) * level
+    side = cross(up, normal)
     found, weights = Vec(0.0, 0.0, 0.0), 0.0
     for j in range(points.shape[1]):
         q = centre + (points[0, j] * side + points[1, j] * up)
@@ -122,7 +129,8 @@ def rotor_mean(m: PlaneField, t: float, count: Ints, near: Ints, centre: Vec, no
     series_now(t, m)
     reach = reach_of(m.span)
     look(m, count, near, centre, normal, reach, BESIDE)
-    return (mean_wind(m, t, centre, normal, m.span, reach, True), mean_wind(m, t, centre, normal, m.span, reach, False))
+    seen = mean_wind(m, t, centre, normal, 0.0, m.span, reach, True)
+    return seen, mean_wind(m, t, centre, normal, 0.0, m.span, reach, False)
 
 
 @kernel
@@ -145,7 +153,9 @@ def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: b
             centre = planes.centre[k, i] + (BESIDE if i < last else -BESIDE) * normal
             if disturbed:
                 look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
-            planes.velocity[k, i] = mean_wind(m, t, centre, normal, m.drift, reach, disturbed)
+            # the points between its last ones: an average that moves with its plane sees twice as many
+            turned = 0.5 * BETWEEN * (i % 4)
+            planes.velocity[k, i] = mean_wind(m, t, centre, normal, turned, m.drift, reach, disturbed)
     for i in range(1, last, 2):
         planes.velocity[k, i] = 0.5 * (planes.velocity[k, i - 1] + planes.velocity[k, i + 1])
     for i in range(last + 1):
