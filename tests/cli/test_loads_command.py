@@ -89,6 +89,7 @@ def test_a_controller_library_stops_but_does_not_start(command: Command, tmp_pat
         (["pmsg20mw", "--class", "IB"], "power-coefficient"),
         (["nrel5mw", "--class", "IB", "--site", "site.json"], "give either --class"),
         (["nrel5mw", "--class", "IB", "--site-turbine", "T1"], "--site-turbine needs --site"),
+        (["nrel5mw", "--class", "IB", "--neighbours", "5"], "--neighbours needs --site"),
         (["nrel5mw", "--class", "IB", "--table", "none.yaml"], "none.yaml"),
     ],
 )

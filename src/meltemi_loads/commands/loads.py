@@ -20,6 +20,7 @@ from meltemi.app.options import (
     controller_of_options,
     with_options,
 )
+from meltemi.app.scans import values_of
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import missing
@@ -74,6 +75,10 @@ class PlanOptions:
         ),
     ] = None
     site_turbine: Annotated[str | None, typer.Option(help="ID of the turbine in that form.")] = None
+    neighbours: Annotated[
+        str | None, typer.Option(help="With --site: distances of neighbours in rotor diameters, e.g. 5,5,7.")
+    ] = None
+    slope: Annotated[float | None, typer.Option(help="S-N slope of their effective turbulence [10].")] = None
     quick: Annotated[bool, typer.Option("--quick", help="One seed, three speeds: for a first test.")] = False
     seeds: Annotated[int | None, typer.Option(help="Number of turbulence seeds [6].")] = None
     duration: Annotated[float | None, typer.Option(help="Evaluated duration [s] [600].")] = None
@@ -120,10 +125,19 @@ class PlanOptions:
             raise InputError("give either --class (for instance --class IB) or --site FILE")
         if self.site is None and self.site_turbine is not None:
             raise InputError("--site-turbine needs --site")
+        if self.neighbours is not None and self.site is None:
+            raise InputError("--neighbours needs --site: the ambient turbulence that their wakes add to")
+        if self.slope is not None and self.neighbours is None:
+            raise InputError("--slope needs --neighbours")
         given, edition = self.given(), cast("Edition", self.edition)  # which is checked with the campaign
         of_class: Any = self.wind_class
         if self.site is not None:
-            given["site"] = found = read_site(self.site, self.site_turbine)
+            found = read_site(self.site, self.site_turbine)
+            if self.neighbours is not None:
+                slope = found.slope if self.slope is None else self.slope
+                near = tuple(values_of(self.neighbours, "--neighbours"))
+                found = found.replace(neighbours=near, slope=slope)
+            given["site"] = found
             given.setdefault("inclination", found.inclination)
             of_class = found.wind_class(edition)
         if self.table is not None:
@@ -137,6 +151,8 @@ class PlanOptions:
         from meltemi_loads.loadbase.changes import read_changes
         from meltemi_loads.loadbase.metocean import list_metocean, read_metocean
 
+        if self.neighbours is not None or self.slope is not None:
+            raise InputError("--neighbours: effective turbulence is for sites on land, not --standard 61400-3-1")
         if self.site is None or self.site_turbine is not None:
             raise InputError(
                 f"--standard {self.standard} needs --site with the conditions of a site in the sea, without "
