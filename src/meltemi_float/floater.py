@@ -224,24 +224,21 @@ def water_load(t: float, m: FloaterSystem) -> None:
         water -= p.spin_bias.x * K[k, 3] + p.spin_bias.y * K[k, 4] + p.spin_bias.z * K[k, 5]
         other = 0.0 * water
         for j in range(6):
-            water -= m.structure.gravity * K[WATER + k, j] * x[3, j]
             other -= K[FURTHER + k, j] * x[3, j]
         for n in range(m.radiation.modes):
             water -= m.float_output[n, k] * m.radiation.real[n] - m.float_output[n, 6 + k] * m.radiation.imaginary[n]
         x[1, k], x[2, k] = water, other
-    buoyancy = m.structure.gravity * f.displaced
-    x[1, 2] += buoyancy
-    x[1, 3] += buoyancy * f.buoyancy_y
-    x[1, 4] -= buoyancy * f.buoyancy_x
+    # lift and moments of the water turn with the heading
+    lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
+    for j in range(2, 5):
+        lift -= x[3, j] * Vec(K[WATER + 2, j], K[WATER + 3, j], K[WATER + 4, j])
+    g, c, s = m.structure.gravity, cos(angle.z), sin(angle.z)
+    x[1, 2] += g * lift.x
+    x[1, 3] += g * (c * lift.y - s * lift.z)
+    x[1, 4] += g * (s * lift.y + c * lift.z)
     against = own - R.T @ f.current
-    x[3, 0], x[3, 1], x[3, 2], x[3, 3], x[3, 4], x[3, 5] = (
-        against.x,
-        against.y,
-        against.z,
-        turning.x,
-        turning.y,
-        turning.z,
-    )
+    x[3, 0], x[3, 1], x[3, 2] = against.x, against.y, against.z
+    x[3, 3], x[3, 4], x[3, 5] = turning.x, turning.y, turning.z
     drag, drag_moment = Vec(0.0 * t, 0.0 * t, 0.0 * t), Vec(0.0 * t, 0.0 * t, 0.0 * t)
     for j in range(6):
         s, s2 = x[0, j], x[3, j] * abs(x[3, j])
