@@ -61,7 +61,7 @@ def test_a_platform_comes_back(name: str, tmp_path: Path) -> None:
         found = getattr(new, field)
         assert (value is None and found is None) or found == pytest.approx(value, rel=1e-9), field
     for a, b in zip(old.lines, new.lines, strict=True):
-        same = {k: x for k, x in a.content().items() if k != "lost"}
+        same = {k: x for k, x in a.content().items() if k != "strength"}
         assert all(np.allclose(x, b.content()[k], rtol=1e-9) for k, x in same.items())
     wet = [m for m in old.members if m.drag or m.plate_drag]
     assert [m.content() for m in wet] == [m.content() for m in new.members]

@@ -247,8 +247,8 @@ class _Deck:
             water.platform_water(texts, self.title, platform, self.changed)
             if platform.lines:
                 texts["MoorDyn.dat"] = water.mooring(self.title, platform)
-            if any(line.lost for line in platform.lines):
-                self.lost("loss of a line", "MoorDyn's failures are not written")
+            if any(line.strength is not None for line in platform.lines):
+                self.lost("strength of lines", "MoorDyn's lines do not part")
             if platform.line_model == "static":
                 self.changed("lines in static shapes", f"moving lines of {water.FEWEST_SEGMENTS} segments")
 
