@@ -8,7 +8,7 @@ Reference: docs/theory/wakes.md (K-4, K-9, K-11).
 
 from __future__ import annotations
 
-from math import sqrt
+from math import cos, pi, sin, sqrt
 
 from numpy import float64, int64
 from numpy.typing import NDArray
@@ -18,11 +18,14 @@ from meltemi.maths.generic import anywhere, largest, total
 from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.wind.velocity import ambient_velocity, series_now
 from meltemi_farm.field import PlaneField, WakeField, wakes_velocity
+from meltemi_farm.sets import IN_RING
 
 Float = NDArray[float64]
 Ints = NDArray[int64]
 BLEND = 0.15
 """Height over which points begin to count, over the reach of an average."""
+BETWEEN = pi / IN_RING
+"""[rad] between a point of a ring and one that is turned by half their distance."""
 BESIDE = 1e-3
 """[m] of a plane, where what it has is evaluated."""
 
@@ -44,15 +47,18 @@ def look(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius
       centre, normal, radius: of the disk, axes of the farm.
       slack: [m] by which the disk and the planes move until the next choice.
     """
-    planes, reach = m.planes, m.wakes.spacing * (m.profile.shape[2] - 1)
+    planes, reach, far = m.planes, m.wakes.spacing * (m.profile.shape[2] - 1), radius + slack
     for k in range(m.seen.wakes):
         first, last, meets = 0, 0, False
+        ahead = dot(planes.normal[k, 0], centre - planes.centre[k, 0])
         for i in range(count[k] - 1 if near[k] > 0 else 0):
-            tilted, further = planes.normal[k, i], planes.normal[k, i + 1]
+            tilted, further, downstream = planes.normal[k, i], planes.normal[k, i + 1], ahead
+            ahead = dot(further, centre - planes.centre[k, i + 1])
+            if downstream + far < 0.0 or ahead >= far:
+                continue
             lean = cross(tilted, normal)
             span = radius * sqrt(dot(lean, lean)) + slack
-            downstream = dot(tilted, centre - planes.centre[k, i])
-            if downstream + span >= 0.0 and dot(further, centre - planes.centre[k, i + 1]) - span < 0.0:
+            if downstream + span >= 0.0 and ahead < span:
                 if last == 0:
                     first = i
                 last = i + 1
@@ -91,14 +97,18 @@ def rotor_wind(m: PlaneField, t: float, centre: Vec, normal: Vec) -> tuple[float
 
 
 @kernel
-def mean_wind(m: PlaneField, t: float, centre: Vec, normal: Vec, points: Float, reach: float, disturbed: bool) -> Vec:
+def mean_wind(
+    m: PlaneField, t: float, centre: Vec, normal: Vec, turned: float, points: Float, reach: float, disturbed: bool
+) -> Vec:
     """Weighted mean [m/s] of the wind over a disk, of what the observer sees of the wakes, or of the ambient wind.
 
     Args:
+      turned: [rad] angle by which the points are turned.
       points: (3, n) sideways, upwards [m] and weight; they reach as far [m] from the centre.
     """
-    side = sideways(normal)
-    up = cross(normal, side)
+    level = sideways(normal)
+    up = cos(turned) * cross(normal, level) - sin(turned) * level
+    side = cross(up, normal)
     found, weights = Vec(0.0, 0.0, 0.0), 0.0
     for j in range(points.shape[1]):
         q = centre + (points[0, j] * side + points[1, j] * up)
@@ -119,12 +129,15 @@ def rotor_mean(m: PlaneField, t: float, count: Ints, near: Ints, centre: Vec, no
     series_now(t, m)
     reach = reach_of(m.span)
     look(m, count, near, centre, normal, reach, BESIDE)
-    return (mean_wind(m, t, centre, normal, m.span, reach, True), mean_wind(m, t, centre, normal, m.span, reach, False))
+    seen = mean_wind(m, t, centre, normal, 0.0, m.span, reach, True)
+    return seen, mean_wind(m, t, centre, normal, 0.0, m.span, reach, False)
 
 
 @kernel
 def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: bool, turn: Float) -> None:
     """Velocities of the planes of a wake: a weighted mean of the wind over each, and its deflection (K-9).
+
+    Every other plane has the mean of its neighbours' averages: the planes are closer than averages can tell apart.
 
     Args:
       count, near: number of planes of each wake, and whether it is looked at.
@@ -132,14 +145,21 @@ def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: b
       turn: lateral drift over the way, the same by radian of yaw error, drift by the mean deficit, rotor radius [m].
     """
     series_now(t, m)
-    planes, reach = m.planes, reach_of(m.drift)
-    for i in range(count[k]):
-        normal = planes.normal[k, i]
-        # a point in a plane is between two of them by rounding only: it is taken a little inside the wake
-        centre = planes.centre[k, i] + (BESIDE if i < count[k] - 1 else -BESIDE) * normal
-        if disturbed:
-            look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
-        mean = mean_wind(m, t, centre, normal, m.drift, reach, disturbed)
+    planes, reach, last = m.planes, reach_of(m.drift), count[k] - 1
+    for i in range(last + 1):
+        if i % 2 == 0 or i == last:
+            normal = planes.normal[k, i]
+            # a point in a plane is between two of them by rounding only: it is taken a little inside the wake
+            centre = planes.centre[k, i] + (BESIDE if i < last else -BESIDE) * normal
+            if disturbed:
+                look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
+            # the points between its last ones: an average that moves with its plane sees twice as many
+            turned = 0.5 * BETWEEN * (i % 4)
+            planes.velocity[k, i] = mean_wind(m, t, centre, normal, turned, m.drift, reach, disturbed)
+    for i in range(1, last, 2):
+        planes.velocity[k, i] = 0.5 * (planes.velocity[k, i - 1] + planes.velocity[k, i + 1])
+    for i in range(last + 1):
+        normal, mean = planes.normal[k, i], planes.velocity[k, i]
         way = (turn[0] + turn[1] * planes.yaw[k, i]) * abs(dot(normal, mean))
         across = Vec(0.0, normal.y, normal.z)
         planes.velocity[k, i] = mean + way * sideways(normal) + turn[2] * deficit(m, k, i, turn[3]) * across

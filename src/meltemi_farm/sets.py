@@ -161,13 +161,14 @@ class WakeSet:
     deficit_turbulence: tuple[float, float, float, float, float] = (0.6, 1.0, 0.0, 1.0, 1.0)
     gradient_turbulence: tuple[float, float, float, float, float] = (0.35, 1.0, 0.0, 1.0, 1.0)
 
-    def along(self, x: Float) -> Float:
-        """(4, n) filters of both viscosities, factors of added turbulence, at distances over the diameter."""
-        added = [
-            factor * power_filter(least, begin, end, exponent)(x)
-            for factor, least, begin, end, exponent in (self.deficit_turbulence, self.gradient_turbulence)
-        ]
-        return np.array([self.ambient_filter(x), self.shear_filter(x), *added])
+    def filters(self, x: Float) -> Float:
+        """(2, n) filters of the viscosities, ambient and of the own shear, at distances over the diameter."""
+        return np.array([self.ambient_filter(x), self.shear_filter(x)])
+
+    def added(self, x: Float) -> Float:
+        """(2, n) factors of deficit and gradient in added turbulence, at distances over the diameter."""
+        kinds = (self.deficit_turbulence, self.gradient_turbulence)
+        return np.array([each[0] * power_filter(*each[1:])(x) for each in kinds])
 
     def changed(self, **constants: Any) -> WakeSet:
         """The set with other constants."""
@@ -228,16 +229,16 @@ def average_points(wake: WakeSet, diameter: float, rings: int = 16, meander: flo
 
     Args:
       diameter: [m] of the rotor.
-      rings: of points, equally wide.
+      rings: of points, at the radii of Gauss's rule.
       meander: diameter over the rotor's; by default that of the set.
     """
     wide = (wake.meander if meander is None else meander) * diameter
     radius = 0.5 * SECOND_ZERO / np.pi * wide if wake.windowed else 0.5 * wide
     rows = []
-    for k in range(rings):
-        r = radius * (k + 0.5) / rings
+    for k, (place, share) in enumerate(zip(*np.polynomial.legendre.leggauss(rings), strict=True)):
+        r = 0.5 * radius * (1.0 + place)
         angles = 0.5 * np.pi + np.pi / IN_RING * (k % 2 + 2.0 * np.arange(IN_RING))
-        weight = r * (jinc(r / wide) * jinc(0.5 * r / wide) if wake.windowed else 1.0)
+        weight = share * r * (jinc(r / wide) * jinc(0.5 * r / wide) if wake.windowed else 1.0)
         rows += [(r * math.cos(angle), r * math.sin(angle), weight) for angle in angles]
     return np.array(rows)
 

@@ -40,7 +40,7 @@ from meltemi_farm.layout import Farm, FarmCase, check_layout
 from meltemi_farm.rotor import RotorSums, sample
 from meltemi_farm.scene import farm_scenes
 from meltemi_farm.settings import WakeSettings
-from meltemi_farm.wakes import FarmWakes, RotorState
+from meltemi_farm.wakes import FarmWakes, RotorState, quick
 from meltemi_farm.wind import placed
 
 Float = NDArray[np.float64]
@@ -52,6 +52,8 @@ MOST_PITCH = 0.5
 """[rad] of a set-point."""
 LEVEL = 0.125
 """Of the mean wind: step between the operating points that wakes develop with."""
+START = 0.02
+"""The same between those in which turbines start, so that few are computed for many turbines."""
 
 
 class RotorReader:
@@ -64,7 +66,7 @@ class RotorReader:
 
     def sample(self) -> None:
         """Add the present state."""
-        sample(self.sums, self.radius, self.thrust, self.case.plain)
+        quick(sample, self.sums, self.radius, self.thrust, self.case.plain)
 
     def state(self) -> RotorState:
         """The mean of the samples since the last call."""
@@ -380,7 +382,7 @@ class FarmMarch:
             return steady(i, level) if w < 1e-6 else steady(i, level).mixed(steady(i, level - 1), w)
 
         shares = wakes.develop(rotor, self._together)
-        return [start(i, float(share))[1] for i, share in enumerate(shares)]
+        return [start(i, START * max(round(float(share) / START), 1))[1] for i, share in enumerate(shares)]
 
     def _together(self, function: Callable[[int], Any]) -> list[Any]:
         """Call a function for all turbines, on threads."""

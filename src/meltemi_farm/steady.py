@@ -56,7 +56,7 @@ def steady_wake(  # noqa: PLR0913 - dimensions of a wake, by name
     x = way * np.arange(steps + 1, dtype=np.float64)
     V, Vr = np.zeros((steps + 1, points)), np.zeros((steps + 1, points))
     V[0] = model.inlet(r, local, radius, speed)
-    along, constants = model.along(x / diameter), mixing_of(model, diameter)
+    along, constants = model.filters(x / diameter), mixing_of(model, diameter)
     nu, work = np.empty(points), np.empty(points)
     for i in range(steps):
         viscosity(V[i], speed, intensity, along[0, i], along[1, i], spacing, constants, nu)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,8 +34,10 @@ Together = Callable[[Callable[[int], Any]], list[Any]]
 """Calls a function for all turbines, on threads."""
 RADII = 60
 """Points of a profile."""
+ASIDE, WANDERS = 2.0, math.radians(15.0)
+"""Turbines downwind that a wake may meet: rotor diameters beside its way, and angle to the mean wind."""
 BEYOND = 3.0
-"""Rotor diameters behind the last turbine that a wake reaches."""
+"""Rotor diameters behind the last of them that a wake reaches."""
 FURTHEST = 20.0
 """Rotor diameters at which every wake ends."""
 SLOWEST = 0.3
@@ -53,10 +56,24 @@ LEAST_SHARE = 0.3
 """Of the wind, in which a turbine starts."""
 LEAST_WIND = 1.0
 """[m/s] wind of a thrust coefficient: a rotor in calm air leaves no wake."""
-FINE = 40
+FINE = 16
 """Points between the radii of a profile, of integrals of the load along the blade."""
 MOST_THRUST = 2.0
 """Largest thrust coefficient at any radius."""
+
+
+_FORMS: dict[tuple[Any, ...], Any] = {}
+
+
+def quick(function: Any, *args: Any) -> Any:
+    """Call a kernel in the compiled form of its last call with such arguments, which saves 20 us of looking for it."""
+    key = (function, *map(type, args))
+    if key in _FORMS:
+        return _FORMS[key](*args)
+    result = function(*args)
+    if hasattr(function, "overloads"):
+        _FORMS[key] = function.overloads[tuple(map(numba.typeof, args))].entry_point
+    return result
 
 
 @cache
@@ -137,8 +154,11 @@ class FarmWakes:
         self.model: WakeSet = settings.constants()
         self.positions, self.diameters, self.hubs, self.step = positions, diameters, hubs, step
         n, largest = len(positions), max(diameters)
-        apart = np.linalg.norm(positions[:, None] - positions[None], axis=2)
-        self.reach = np.minimum(apart.max(axis=1) + BEYOND * largest, FURTHEST * largest)
+        to, (c, d) = positions[None] - positions[:, None], (math.cos(mean.direction), math.sin(mean.direction))
+        along, across = to @ [c, -d], np.maximum(np.abs(to @ [d, c]) - ASIDE * largest, 0.0)
+        turns = WANDERS + float(np.ptp(getattr(wind, "direction", 0.0)))
+        met = np.where(np.arctan2(across, along) <= turns, np.linalg.norm(to, axis=2), 0.0)
+        self.reach = np.minimum(met.max(axis=1) + BEYOND * largest, FURTHEST * largest)
         self.spacing = largest / settings.radial_points
         self.r = self.spacing * np.arange(RADII, dtype=np.float64)
         most = math.ceil(float(self.reach.max()) / (SLOWEST * mean.speed * step)) + 4
@@ -195,8 +215,8 @@ class FarmWakes:
             x, way = self.planes["travelled"][k, :before], np.abs(self.planes["axial"][k, :before]) * self.step
             after = np.concatenate([[0.0], x + way]) / self.diameters[k]
             along = np.zeros((4, before + 1))
-            along[:2, :before], along[2:] = model.along(x / self.diameters[k])[:2], model.along(after)[2:]
-            now = march(m, k, before, self.step, self.keep[k], self.mixing[k], along)
+            along[:2, :before], along[2:] = model.filters(x / self.diameters[k]), model.added(after)
+            now = quick(march, m, k, before, self.step, self.keep[k], self.mixing[k], along)
             self.crossed += min(before + 1, self.profile.shape[1]) - now
             far = np.flatnonzero(self.planes["travelled"][k, :now] > self.reach[k])
             self.count[k] = now if len(far) == 0 else far[0] + 1
@@ -209,7 +229,7 @@ class FarmWakes:
         m, model, radius = self.fields[k], self.model, 0.5 * self.diameters[k]
         hub = rotor.hub + np.array([*self.positions[k], 0.0])
         axis = rotor.shaft / np.linalg.norm(rotor.shaft)
-        ambient, intensity = rotor_wind(m, t, Vec(*hub), Vec(*axis))
+        ambient, intensity = quick(rotor_wind, m, t, Vec(*hub), Vec(*axis))
         relative = float(rotor.wind @ axis)
         new = {
             "hub": hub,
@@ -241,7 +261,7 @@ class FarmWakes:
         model, m = self.model, self.fields[k]
         m.wakes.time = t
         turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
-        drift(m, k, self.count, self._near(k, self._reach[k]), t, model.disturbed, turn)
+        quick(drift, m, k, self.count, self._near(k, self._reach[k]), t, model.disturbed, turn)
 
     def show(self, i: int, rotor: RotorState, t: float) -> None:
         """Choose what turbine i sees of the wakes until the next exchange."""
@@ -250,7 +270,7 @@ class FarmWakes:
         speeds = np.linalg.norm(self.planes["velocity"], axis=0)
         slack = SLACK + self.step * float(speeds.max())
         near = self._others(i, slack)
-        look(m, self.count, near, *self._disk(i, rotor), SEEN * self.diameters[i], slack)
+        quick(look, m, self.count, near, *self._disk(i, rotor), SEEN * self.diameters[i], slack)
 
     def _boxes(self) -> Float:
         """(wakes, 2, 2) [m] least and largest x and y of the centres of each wake."""
@@ -281,7 +301,7 @@ class FarmWakes:
         """(3,) [m/s] mean wind over the span of rotor i, with the wakes of the others, and without."""
         m = self.fields[i]
         m.wakes.time = t
-        u, v = rotor_mean(m, t, self.count, self._others(i, 0.0), *self._disk(i, rotor))
+        u, v = quick(rotor_mean, m, t, self.count, self._others(i, 0.0), *self._disk(i, rotor))
         return np.array([u.x, u.y, u.z]), np.array([v.x, v.y, v.z])
 
     def advance(self, rotors: Sequence[RotorState], t: float, together: Together) -> None:
@@ -303,7 +323,8 @@ class FarmWakes:
         n, shares = len(self.count), np.ones(len(self.count))
         self.count[:], self._filtered = 0, [None] * n
         self.boxes = np.full((n, 2, 2), np.inf)  # no wakes yet
-        last = math.ceil(float(self.reach.max()) / (DEVELOPED * self.mean.speed * self.step))
+        length = float(self.reach.max()) - (BEYOND - 1.0) * max(self.diameters)
+        last = math.ceil(length / (DEVELOPED * self.mean.speed * self.step))
         keep = math.exp(-self.step / MEMORY)
         for e in range(-last, 1):
             t = e * self.step

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SharedTurbulence, SteadyWind, Wind, WindBox, in_axes
+from meltemi.wind.turbulence.exponential import even_fast
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.turbulent import AnyWind, TurbulentWind
@@ -70,6 +71,7 @@ def _generated(wind: TurbulentWind, turbines: Sequence[AnyTurbine], positions: F
     points = 2 * math.ceil(0.5 * width * POINTS / diameter) + 1
     grid = wind_grid_for(largest, points, width=width)
     lasts = duration + (float(np.ptp(along)) + 2.0 * ASIDE * diameter) / wind.speed
+    lasts = even_fast(math.ceil(lasts / wind.dt), real=True) * wind.dt  # repeats anyway: a length of fast transforms
     top = grid.hub_height + 1.2 * 0.5 * diameter + ASIDE * 0.25 * diameter
     grid = grid.replace(points_z=min(grid.points_z, math.ceil((top - grid.bottom) / grid.dz) + 1))
     size = 12.0 * lasts / wind.dt * grid.points_y * grid.points_z

@@ -22,6 +22,15 @@ MOST_NEIGHBOURS = 8
 NEAREST = 2.0
 
 
+def checked_neighbours(distances: Sequence[float]) -> Sequence[float]:
+    """Distances of neighbours [D]; ValueError if they stand too close, or too many nearer than ten diameters."""
+    if any(not NEAREST <= distance <= 1e3 for distance in distances):
+        raise ValueError(f"neighbours: expected distances of {NEAREST:g} rotor diameters or more, found {distances}")
+    if sum(distance < FURTHEST for distance in distances) > MOST_NEIGHBOURS:
+        raise ValueError(f"neighbours: expected at most {MOST_NEIGHBOURS} nearer than {FURTHEST:g} rotor diameters")
+    return distances
+
+
 def wake_turbulence(
     speed: float,
     sigma: float,

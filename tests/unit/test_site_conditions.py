@@ -6,13 +6,14 @@ import json
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
 from meltemi.core.errors import InputError
 from meltemi.loadcases.case import case_wind
 from meltemi.turbine.library import load_turbine
+from meltemi_loads.effective import effective_intensity, wake_turbulence
 from meltemi_loads.loadbase.campaign import make_campaign
 from meltemi_loads.loadbase.plan import plan
 from meltemi_loads.loadbase.site import VERSION, read_site
@@ -82,6 +83,28 @@ def test_a_plan_of_a_site_has_its_winds(written: Callable[..., Path]) -> None:
     assert winds["1.3"].intensity == site.intensity_at(11.4, extreme=True)
     assert winds["3.1"].shear_exponent == 0.25 and winds["3.1"].upflow == site.inclination
     assert winds["6.1"].speed == 40.0 and winds["6.1"].shear_exponent == 0.11
+
+
+@pytest.mark.parametrize("edition", [3, 4])
+def test_wakes_of_neighbours_raise_normal_turbulence(written: Callable[..., Path], edition: Literal[3, 4]) -> None:
+    """Fatigue loads have the effective intensity of their slope, ultimate ones the nearest wake (K-16, K-17)."""
+    alone = read_site(written(), "T1")
+    site = alone.replace(neighbours=(5.0, 7.0, 12.0), slope=4.0)
+    made = make_campaign("nrel5mw", site.wind_class(edition), edition, rated_wind=11.4, site=site, quick=True)
+    found, turbine, ambient = plan(made), load_turbine("nrel5mw"), alone.intensity_at(11.4)
+    expected = {
+        "1.1": wake_turbulence(11.4, 11.4 * ambient, 5.0, 7.0 / 11.4, edition=edition) / 11.4,
+        "1.2": effective_intensity(11.4, ambient, (5.0, 7.0), slope=4.0, thrust=7.0 / 11.4, edition=edition),
+        "1.3": alone.intensity_at(11.4, extreme=True),
+    }
+    for dlc, intensity in expected.items():
+        case = next(c for c in found.cases if c.dlc == dlc and c.variant.speed == 11.4)
+        wind: Any = case_wind(case.case(), turbine, Path())
+        assert wind.intensity == pytest.approx(intensity, abs=1e-6), dlc
+    assert ambient < expected["1.2"] < expected["1.1"]
+    assert alone.replace(neighbours=(10.0,)).waked_at(11.4, edition, fatigue=True) == ambient
+    with pytest.raises(InputError, match="distances of 2 rotor diameters"):
+        alone.replace(neighbours=(1.0,))
     assert found.case("dlc1.1-11.4-s01").case().environment.air_density == 1.1
     shares = sum(c.weight.share for c in found.cases if c.weight)
     assert shares == pytest.approx(1.0, abs=1e-12)

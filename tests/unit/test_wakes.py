@@ -108,9 +108,9 @@ def test_half_width_encloses_most_of_a_disk() -> None:
 
 def test_filters_begin_and_end_as_the_standard_has_them() -> None:
     assert np.allclose(smooth_filter(np.array([0.0, 4.0, 9.0])), [0.0, 1.0, 1.0])
-    along = SETS["fast.farm"].along(np.array([0.0, 3.0, 25.0]))
-    assert np.allclose(along[:, 0], [1.0, 0.2, 0.0, 0.0])
-    assert np.allclose(along[:, 2], [1.0, 1.0, 0.6, 3.0])
+    x, model = np.array([0.0, 3.0, 25.0]), SETS["fast.farm"]
+    assert np.allclose(model.filters(x)[:, [0, 2]], [[1.0, 1.0], [0.2, 1.0]])
+    assert np.allclose(model.added(x)[:, [0, 2]], [[0.0, 0.6], [0.0, 3.0]])
 
 
 @pytest.mark.parametrize("name", SETS)

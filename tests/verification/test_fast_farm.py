@@ -34,6 +34,7 @@ CASES = {
     "kai9_s1_5D": (10.5, 0.0, 0.0),
     "kai9_s1_5D_T2rpm7p5": (7.5, 0.0, 0.0),
     "kai9_s1_5D_halfwake": (10.5, 63.0, 0.0),
+    "kai9_s1_5D_wat": (10.5, 0.0, 0.0),
 }
 """Speed of the second rotor [rpm], its lateral place [m], yaw angle of the first one [deg]."""
 FIRST = {"kai9": "kai9_s1_5D", "steady": "steady_9_5D"}
@@ -76,7 +77,7 @@ def simulated(case: str, folder: Path) -> Compared:
     farm = meltemi.Farm(
         meltemi.build(turbine, options),
         [(0.0, 0.0), (5.0 * D, aside)],
-        WakeSettings(added_turbulence=False, step=2.0, ceiling=CEILING, radial_points=D / 5.0),
+        WakeSettings(added_turbulence=case.endswith("wat"), step=2.0, ceiling=CEILING, radial_points=D / 5.0),
         [np.radians(yaw), 0.0],
     )
     result = meltemi.simulate_farm(

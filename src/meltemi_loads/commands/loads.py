@@ -20,6 +20,7 @@ from meltemi.app.options import (
     controller_of_options,
     with_options,
 )
+from meltemi.app.scans import values_of
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import missing
@@ -61,7 +62,9 @@ class PlanOptions:
         str | None, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1, e.g. IB.")
     ] = None
     edition: Annotated[int, typer.Option(help="Edition of IEC 61400-1: 3, 4.")] = 4
-    standard: Annotated[str, typer.Option(help="61400-1; 61400-3-1: fixed turbines in the sea.")] = "61400-1"
+    standard: Annotated[str, typer.Option(help="61400-1; in the sea 61400-3-1: fixed, 61400-3-2: floating.")] = (
+        "61400-1"
+    )
     table: Annotated[Path | None, typer.Option(help="Changes of the table: YAML, or Excel as --excel writes it.")] = (
         None
     )
@@ -72,6 +75,10 @@ class PlanOptions:
         ),
     ] = None
     site_turbine: Annotated[str | None, typer.Option(help="ID of the turbine in that form.")] = None
+    neighbours: Annotated[
+        str | None, typer.Option(help="With --site: distances of neighbours in rotor diameters, e.g. 5,5,7.")
+    ] = None
+    slope: Annotated[float | None, typer.Option(help="S-N slope of their effective turbulence [10].")] = None
     quick: Annotated[bool, typer.Option("--quick", help="One seed, three speeds: for a first test.")] = False
     seeds: Annotated[int | None, typer.Option(help="Number of turbulence seeds [6].")] = None
     duration: Annotated[float | None, typer.Option(help="Evaluated duration [s] [600].")] = None
@@ -112,16 +119,25 @@ class PlanOptions:
 
         if self.standard not in get_args(Standard):
             raise InputError(f"--standard {self.standard!r}: {did_you_mean(self.standard, get_args(Standard))}")
-        if self.standard == AT_SEA:
+        if self.standard in AT_SEA:
             return self._at_sea(turbine)
         if (self.wind_class is None) == (self.site is None):
             raise InputError("give either --class (for instance --class IB) or --site FILE")
         if self.site is None and self.site_turbine is not None:
             raise InputError("--site-turbine needs --site")
+        if self.neighbours is not None and self.site is None:
+            raise InputError("--neighbours needs --site: the ambient turbulence that their wakes add to")
+        if self.slope is not None and self.neighbours is None:
+            raise InputError("--slope needs --neighbours")
         given, edition = self.given(), cast("Edition", self.edition)  # which is checked with the campaign
         of_class: Any = self.wind_class
         if self.site is not None:
-            given["site"] = found = read_site(self.site, self.site_turbine)
+            found = read_site(self.site, self.site_turbine)
+            if self.neighbours is not None:
+                slope = found.slope if self.slope is None else self.slope
+                near = tuple(values_of(self.neighbours, "--neighbours"))
+                found = found.replace(neighbours=near, slope=slope)
+            given["site"] = found
             given.setdefault("inclination", found.inclination)
             of_class = found.wind_class(edition)
         if self.table is not None:
@@ -135,14 +151,17 @@ class PlanOptions:
         from meltemi_loads.loadbase.changes import read_changes
         from meltemi_loads.loadbase.metocean import list_metocean, read_metocean
 
+        if self.neighbours is not None or self.slope is not None:
+            raise InputError("--neighbours: effective turbulence is for sites on land, not --standard 61400-3-1")
         if self.site is None or self.site_turbine is not None:
             raise InputError(
-                "--standard 61400-3-1 needs --site with the conditions of a site in the sea, without --site-turbine: a "
-                f"YAML file as 'meltemi loads metocean template' writes it, or one of {', '.join(list_metocean())}"
+                f"--standard {self.standard} needs --site with the conditions of a site in the sea, without "
+                "--site-turbine: a YAML file as 'meltemi loads metocean template' writes it, or one of "
+                f"{', '.join(list_metocean())}"
             )
         if self.edition != 4:
             raise InputError(
-                f"--edition {self.edition}: the table of IEC 61400-3-1 begins with edition 4; leave it out"
+                f"--edition {self.edition}: the table of IEC {self.standard} begins with edition 4; leave it out"
             )
         given, site = self.given(), read_metocean(self.site)
         if self.table is not None:

@@ -19,6 +19,7 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record, Vector
 from meltemi.core.yamlfile import read_text, validated
 from meltemi.wind.iec.classes import Edition, WindClass
+from meltemi_loads.effective import FURTHEST, checked_neighbours, effective_intensity, wake_turbulence
 
 VERSION = "1.1"
 """Of the digital exchange format."""
@@ -55,10 +56,15 @@ class Site(Record):
     """[rad] largest inclination of the flow."""
     air_density: float = Field(default=1.225, gt=0.0, lt=3.0)
     """[kg/m^3]."""
+    neighbours: tuple[float, ...] = ()
+    """Distances of other turbines in rotor diameters, whose wakes normal turbulence then includes (Frandsen)."""
+    slope: float = Field(default=10.0, ge=1.0, le=20.0)
+    """S-N slope of this effective turbulence intensity of fatigue loads; the largest one of the turbine is safe."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         n = len(self.speed)
+        checked_neighbours(self.neighbours)
         if n < 2 or np.any(np.diff(self.speed) <= 0.0):
             raise ValueError("speed needs at least 2 entries that increase")
         for name in ("intensity", "extreme_intensity"):
@@ -73,6 +79,22 @@ class Site(Record):
         """Turbulence intensity [-] at a wind speed [m/s], linear in between and constant beyond the table."""
         values = self.extreme_intensity if extreme else self.intensity
         return round(float(np.interp(speed, self.speed, values)), 6)
+
+    def waked_at(self, speed: float, edition: Edition, *, fatigue: bool) -> float:
+        """Intensity with the wakes of neighbours: the effective one of fatigue loads, or that of the nearest wake.
+
+        The thrust coefficient is 7 m/s over the wind speed [m/s] (K-16, K-17).
+        """
+        ambient, thrust = self.intensity_at(speed), 7.0 / speed
+        nearest = min(self.neighbours, default=FURTHEST)
+        if nearest >= FURTHEST:
+            return ambient
+        if fatigue:
+            return round(
+                effective_intensity(speed, ambient, self.neighbours, slope=self.slope, thrust=thrust, edition=edition),
+                6,
+            )
+        return round(wake_turbulence(speed, ambient * speed, nearest, thrust, edition=edition) / speed, 6)
 
     def wind_class(self, edition: Edition) -> WindClass:
         """Class S with the speeds of the site, for extreme winds and gusts."""

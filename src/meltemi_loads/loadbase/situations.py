@@ -163,6 +163,7 @@ def _at_site(found: dict[str, Any], s: Setting) -> dict[str, Any]:
     if not v.model.startswith("EWM") and v.model != "ECD":
         found["intensity"] = c.site.intensity_at(v.speed)
     if v.model == "NTM":
+        found["intensity"] = c.site.waked_at(v.speed, c.edition, fatigue=s.row.type == "fatigue")
         found["turbulence"] = {"shear_exponent": c.site.shear_exponent} | found.get("turbulence", {})
     return found
 

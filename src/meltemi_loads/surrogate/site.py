@@ -19,7 +19,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
 from meltemi.core.yamlfile import read_record
 from meltemi.wind.iec.classes import WindClass, as_class, sigma_ntm
-from meltemi_loads.effective import FURTHEST, MOST_NEIGHBOURS, NEAREST, effective_intensity
+from meltemi_loads.effective import checked_neighbours, effective_intensity
 from meltemi_loads.loadbase.site import read_site
 from meltemi_loads.loadbase.weights import Weibull
 from meltemi_loads.surrogate.model import Float, LoadModel, Surrogate
@@ -90,12 +90,7 @@ class SiteTable(Record):
         whole = sum(sector.frequency for sector in self.sectors)
         if abs(whole - 1.0) > 0.01:
             raise ValueError(f"sectors: their frequencies must sum to 1, found {whole:.4g}")
-        if any(not NEAREST <= distance <= 1e3 for distance in self.neighbours):
-            raise ValueError(
-                f"neighbours: expected distances of {NEAREST:g} rotor diameters or more, found {self.neighbours}"
-            )
-        if sum(distance < FURTHEST for distance in self.neighbours) > MOST_NEIGHBOURS:
-            raise ValueError(f"neighbours: expected at most {MOST_NEIGHBOURS} nearer than {FURTHEST:g} rotor diameters")
+        checked_neighbours(self.neighbours)
         return self
 
     def density(self, speed: Float) -> Float:
