@@ -187,7 +187,7 @@ def base_motion(m: FloaterSystem) -> None:
 @tower_top.variant
 @kernel
 def floating_top(m: FloaterSystem) -> None:
-    """Motion of the tower top: modes of the tower, turned with its base (W-29)."""
+    """Motion of the tower top: modes of the tower, turned with its base (W-39)."""
     q, v, top, machine, C, first = m.q, m.v, m.top_shape, m.machine, m.columns, m.top_shape.modes - 6
     turned, turning = Vec(q[first + 3], q[first + 4], q[first + 5]), Vec(v[first + 3], v[first + 4], v[first + 5])
     R, w, known = rotation(turned), angular_velocity(turned, turning), angular_acceleration(turned, turning)
