@@ -187,7 +187,7 @@ def base_motion(m: FloaterSystem) -> None:
 @tower_top.variant
 @kernel
 def floating_top(m: FloaterSystem) -> None:
-    """Motion of the tower top: modes of the tower, turned with its base (W-39)."""
+    """Motion of the tower top: modes of the tower, turned with its base (W-30)."""
     q, v, top, machine, C, first = m.q, m.v, m.top_shape, m.machine, m.columns, m.top_shape.modes - 6
     turned, turning = Vec(q[first + 3], q[first + 4], q[first + 5]), Vec(v[first + 3], v[first + 4], v[first + 5])
     R, w, known = rotation(turned), angular_velocity(turned, turning), angular_acceleration(turned, turning)
@@ -272,10 +272,10 @@ def water_load(t: float, m: FloaterSystem) -> None:
     lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
     for j in range(2, 5):
         lift -= x[3, j] * Vec(K[WATER + 2, j], K[WATER + 3, j], K[WATER + 4, j])
-    g, c, s = m.structure.gravity, cos(angle.z), sin(angle.z)
+    g, cz, sz = m.structure.gravity, cos(angle.z), sin(angle.z)
     x[1, 2] += g * lift.x
-    x[1, 3] += g * (c * lift.y - s * lift.z)
-    x[1, 4] += g * (s * lift.y + c * lift.z)
+    x[1, 3] += g * (cz * lift.y - sz * lift.z)
+    x[1, 4] += g * (sz * lift.y + cz * lift.z)
     against = own - R.T @ f.current
     x[3, 0], x[3, 1], x[3, 2] = against.x, against.y, against.z
     x[3, 3], x[3, 4], x[3, 5] = turning.x, turning.y, turning.z
