@@ -30,6 +30,7 @@ from meltemi.simulation.parts import ParameterTables, Part, StateRows
 from meltemi.simulation.step import begin_parts_step, outer_forces, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs, System
 from meltemi.structure.dynamics import inertia_about
+from meltemi.structure.kinematics import tower_top
 from meltemi_float.balance import check_balance
 from meltemi_float.catenary import Ends, line_forces, span
 from meltemi_float.coefficients import Coefficients, read_coefficients
@@ -183,6 +184,45 @@ def base_motion(m: FloaterSystem) -> None:
         J[k, 3], J[k, 4], J[k, 5] = W.x, W.y, W.z
 
 
+@tower_top.variant
+@kernel
+def floating_top(m: FloaterSystem) -> None:
+    """Motion of the tower top: modes of the tower, turned with its base (W-30)."""
+    q, v, top, machine, C, first = m.q, m.v, m.top_shape, m.machine, m.columns, m.top_shape.modes - 6
+    turned, turning = Vec(q[first + 3], q[first + 4], q[first + 5]), Vec(v[first + 3], v[first + 4], v[first + 5])
+    R, w, known = rotation(turned), angular_velocity(turned, turning), angular_acceleration(turned, turning)
+    nothing = Vec(0.0, 0.0, 0.0)
+    u, du, bias, theta, rate = nothing, nothing, nothing, nothing, nothing
+    for k in range(first):
+        z, zd = nothing, nothing
+        for j in range(first):
+            Z = Vec(m.top_second[0, k, j], m.top_second[1, k, j], m.top_second[2, k, j])
+            z += q[j] * Z
+            zd += v[j] * Z
+        phi, psi = top.displacement[k], top.rotation[k]
+        C.linear[k] = R @ (phi + z)
+        u += q[k] * (phi + 0.5 * z)
+        du += v[k] * (phi + z)
+        bias += v[k] * zd
+        theta += q[k] * psi
+        rate += v[k] * psi
+    for k in range(first):
+        C.angular[k] = R @ angular_velocity(theta, top.rotation[k])
+    r, du = R @ (u + Vec(0.0, 0.0, m.structure.tower_length)), R @ du
+    for k in range(6):
+        e = Vec(1.0 * (k % 3 == 0), 1.0 * (k % 3 == 1), 1.0 * (k % 3 == 2))
+        W = nothing if k < 3 else angular_velocity(turned, e)
+        C.linear[first + k] = e if k < 3 else cross(W, r)
+        C.angular[first + k] = W
+    own = R @ angular_velocity(theta, rate)
+    machine.top_position = Vec(q[first], q[first + 1], q[first + 2] + m.structure.tower_base) + r
+    machine.top_velocity = Vec(v[first], v[first + 1], v[first + 2]) + cross(w, r) + du
+    machine.top_acceleration = cross(known, r) + cross(w, cross(w, r) + 2.0 * du) + R @ bias
+    machine.top_spin = w + own
+    machine.top_spin_rate = known + cross(w, own) + R @ angular_acceleration(theta, rate)
+    machine.top = R @ rotation(theta)
+
+
 @kernel
 def strip_drag(now: Instant, R: Rot, m: FloaterSystem) -> tuple[Vec, Vec]:
     """Force and moment of drag, in velocities relative to that of the water at the places at rest (W-20)."""
@@ -232,10 +272,10 @@ def water_load(t: float, m: FloaterSystem) -> None:
     lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
     for j in range(2, 5):
         lift -= x[3, j] * Vec(K[WATER + 2, j], K[WATER + 3, j], K[WATER + 4, j])
-    g, c, s = m.structure.gravity, cos(angle.z), sin(angle.z)
+    g, cz, sz = m.structure.gravity, cos(angle.z), sin(angle.z)
     x[1, 2] += g * lift.x
-    x[1, 3] += g * (c * lift.y - s * lift.z)
-    x[1, 4] += g * (s * lift.y + c * lift.z)
+    x[1, 3] += g * (cz * lift.y - sz * lift.z)
+    x[1, 4] += g * (sz * lift.y + cz * lift.z)
     against = own - R.T @ f.current
     x[3, 0], x[3, 1], x[3, 2] = against.x, against.y, against.z
     x[3, 3], x[3, 4], x[3, 5] = turning.x, turning.y, turning.z
@@ -457,7 +497,7 @@ def floater_rates(m: FloaterSystem) -> None:
 @outer_section_loads.variant
 @kernel
 def floater_loads(m: FloaterSystem, s: Outputs) -> None:
-    """Loads of the water with added mass; deflection of the tower and loads at its base in its axes."""
+    """Loads of the water with added mass; deflection of the tower and loads at its base in the axes of that base."""
     p, J, K, x, first = m.platform, m.base_columns, m.float_matrices, m.base_six, m.top_shape.modes - 6
     for i in range(6):
         total = x[1, i]
@@ -467,13 +507,20 @@ def floater_loads(m: FloaterSystem, s: Outputs) -> None:
         x[0, i] = total
     p.force = Vec(x[0, 0], x[0, 1], x[0, 2])
     p.moment = Vec(x[0, 3], x[0, 4], x[0, 5])
-    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    theta = Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5])
+    R, base = rotation(theta), Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
     p.tilt = atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
-    base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     s.chain.top_deflection = R.T @ (m.machine.top_position - base) - Vec(0.0, 0.0, m.structure.tower_length)
+    # weight of the tower where its base has turned it, beyond where displacements linear in the angles do
+    up, height, first_moment = Vec(0.0, 0.0, 1.0), 0.0, 0.0
+    beyond = R @ up - up - cross(theta, up)
+    for n in range(s.tower_nodes.nodes):
+        first_moment += s.tower_nodes.mass[n] * (height + 0.5 * s.tower_nodes.length[n])
+        height += s.tower_nodes.length[n]
+    moment = s.tower_station.moment[0] - (first_moment * m.structure.gravity) * cross(beyond, up)
     s.tower_station.force[0] = R.T @ s.tower_station.force[0]
-    s.tower_station.moment[0] = R.T @ s.tower_station.moment[0]
+    s.tower_station.moment[0] = R.T @ moment
 
 
 @dataclass(frozen=True)

@@ -165,14 +165,8 @@ def rotor(m: Structure, gravity: Vec) -> None:
     centre_turning = cross(b_r, c) + cross(w_r, cross(w_r, c))
     G = mass * (gravity - (machine.hub_acceleration + centre_turning))
     N = cross(c, G) - spin_moment
-    disc = Sym(
-        Jh * shaft.x * shaft.x,
-        Jh * shaft.y * shaft.y,
-        Jh * shaft.z * shaft.z,
-        Jh * shaft.x * shaft.y,
-        Jh * shaft.x * shaft.z,
-        Jh * shaft.y * shaft.z,
-    )
+    x, y, z = shaft.x, shaft.y, shaft.z
+    disc = Sym(Jh * x * x, Jh * y * y, Jh * z * z, Jh * x * y, Jh * x * z, Jh * y * z)
     J = inertia_about(disc, mass, Vec(0.0, 0.0, 0.0), c)
     for b in range(body.blades):
         R = m.frame.orientation[b]

@@ -26,9 +26,15 @@ N_SHAFT = 3
 """Number of these coordinates."""
 
 
-@kernel
+@by_record
 def tower_top(m: Structure) -> None:
-    """Motion of the tower top; its partial velocities fill the first columns (S-11 to S-14)."""
+    """Motion of the tower top; its partial velocities fill the first columns."""
+
+
+@tower_top.variant
+@kernel
+def top_of_modes(m: Structure) -> None:
+    """Of second order in the coordinates (S-11 to S-14)."""
     q, v, top, machine = m.q, m.v, m.top_shape, m.machine
     nothing = Vec(0.0, 0.0, 0.0)
     u, du, bias, theta, rate = nothing, nothing, nothing, nothing, nothing

@@ -166,8 +166,7 @@ def chain_loads(m: Structure, s: SectionLoads) -> None:
     arm = machine.hub_position - machine.top_position
     top = machine.top_acceleration
     for k in range(n_tower):
-        at_top = columns.linear[k] - cross(columns.angular[k], arm)
-        top += a[k] * at_top
+        top += a[k] * (columns.linear[k] - cross(columns.angular[k], arm))
     d, own = R_in @ p.nacelle_centre, p.nacelle_inertia
     J = turn(R_in, Sym(own.x, own.y, own.z, 0.0, 0.0, 0.0))
     centre = top + (cross(nacelle_rate, d) + cross(w_n, cross(w_n, d)))
