@@ -56,7 +56,7 @@ LEAST_SHARE = 0.3
 """Of the wind, in which a turbine starts."""
 LEAST_WIND = 1.0
 """[m/s] wind of a thrust coefficient: a rotor in calm air leaves no wake."""
-FINE = 16
+FINE = 40
 """Points between the radii of a profile, of integrals of the load along the blade."""
 MOST_THRUST = 2.0
 """Largest thrust coefficient at any radius."""
