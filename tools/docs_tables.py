@@ -124,9 +124,12 @@ def events() -> str:
 
 
 def channels(group: str) -> str:
-    """Channels of a group: machine, disk, gearbox, electrical, blade, flap, node, station, tower_station."""
+    """Channels of a group: machine, disk, gearbox, electrical, blade, flap, node, station, tower_station, sea,
+    pile_station, platform, line."""
     from meltemi.simulation.channels import Contents, catalogue, channels_of_group
 
+    if group in ("sea", "pile_station", "platform", "line"):
+        return _channel_table(channels_of_group(group, 1))
     further = channels_of_group("electrical") + channels_of_group("disk")
     all_channels = catalogue(
         Contents(
@@ -151,6 +154,10 @@ def channels(group: str) -> str:
         home = homes.get(c.source[0], home)
         if home == group:
             chosen.append(c)
+    return _channel_table(chosen)
+
+
+def _channel_table(chosen: Any) -> str:
     rows = [[f"`{c.name}`", c.alias, c.unit, c.frame, c.sign, c.description] for c in chosen]
     return _table(["name", "OpenFAST", "unit", "axes", "positive", "what"], rows)
 
@@ -311,7 +318,7 @@ def supervisor(what: str) -> str:
 
 def load_cases(part: str) -> str:
     """Rows or faults of the load case table of edition 4, with those values in italics that come from practice; or what
-    the sea adds to the rows (``sea``)."""
+    the sea adds to the rows (``sea``, ``floating``)."""
     from meltemi_loads.loadbase.table import load_table, names_in
     from meltemi_loads.loadbase.wording import event_words
 
@@ -323,10 +330,12 @@ def load_cases(part: str) -> str:
         used = {name: [r for r, row in table.rows.items() if name in names_in(row.faults)] for name in table.faults}
         rows = [[f"`{n}`", f.title, words(f.events), ", ".join(used[n])] for n, f in table.faults.items()]
         return _table(["fault", "meaning", "events", "rows"], rows)
-    if part == "sea":
-        table = load_table("61400-3-1")
+    if part in ("sea", "floating"):
+        table = load_table("61400-3-1" if part == "sea" else "61400-3-2")
         shown = "wind speeds sea misalignment levels wave seeds type factor characteristic state".split()
-        return _row_table(table.rows, shown)
+        fixed = load_table("61400-3-1").rows
+        own = {name: row for name, row in table.rows.items() if part == "sea" or fixed.get(name) != row}
+        return _row_table(own, [*shown, *(["faults", "duration"] if part == "floating" else [])])
     shown = "wind speeds yaw senses azimuths instants faults seeds duration type factor characteristic".split()
     return _row_table(table.rows, shown)
 

@@ -3,6 +3,7 @@ from meltemi.simulation.events import BrakeFault as BrakeFault
 from meltemi.simulation.events import FlapStuck as FlapStuck
 from meltemi.simulation.events import GeneratorFault as GeneratorFault
 from meltemi.simulation.events import GridLoss as GridLoss
+from meltemi.simulation.events import LineLoss as LineLoss
 from meltemi.simulation.events import PitchRunaway as PitchRunaway
 from meltemi.simulation.events import PitchStuck as PitchStuck
 from meltemi.simulation.events import PowerLimit as PowerLimit

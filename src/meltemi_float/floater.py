@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.controller import LogEntry
+from meltemi.control.faults import Faults
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Rot, Sym, Vec
@@ -57,6 +57,7 @@ class Floater(Table):
     step: float = number("s", "between the samples of the waves")
     period: float = number("s", "after which the waves repeat")
     bed: float = number("m", "height of the sea bed")
+    current: Vec = xyz("m/s", "velocity of the water at the height of the centre of mass, without waves")
 
 
 class RadiationState(Table, axes="mode"):
@@ -88,7 +89,6 @@ class Line(Table, axes="line"):
     axial_drag: Numbers = number("kg/m^2", "force along")
     inertia: Numbers = number("kg/m", "mass with that of the water that moves with it across")
     axial_inertia: Numbers = number("kg/m", "the same along")
-    lost: Numbers = number("s", "time from which it no longer pulls")
 
 
 class Strip(Table, axes="strip"):
@@ -115,6 +115,8 @@ class PlatformState(Table):
     moment: Vec = xyz("N m", "of the water about the platform's point")
     mooring_force: Vec = xyz("N", "of the lines")
     mooring_moment: Vec = xyz("N m", "of the lines about the platform's point")
+    offset: float = number("m", "horizontal distance of the point from its place at rest")
+    tilt: float = number("rad", "of the platform's vertical axis")
 
 
 class FloaterSystem(System):
@@ -127,7 +129,8 @@ class FloaterSystem(System):
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
       float_flow: (T, 3 P) velocity of the water at the strips.
       base_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
-      base_six: (4, 6) velocity in platform axes, load of the water, further load, position.
+      base_six: (4, 6) velocity in platform axes, load of the water, further load, position and
+        then velocity against the current.
     """
 
     floater: Floater
@@ -136,6 +139,7 @@ class FloaterSystem(System):
     d_radiation: Single[RadiationState]
     line: Single[Line]
     line_load: Single[LineLoad]
+    faults: Faults
     strip: Single[Strip]
     float_flow: Constant[Array2]
     float_matrices: Constant[Array2]
@@ -220,18 +224,24 @@ def water_load(t: float, m: FloaterSystem) -> None:
         water -= p.spin_bias.x * K[k, 3] + p.spin_bias.y * K[k, 4] + p.spin_bias.z * K[k, 5]
         other = 0.0 * water
         for j in range(6):
-            water -= m.structure.gravity * K[WATER + k, j] * x[3, j]
             other -= K[FURTHER + k, j] * x[3, j]
         for n in range(m.radiation.modes):
             water -= m.float_output[n, k] * m.radiation.real[n] - m.float_output[n, 6 + k] * m.radiation.imaginary[n]
         x[1, k], x[2, k] = water, other
-    buoyancy = m.structure.gravity * f.displaced
-    x[1, 2] += buoyancy
-    x[1, 3] += buoyancy * f.buoyancy_y
-    x[1, 4] -= buoyancy * f.buoyancy_x
+    # lift and moments of the water turn with the heading
+    lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
+    for j in range(2, 5):
+        lift -= x[3, j] * Vec(K[WATER + 2, j], K[WATER + 3, j], K[WATER + 4, j])
+    g, c, s = m.structure.gravity, cos(angle.z), sin(angle.z)
+    x[1, 2] += g * lift.x
+    x[1, 3] += g * (c * lift.y - s * lift.z)
+    x[1, 4] += g * (s * lift.y + c * lift.z)
+    against = own - R.T @ f.current
+    x[3, 0], x[3, 1], x[3, 2] = against.x, against.y, against.z
+    x[3, 3], x[3, 4], x[3, 5] = turning.x, turning.y, turning.z
     drag, drag_moment = Vec(0.0 * t, 0.0 * t, 0.0 * t), Vec(0.0 * t, 0.0 * t, 0.0 * t)
     for j in range(6):
-        s, s2 = x[0, j], x[0, j] * abs(x[0, j])
+        s, s2 = x[0, j], x[3, j] * abs(x[3, j])
         drag -= s * Vec(K[LINEAR, j], K[LINEAR + 1, j], K[LINEAR + 2, j])
         drag -= s2 * Vec(K[QUADRATIC, j], K[QUADRATIC + 1, j], K[QUADRATIC + 2, j])
         drag_moment -= s * Vec(K[LINEAR + 3, j], K[LINEAR + 4, j], K[LINEAR + 5, j])
@@ -345,14 +355,14 @@ line_pull.variant(static_pull)
 
 
 @kernel
-def mooring(t: float, m: FloaterSystem) -> None:
+def mooring(m: FloaterSystem) -> None:
     """Forces of the lines on the platform, which are added to the third row of ``base_six``."""
     p, line, x = m.platform, m.line, m.base_six
     first = m.top_shape.modes - 3
     R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
     F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     for i in range(line.lines):  # type: ignore[attr-defined]
-        if t >= line.lost[i]:
+        if m.faults.line_lost[i] == 1.0:
             m.line_load.fairlead[i] = 0.0
             m.line_load.anchor[i] = 0.0
             continue
@@ -377,7 +387,7 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
     p, f, J, K, x = m.platform, m.floater, m.base_columns, m.float_matrices, m.base_six
     base_motion(m)
     water_load(t, m)
-    mooring(t, m)
+    mooring(m)
     first = m.top_shape.modes - 6
     R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
     c = R @ f.centre
@@ -458,6 +468,8 @@ def floater_loads(m: FloaterSystem, s: Outputs) -> None:
     p.force = Vec(x[0, 0], x[0, 1], x[0, 2])
     p.moment = Vec(x[0, 3], x[0, 4], x[0, 5])
     R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
+    p.tilt = atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
     base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     s.chain.top_deflection = R.T @ (m.machine.top_position - base) - Vec(0.0, 0.0, m.structure.tower_length)
     s.tower_station.force[0] = R.T @ s.tower_station.force[0]
@@ -526,11 +538,6 @@ class FloaterPart(Part):
         names = tuple(f"radiation {part} {i + 1}" for part in ("real", "imaginary") for i in range(n))
         return (StateRows("radiation", "d_radiation", names, ("m",) * (2 * n)),)
 
-    def log(self, case: Any, time: float) -> list[LogEntry]:
-        """Lines that have parted."""
-        lost = View(Line, self.line)["lost"]
-        return [LogEntry(float(t), "event", f"mooring line {i + 1} lost") for i, t in enumerate(lost) if t <= time]
-
     def in_sea(self, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> FloatingSea:
         """The waves of a run.
 
@@ -538,14 +545,16 @@ class FloaterPart(Part):
           InputError: the waves, or a part of them, are not in the coefficients.
         """
         n = self.strip.shape[1]
-        if sea.level or (sea.current is not None and not n):
-            raise InputError(
-                "sea: level does not act on a floating platform, and current only on members with drag; remove them"
-            )
+        if sea.level:
+            raise InputError("sea: level does not act on a floating platform, which floats with it; leave it out")
+        if sea.current is not None and not n and self.platform.quadratic_damping is None:
+            raise InputError("sea: current acts on platform.quadratic_damping and on members with drag; give either")
         dt, period, waves = wave_forces(sea, self.coefficients, self.platform, duration, origin, gravity)
         floater = self.floater.copy()
         v = View(Floater, floater)
         v["step"], v["period"] = dt, period
+        if sea.current is not None:
+            v["current"][:2] = sea.current.at(self.platform.centre[2:], self.platform.depth)[0]
         place = View(Strip, self.strip)["place"].T
         flow = flow_at(place, sea, self.platform.depth, duration, origin, gravity) if n else np.zeros((len(waves), 0))
         return FloatingSea(floater, waves, flow)
@@ -605,7 +614,6 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         across = rho * np.array([each.diameter for each in platform.lines])
         section = rho * np.array([each.section for each in platform.lines])
         dry = np.array([each.mass for each in platform.lines])
-        v["lost"] = [np.inf if each.lost is None else each.lost for each in platform.lines]
         v["drag"] = 0.5 * across * [each.drag for each in platform.lines]
         v["axial_drag"] = 0.5 * np.pi * across * [each.axial_drag for each in platform.lines]
         v["inertia"] = dry + section * [each.added_mass for each in platform.lines]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.core.record import Array, Record, Vector
+from meltemi.maths.tables import MAX_LINES
 from meltemi.turbine.definition import BaseMotion, Foundation, Tower
 from meltemi_float.catenary import line_forces
 from meltemi_float.members import Member, at_rest
@@ -41,10 +42,10 @@ class MooringLine(Record):
     added_mass: float = Field(default=0.0, ge=0.0)
     """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
     axial_added_mass: float = Field(default=0.0, ge=0.0)
+    strength: float | None = Field(default=None, gt=0.0)
+    """[N] characteristic strength, for utilisations of load bases."""
     damping_ratio: float = Field(default=1.0, ge=0.0)
     """Axial damping of a segment over ``l sqrt(stiffness mass)`` [-]; of moving lines."""
-    lost: float | None = Field(default=None, gt=0.0)
-    """[s] time of a run at which it parts at the fairlead and no longer pulls."""
 
     @property
     def section(self) -> float:
@@ -105,8 +106,9 @@ class Platform(Record):
     buoyancy_centre: tuple[float, float] = (0.0, 0.0)
     """[m] x and y of the centre of this volume."""
     coefficients: str = ""
-    """Name in the library, a compact file (.npz), or the common path of WAMIT files .1, .3, .hst and .12d; about the
-    point on the tower's axis at still water, without the weight of the platform. Without, the members have it all."""
+    """Name in the library, or beside the turbine's file a compact file (.npz), or the common path of WAMIT files .1,
+    .3, .hst and .12d; about the point on the tower's axis at still water, without the platform's weight. Without,
+    the members have it all."""
     linear_damping: Array | None = None
     """(6, 6) [N s/m, N s, N m s] force against the velocity."""
     quadratic_damping: Array | None = None
@@ -115,9 +117,12 @@ class Platform(Record):
     """(6, 6) [N/m, N/rad, N m/rad] besides that of water and lines."""
     drift: Literal["none", "mean", "newman", "full"] = "none"
     """Forces of second order at difference frequencies."""
+    drift_directions: Literal["given", "turned"] = "given"
+    """Waves in directions that the drift coefficients lack are refused; or have the forces of the direction that they
+    have, turned with the waves: exact for bodies of revolution alone."""
     drift_cutoff: float = Field(default=0.75, gt=0.0)
     """[rad/s] highest difference frequency."""
-    lines: tuple[MooringLine, ...] = ()
+    lines: tuple[MooringLine, ...] = Field(default=(), max_length=MAX_LINES)
     line_model: Literal["static", "dynamic"] = "static"
     """Lines in their static shapes, with an estimate of drag and inertia; or moving, as points of ``segments``."""
     segments: int = Field(default=30, ge=4, le=400)

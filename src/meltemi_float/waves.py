@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from meltemi.core.errors import InputError
 from meltemi_float.coefficients import Coefficients
@@ -81,7 +82,7 @@ def excitation(c: Coefficients, waves: Components) -> Complex:
 def drift(
     c: Coefficients, platform: Platform, waves: Components, amplitude: Complex
 ) -> tuple[Float, Components, Complex]:
-    """Mean forces (6,) over density and gravity, difference frequencies, and forces (6, P) there (W-11).
+    """Mean forces (6,) over density and gravity, difference frequencies, and forces (6, P) there (W-11, W-29).
 
     Raises:
       InputError: the coefficients do not have them, or not in the waves' direction.
@@ -89,11 +90,13 @@ def drift(
     if not len(c.drift_frequency):
         raise InputError(f"platform.drift: {platform.drift!r} needs a file .12d of platform.coefficients; use none")
     turned = np.degrees(waves.direction) - c.drift_heading[0]
-    off = np.abs(turned - 360.0 * np.round(turned / 360.0)).max()
-    if off > 0.1:
+    turned -= 360.0 * np.round(turned / 360.0)
+    turn = turned[0] if platform.drift_directions == "turned" else 0.0
+    if (off := np.abs(turned - turn).max()) > 0.1:
         raise InputError(
             f"platform.drift: {platform.drift!r} is known for waves along {c.drift_heading[0]:g} deg only, and these "
-            f"travel {off:.3g} deg from it; use drift: none, or coefficients with more headings"
+            f"travel {off:.3g} deg from it; use drift: none, coefficients with more headings, or for a sea without "
+            "spreading drift_directions: turned"
         )
     w, order = np.sort(waves.frequency), np.argsort(waves.frequency)
     a = amplitude[order]
@@ -120,4 +123,5 @@ def drift(
         if platform.drift == "newman":
             Q = 0.5 * (mean[:, None] + mean).astype(np.complex128)
         pairs[k] = 2.0 * (Q * np.outer(a, a.conj()))[used]
-    return F, differences, pairs
+    R = np.kron(np.eye(2), Rotation.from_euler("z", turn, degrees=True).as_matrix())
+    return R @ F, differences, R @ pairs

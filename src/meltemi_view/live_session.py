@@ -30,6 +30,7 @@ from meltemi.simulation.events import (
     Brake,
     GeneratorFault,
     GridLoss,
+    LineLoss,
     PitchRunaway,
     PitchStuck,
     PowerLimit,
@@ -135,6 +136,8 @@ def faults(model: BladedModel) -> dict[str, tuple[str, BaseEvent]]:
     }
     if model.options.yaw == "driven":
         found["yaw"] = ("Yaw runaway", YawRunaway(at=0.0, rate=radians(0.5)))
+    if lines := getattr(model.turbine.platform, "lines", ()):
+        found["line"] = (f"Line 1 of {len(lines)} lost", LineLoss(at=0.0, line=1))
     return found
 
 

@@ -122,13 +122,14 @@ def test_a_plan_at_sea(command: Command, tmp_path: Path) -> None:
     row = rows["dlc6.1-50-y8-m0-high-s01"]
     assert (row["wave_height"], row["wave_period"], row["level"]) == ("8.4", "12.8", "2.6")
     for words, given in {
-        "did you mean '61400-3-1'": ("--standard", "61400-3-2"),
+        "did you mean '61400-3-1'": ("--standard", "61400-31"),
+        "has no platform; choose a turbine that has one": ("--standard", "61400-3-2", "--site", "weis"),
         "needs --site": (),
         "no site 'weiss'; did you mean 'weis'": ("--site", "weiss"),
         "leave it out": ("--site", "weis", "--edition", 3),
-        "stands on land": ("--site", "weis"),
+        "iea15mw has no support": ("--site", "weis"),
     }.items():
-        turbine = "iea15mw" if "land" in words else "iea15mw-monopile"
+        turbine = "iea15mw" if "support" in words else "iea15mw-monopile"
         wrong = command("loads", "plan", turbine, "--standard", "61400-3-1", *given, "--out", tmp_path / "no")
         assert wrong.status == 2 and words in wrong.err, wrong.err
     assert not (tmp_path / "no").exists()

@@ -111,8 +111,9 @@ CASES: dict[str, tuple[dict[str, Any], str, int, Any]] = {
 def test_every_kind_of_event_is_tested() -> None:
     assert {kind.model_fields["type"].default for kind in KINDS} == {
         *CASES,
-        "voltage_dip",
-    }  # by the electrical tests
+        "voltage_dip",  # by the electrical tests
+        "line_loss",  # by those of moving lines
+    }
 
 
 @pytest.mark.slow
@@ -369,6 +370,7 @@ def test_a_blade_that_the_turbine_does_not_have(turbine: Turbine) -> None:
             "events.0.sensor: nrel5mw has no 'pitch_3'; did you mean 'pitch_",
         ),
         ({"type": "flap_stuck", "blade": 1}, "events.0.flap: there is no flap 1; nrel5mw has none"),
+        ({"type": "line_loss", "line": 1}, "events.0.line: nrel5mw has 0 mooring lines, found 1"),
     ):
         with pytest.raises(InputError, match=words):
             schedule(read_events([{"at": 0.0, **event}]), two, DT, 10)

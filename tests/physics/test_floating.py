@@ -95,8 +95,32 @@ def test_drift_depends_on_its_option_and_refuses_unknown_directions(coefficients
     for drift in ("newman", "full"):
         assert np.ptp(extra[drift]) > 0.5 * extra["mean"].mean()
     assert np.abs(extra["full"] - extra["newman"]).max() > 0.01 * np.ptp(extra["full"])
-    with pytest.raises(InputError, match="drift: none"):
-        wave_forces(sea.replace(direction=0.5), coefficients, platform, 60.0, (0.0, 0.0), 9.81)
+    given = platform.replace(drift_directions="given")
+    with pytest.raises(InputError, match="drift: none.*drift_directions: turned"):
+        wave_forces(sea.replace(direction=0.5), coefficients, given, 60.0, (0.0, 0.0), 9.81)
+
+
+def test_drift_forces_turn_with_the_waves(coefficients: Any) -> None:
+    """A turn by an angle about z turns force and moment by it; two directions at once are refused."""
+    platform = meltemi.load_turbine("iea15mw-volturnus").platform
+    assert platform is not None and platform.drift_directions == "turned"
+    sea = meltemi.environment.ComponentSea(frequency=[0.5, 0.6], amplitude=[1.0, 1.5], phase=[0.0, 1.0])
+
+    def extra(direction: float) -> Any:
+        of = (sea.replace(direction=direction), coefficients)
+        forces = [
+            wave_forces(*of, platform.replace(drift=drift), 130.0, (0.0, 0.0), 9.81)[2] for drift in ("full", "none")
+        ]
+        return (forces[0] - forces[1])[:, 1:]
+
+    along, across = extra(0.0), extra(-0.5)  # directions count clockwise, axes counter-clockwise
+    c, s = np.cos(0.5), np.sin(0.5)
+    for x, y in ((0, 1), (3, 4)):
+        turned = np.stack([c * along[:, x] - s * along[:, y], s * along[:, x] + c * along[:, y]])
+        assert np.abs(turned - across[:, [x, y]].T).max() < 1e-6 * np.abs(along).max()
+    spread = sea.replace(direction=[0.0, 0.5])
+    with pytest.raises(InputError, match="without spreading"):
+        wave_forces(spread, coefficients, platform, 60.0, (0.0, 0.0), 9.81)
 
 
 def test_bad_platforms_are_refused() -> None:

@@ -18,7 +18,14 @@ SHOWN = ("platform_surge", "platform_heave", "line_1_fairlead_tension", "line_2_
 
 
 def case(
-    duration: float, step: float | None = None, heave: float = 1.0, line: Any = None, shown: float = 0.1, **changes: Any
+    duration: float,
+    step: float | None = None,
+    heave: float = 1.0,
+    line: Any = None,
+    shown: float = 0.1,
+    events: Any = (),
+    sea: Any = None,
+    **changes: Any,
 ) -> meltemi.Run:
     turbine = meltemi.load_turbine("iea15mw-volturnus")
     assert turbine.platform is not None
@@ -31,8 +38,10 @@ def case(
         duration=duration,
         controller=meltemi.control.ConstantController(),
         start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates={"base heave": heave}),
-        channels=(*SHOWN, "line_1_anchor_tension", "mooring_force_x"),
+        channels=(*SHOWN, "line_1_anchor_tension", "mooring_force_x", "water_force_x", "water_force_y"),
         output_step=shown,
+        events=events,
+        sea=sea,
     )
 
 
@@ -76,10 +85,8 @@ def test_every_constant_of_a_line_matters(change: dict[str, float]) -> None:
 @pytest.mark.parametrize("kind", ["static", "dynamic"])
 def test_a_lost_line_no_longer_pulls(kind: str) -> None:
     """Up to then nothing differs; then the force on the platform changes by the tension of the line (in x and z)."""
-    platform = meltemi.load_turbine("iea15mw-volturnus").platform
-    assert platform is not None
-    lines = (platform.lines[0].replace(lost=2.0), *platform.lines[1:])
-    whole, lost = run(4.0, line_model=kind), run(4.0, line_model=kind, lines=lines)
+    loss = [{"at": 2.0, "type": "line_loss", "line": 1}]
+    whole, lost = run(4.0, line_model=kind), run(4.0, line_model=kind, events=loss)
     at, tension = 20, "line_1_fairlead_tension"
     assert (lost.data[:at] == whole.data[:at]).all()
     assert (lost[tension][at:] == 0.0).all() and (lost["line_1_anchor_tension"][at:] == 0.0).all()
@@ -107,3 +114,22 @@ def test_segments_have_limits() -> None:
     assert turbine.platform is not None
     with pytest.raises(InputError, match="segments"):
         turbine.platform.replace(segments=2)
+
+
+def test_a_current_pushes_on_the_hull_by_its_quadratic_damping() -> None:
+    """The first sample, at rest: D u |u| along the current (W-10), of which added mass takes its share."""
+    angle, platform = 0.3, meltemi.load_turbine("iea15mw-volturnus").platform
+    assert platform is not None
+    D = platform.quadratic_damping
+
+    def push(speed: float, share: float = 1.0) -> Any:
+        water = meltemi.environment.StillWater(current=meltemi.environment.Current(uniform=speed, direction=angle))
+        found = run(0.025, 0.0125, line_model="static", sea=water, quadratic_damping=share * D)
+        return np.array([found[f"water_force_{axis}"][0] for axis in "xy"])
+
+    rest = push(0.0)
+    one, double, stiff = push(0.5) - rest, push(1.0) - rest, push(0.5, 2.0) - rest
+    assert double == pytest.approx(4.0 * one, rel=1e-6) and stiff == pytest.approx(2.0 * one, rel=1e-6)
+    along = 0.5 * np.array([np.cos(angle), -np.sin(angle)])
+    share = one / (D[0, 0] * along * np.abs(along))
+    assert 0.5 < share[0] < 1.0 and share[1] == pytest.approx(share[0], rel=0.1)

@@ -183,6 +183,38 @@ def test_bad_sites(words: str) -> None:
         read_metocean("weis").replace(**WRONG[words])
 
 
+def test_floating_turbines_have_their_own_table() -> None:
+    """Records of an hour, without embedded waves; what is not in IEC 61400-3-1 is marked."""
+    fixed, table = load_table("61400-3-1"), load_table("61400-3-2")
+    assert set(table.rows) - set(fixed.rows) == {"4.3", "9.1", "9.2", "10.1", "10.2"} and not set(fixed.rows) - set(
+        table.rows
+    )
+    assert list(table.rows)[-2:] == ["10.1", "10.2"]
+    assert table.defaults.duration == 3600.0 and all(row.wave is None for row in table.rows.values())
+    new = (row for name, row in table.rows.items() if name not in fixed.rows)
+    assert all({"sea", "seeds", "factor"} <= {*row.practice} for row in new)
+    assert {"line_mean", "line_dynamic"} <= {*table.factors.practice}
+    same = [name for name, row in fixed.rows.items() if row.factor != table.rows[name].factor]
+    assert not same
+
+
+def test_a_line_parts_in_a_case_of_a_floating_turbine() -> None:
+    found = planned(turbine="iea15mw-volturnus", standard="61400-3-2", quick=True)
+    assert found.campaign.depth == 200.0 and found.campaign.inclination == 0.0
+    production, storm = "dlc9.1-10.7-line_2_lost-s01", "dlc9.2-40-line_1_lost-s01"
+    assert found.case(production).content["events"] == [{"type": "line_loss", "line": 2, "at": 310.0}]
+    assert found.case(storm).content["events"] == [{"type": "line_loss", "line": 1, "at": 0.0}]
+    late = found.case("dlc10.1-10.7-t-1190-line_3_lost-s01")
+    assert late.content["events"][0]["at"] == 10.0 and late.transient == 1200.0
+    turbine = load_turbine("iea15mw-volturnus")
+    kept = recorded(turbine, interfaces_of(turbine))
+    assert {"platform_offset", "platform_tilt", "line_3_anchor_tension", "wave_elevation"} <= {*kept}
+    assert {*kept} <= known_channels(3).keys()
+    for name, words in {"iea15mw-monopile": "has no platform", "iea15mw": "such as iea15mw-volturnus"}.items():
+        with pytest.raises(InputError, match=words):
+            planned(turbine=name, standard="61400-3-2")
+
+
 def test_bad_input(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no site 'wei'; did you mean 'weis'"):
         read_metocean("wei")
@@ -192,7 +224,9 @@ def test_bad_input(tmp_path: Path) -> None:
     file.write_text("name: here\nspeed: [3, 25]\nheight: [1, 4]\nperiods: [7, 9]\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"site\.yaml.*periods.*did you mean 'period'"):
         read_metocean(file)
-    with pytest.raises(InputError, match="iea15mw stands on land; choose a turbine with a support"):
+    with pytest.raises(
+        InputError, match="iea15mw has no support; choose a turbine that has one, such as iea15mw-monopile"
+    ):
         planned(turbine="iea15mw")
     with pytest.raises(InputError, match="needs the conditions of the site"):
         make_campaign("iea15mw-monopile", "IB", standard="61400-3-1", rated_wind=10.7)

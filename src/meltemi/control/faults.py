@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.signals import Measurements
 from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Numbers, Table, blades, flaps, number, numbers
+from meltemi.maths.tables import MAX_LINES, Numbers, Table, blades, flaps, number, numbers
 
 Float = NDArray[float64]
 
@@ -38,6 +38,7 @@ class Faults(Table):
     pitch_stuck: Numbers = blades("-", "1: the blade keeps its angle")
     pitch_run: Numbers = blades("rad/s", "rate of a pitch runaway, towards feather when positive; 0: none")
     flap_stuck: Numbers = flaps("-", "1: the flap keeps its deflection")
+    line_lost: Numbers = numbers("-", "1: the mooring line has parted", [str(i + 1) for i in range(MAX_LINES)])
     offset: Numbers = numbers("unit of the sensor", "added to the measurement", SENSORS)
     drift: Numbers = numbers("unit of the sensor/s", "rate of the sensor's drift", SENSORS)
     drift_begin: Numbers = numbers("s", "begin of the drift", SENSORS)

@@ -327,7 +327,7 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
         """Store the machine code ``data`` of a signature, if there is enough disk space."""
         name = f"{self._index_name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
         try:
-            self._save_data(name, data)
+            self._write(self._data_path(name), data)
             known = self._load_index()
             if known.get(repr(key)) != name:
                 self._save_index({**known, repr(key): name})
@@ -337,7 +337,7 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
     def load(self, key: Any) -> Any:
         """Machine code of a signature, or None; the index names signatures by text: their types may be foreign."""
         name = self._load_index().get(repr(key))
-        return None if name is None else self._load_data(name)
+        return None if name is None else self._read(self._data_path(name))
 
     def _load_index(self) -> dict[str, str]:
         stamp, known = self._read(self._index_path) or (None, {})
@@ -345,12 +345,6 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
 
     def _save_index(self, overloads: dict[str, str]) -> None:
         self._write(self._index_path, (self._source_stamp, overloads))
-
-    def _load_data(self, name: str) -> Any:
-        return self._read(self._data_path(name))
-
-    def _save_data(self, name: str, data: Any) -> None:
-        self._write(self._data_path(name), data)
 
     def _read(self, path: str) -> Any:
         """Content of a file, or None if it is missing or damaged."""
@@ -376,10 +370,15 @@ def _cannot_keep(folder: Path, why: str) -> None:
 
 
 class _Locator(InTreeCacheLocator):  # type: ignore[misc]
-    """Locator of Numba's cache files of a function; the package folder need not be writable."""
+    """Locator of Numba's cache files: installations of equal sources share them, wherever they are, writable or not."""
+
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        super().__init__(function, file)
+        package = (function.__module__ or "").rpartition(".")[0]
+        self.place = package if is_ours(package.partition(".")[0]) else self.get_suitable_cache_subpath(file)
 
     def get_cache_path(self) -> str:
-        return str(Path(cache_folder() or "") / self.get_suitable_cache_subpath(self._py_file))
+        return str(Path(cache_folder() or "") / self.place)
 
     def ensure_cache_path(self) -> None:
         """The folder is created on the first write."""

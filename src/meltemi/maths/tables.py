@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-MAX_BLADES, MAX_FLAPS = 3, 4
+MAX_BLADES, MAX_FLAPS, MAX_LINES = 3, 4, 24
 Index = int | tuple[int, ...]
 T = TypeVar("T")
 

@@ -147,8 +147,8 @@ GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|stage_\d_.*")
 
 def every_kind() -> dict[str, Channel]:
     """Channels of all kinds that a turbine may have, with the smallest numbers of nodes, stations and flaps."""
-    groups = ("electrical", "disk", "sea")
-    further = sum((channels_of_group(group) for group in groups), channels_of_group("pile_station", 1))
+    numbered = (*channels_of_group("pile_station", 1), *channels_of_group("line", 1))
+    further = sum(map(channels_of_group, ("electrical", "disk", "sea", "platform")), numbered)
     return catalogue(Contents(nodes=1, flaps=1, gears=(2, 3), further=further))
 
 

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from meltemi.control.supervisor.tables import PRODUCING
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import validated
-from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS
+from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, MAX_LINES
 
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
@@ -42,7 +42,6 @@ def _sensor(name: str) -> str:
 
 
 BladeNumber = Annotated[int, Field(ge=1, le=MAX_BLADES)]
-FlapNumber = Annotated[int, Field(ge=1, le=MAX_FLAPS)]
 SensorName = Annotated[str, AfterValidator(_sensor)]
 
 
@@ -141,7 +140,7 @@ class FlapStuck(TemporaryEvent):
     type: Literal["flap_stuck"] = "flap_stuck"
     blade: BladeNumber
     """Number of the blade."""
-    flap: FlapNumber = 1
+    flap: int = Field(default=1, ge=1, le=MAX_FLAPS)
     """Number of the flap on the blade."""
 
     @property
@@ -150,6 +149,21 @@ class FlapStuck(TemporaryEvent):
 
     def changes(self) -> tuple[Change, ...]:
         return ((f"flap_stuck_{self.flap}_{self.blade}", 1.0, 0.0),)
+
+
+class LineLoss(BaseEvent):
+    """Loss of a mooring line: it parts at its fairlead; what is left of it is not simulated."""
+
+    type: Literal["line_loss"] = "line_loss"
+    line: int = Field(ge=1, le=MAX_LINES)
+    """Number of the line."""
+
+    @property
+    def what(self) -> str:
+        return f"mooring line {self.line} lost"
+
+    def changes(self) -> tuple[Change, ...]:
+        return ((f"line_lost_{self.line}", 1.0, 0.0),)
 
 
 class GridLoss(TemporaryEvent):
@@ -367,12 +381,6 @@ class YawRunaway(TemporaryEvent):
         return (("yaw_run", self.rate, 0.0),)
 
 
-KINDS: tuple[type[BaseEvent], ...] = (
-    *(PitchStuck, PitchRunaway, FlapStuck, GridLoss, VoltageDip, GeneratorFault, SensorOffset, SensorDrift, SensorLoss),
-    *(Request, PowerLimit, Brake, BrakeFault, YawStuck, YawRunaway),
-)
-"""Classes of all events."""
-
 RUNNING = tuple(name.replace("_", " ") for name in ("start_up", *PRODUCING))
 AT_REST = ("standby", "idling")
 """States of the supervisor, as its log writes them."""
@@ -381,6 +389,7 @@ Event = Annotated[
     PitchStuck
     | PitchRunaway
     | FlapStuck
+    | LineLoss
     | GridLoss
     | VoltageDip
     | GeneratorFault
@@ -396,6 +405,8 @@ Event = Annotated[
     Field(discriminator="type"),
 ]
 """Any event; ``type`` selects the class."""
+KINDS: tuple[type[BaseEvent], ...] = get_args(get_args(Event)[0])
+"""Classes of all events."""
 
 
 class _Events(Record):
@@ -540,31 +551,27 @@ def _step(t: float, dt: float) -> int:
 
 
 def check_parts(event: BaseEvent, where: str, turbine: AnyTurbine) -> None:
-    """Raise InputError for blades, flaps and sensors that the turbine does not have."""
+    """Raise InputError for blades, flaps, mooring lines and sensors that the turbine does not have."""
     n_blades, n_flaps = turbine.n_blades, len(turbine.flaps)
+    lines = len(getattr(getattr(turbine, "platform", None), "lines", ()))
     blade, flap = getattr(event, "blade", None), getattr(event, "flap", None)
+    if isinstance(event, LineLoss) and event.line > lines:
+        raise InputError(f"{where}.line: {turbine.name} has {lines} mooring lines, found {event.line}")
     if blade is not None and blade > n_blades:
         raise InputError(f"{where}.blade: {turbine.name} has {n_blades} blades, found {blade}")
     if flap is not None and flap > n_flaps:
-        has = f"{n_flaps} on each blade" if n_flaps else "none"
-        raise InputError(
-            f"{where}.flap: there is no flap {flap}; {turbine.name} has {has} (meltemi.turbine.with_flaps adds them)"
-        )
+        found = f"{where}.flap: there is no flap {flap}; {turbine.name} has {n_flaps or 'none'}"
+        raise InputError(f"{found} (meltemi.turbine.with_flaps adds them)")
     sensor = getattr(event, "sensor", None)
-    if sensor is not None and sensor not in _sensors(n_blades, n_flaps):
-        raise InputError(
-            f"{where}.sensor: {turbine.name} has no {sensor!r}; {did_you_mean(sensor, _sensors(n_blades, n_flaps))}"
-        )
+    if sensor is not None and sensor not in (known := _sensors(n_blades, n_flaps)):
+        raise InputError(f"{where}.sensor: {turbine.name} has no {sensor!r}; {did_you_mean(sensor, known)}")
 
 
 def _sensors(n_blades: int, n_flaps: int) -> list[str]:
     """Sensors of a turbine; the names of blade and flap sensors end in their numbers."""
-    found = []
-    for name in f.SENSORS:
-        *_, before, last = ("", *name.split("_"))
-        there = not last.isdigit() or int(last) <= n_blades
-        if before.isdigit():
-            there = there and int(before) <= n_flaps
-        if there:
-            found.append(name)
-    return found
+
+    def there(name: str) -> bool:
+        *_, flap, blade = ("", *name.split("_"))
+        return not blade.isdigit() or (int(blade) <= n_blades and not (flap.isdigit() and int(flap) > n_flaps))
+
+    return [name for name in f.SENSORS if there(name)]

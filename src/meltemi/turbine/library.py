@@ -86,14 +86,10 @@ def load_turbine(name: str | Path) -> AnyTurbine:
     if str(name) in library_entries():
         return _from_library(str(name))
     path = Path(name)
-    if path.suffix == ".fst":
-        from meltemi.io import read_openfast
+    if path.suffix in (".fst", ".htc"):
+        from meltemi.io import read_hawc2_model, read_openfast
 
-        return read_openfast(path)
-    if path.suffix == ".htc":
-        from meltemi.io import read_hawc2_model
-
-        return read_hawc2_model(path)
+        return (read_openfast if path.suffix == ".fst" else read_hawc2_model)(path)
     if path.suffix in (".yaml", ".yml") or path.exists():
         return read_turbine(path)
     raise InputError(
@@ -128,6 +124,10 @@ def read_turbine(path: Path) -> AnyTurbine:
     """
     text = read_text(path)
     data = parse(text, path, "a turbine")
+    if isinstance(platform := data.get("platform"), dict):  # its files are beside the turbine's
+        found = path.absolute().parent / str(platform.get("coefficients") or "-")
+        if any(Path(f"{found}{end}").is_file() for end in ("", ".1")):
+            platform["coefficients"] = str(found)
     if "coefficient" in data and "blade" not in data:
         from meltemi.turbine.power_turbine import PowerTurbine
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import TURBINES, is_case
+from meltemi.app.options import TURBINES, SeaOption, is_case, sea_of_options
 from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 
@@ -26,6 +26,7 @@ def export(
     ],
     wind_speed: Annotated[float | None, typer.Option("--wind-speed", help="Steady wind [m/s] [12].")] = None,
     wind_file: Annotated[Path | None, typer.Option("--wind-file", help="TurbSim field (.bts) instead.")] = None,
+    sea: SeaOption = None,
     duration: Annotated[float | None, typer.Option("--duration", help="Duration of the simulation [s] [600].")] = None,
     option: Annotated[
         list[str] | None,
@@ -61,6 +62,11 @@ def export(
         wind = wind_file or folder / case.wind.file  # type: ignore[union-attr]
     else:
         wind = case_wind(case, described, folder)
+    waves: Any = case.sea
+    if sea is not None:
+        from meltemi_sea.kinds import sea_of
+
+        waves = sea_of(sea_of_options(sea), "--sea")
     folder_for(out)
     with simulation_bar("export"):
         from meltemi_exchange.openfast_writer import write_openfast
@@ -78,6 +84,7 @@ def export(
             beamdyn=beamdyn,
             library=library,
             settings=settings,
+            sea=waves,
         )
     rows = [[note.kind, note.what, note.why] for note in written.notes]
     print_table(f"{described.name}: differences of the deck", ["", "what", "how"], rows, text_columns=3)

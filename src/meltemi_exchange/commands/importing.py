@@ -133,12 +133,12 @@ def _write(imported: ImportedTurbine, source: Path, out: Path) -> None:
 
     folder_for(out)
     turbine = imported.turbine
-    if turbine.platform is not None:
+    if turbine.platform is not None and turbine.platform.coefficients:
         from meltemi_float.coefficients import read_coefficients, write_coefficients
 
-        packed = (out / "coefficients.npz").absolute()
+        packed = out / "coefficients.npz"
         write_coefficients(read_coefficients(turbine.platform.coefficients), packed)
-        turbine = turbine.replace(platform=turbine.platform.replace(coefficients=str(packed)))
+        turbine = turbine.replace(platform=turbine.platform.replace(coefficients=packed.name))
         wrote(packed)
     write_turbine(turbine, out / "turbine.yaml")
     text = report_text(imported.notes, f"{source.name} as a turbine")

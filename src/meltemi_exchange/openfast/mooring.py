@@ -17,10 +17,13 @@ TYPES = {
     "axial_drag": ("cdax", "cdt"),
     "added_mass": ("ca", "can"),
     "axial_added_mass": ("caax", "cat"),
+    "damping_ratio": ("ba/-zeta",),
 }
 POINTS = {"kind": ("type", "attachment"), "x": ("x",), "y": ("y",), "z": ("z",)}
 LINES = {"type": ("linetype",), "length": ("unstrlen",), "a": ("attacha", "nodeanch"), "b": ("attachb", "nodefair")}
 """Columns by the names that the three programs give them."""
+BED_FRICTION = ("mu_kT", "mu_kA")
+"""Options of MoorDyn 2: friction of all lines on the bed, across and along."""
 
 
 def read_lines(file: InputFile, depth: float) -> list[dict[str, Any]]:
@@ -51,6 +54,12 @@ def read_lines(file: InputFile, depth: float) -> list[dict[str, Any]]:
             z = -depth if point["z"].lower() == "depth" else _number(file, point["z"])
             places[what] = [_number(file, point["x"]), _number(file, point["y"]), z]
         values = {name: _number(file, text) for name, text in kind[1].items()}
+        if values.get("damping_ratio", 0.0) < 0.0:
+            values["damping_ratio"] *= -1.0
+        else:  # a damping in N s has no counterpart
+            values.pop("damping_ratio", None)
+        if (friction := file.find(BED_FRICTION[1])) is not None:
+            values["friction"] = _number(file, friction.values[0])
         found.append(places | values | {"length": _number(file, row["length"])})
     turns = next((split(line)[1:] for line in file.lines if line.split()[:1] == ["repeat"]), [])
     return found + [_turned(line, math.radians(_number(file, text))) for text in turns for line in found]

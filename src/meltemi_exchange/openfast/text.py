@@ -120,7 +120,7 @@ class InputFile:
           InputError: with file, line, and what was expected.
         """
         count = self.count(entry)
-        header, rows = self._table(entry, count, next(iter(wanted.values())))
+        header, rows = self.rows(entry, count, next(iter(wanted.values())))
         columns = [key(name) for name in header]
         missing = [name for target, name in wanted.items() if key(name) not in columns and target not in optional]
         if missing:
@@ -144,7 +144,12 @@ class InputFile:
             raise InputError(f"{self.at(line)}: expected a number for {name}, found {tokens[place]!r}")
         return value
 
-    def _table(self, entry: Entry, count: int, first: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    def rows(self, entry: Entry, count: int, first: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+        """Header that has the word ``first``, and ``count`` rows with their lines, of the table of a keyword.
+
+        Raises:
+          InputError: there is no such table, or it has other rows.
+        """
         at = entry.line
         while at < len(self.lines):
             tokens = [t for t in split(self.lines[at]) if t.strip("!")]

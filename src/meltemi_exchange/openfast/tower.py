@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.turbine.definition import Foundation
-from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input
+from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input, split
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.openfast.water import Water
 from meltemi_exchange.pile import pile_foundation
@@ -19,6 +19,9 @@ STEEL_SPEED = math.sqrt(210e9 / 8500.0)
 """[m/s] of sound along a steel bar, with paint, bolts and flanges in its density (TP-500-38060)."""
 SHEAR_SHARE = 0.53
 """Share of the area of a thin tube that carries shear (Cowper 1966 for a Poisson ratio of 0.3)."""
+
+SPRINGS = ("x", "y", "z", "tx", "ty", "tz")
+"""Directions in the names of SubDyn's springs: Kxx, Kxty and so on."""
 
 
 def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict[str, Any]:
@@ -241,4 +244,20 @@ def read_substructure(main: InputFile, values: Values, water: Water, notes: list
     file = read_input(path, "SubDyn")
     if water.file is None:
         return {"foundation": read_pile(file, notes)}
-    return {"support": read_support(file, values, water, notes)}
+    found = {"support": read_support(file, values, water, notes)}
+    at = next((i for i, line in enumerate(file.lines) if line.split()[:1] == ["RJointID"]), len(file.lines))
+    row = split(file.lines[at + 2]) if at + 2 < len(file.lines) else []
+    springs = file.file(row[7], at + 3) if len(row) > 7 and "1" not in row[1:7] else None
+    return found if springs is None else found | {"foundation": _springs(read_input(springs, "SSI"))}
+
+
+def _springs(file: InputFile) -> dict[str, Any]:
+    """Springs and mass under the foot of a pile, from the upper triangles of SubDyn's file."""
+    found: dict[str, Any] = {"source": file.path.name}
+    for letter, kind in (("K", "stiffness"), ("M", "mass")):
+        value = np.zeros((6, 6))
+        for i, j in zip(*np.triu_indices(6), strict=True):
+            if (entry := file.find(f"{letter}{SPRINGS[i]}{SPRINGS[j]}")) is not None:
+                value[i, j] = value[j, i] = _coefficient(file, entry)
+        found[kind] = value
+    return found

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError, UnsupportedError
+from meltemi_exchange.openfast.members import displaced, read_members, with_ballast
 from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input, split
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.report import ImportNote
@@ -36,10 +37,9 @@ class Water:
         sea = values.file(main, "sea_file") if values.given("comp_sea", 0) else None
         if path is not None:
             self.file = self.v.read(read_input(path, "HydroDyn"))
-        if sea is not None:
-            self.v.read(read_input(sea, "SeaState"))
-        elif self.file is not None:
-            self.v.read(replace(self.file, module="SeaState"))
+        self.sea_file = self.file if sea is None else read_input(sea, "SeaState")
+        if self.sea_file is not None:
+            self.v.read(replace(self.sea_file, module="SeaState"))
         for name in ("water_density", "depth", "level"):
             if self.v[name] is None:
                 self.v.data[name] = values[name]
@@ -66,13 +66,18 @@ class Water:
             v.note("approximated", "seed", "a sea of the same spectrum, from other random numbers")
             if v.given("spread", 0):
                 found["spreading"] = {"exponent": v.given("spread_exponent", 1.0), "width": v["spread_range"]}
+                found["spreading"]["directions"] = int(v.given("spread_directions", 25)) | 1  # an odd number there
+                if found["spreading"]["directions"] == 1 or not v["spread_range"]:
+                    del found["spreading"]
             if (crest := v.given("crest", 0)) in (1, 2):
                 height = v["crest_height"] * (0.5 if crest == 1 else 1.0)
                 of = "crest" if crest == 1 else "crest to trough"
                 found["crest"] = {"height": height, "of": of, "time": v.given("crest_time", 0.0)}
+        elif kind == "7":
+            found = self._waves()
         elif kind != "0":
             v.note("ignored", "waves", "waves of files are not read; give the case a sea of kind components, elevation")
-        if found["kind"] == "still" or kind == "1":
+        if found["kind"] == "still" or kind in ("1", "7"):
             v.unneeded("of waves of another WaveMod", "seed", "gaussian", "peak_factor", "lowest", "highest")
         found["stretching"] = STRETCHINGS[v.given("stretching", 0) % 4]
         if v.given("level", 0.0):
@@ -82,6 +87,26 @@ class Water:
         elif v.given("current", 0):
             v.note("ignored", "current", "the current of a user's routine; give the case a current")
         return found
+
+    def _waves(self) -> dict[str, Any]:
+        """Waves one by one: frequency [rad/s], height [m], direction [deg], phase [deg], or the .SEA format."""
+        path = self.sea_file.file(str(self.v["wave_file"]), 0) if self.sea_file is not None else None
+        if path is None:
+            raise InputError(f"{self.sea_file and self.sea_file.path}: WaveMod 7: WvKinFile names no file")
+        lines = read_input(path, "waves").lines
+        cells = [[number(word) for word in split(line)] for line in lines]
+        rows = np.array([row for row in cells if len(row) == 4 and None not in row], dtype=np.float64).reshape(-1, 4)
+        if not len(rows):
+            raise InputError(f"{path}: expected lines of frequency, height, direction and phase, found none")
+        if lines[0].startswith("source: SEAFileGenerator"):  # Hz, amplitude, rad, rad
+            rows *= [2.0 * np.pi, 2.0, 180.0 / np.pi, 180.0 / np.pi]
+        (w, height, direction), phase = rows.T[:3], np.radians((rows[:, 3] + 180.0) % 360.0 - 180.0)
+        direction = -np.radians(direction) + 0.0
+        if len(rows) == 1:
+            found = {"kind": "regular", "height": height[0], "period": 2.0 * np.pi / w[0], "phase": phase[0]}
+            return found | {"direction": direction[0]}
+        one = float(direction[0]) if np.ptp(direction) == 0.0 else direction
+        return {"kind": "components", "frequency": w, "amplitude": 0.5 * height, "phase": phase, "direction": one}
 
     def _current(self, waves: float) -> dict[str, Any]:
         v, parts = self.v, ("sub_surface", "near_surface", "uniform")
@@ -155,7 +180,7 @@ class Water:
             found["growth"] = [
                 {"bottom": a, "top": b, "thickness": thick, "density": d}
                 for a, b, thick, d in zip(z[:-1], z[1:], *(0.5 * (x[1:] + x[:-1]) for x in (t, density)), strict=True)
-                if thick > 0.0
+                if thick > 0.0 and b - a > 0.01  # closer rows are a step
             ]
             if np.ptp(t[t > 0.0]) > 0.0:
                 v.note("approximated", "growth", "constant between two depths, with their mean thickness")
@@ -182,8 +207,9 @@ class Water:
           UnsupportedError: what it cannot have, by name.
         """
         v, file = self.v, self.file
-        if file is None or v.given("potential", 0) != 1:
-            raise UnsupportedError(f"{main.source.get('hydro_file', 'HydroFile')}: a platform needs PotMod 1")
+        if file is None or v.given("potential", 0) not in (0, 1):
+            raise UnsupportedError(f"{main.source.get('hydro_file', 'HydroFile')}: a platform needs PotMod 0 or 1")
+        flows = v.given("potential", 0) == 1
         wrong = {
             "bodies": v.given("bodies", 1) != 1,
             "unit_length": v.given("unit_length", 1.0) != 1.0,
@@ -192,25 +218,29 @@ class Water:
             "mean_drift": v.given("mean_drift", 0) not in (0, FULL_DRIFT),
         } | {f"reference_{a}": bool(v.given(f"reference_{a}", 0.0)) for a in ("x", "y", "z", "turn")}
         for target, bad in wrong.items():
-            if bad:
+            if bad and flows:
                 raise UnsupportedError(
                     f"{file.path.parent / v.source[target]} {v[target]:g}: one body about the origin, of unit length "
                     "and with drift from the file .12d is read"
                 )
         v.differs("ignored", 0, sum_forces="forces at sum frequencies are not modelled")
         v.differs("ignored", 0, excitation_place="waves are those at the place at rest")
+        body = [main.given(f"platform_{name}", 0.0) for name in BODY]
+        members: list[dict[str, Any]] = []
         if v.given("members", 0):
-            v.note("ignored", "members", "members beside potential flow: give the platform's members drag by hand")
-        drift = next((d for n, d in DRIFTS if v.given(n, 0)), "none")
+            members = read_members(file, v)
+            body = with_ballast(body, file, v)
+        drift = next((d for n, d in DRIFTS if v.given(n, 0) and flows), "none")
         root = str(v["potential_file"]).strip("\"'").replace("\\", "/")
         found: dict[str, Any] = {
             "depth": v["depth"],
-            "mass": main["platform_mass"],
-            "centre": [main.given(f"platform_centre_{axis}", 0.0) for axis in "xyz"],
-            "inertia": [main.given(f"platform_inertia_{axis}", 0.0) for axis in "RPY"],
-            "volume": v["volume"],
+            "mass": body[0],
+            "centre": body[1:4],
+            "inertia": body[4:],
+            "members": members,
+            "volume": v["volume"] if flows else displaced(members),
             "buoyancy_centre": (v.given("buoyancy_x", 0.0), v.given("buoyancy_y", 0.0)),
-            "coefficients": str((file.path.parent / root).absolute()),
+            "coefficients": str((file.path.parent / root).absolute()) if flows else "",
             "drift": drift,
             "water_density": v.given("water_density", 1025.0),
             "source": file.path.name,
@@ -218,9 +248,10 @@ class Water:
         if drift != "none" and v.given("drift_cutoff", 0.0) > 0.0:
             found["drift_cutoff"] = v["drift_cutoff"]
         for key, name in (("stiffness", "AddCLin"), ("linear_damping", "AddBLin"), ("quadratic_damping", "AddBQuad")):
-            if (value := self.matrix(name)) is not None:
+            if flows and (value := self.matrix(name)) is not None:
                 found[key] = value
         return found
 
 
+BODY = ("mass", *(f"centre_{axis}" for axis in "xyz"), *(f"inertia_{axis}" for axis in "RPY"))
 DRIFTS = (("difference_drift", "full"), ("newman", "newman"), ("mean_drift", "mean"))

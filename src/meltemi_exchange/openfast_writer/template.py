@@ -1,18 +1,19 @@
 """Templates of the files of an OpenFAST 5 deck: ``lines.txt`` contains the keywords in the order of the input files.
 
-A line there is a default value and a keyword; ``==`` begins a heading, ``@`` a table or list that the writer fills in.
+A line there is a default value and a keyword; ``==`` begins a heading, ``@`` a table or list that the writer fills in,
+with its columns after a colon if it may be empty.
 The order is that of the decks of OpenFAST 5.0.0's reference runs (Apache-2.0), which the tests compare.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi_exchange.openfast.keywords import row_of
+from meltemi_exchange.openfast.keywords import ROWS, UNITS, row_of
 from meltemi_exchange.openfast.text import key
 
 
@@ -49,6 +50,11 @@ def fill(module: str, title: str, values: Mapping[str, object], tables: Mapping[
             lines += [f'"{name}"' for name in tables.get("outputs", ())]
             lines.append('END of input file (the word "END" must appear in the first 3 columns of this last line)')
             lines.append("-" * 80)
+        elif line == "@channels":
+            lines += [*(f'"{name}"' for name in tables["channels"]), "END", "-" * 80]
+        elif line.startswith("@") and ":" in line:
+            name, _, header = line[1:].partition(":")
+            lines += [_line(header.split()), _line(["(-)"] * len(header.split())), *tables.get(name, ())]
         elif line.startswith("@"):
             lines += tables[line[1:]]
         else:
@@ -63,6 +69,17 @@ def fill(module: str, title: str, values: Mapping[str, object], tables: Mapping[
     return "\n".join(lines) + "\n"
 
 
+def by_target(module: str, values: Mapping[str, float | str]) -> dict[str, object]:
+    """Values by keyword, in the units of the file, of values in SI by the targets to which the reader puts them."""
+    rows = {row.target: row for row in ROWS[module] if row.target}
+    found: dict[str, object] = {}
+    for target, value in values.items():
+        row = rows[target]
+        factor = UNITS[row.unit] * (-1.0 if row.turned else 1.0)
+        found[row.names[0]] = value / factor + 0.0 if isinstance(value, float) else value
+    return found
+
+
 def text_of(value: object) -> str:
     """A value in Fortran's notation."""
     if isinstance(value, bool):
@@ -74,14 +91,24 @@ def text_of(value: object) -> str:
 
 def unit_of(module: str, name: str) -> str:
     """Unit of a keyword from the reader's table; empty if unknown."""
-    row = row_of(module, key(name))
+    row = row_of(module, key(name)) if module in ROWS else None
     return row.unit if row else ""
 
 
 def columns(*values: Sequence[float] | Sequence[str] | NDArray[np.float64]) -> list[str]:
     """Lines of a table of numbers or texts."""
-    cells = ([text if isinstance(text, str) else f"{text:.9E}" for text in column] for column in values)
-    return [_line(row) for row in zip(*cells, strict=True)]
+    return rows_of(zip(*values, strict=True))
+
+
+def rows_of(rows: Iterable[Iterable[object]]) -> list[str]:
+    """Lines of rows of floats, counts and texts."""
+    return [_line([f"{x:.9E}" if isinstance(x, float) else str(x) for x in row]) for row in rows]
+
+
+def matrix(name: str, value: NDArray[np.float64]) -> list[str]:
+    """Lines of a matrix, the first of which ends with the keyword."""
+    first, *others = rows_of(value.tolist())
+    return [f"{first}   {name}", *others]
 
 
 def table(names: str, units: str, *values: Sequence[float] | Sequence[str] | NDArray[np.float64]) -> list[str]:

@@ -30,6 +30,7 @@ from meltemi_exchange.openfast_writer.sections import classical, damping_ratios,
 from meltemi_exchange.openfast_writer.shapes import Shape, blade_shapes, tower_shapes
 from meltemi_exchange.openfast_writer.template import columns, fill, table
 from meltemi_exchange.report import ImportNote
+from meltemi_sea.conditions import Sea, StillWater
 
 RPM, DEGREES = 30.0 / math.pi, 180.0 / math.pi
 ATTACHED = 0.7
@@ -41,7 +42,7 @@ STEPS = (0.01, 0.00625, 0.005, 0.0025, 0.002, 0.00125, 0.001, 0.0005, 0.00025, 0
 OUTPUT_STEP = 0.05
 """[s] between outputs."""
 LOOSE, TIGHT = 1, 3
-"""Coupling of OpenFAST's modules: explicit; implicit, which BeamDyn's high frequencies need at any usable time step."""
+"""Coupling of OpenFAST's modules: explicit; implicit, which BeamDyn and SubDyn need at any usable time step."""
 FINENESS = 0.45
 """Time step times the highest frequency of ElastoDyn's degrees of freedom, at most."""
 STALL_RADII = (0.25, 0.95)
@@ -50,6 +51,8 @@ ROUNDING = 1e-6
 """Relative, of OpenFAST in single precision."""
 NEAR = 1e-7
 """[rad] difference below which OpenFAST treats two angles of a polar as equal, and stops."""
+AT_SEA = "PtfmSurge PtfmSway PtfmHeave PtfmRoll PtfmPitch PtfmYaw".split()
+"""Output channels of ElastoDyn at sea."""
 OUTPUTS = {
     "ElastoDyn": (
         "RotSpeed GenSpeed BldPitch1 Azimuth OoPDefl1 IPDefl1 TipDxb1 TipDyb1 TTDspFA TTDspSS "
@@ -95,9 +98,11 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     beamdyn: bool = False,
     library: str | Path | None = None,
     settings: str | Path = "DISCON.IN",
+    sea: Sea | None = None,
 ) -> Written:
     """Write a turbine as input of OpenFAST 5: main file, ElastoDyn, AeroDyn, InflowWind, ServoDyn, airfoils.
 
+    At sea also SeaState with every wave, HydroDyn with coefficients of potential flow, and SubDyn or MoorDyn.
     BeamDyn files are written for blades with torsional stiffness. Mode shapes are those of the description, or the best
     polynomials of ElastoDyn for the sections.
 
@@ -109,7 +114,7 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
       wind: a steady wind (12 m/s by default), or a TurbSim file (.bts).
       duration: [s].
       time_step: [s]; by default that of the options, or the one required by the highest frequency of ElastoDyn's
-        degrees of freedom, at most 0.01 s; with BeamDyn, which is coupled implicitly, 0.01 s.
+        degrees of freedom, at most 0.01 s; with BeamDyn and SubDyn, which are coupled implicitly, 0.01 s.
       rotor_speed: [rad/s] initial; by default rated.
       pitch: [rad] initial; by default the minimum.
       azimuth: [rad] initial, of blade 1, 0 when it points up.
@@ -117,11 +122,12 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
       library: Bladed-style controller library, with its input file ``settings``; without it the torque follows
         OpenFAST's simple law of regions 2 and 2 1/2 at constant pitch.
       settings: see library.
+      sea: of a turbine that stands or floats in it; by default still water.
 
     Raises:
-      InputError: a file cannot be written, or the wind is of another kind.
-      UnsupportedError: there is ice on a blade, BeamDyn is requested for a blade without torsion, or the turbine cannot
-        be modelled.
+      InputError: a file cannot be written, the wind is of another kind, or the turbine of a sea stands on land.
+      UnsupportedError: there is ice on a blade, BeamDyn is requested for a blade without torsion, the turbine cannot
+        be modelled, or OpenFAST has no such support, platform, current or waves.
     """
     turbine, folder = aeroelastic(turbine, "write_openfast"), Path(folder)
     if turbine.icing is not None:
@@ -134,8 +140,13 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     rated = turbine.rated_rotor_speed
     start = (rated if rotor_speed is None else rotor_speed, turbine.control.pitch.minimum if pitch is None else pitch)
     texts: dict[str, str] = {}
-    step = time_step or deck.options.time_step or (STEPS[0] if beamdyn else deck.time_step())
-    deck.main(texts, duration, step, beamdyn)
+    implicit = beamdyn or turbine.support is not None
+    step = time_step or deck.options.time_step or (STEPS[0] if implicit else deck.time_step())
+    if sea is not None and not deck.at_sea:
+        raise InputError(f"sea: {turbine.name} stands on land")
+    if deck.at_sea:
+        deck.water(texts, StillWater() if sea is None else sea, duration)
+    deck.main(texts, duration, step, beamdyn, 0.0 if sea is None else sea.level)
     deck.elastodyn(texts, *start, azimuth, beamdyn=beamdyn)
     if turbine.blade.structure.twists:
         deck.beamdyn(texts)
@@ -169,6 +180,7 @@ class _Deck:
         self.title = turbine.description or turbine.name
         self.model: BladedModel = build(turbine)
         counts = {"flap": 1, "edge": 1, "torsion": int(turbine.blade.structure.twists)}
+        self.at_sea = turbine.support is not None or turbine.platform is not None
         self.member: Member = blade_member(turbine.blade.structure, counts, self.model.rotor.blade_layout)
         self._limits()
 
@@ -187,7 +199,8 @@ class _Deck:
         blade_modes = self.modes["flap"] > 2 or self.modes["edge"] > 1
         tower_modes = o.fore_aft_modes > 2 or o.side_side_modes > 2
         for there, what, why in (
-            (t.foundation is not None, "foundation", "the tower is clamped; SubDyn is not written"),
+            (t.foundation is not None and not self.at_sea, "foundation", "the tower is clamped; SubDyn is not written"),
+            (t.mass_dampers, "mass dampers", "StC files are not written"),
             (nacelle, "roll and nod inertia of the nacelle", "only yaw inertia"),
             (t.blade.flaps, "trailing-edge flaps", "AeroDyn has them in tables of another kind"),
             (speeds, "cut-in and cut-out wind speed", "no file has them; they are 3 and 25 m/s when it is read back"),
@@ -214,12 +227,38 @@ class _Deck:
         frequency = highest_frequency(build(self.turbine, has, self.environment))
         return next((step for step in STEPS if step * frequency <= FINENESS), STEPS[-1])
 
-    def main(self, texts: dict[str, str], duration: float, step: float, beamdyn: bool) -> None:
-        torsion = self.turbine.blade.structure.twists
+    def water(self, texts: dict[str, str], sea: Sea, duration: float) -> None:
+        """The files of the water and of what stands or floats in it; imported only where there is some."""
+        from meltemi_exchange.openfast_writer import water
+
+        pile, platform = self.turbine.support, self.turbine.platform
+        water.sea_state(texts, self.title, sea, duration, pile, platform)
+        if pile is not None:
+            texts["HydroDyn.dat"] = water.pile_water(self.title, pile)
+            first = float(self.model.rotor.tower.modes.frequency.min())
+            water.pile_structure(texts, self.title, pile, self.turbine.foundation, first)
+            if pile.damping:
+                self.changed("support.damping", "Rayleigh damping in SubDyn, not read back")
+            if pile.shear_share != 0.5:
+                self.changed("support.shear_share", "that of SubDyn's tubes")
+        if platform is not None:
+            water.platform_water(texts, self.title, platform, self.changed)
+            if platform.lines:
+                texts["MoorDyn.dat"] = water.mooring(self.title, platform)
+            if any(line.lost for line in platform.lines):
+                self.lost("loss of a line", "MoorDyn's failures are not written")
+            if platform.line_model == "static":
+                self.changed("lines in static shapes", f"moving lines of {water.FEWEST_SEGMENTS} segments")
+
+    def main(self, texts: dict[str, str], duration: float, step: float, beamdyn: bool, level: float) -> None:
+        torsion, sea = self.turbine.blade.structure.twists, self.turbine.support or self.turbine.platform
+        files = {"Hydro": "HydroDyn", "Sub": "SubDyn", "Mooring": "MoorDyn", "SeaSt": "SeaState"}
         values: dict[str, object] = {
             "TMax": duration,
             "DT": step,
-            "ModCoupling": TIGHT if beamdyn else LOOSE,
+            "ModCoupling": TIGHT if beamdyn or self.turbine.support is not None else LOOSE,
+            "MaxConvIter": 30 if self.at_sea else 6,  # water moves with members: more exchanges in a step,
+            "ConvTol": 1e-3 if self.at_sea else 1e-4,  # which end at 1e-4 of forces in single precision
             "DT_Out": step * max(1, round(OUTPUT_STEP / step)),
             "CompElast": 2 if beamdyn else 1,
             "Gravity": self.environment.gravity,
@@ -230,6 +269,11 @@ class _Deck:
             "AeroFile": "AeroDyn.dat",
             "ServoFile": "ServoDyn.dat",
         }
+        if sea is not None:
+            values |= {"WtrDens": sea.water_density, "WtrDpth": sea.depth, "MSL2SWL": level}
+            there = {name: f"{module}.dat" for name, module in files.items() if f"{module}.dat" in texts}
+            values |= {f"Comp{name}": 3 if name == "Mooring" else 1 for name in there}
+            values |= {f"{name}File": file for name, file in there.items()}
         texts[f"{self.name}.fst"] = fill("main", self.title, values, {})
 
     def elastodyn(
@@ -275,10 +319,26 @@ class _Deck:
             "DTTorSpr": d.stiffness,
             "DTTorDmp": d.damping,
             "TwrFile": "ElastoDyn_tower.dat",
-        }
-        texts["ElastoDyn.dat"] = fill("ElastoDyn", self.title, values, {"outputs": OUTPUTS["ElastoDyn"].split()})
+        } | self._base()
+        outputs = OUTPUTS["ElastoDyn"].split() + AT_SEA * self.at_sea
+        texts["ElastoDyn.dat"] = fill("ElastoDyn", self.title, values, {"outputs": outputs})
         texts["ElastoDyn_blade.dat"] = self._elastodyn_blade(beamdyn)
         texts["ElastoDyn_tower.dat"] = self._tower()
+
+    def _base(self) -> dict[str, object]:
+        """What ElastoDyn has of a platform, or of the top of a pile, where the tower needs inertia about its axis."""
+        tower, platform = self.turbine.tower, self.turbine.platform
+        numbers, lever, mass = [0.0] * 6, 0.0, 0.0
+        if platform is not None:
+            numbers, mass = [*platform.centre.tolist(), *platform.inertia.tolist()], platform.mass
+        elif self.turbine.support is not None:
+            numbers[2] = lever = tower.base_height
+            numbers[5] = float(np.trapezoid(0.25 * tower.diameter**2 * tower.mass, tower.position))
+        else:
+            return {}
+        names = [f"PtfmCM{axis}t" for axis in "xyz"] + [f"Ptfm{axis}Iner" for axis in "RPY"]
+        found: dict[str, object] = {f"Ptfm{name}DOF": True for name in ("Sg", "Sw", "Hv", "R", "P", "Y")}
+        return found | dict(zip(names, numbers, strict=True)) | {"PtfmMass": mass, "PtfmRefzt": lever}
 
     def _elastodyn_blade(self, beamdyn: bool) -> str:
         whole = self.turbine.blade.structure
@@ -309,7 +369,8 @@ class _Deck:
             axis = model.rotor.blade.beam.at(model.rotor.blade_layout.position, "axis")
             pieces = model.rotor.blade.beam.rigid_pieces(model.rotor.blade_layout.edges, axis)
             fore_aft, side_side = tower_shapes(model, head_mass(self.turbine, pieces, axis))
-            self._shapes("tower", {"fore-aft": fore_aft, "side-side": side_side})
+            if not self.at_sea:  # where the tower's natural modes are those on its support
+                self._shapes("tower", {"fore-aft": fore_aft, "side-side": side_side})
         else:
             fore_aft, side_side = (_given(modes) for modes in (tower.mode_shapes.fore_aft, tower.mode_shapes.side_side))
         values: dict[str, object] = {

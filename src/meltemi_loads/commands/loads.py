@@ -62,7 +62,9 @@ class PlanOptions:
         str | None, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1, e.g. IB.")
     ] = None
     edition: Annotated[int, typer.Option(help="Edition of IEC 61400-1: 3, 4.")] = 4
-    standard: Annotated[str, typer.Option(help="61400-1; 61400-3-1: fixed turbines in the sea.")] = "61400-1"
+    standard: Annotated[str, typer.Option(help="61400-1; in the sea 61400-3-1: fixed, 61400-3-2: floating.")] = (
+        "61400-1"
+    )
     table: Annotated[Path | None, typer.Option(help="Changes of the table: YAML, or Excel as --excel writes it.")] = (
         None
     )
@@ -117,7 +119,7 @@ class PlanOptions:
 
         if self.standard not in get_args(Standard):
             raise InputError(f"--standard {self.standard!r}: {did_you_mean(self.standard, get_args(Standard))}")
-        if self.standard == AT_SEA:
+        if self.standard in AT_SEA:
             return self._at_sea(turbine)
         if (self.wind_class is None) == (self.site is None):
             raise InputError("give either --class (for instance --class IB) or --site FILE")
@@ -153,12 +155,13 @@ class PlanOptions:
             raise InputError("--neighbours: effective turbulence is for sites on land, not --standard 61400-3-1")
         if self.site is None or self.site_turbine is not None:
             raise InputError(
-                "--standard 61400-3-1 needs --site with the conditions of a site in the sea, without --site-turbine: a "
-                f"YAML file as 'meltemi loads metocean template' writes it, or one of {', '.join(list_metocean())}"
+                f"--standard {self.standard} needs --site with the conditions of a site in the sea, without "
+                "--site-turbine: a YAML file as 'meltemi loads metocean template' writes it, or one of "
+                f"{', '.join(list_metocean())}"
             )
         if self.edition != 4:
             raise InputError(
-                f"--edition {self.edition}: the table of IEC 61400-3-1 begins with edition 4; leave it out"
+                f"--edition {self.edition}: the table of IEC {self.standard} begins with edition 4; leave it out"
             )
         given, site = self.given(), read_metocean(self.site)
         if self.table is not None:

@@ -56,7 +56,7 @@ class Campaign(Record):
     edition: Literal[3, 4] = 4
     """Edition of IEC 61400-1."""
     standard: Standard = "61400-1"
-    """IEC 61400-1, or IEC 61400-3-1 for a turbine on a fixed support in the sea."""
+    """IEC 61400-1; in the sea IEC 61400-3-1 for a turbine on a fixed support, IEC 61400-3-2 for one that floats."""
     wind_class: str | WindClass
     """Wind turbine class and turbulence category, e.g. IB, or one with user-defined values."""
     site: Site | None = None
@@ -150,8 +150,8 @@ class Campaign(Record):
             wind_class(self.wind_class, self.edition)
         elif self.wind_class.edition != self.edition:
             raise ValueError(f"wind_class: {self.wind_class.label} cannot be used with edition {self.edition}")
-        if self.standard == AT_SEA and (self.metocean is None or self.depth is None or self.edition != 4):
-            raise ValueError(f"standard {AT_SEA} needs metocean, depth and edition 4")
+        if self.standard in AT_SEA and (self.metocean is None or self.depth is None or self.edition != 4):
+            raise ValueError(f"standard {self.standard} needs metocean, depth and edition 4")
         if self.metocean is not None and (self.site is not None or self.depth is None):
             raise ValueError("metocean: it needs depth, and excludes site")
         ModelOptions.model_validate(self.options)
@@ -176,7 +176,7 @@ class Campaign(Record):
         Raises:
           InputError: the changes are not valid.
         """
-        return load_table(AT_SEA if self.standard == AT_SEA else self.edition, self.changes, "changes")
+        return load_table(self.standard if self.standard in AT_SEA else self.edition, self.changes, "changes")
 
     def defaults(self, table: LoadTable) -> Defaults:
         """Defaults of the table, with those of the campaign."""
@@ -239,17 +239,19 @@ def make_campaign(
         "rotor_diameter": described.rotor_diameter,
         "electrical_system": described.electrical is not None,
     }
-    if described.support is not None:
-        data["depth"] = described.support.depth
+    for below in (described.support, described.platform):
+        if below is not None:
+            data["depth"] = below.depth
     data |= settings
-    if data.get("standard") == AT_SEA:
-        if described.support is None:
+    if (standard := data.get("standard")) in AT_SEA:
+        if getattr(described, AT_SEA[standard]) is None:
+            like = {"support": "iea15mw-monopile", "platform": "iea15mw-volturnus"}[AT_SEA[standard]]
             raise InputError(
-                f"standard {AT_SEA}: {turbine} stands on land; choose a turbine with a support, such as "
-                "iea15mw-monopile, or give it one (turbine.support)"
+                f"standard {standard}: {turbine} has no {AT_SEA[standard]}; choose a turbine that has one, such as "
+                f"{like}, or give it one (turbine.{AT_SEA[standard]})"
             )
         if data.get("metocean") is None:
-            raise InputError(f"standard {AT_SEA} needs the conditions of the site (metocean)")
+            raise InputError(f"standard {standard} needs the conditions of the site (metocean)")
         data.setdefault("inclination", 0.0)
     speed = described.rated_rotor_speed
     stops = limits(described, Supervision())

@@ -1,6 +1,6 @@
 """Evaluation of a load base: design loads of every interface, fatigue, energy, duty, and what they lack.
 
-Equations L-1 to L-41 of ``docs/theory/design-loads.md``, which names the sources of each rule.
+Equations L-1 to L-42 of ``docs/theory/design-loads.md``, which names the sources of each rule.
 """
 
 from __future__ import annotations
@@ -33,10 +33,17 @@ from meltemi_loads.loadbase.endurance import (
     rose_fatigue,
     stops_of,
 )
-from meltemi_loads.loadbase.interfaces import interfaces_of
+from meltemi_loads.loadbase.interfaces import interfaces_of, tensions
 from meltemi_loads.loadbase.plan import Plan
 from meltemi_loads.loadbase.settings import STANDARD, WAYS, DesignSettings
-from meltemi_loads.loadbase.signals import Extremes, clearance_table, rose_extremes, signals_table, tower_radius
+from meltemi_loads.loadbase.signals import (
+    Extremes,
+    clearance_table,
+    line_table,
+    rose_extremes,
+    signals_table,
+    tower_radius,
+)
 from meltemi_loads.loadbase.ultimate import (
     EXTRAPOLATED,
     Evaluation,
@@ -84,6 +91,9 @@ class DesignLoads(Brief):
         minus deflection times both factors), ratio (clearance over undeflected), case, runs, lacking, fits
         (bool: ``left`` is positive).
       undeflected: [m] tip clearance of the undeflected rotor; NaN if it is not known.
+      lines: index (channel, row), of tensions of mooring lines: lost (bool: a line has parted), mean and largest
+        tension [N] of the case, design [N] (characteristic value, with factors), utilisation (over the line's strength;
+        NaN if that is not known), case, runs, lacking.
       signals: index (channel, end "max" or "min"): characteristic values of accelerations, rotor speed, deflections and
         other channels, without factor. Columns value, unit, case, row, runs.
       roses: index (interface, angle [deg]) from the first transverse axis: largest (moment in this direction with
@@ -113,6 +123,7 @@ class DesignLoads(Brief):
     extrapolations: tuple[ExtrapolatedLoad, ...]
     clearance: pd.DataFrame
     undeflected: float
+    lines: pd.DataFrame
     signals: pd.DataFrame
     roses: pd.DataFrame
     fatigue: pd.DataFrame
@@ -152,7 +163,7 @@ def design_loads(
     if undeflected is None:
         undeflected = undeflected_clearance(build(turbine, ModelOptions(**plan.campaign.options)))
     clearance = clearance_table(evaluation, extremes, undeflected, tower_radius(turbine), settings.material)
-    fatigue = fatigue_loads(results, extremes, interfaces, settings)
+    fatigue = fatigue_loads(results, extremes, interfaces, tensions(turbine), settings)
     roses = rose_extremes(evaluation, extremes, interfaces)
     roses = roses.join(rose_fatigue(fatigue.loads, interfaces, settings.slopes), how="outer") if len(roses) else roses
     energy, powers = energy_of(results, extremes, settings.availability)
@@ -170,6 +181,7 @@ def design_loads(
         extrapolations=tuple(evaluation.extrapolations),
         clearance=clearance,
         undeflected=undeflected,
+        lines=line_table(evaluation, extremes, turbine),
         signals=signals_table(evaluation, extremes),
         roses=roses,
         fatigue=fatigue.loads,
@@ -269,7 +281,7 @@ def _compared(design: DesignLoads) -> dict[tuple[str, str, str], tuple[float, st
 
 
 TABLES = (
-    "ultimate characteristic by_row clearance signals roses fatigue shares powers stops duties durations "
+    "ultimate characteristic by_row clearance lines signals roses fatigue shares powers stops duties durations "
     "duration_loads coverage problems"
 ).split()
 

@@ -5,7 +5,7 @@ Equations L-1 to L-10, L-30 to L-34, L-36, L-39, L-40 of ``docs/theory/design-lo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -57,9 +57,14 @@ class FatigueLoads:
     markov: dict[str, MarkovMatrix]
 
 
-def labels_of(interfaces: Sequence[Interface]) -> dict[str, tuple[str, str, int]]:
-    """Interface, load and blade (0: none) of each channel of fatigue; of two interfaces the first one."""
-    found: dict[str, tuple[str, str, int]] = {}
+def labels_of(interfaces: Sequence[Interface], lines: Mapping[str, str]) -> dict[str, tuple[str, str, int]]:
+    """Interface, load and blade (0: none) of each channel of fatigue; of two interfaces the first one.
+
+    Args:
+      interfaces: of the turbine.
+      lines: names of mooring lines by the channels of their tensions.
+    """
+    found: dict[str, tuple[str, str, int]] = {channel: (line, "F", 0) for channel, line in lines.items()}
     for name, members in blade_groups(interfaces).items():
         for n, each in enumerate(members, start=1):
             blade = n if len(members) > 1 else 0
@@ -76,6 +81,7 @@ def fatigue_loads(
     results: Results,
     extremes: Extremes,
     interfaces: Sequence[Interface],
+    lines: Mapping[str, str],
     settings: DesignSettings,
 ) -> FatigueLoads:
     """Equivalent loads, shares and Markov matrices of the lifetime (L-4 to L-6, L-40).
@@ -84,6 +90,7 @@ def fatigue_loads(
       results: of the load base.
       extremes: of the channels; they bound ranges and means.
       interfaces: of the turbine.
+      lines: names of its mooring lines by the channels of their tensions.
       settings: slopes, reference and strengths.
 
     Raises:
@@ -92,7 +99,7 @@ def fatigue_loads(
     import pandas as pd
 
     slopes, reference, strengths = settings.slopes, settings.reference, settings.strengths
-    labels, repetitions = labels_of(interfaces), shared_repetitions(results)
+    labels, repetitions = labels_of(interfaces, lines), shared_repetitions(results)
     known = {*labels, *map(family, labels)}
     for name in strengths:
         if name not in known:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
+from meltemi.maths.tables import MAX_LINES
 from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group
 from meltemi.turbine.definition import Turbine
 
@@ -23,6 +24,10 @@ OTHERS = (
 OF_BLADES = (
     "pitch pitch_rate root_moment_flap root_moment_edge tip_out_of_plane tip_in_plane tip_clearance tip_twist"
 ).split()
+
+
+MOTIONS = tuple(f"platform_{name}" for name in "surge sway heave roll pitch yaw offset tilt".split())
+"""Of a floating platform."""
 
 
 @dataclass(frozen=True)
@@ -70,16 +75,25 @@ def interfaces_of(turbine: Turbine) -> tuple[Interface, ...]:
     return tuple(found)
 
 
+def tensions(turbine: Turbine) -> dict[str, str]:
+    """Channels of the tensions of a turbine's mooring lines, and the names of the lines."""
+    lines = range(1, len(turbine.platform.lines) + 1) if turbine.platform is not None else ()
+    return {f"line_{n}_{end}_tension": f"line_{n}" for n in lines for end in ("fairlead", "anchor")}
+
+
 def known_channels(blades: int) -> dict[str, Channel]:
-    """Channels with up to 9 stations of blades and tower, and 40 of the pile."""
-    pile = (*channels_of_group("sea"), *channels_of_group("pile_station", 40))
-    return catalogue(Contents(blades, blade_stations=9, tower_stations=9, further=pile))
+    """Channels with up to 9 stations of blades and tower, 40 of the pile, and all mooring lines."""
+    lines = channels_of_group("line", MAX_LINES)
+    sea = (*channels_of_group("sea"), *channels_of_group("pile_station", 40), *channels_of_group("platform"), *lines)
+    return catalogue(Contents(blades, blade_stations=9, tower_stations=9, further=sea))
 
 
 def recorded(turbine: Turbine, interfaces: Sequence[Interface]) -> tuple[str, ...]:
     """Channels that the cases of a load base record."""
     names = (*OF_BLADES, *(f"flap_{j + 1}_angle" for j in range(len(turbine.flaps))))
-    others = OTHERS if turbine.support is None else (*OTHERS, "wave_elevation")
+    others = OTHERS if turbine.support is None and turbine.platform is None else (*OTHERS, "wave_elevation")
+    if turbine.platform is not None:
+        others = (*others, *MOTIONS, *tensions(turbine))
     blades = (f"{name}_{b}" for b in range(1, turbine.n_blades + 1) for name in names)
     return tuple(dict.fromkeys(chain(*(each.channels for each in interfaces), others, blades)))
 

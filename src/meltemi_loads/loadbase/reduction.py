@@ -74,7 +74,9 @@ def reduced(result: Result, interfaces: Sequence[Interface], *, rated_speed: flo
             for angle in TURNED:
                 series[f"{each.name}_moment@{angle}"] = cos(radians(angle)) * i + sin(radians(angle)) * j
     loads = list(dict.fromkeys(name for each in interfaces for name in each.channels))
-    loads += [name for name in series if "@" in name or name.startswith(("root_moment_flap", "root_moment_edge"))]
+    loads += [
+        name for name in series if "@" in name or name.startswith(("root_moment_flap", "root_moment_edge", "line_"))
+    ]
     return Reduced(
         tuple(series),
         _statistics(series.values()),

@@ -181,6 +181,29 @@ def clearance_table(d: DesignLoads) -> list[Block]:
     return [words, Table([*head, "case", "simulations", "excluded", "result"], rows, classes=classes)]
 
 
+def line_blocks(d: DesignLoads) -> list[Block]:
+    """Design tensions of the mooring lines: the governing row of each with all lines and after the loss of one."""
+    rows: list[list[Cell]] = []
+    classes = {}
+    table = d.lines.reset_index()
+    for (channel, lost), own in table.groupby(["channel", "lost"], sort=False) if len(table) else ():
+        worst = own.loc[own["design"].idxmax()]
+        loads = [float(worst[name]) * FORCE[1] for name in ("mean", "largest", "design")]
+        use = None if math.isnan(worst.utilisation) else float(worst.utilisation)
+        if use is not None and use > 1.0:
+            classes[len(rows), 5] = "bad"
+        state = "one line lost" if lost else "all lines"
+        rows.append([title_of(str(channel)), state, *loads, use, f"DLC {worst.row}", Case(str(worst.case))])
+    head = ["tension", "state", *(f"{name}\n{FORCE[0]}" for name in ("mean", "largest", "design")), "utilisation"]
+    factors = d.plan.table.factors
+    words = (
+        f"Design tension: the mean times {factors.line_mean[0]:g} and the rest times {factors.line_dynamic[0]:g}; "
+        f"after the loss of a line {factors.line_mean[1]:g} and {factors.line_dynamic[1]:g}. Utilisation: over the "
+        "strength of the line."
+    )
+    return [words, Table([*head, "DLC", "case"], rows, classes=classes)] if rows else []
+
+
 def signal_table(d: DesignLoads) -> list[Block]:
     """Extremes of accelerations, speeds, deflections."""
     rows: list[list[Cell]] = []

@@ -15,7 +15,7 @@ from meltemi.postprocess.extremes import TRANSVERSE
 from meltemi.simulation.channels import every_kind
 from meltemi_loads.extrapolation import Float
 from meltemi_loads.loadbase.coverage import Results
-from meltemi_loads.loadbase.interfaces import TURNED, Interface
+from meltemi_loads.loadbase.interfaces import MOTIONS, TURNED, Interface, tensions
 from meltemi_loads.loadbase.plan import PlannedCase
 from meltemi_loads.loadbase.ultimate import EXTRAPOLATED, Evaluation, Runs, blade_groups, each_row, family
 
@@ -25,9 +25,10 @@ if TYPE_CHECKING:
     from meltemi.turbine.definition import Turbine
 
 SIGNALS = (
-    "tower_top_acceleration_x tower_top_acceleration_y tower_top_fore_aft tower_top_side_side rotor_speed "
-    "generator_speed generator_torque generator_power brake_torque tip_out_of_plane tip_in_plane tip_twist pitch_rate"
-).split()
+    *("tower_top_acceleration_x", "tower_top_acceleration_y", "tower_top_fore_aft", "tower_top_side_side"),
+    *("rotor_speed", "generator_speed", "generator_torque", "generator_power", "brake_torque"),
+    *("tip_out_of_plane", "tip_in_plane", "tip_twist", "pitch_rate", *MOTIONS),
+)
 CLEARANCE = "tip_clearance"
 IN_FRONT = 10.0
 """[deg] azimuth from straight down, within which a blade of a locked rotor is in front of the tower."""
@@ -124,6 +125,29 @@ def clearance_table(
         each_row(evaluation, extremes.values(DEFLECTION, "max"), (DEFLECTION, "max", "m"), False, keep=True)
     found = pd.DataFrame(lines, columns=head).set_index("row")
     return found.sort_values("left").groupby(level=0, sort=False).first()  # rows with several factors
+
+
+def line_table(evaluation: Evaluation, extremes: Extremes, turbine: Turbine) -> pd.DataFrame:
+    """Design tension of the mooring lines in each row; see ``DesignLoads.lines`` (L-42)."""
+    import pandas as pd
+
+    results, table = evaluation.results, []
+    factors, lines = results.plan.table.factors, () if turbine.platform is None else turbine.platform.lines
+    faults = [case.setting.fault for case in results.present]
+    lost = np.array([fault is not None and fault.events[0].get("type") == "line_loss" for fault in faults], dtype=int)
+    of_mean, of_rest = np.array(factors.line_mean)[lost], np.array(factors.line_dynamic)[lost]
+    for channel, name in tensions(turbine).items():
+        if channel not in extremes:
+            continue
+        strength = lines[int(name.removeprefix("line_")) - 1].strength
+        mean, largest = extremes.values(channel, "mean"), extremes.values(channel, "max")
+        design = of_mean * mean + of_rest * (largest - mean)
+        for runs, value, run in each_row(_plain(evaluation), design, (channel, "max", "N"), False):
+            place, use = runs.places[run], np.nan if strength is None else value / strength
+            loads = (mean[place], largest[place], value, use)
+            table.append((channel, runs.row, bool(lost[place]), *loads, runs.names[run], runs.size(run), runs.lacking))
+    head = "channel row lost mean largest design utilisation case runs lacking".split()
+    return pd.DataFrame(table, columns=head).set_index(head[:2])
 
 
 def _passing(evaluation: Evaluation) -> Evaluation:

@@ -1,4 +1,4 @@
-"""Tables of design load cases: records, the editions of IEC 61400-1, IEC 61400-3-1, and changes by the user.
+"""Tables of design load cases: records, the editions of IEC 61400-1, IEC 61400-3-1 and 3-2, and changes by the user.
 
 Reference: docs/guide/load-case-tables.md.
 """
@@ -23,9 +23,9 @@ from meltemi_loads.loadbase.ranges import SYMBOLS, counts, numbers
 FOLDER = Path(__file__).parent / "tables"
 EDITIONS = (3, 4)
 """Editions of IEC 61400-1 that are tables of the package."""
-AT_SEA = "61400-3-1"
-"""The standard of turbines on fixed supports in the sea; its table begins with edition 4 of IEC 61400-1."""
-Standard = Literal["61400-1", "61400-3-1"]
+AT_SEA = {"61400-3-1": "support", "61400-3-2": "platform"}
+"""Standards of turbines in the sea, and what of a turbine they are for; their tables begin with edition 4."""
+Standard = Literal["61400-1", "61400-3-1", "61400-3-2"]
 ANY = {name: 10.0 + i for i, name in enumerate(SYMBOLS)}
 """Values with which a text is tested before those of the turbine are known."""
 
@@ -293,6 +293,10 @@ class Factors(Assumed):
     """Factors phi of gravity loads in DLC 1.1 and in other cases: gamma_f = 1.1 + phi (1 - abs(F_gravity / F_k))^2."""
     clearance: float = Field(default=0.3, ge=0.0, lt=1.0)
     """Least tip clearance over that of the undeflected rotor."""
+    line_mean: tuple[float, float] = (1.3, 1.0)
+    """Of the mean tension of mooring lines, with all lines and after the loss of one."""
+    line_dynamic: tuple[float, float] = (1.75, 1.1)
+    """Of what the tension has above its mean."""
 
 
 class Extrapolation(Assumed):
@@ -358,18 +362,18 @@ class LoadTable(Record):
 
 @cache
 def edition_content(edition: int | str) -> dict[str, Any]:
-    """Content of the table of an edition of IEC 61400-1, or of "61400-3-1".
+    """Content of the table of an edition of IEC 61400-1, or of "61400-3-1" or "61400-3-2".
 
     Raises:
       InputError: there is none of this edition.
     """
-    if edition not in (*EDITIONS, AT_SEA):
+    if edition not in (*EDITIONS, *AT_SEA):
         raise InputError(f"edition of IEC 61400-1: expected {' or '.join(map(str, EDITIONS))}, found {edition!r}")
-    path = FOLDER / (f"iec{AT_SEA}.yaml" if edition == AT_SEA else f"iec61400-1-ed{edition}.yaml")
+    path = FOLDER / (f"iec{edition}.yaml" if edition in AT_SEA else f"iec61400-1-ed{edition}.yaml")
     data = read_mapping(path)
     base = data.pop("extends", None)
     found = data if base is None else changed(edition_content(base), data, str(path))
-    return found | {"rows": dict(sorted(found["rows"].items()))}
+    return found | {"rows": dict(sorted(found["rows"].items(), key=lambda row: (float(row[0].rstrip("b")), row[0])))}
 
 
 def changed(table: Mapping[str, Any], changes: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -431,10 +435,10 @@ def _lacks(row: Mapping[str, Any], key: str, field: Any) -> bool:
 def load_table(
     edition: int | str = 4, changes: Mapping[str, Any] | None = None, where: str = "table", text: str | None = None
 ) -> LoadTable:
-    """Table of an edition of IEC 61400-1, or that of IEC 61400-3-1, with changes.
+    """Table of an edition of IEC 61400-1, or that of IEC 61400-3-1 or 3-2, with changes.
 
     Args:
-      edition: 3 or 4; or "61400-3-1".
+      edition: 3 or 4; or "61400-3-1", "61400-3-2".
       changes: as in a file of changes (docs/guide/load-case-tables.md).
       where: what messages name as their source.
       text: of the file of changes, for the line numbers of messages.
