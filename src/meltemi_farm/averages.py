@@ -77,30 +77,10 @@ def above(z: float, reach: float, m: WakeField) -> float:
 
 
 @kernel
-def rotor_wind(m: PlaneField, t: float, centre: Vec, normal: Vec) -> tuple[float, float]:
-    """Ambient wind along a direction [m/s] and turbulence intensity over a disk (K-4)."""
-    series_now(t, m)
-    side, points = sideways(normal), m.disk
-    up = cross(normal, side)
-    reach, mean, square, count = reach_of(points), Vec(0.0, 0.0, 0.0), 0.0, 0.0
-    for i in range(points.shape[1]):
-        q = centre + (points[0, i] * side + points[1, i] * up)
-        weight = points[2, i] * above(q.z, reach, m)
-        u = ambient_velocity(Vec(q.x, q.y, max(q.z, m.wind.box_z)), t, m)
-        mean += total(weight * u)
-        square += total(weight * dot(u, u))
-        count += total(weight)
-    mean = (1.0 / max(count, 1e-9)) * mean
-    speed = sqrt(dot(mean, mean))
-    variance = max(square / max(count, 1e-9) - speed * speed, 0.0) / 3.0
-    return dot(normal, mean), sqrt(variance) / max(speed, 1e-3)
-
-
-@kernel
 def mean_wind(
     m: PlaneField, t: float, centre: Vec, normal: Vec, turned: float, points: Float, reach: float, disturbed: bool
-) -> Vec:
-    """Weighted mean [m/s] of the wind over a disk, of what the observer sees of the wakes, or of the ambient wind.
+) -> tuple[Vec, float]:
+    """Weighted means over a disk of velocity [m/s] and its square, with the wakes that the observer sees, or ambient.
 
     Args:
       turned: [rad] angle by which the points are turned.
@@ -109,7 +89,7 @@ def mean_wind(
     level = sideways(normal)
     up = cos(turned) * cross(normal, level) - sin(turned) * level
     side = cross(up, normal)
-    found, weights = Vec(0.0, 0.0, 0.0), 0.0
+    found, square, weights = Vec(0.0, 0.0, 0.0), 0.0, 0.0
     for j in range(points.shape[1]):
         q = centre + (points[0, j] * side + points[1, j] * up)
         weight = points[2, j] * above(q.z, reach, m)
@@ -119,8 +99,19 @@ def mean_wind(
             if disturbed:
                 u += wakes_velocity(q, t, m)
             found += total(weight * u)
+            square += total(weight * dot(u, u))
             weights += total(weight)
-    return (1.0 / weights if weights != 0.0 else 0.0) * found
+    share = 1.0 / weights if weights != 0.0 else 0.0
+    return share * found, share * square
+
+
+@kernel
+def rotor_wind(m: PlaneField, t: float, centre: Vec, normal: Vec) -> tuple[float, float]:
+    """Ambient wind along a direction [m/s] and turbulence intensity over a disk (K-4)."""
+    series_now(t, m)
+    mean, square = mean_wind(m, t, centre, normal, 0.0, m.disk, reach_of(m.disk), False)
+    speed = sqrt(dot(mean, mean))
+    return dot(normal, mean), sqrt(max(square - speed * speed, 0.0) / 3.0) / max(speed, 1e-3)
 
 
 @kernel
@@ -129,8 +120,8 @@ def rotor_mean(m: PlaneField, t: float, count: Ints, near: Ints, centre: Vec, no
     series_now(t, m)
     reach = reach_of(m.span)
     look(m, count, near, centre, normal, reach, BESIDE)
-    seen = mean_wind(m, t, centre, normal, 0.0, m.span, reach, True)
-    return seen, mean_wind(m, t, centre, normal, 0.0, m.span, reach, False)
+    seen = mean_wind(m, t, centre, normal, 0.0, m.span, reach, True)[0]
+    return seen, mean_wind(m, t, centre, normal, 0.0, m.span, reach, False)[0]
 
 
 @kernel
@@ -155,7 +146,7 @@ def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: b
                 look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
             # the points between its last ones: an average that moves with its plane sees twice as many
             turned = 0.5 * BETWEEN * (i % 4)
-            planes.velocity[k, i] = mean_wind(m, t, centre, normal, turned, m.drift, reach, disturbed)
+            planes.velocity[k, i] = mean_wind(m, t, centre, normal, turned, m.drift, reach, disturbed)[0]
     for i in range(1, last, 2):
         planes.velocity[k, i] = 0.5 * (planes.velocity[k, i - 1] + planes.velocity[k, i + 1])
     for i in range(last + 1):

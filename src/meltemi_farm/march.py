@@ -151,15 +151,9 @@ def march(m: WakeField, k: int, count: int, dt: float, keep: float, c: Mixing, a
 @kernel
 def inherit(m: WakeField, k: int, i: int, to: int) -> None:
     """Give a plane of wake k the place and memory of another one."""
-    planes = m.planes
-    planes.centre[k, to] = planes.centre[k, i]
-    planes.normal[k, to] = planes.normal[k, i]
-    planes.velocity[k, to] = planes.velocity[k, i]
-    planes.axial[k, to] = planes.axial[k, i]
-    planes.travelled[k, to] = planes.travelled[k, i]
-    planes.wind[k, to] = planes.wind[k, i]
-    planes.intensity[k, to] = planes.intensity[k, i]
-    planes.yaw[k, to] = planes.yaw[k, i]
+    rows = m.planes.array
+    for c in range(rows.shape[0]):
+        rows[c, k, to] = rows[c, k, i]
 
 
 @kernel

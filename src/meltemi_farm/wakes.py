@@ -56,7 +56,7 @@ LEAST_SHARE = 0.3
 """Of the wind, in which a turbine starts."""
 LEAST_WIND = 1.0
 """[m/s] wind of a thrust coefficient: a rotor in calm air leaves no wake."""
-FINE = 16
+FINE = 40
 """Points between the radii of a profile, of integrals of the load along the blade."""
 MOST_THRUST = 2.0
 """Largest thrust coefficient at any radius."""
@@ -261,7 +261,7 @@ class FarmWakes:
         model, m = self.model, self.fields[k]
         m.wakes.time = t
         turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
-        quick(drift, m, k, self.count, self._near(k, self._reach[k]), t, model.disturbed, turn)
+        quick(drift, m, k, self.count, self._meeting(self.boxes[k], self._reach[k]), t, model.disturbed, turn)
 
     def show(self, i: int, rotor: RotorState, t: float) -> None:
         """Choose what turbine i sees of the wakes until the next exchange."""
@@ -277,17 +277,14 @@ class FarmWakes:
         centres = [self.planes["centre"][:2, k, :n] for k, n in enumerate(self.count)]
         return np.array([[centre.min(axis=1), centre.max(axis=1)] for centre in centres])
 
-    def _near(self, k: int, beside: float) -> NDArray[np.int64]:
-        """1 for each wake that may meet disks of a radius [m] about the planes of wake k."""
-        return self._meeting(self.boxes[k], beside)
-
     def _others(self, i: int, slack: float) -> NDArray[np.int64]:
-        """The same for rotor i, without its own wake."""
+        """1 for each wake that may meet rotor i, without its own one."""
         near = self._meeting(np.tile(self.positions[i], (2, 1)), SEEN * self.diameters[i] + slack)
         near[i] = 0
         return near
 
     def _meeting(self, box: Float, beside: float) -> NDArray[np.int64]:
+        """1 for each wake that may meet disks of a radius [m] whose centres are within a box."""
         wide = beside + self.spacing * (RADII - 1) + SLACK
         low, high = self.boxes[:, 0] - wide, self.boxes[:, 1] + wide
         return np.all((low <= box[1]) & (box[0] <= high), axis=1).astype(np.int64)
@@ -344,13 +341,7 @@ class FarmWakes:
             flux, square = v @ self.r, v**2 @ self.r  # of a top hat: deficit times half the radius squared, and so on
             hat = square / np.where(flux > 0.0, flux, np.inf)
             wide = np.sqrt(2.0 * self.spacing * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
-            rows = (
-                p["centre"][:, k, :n],
-                p["travelled"][k : k + 1, :n],
-                p["velocity"][:, k, :n],
-                hat[None],
-                wide[None],
-            )
+            rows = p["centre"][:, k, :n], p["travelled"][k : k + 1, :n], p["velocity"][:, k, :n], hat[None], wide[None]
             found.append(np.concatenate(rows, dtype=np.float32))
         return found
 

@@ -10,7 +10,7 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -80,7 +80,7 @@ class Site(Record):
         values = self.extreme_intensity if extreme else self.intensity
         return round(float(np.interp(speed, self.speed, values)), 6)
 
-    def waked_at(self, speed: float, edition: Edition, *, fatigue: bool) -> float:
+    def waked_at(self, speed: float, edition: Literal[3, 4], *, fatigue: bool) -> float:
         """Intensity with the wakes of neighbours: the effective one of fatigue loads, or that of the nearest wake.
 
         The thrust coefficient is 7 m/s over the wind speed [m/s] (K-16, K-17).
