@@ -39,8 +39,8 @@ CASES = {
 FIRST = {"kai9": "kai9_s1_5D", "steady": "steady_9_5D"}
 """Cases whose first turbine is that of others, too."""
 
-FINER = {("steady_9_5D_yaw20", 2, "RtAeroMxh"): 1.0018}
-"""Means of FAST.Farm on a grid of 4.5 x 5 x 5 m over those of the reference, where its grid matters most."""
+FINER = {("steady_9_5D", 2, "RtAeroMxh"): 0.993, ("steady_9_5D_yaw20", 2, "RtAeroMxh"): 1.0018}
+"""Means of FAST.Farm on a grid of 4.5 x 5 x 5 m over those of the reference, in both cases that were run on it."""
 
 
 @pytest.fixture(scope="module")
