@@ -11,6 +11,7 @@ import pytest
 import meltemi
 from meltemi.core.errors import InputError
 from meltemi.io import restore_state, save_state, stop_at
+from meltemi_verification.floating import base_at
 
 pytestmark = pytest.mark.slow
 
@@ -133,3 +134,30 @@ def test_a_current_pushes_on_the_hull_by_its_quadratic_damping() -> None:
     along = 0.5 * np.array([np.cos(angle), -np.sin(angle)])
     share = one / (D[0, 0] * along * np.abs(along))
     assert 0.5 < share[0] < 1.0 and share[1] == pytest.approx(share[0], rel=0.1)
+
+
+def test_a_free_platform_moves_alike_whatever_its_heading() -> None:
+    """Pitch of 6 deg is let go without lines and air: buoyancy and tower turn with the platform (W-8, W-30)."""
+    turbine = meltemi.load_turbine("iea15mw-volturnus")
+    assert turbine.platform is not None
+    platform = turbine.platform.replace(lines=(), line_model="dynamic")
+    options = meltemi.ModelOptions(flap_modes=0, edge_modes=0, torsion_modes=0, locked=("generator", "yaw"))
+    model = meltemi.build(turbine.replace(platform=platform), options)
+    found = [
+        meltemi.simulate(
+            model.with_parameters(**{"aerodynamics.air_density": 0.0}),
+            0.1,
+            duration=40.0,
+            controller=meltemi.control.ConstantController(),
+            start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates=base_at(0.0, -0.35, 6.0, heading)),
+            channels=("platform_pitch", "platform_roll", "tower_top_fore_aft"),
+            output_step=0.5,
+        )
+        for heading in (0.0, 20.0)
+    ]
+    size = np.abs(found[0]["platform_pitch"]).max()
+    assert size > 0.1
+    for result in found:
+        assert np.abs(result["platform_roll"]).max() < 0.01 * size
+    for name in ("platform_pitch", "tower_top_fore_aft"):
+        assert np.abs(found[1][name] - found[0][name]).max() < 0.015 * np.abs(found[0][name]).max(), name
