@@ -320,8 +320,7 @@ class FarmWakes:
         n, shares = len(self.count), np.ones(len(self.count))
         self.count[:], self._filtered = 0, [None] * n
         self.boxes = np.full((n, 2, 2), np.inf)  # no wakes yet
-        length = float(self.reach.max()) - (BEYOND - 1.0) * max(self.diameters)
-        last = math.ceil(length / (DEVELOPED * self.mean.speed * self.step))
+        last = math.ceil(float(self.reach.max()) / (DEVELOPED * self.mean.speed * self.step))
         keep = math.exp(-self.step / MEMORY)
         for e in range(-last, 1):
             t = e * self.step

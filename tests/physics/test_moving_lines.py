@@ -150,7 +150,7 @@ def test_a_free_platform_moves_alike_whatever_its_heading() -> None:
             duration=40.0,
             controller=meltemi.control.ConstantController(),
             start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates=base_at(0.0, -0.35, 6.0, heading)),
-            channels=("platform_pitch", "platform_roll", "tower_top_fore_aft"),
+            channels=("platform_pitch", "platform_roll"),
             output_step=0.5,
         )
         for heading in (0.0, 20.0)
@@ -159,5 +159,4 @@ def test_a_free_platform_moves_alike_whatever_its_heading() -> None:
     assert size > 0.1
     for result in found:
         assert np.abs(result["platform_roll"]).max() < 0.01 * size
-    for name in ("platform_pitch", "tower_top_fore_aft"):
-        assert np.abs(found[1][name] - found[0][name]).max() < 0.015 * np.abs(found[0][name]).max(), name
+    assert np.abs(found[1]["platform_pitch"] - found[0]["platform_pitch"]).max() < 0.015 * size

@@ -18,7 +18,7 @@ import meltemi
 from meltemi import InputError, Result
 from meltemi.postprocess.files.openfast import UNITS, Columns, result_of, si_unit
 from meltemi.postprocess.files.outb import packed
-from meltemi.simulation.channels import Channel, Contents, catalogue, every_kind, find, standard
+from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group, every_kind, find, standard
 from meltemi_verification.turbulent import thinned
 
 TIME = np.arange(0.0, 20.01, 0.05)
@@ -142,8 +142,8 @@ def test_units_lead_to_those_of_the_catalogue() -> None:
 # our own files
 
 
-def everything(n_channels: int | None = None) -> Result:
-    """All channels of a turbine with coordinates, each with numbers of its own size."""
+def everything(n_channels: int | None = None, floats: bool = False) -> Result:
+    """All channels of a turbine with coordinates, on a pile or a platform, each with numbers of its own size."""
     every = catalogue(
         Contents(
             3,
@@ -160,7 +160,9 @@ def everything(n_channels: int | None = None) -> Result:
         )
     )
     every |= every_kind() | catalogue(Contents(gears=(1, 3)))
-    channels = [c for c in every.values() if c.name != "time"][:n_channels]
+    groups = ("platform", "line"), ("sea", "pile_station")
+    own, other = ({c.name for g in group for c in channels_of_group(g, 1)} for group in groups[:: 1 if floats else -1])
+    channels = [c for c in every.values() if c.name not in {"time"} | (other - own)][:n_channels]
     rng = np.random.default_rng(1)
     size = 10.0 ** rng.uniform(-6, 8, len(channels))
     data = size * (rng.normal(0.0, 3.0, len(channels)) + rng.uniform(-1.0, 1.0, (len(TIME), len(channels))))
@@ -169,8 +171,9 @@ def everything(n_channels: int | None = None) -> Result:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "tolerance"), [("a.nc", 0.0), ("a.outb", 1.01 / 131064), ("a.out", 1e-5)])
-def test_every_channel_survives_a_file(tmp_path: Path, name: str, tolerance: float) -> None:
-    result = everything(100 if name == "a.nc" else None)
+@pytest.mark.parametrize("floats", [False, True])
+def test_every_channel_survives_a_file(tmp_path: Path, name: str, tolerance: float, floats: bool) -> None:
+    result = everything(100 if name == "a.nc" else None, floats)
     found = meltemi.read_result(meltemi.write_result(result, tmp_path / name))
     assert found.names == result.names
     np.testing.assert_allclose(found.time, result.time, atol=1e-9)

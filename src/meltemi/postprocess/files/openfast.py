@@ -142,6 +142,8 @@ def _known(names: tuple[str, ...]) -> dict[str, Channel]:
     """Channels by all their lower-case names, with as many nodes, stations and flaps as ``names`` require."""
     last = min(max((int(n) for name in names for n in re.findall(r"\d+", name)), default=0), MOST)
     disk = channels_of_group("disk")
+    floats = any(re.match("ptfmsurge|fairten", name, re.IGNORECASE) for name in names)  # HydroFxi is of either support
+    water, numbered = ("platform", "line") if floats else ("sea", "pile_station")
     every = catalogue(Contents(further=disk))
     if names:
         every = catalogue(
@@ -152,8 +154,8 @@ def _known(names: tuple[str, ...]) -> dict[str, Channel]:
                 last,
                 flaps=MAX_FLAPS,
                 gears=(0, GEARS),
-                further=sum((channels_of_group(group) for group in ("electrical", "sea")), disk)
-                + channels_of_group("pile_station", min(last, 9)),
+                further=sum(map(channels_of_group, ("electrical", water)), channels_of_group(numbered, min(last, 9)))
+                + disk,
             )
         )
         every |= catalogue(Contents(0, gears=(GEARS, GEARS + 1)))  # a stage may be of either kind
