@@ -154,6 +154,8 @@ class FloaterSystem(System):
 
 ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
 """First rows of the matrices."""
+SLACK = 1e-3
+"""Of the length of a line, by which the span at which it would hang straight down is exceeded at least."""
 POINTS = 8
 """Points of a line at which its drag and inertia act."""
 
@@ -380,9 +382,11 @@ def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
     """Of a line in its static shape, with drag and inertia of its motion (W-12 to W-15)."""
     p, line, load = m.platform, m.line, m.line_load
     d = r + p.displacement - line.anchor[i]
-    across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
-    H, V = line_forces(across, d.z, *line_of(i, m), load.horizontal[i], load.vertical[i])
-    e = span(H, V, *line_of(i, m))
+    L, w, EA, friction, on_bed = line_of(i, m)
+    # nearer to an anchor on the bed than this, the line hangs straight down and hardly pulls
+    across = max(sqrt(d.x * d.x + d.y * d.y + 1e-12), on_bed * ((1.0 + SLACK) * L - d.z))
+    H, V = line_forces(across, d.z, L, w, EA, friction, on_bed, load.horizontal[i], load.vertical[i])
+    e = span(H, V, L, w, EA, friction, on_bed)
     load.horizontal[i] = H
     load.vertical[i] = V
     load.anchor[i] = sqrt(e.anchor_h * e.anchor_h + e.anchor_v * e.anchor_v)

@@ -26,6 +26,7 @@ def case(
     shown: float = 0.1,
     events: Any = (),
     sea: Any = None,
+    away: float = 0.0,
     **changes: Any,
 ) -> meltemi.Run:
     turbine = meltemi.load_turbine("iea15mw-volturnus")
@@ -38,8 +39,15 @@ def case(
         0.1,
         duration=duration,
         controller=meltemi.control.ConstantController(),
-        start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates={"base heave": heave}),
-        channels=(*SHOWN, "line_1_anchor_tension", "mooring_force_x", "water_force_x", "water_force_y"),
+        start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates={"base heave": heave, "base surge": away}),
+        channels=(
+            *SHOWN,
+            "line_1_anchor_tension",
+            "line_2_fairlead_tension",
+            "mooring_force_x",
+            "water_force_x",
+            "water_force_y",
+        ),
         output_step=shown,
         events=events,
         sea=sea,
@@ -160,3 +168,12 @@ def test_a_free_platform_moves_alike_whatever_its_heading() -> None:
     for result in found:
         assert np.abs(result["platform_roll"]).max() < 0.01 * size
     assert np.abs(found[1]["platform_pitch"] - found[0]["platform_pitch"]).max() < 0.015 * size
+
+
+def test_lines_that_hang_straight_down_hardly_pull() -> None:
+    """A platform 250 m downwind, past where its lines downwind are slack: it comes back, and nothing diverges."""
+    found = run(60.0, line_model="static", away=250.0)
+    assert found.status.complete
+    assert found["platform_surge"][-1] < found["platform_surge"][0]
+    hanging = found["line_2_fairlead_tension"][0]
+    assert 0.9e6 < hanging < 1.3e6  # the weight in water of the length above the bed
