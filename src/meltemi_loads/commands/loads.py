@@ -152,7 +152,7 @@ class PlanOptions:
         from meltemi_loads.loadbase.metocean import list_metocean, read_metocean
 
         if self.neighbours is not None or self.slope is not None:
-            raise InputError("--neighbours: effective turbulence is for sites on land, not --standard 61400-3-1")
+            raise InputError(f"--neighbours: effective turbulence is for sites on land, not --standard {self.standard}")
         if self.site is None or self.site_turbine is not None:
             raise InputError(
                 f"--standard {self.standard} needs --site with the conditions of a site in the sea, without "

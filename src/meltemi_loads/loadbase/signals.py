@@ -131,7 +131,7 @@ def line_table(evaluation: Evaluation, extremes: Extremes, turbine: Turbine) -> 
     """Design tension of the mooring lines in each row; see ``DesignLoads.lines`` (L-42)."""
     import pandas as pd
 
-    results, table = evaluation.results, []
+    results, plain, table = evaluation.results, _plain(evaluation), []
     factors, lines = results.plan.table.factors, () if turbine.platform is None else turbine.platform.lines
     faults = [case.setting.fault for case in results.present]
     lost = np.array([fault is not None and fault.events[0].get("type") == "line_loss" for fault in faults], dtype=int)
@@ -142,7 +142,7 @@ def line_table(evaluation: Evaluation, extremes: Extremes, turbine: Turbine) -> 
         strength = lines[int(name.removeprefix("line_")) - 1].strength
         mean, largest = extremes.values(channel, "mean"), extremes.values(channel, "max")
         design = of_mean * mean + of_rest * (largest - mean)
-        for runs, value, run in each_row(_plain(evaluation), design, (channel, "max", "N"), False):
+        for runs, value, run in each_row(plain, design, (channel, "max", "N"), False):
             place, use = runs.places[run], np.nan if strength is None else value / strength
             loads = (mean[place], largest[place], value, use)
             table.append((channel, runs.row, bool(lost[place]), *loads, runs.names[run], runs.size(run), runs.lacking))
