@@ -12,13 +12,16 @@ from typer.testing import CliRunner
 from meltemi import InputError, load_turbine
 from meltemi.app.cli import app
 from meltemi.control import YawProtection, yaw_threshold
+from meltemi_loads.energy import YEAR
 from meltemi_papers.wang2021.beyond import recheck_table, relative, site
 from meltemi_papers.wang2021.claims import _loads, about_half
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, STOP, Gust, Gusts, Setting, spread
+from meltemi_papers.wang2021.lifetime import change
 from meltemi_papers.wang2021.table2 import POWER, Calibration, SpeedLoop, Table2, calibrate
 from meltemi_papers.wang2021.winds import GUST_BEGIN, GUST_RISE, gust, measured
+from meltemi_studies.machine_loads import LOADS
 from meltemi_studies.wind_year import PowerCurve, a_year
-from meltemi_studies.yaw_gusts import Found, Grid
+from meltemi_studies.yaw_gusts import LENGTH, Found, Grid
 from meltemi_tuning.run_store import FailedResult, FailedResultError
 
 CHECKS = ((7.5, 52.5), (8.8, 48.6), (10.0, 45.0), (15.0, 42.0), (20.0, 39.0), (25.0, 36.0), (30.0, 33.0), (40.0, 30.0))
@@ -167,6 +170,21 @@ def test_gains_and_rechecks_of_a_grid() -> None:
 
 
 @pytest.mark.long
+def test_damage_of_fronts_adds_to_that_of_production() -> None:
+    wind = {"rise": 0.0, "change": 1.0, "begin": 20.0, "sign": 1, "seed": 1, "yaw_rate": 0.01, "recheck": 0.0}
+    rows = [
+        {**wind, "speed": speed, "strategy": strategy} | {f"{name}, fatigue": load for name in LOADS}
+        for speed, stopped in ((7.0, 3.0), (10.0, 3.0))
+        for strategy, load in (("S1", stopped), ("S3", 1.0))
+    ]
+    grid, usual = Found(Grid(), pd.DataFrame(rows)), dict.fromkeys(LOADS, 1.0)
+    share = 200 * LENGTH / YEAR  # of the year in fronts: (1 + share (3^4 - 1))^(1/4) - 1
+    expected = 100.0 * ((1.0 + 80.0 * share) ** 0.25 - 1.0)
+    assert change(grid, usual, "S1", 1, "yaw bearing bending", 200) == f"{expected:+.1f} ± 0.0" == "+1.8 ± 0.0"
+    assert change(grid, usual, "S3", 1, "yaw bearing bending", 200) == "+0.0 ± 0.0"
+    assert change(grid, usual, "S1", 1, "yaw bearing bending", 50) == "+0.5 ± 0.0"
+
+
 def test_a_year_has_the_order_of_the_strategies() -> None:
     """Ignoring loses nothing, derating less than stopping; more fronts, more stops; light winds turn most."""
     speed = np.arange(3.0, 10.0)

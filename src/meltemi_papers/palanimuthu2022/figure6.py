@@ -109,9 +109,10 @@ def gains_table(runs: Runs) -> Table:
     note = (
         "kW of case ii against case i at 10 m/s; settled: in closed form; means over 100 to 200 and 600 to 700 s, from "
         "40 °C on. Sharpness: curvature of C_p at its maximum, -C_p'' λ²/C_p. All curves have the paper's maximum of "
-        "0.48 at 9.5085. M1 has the constants of the MathWorks block, Heier those of 1998, Slootweg those of "
-        "variable-speed turbines of 2003, constant speed those of the same source; M3 scaled is the curve of the "
-        "blades of a public 20 MW design; M2 is fitted to the paper's two gains. In the table M3 scaled the "
+        "0.48 at 9.5085. M1 has the constants of the MathWorks block, Heier those of 1998; Slootweg and constant speed "
+        "are from Slootweg et al. (2003), Dai and De Kooning from Saint-Drenan et al. (2020), Feng, Llano, Ahmed, sine "
+        "and fifth degree from Carranza Castillo et al. (2023); M3 scaled is the curve of the blades of a public 20 MW "
+        "design; M2 is fitted to the paper's two gains. In the table M3 scaled the "
         "controller finds its best point at 9.46. While the rotor of case i changes its speed it gives kinetic energy "
         "to the generator, or takes it."
     )

@@ -17,37 +17,59 @@ from meltemi.turbine.power_turbine import (
     PowerTurbine,
     TableCoefficient,
 )
-from meltemi_papers.palanimuthu2022.paper import POWER_COEFFICIENT, TIP_SPEED_RATIO
+from meltemi_papers.palanimuthu2022.paper import POWER_COEFFICIENT, RADIUS, TIP_SPEED_RATIO
 from meltemi_studies.coefficient_rotor import Rotor
 
 Float = NDArray[np.float64]
 
 FORMULA, CALIBRATED, BLADES = "M1", "M2", "M3"
 """Heier's formula with the paper's best point; the same fitted to Figure 6; the table of a 20 MW rotor's blades."""
-HEIER, SLOOTWEG, CONSTANT, COMMON, SCALED = "Heier", "Slootweg", "constant speed", "0.22, 116, 12.5", "M3 scaled"
-CURVES = (FORMULA, HEIER, SLOOTWEG, CONSTANT, COMMON, SCALED)
-"""Readings of the coefficient that the paper does not give, all with its best point: the constants of the MathWorks
+FORMULAS = {  # a, b, c, d, s of C_p = a (b x - c) exp(-d x), x = 1/l - s; without the pitch, which Figure 6 holds at 0
+    "Heier": (0.5, 116.0, 5.0, 21.0, 0.035),
+    "Slootweg": (0.73, 151.0, 13.2, 18.4, 0.003),
+    "constant speed": (0.44, 125.0, 6.94, 16.5, -0.002),
+    "Feng": (0.22, 116.0, 5.0, 12.5, 0.035),
+    "Dai": (0.22, 120.0, 5.0, 12.5, 0.035),
+    "De Kooning": (0.77, 151.0, 13.65, 18.4, 0.0),
+    "Llano": (0.5, 72.5, 5.0, 13.125, 0.035),
+    "Ahmed": (1.0, 110.0, 9.6, 18.4, 0.03),
+}
+SINE, FIFTH, SCALED = "sine", "fifth degree", "M3 scaled"
+CURVES = (FORMULA, *FORMULAS, SINE, FIFTH, SCALED)
+"""Readings of the coefficient that the paper does not give, scaled to its best point: the constants of the MathWorks
 block (M1); of Heier (1998); of variable-speed and of constant-speed turbines after Slootweg et al. (2003), IEEE Trans.
-Power Syst. 18(1); a common set of the same form; the blades' own curve, scaled."""
+Power Syst. 18(1); Dai and De Kooning after Saint-Drenan et al. (2020), Renew. Energy 157; Feng, Llano, Ahmed, a sine
+and a polynomial of the fifth degree after Carranza Castillo et al. (2023), Energies 16(6), 2774; the blades' own."""
+
+
+def _table(model: str) -> TableCoefficient:
+    """A curve that is no exponential."""
+    blades = turbine(BLADES).coefficient
+    assert isinstance(blades, TableCoefficient)
+    if model == SCALED:
+        return blades
+    ratios = np.arange(3.5, 14.0 if model == SINE else 10.0, 0.1)  # beyond 10 the polynomial rises again
+    terms = [-1.896, 1.156, -0.2454, 0.02928, -0.001955, 5.547e-05]
+    power = 0.44 * np.sin(np.pi * (ratios - 3.0) / 15.0) if model == SINE else np.polynomial.Polynomial(terms)(ratios)
+    return TableCoefficient(
+        tip_speed_ratio=ratios, pitch=blades.pitch, power=np.tile(power[:, None], len(blades.pitch))
+    )
 
 
 def _coefficient(model: str) -> Coefficient:
     """Power coefficient of one of the readings of the paper's turbine."""
-    if model == SCALED:
-        (ratio, most), table = rotor(BLADES).best(), turbine(BLADES).coefficient
-        assert isinstance(table, TableCoefficient)
-        ratios, power = table.tip_speed_ratio * (TIP_SPEED_RATIO / ratio), table.power * (POWER_COEFFICIENT / most)
-        return table.replace(tip_speed_ratio=ratios, power=power)
     if model == CALIBRATED:
         return CalibratedCoefficient()
-    shift = 0.035 - 0.003  # of Slootweg's 1/l - 0.003 against 1/l - 0.035, at zero pitch
-    constants = {  # Figure 6 does not pitch: the pitch's part of the constant-speed curve is Heier's
-        HEIER: (0.5, 116.0, 0.4, 5.0, 21.0, 0.0),
-        CONSTANT: (0.44 * math.exp(-16.5 * 0.037), 125.0, 0.4, 6.94 - 125.0 * 0.037, 16.5, 0.0),  # of 1/l + 0.002
-        COMMON: (0.22, 116.0, 0.4, 5.0, 12.5, 0.0),
-        SLOOTWEG: (0.73 * math.exp(-18.4 * shift), 151.0, 0.58, 13.2 - 151.0 * shift, 18.4, 0.0),
-    }
-    return HeierCoefficient(constants=constants[model])
+    if model in FORMULAS:
+        a, b, c, d, s = FORMULAS[model]
+        shift = 0.035 - s  # from its x to that of our formula
+        return HeierCoefficient(constants=(a * math.exp(-d * shift), b, 0.4, c - b * shift, d, 0.0))
+    table = _table(model)
+    ratio, most = Rotor(model, table, RADIUS).best()
+    return table.replace(
+        tip_speed_ratio=table.tip_speed_ratio * (TIP_SPEED_RATIO / ratio),
+        power=table.power * (POWER_COEFFICIENT / most),
+    )
 
 
 def turbine(model: str = FORMULA) -> PowerTurbine:

@@ -260,7 +260,8 @@ def humidity_cases() -> list[Run]:
 
 def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     """Run all simulations of the paper."""
-    readings = [Reading(*at) for at in product(setup.curves, (0.0, HUMID), setup.inertias)]
+    readings = [Reading(curve, humidity) for curve, humidity in product(setup.curves, (0.0, HUMID))]
+    readings += [Reading(FORMULA, humidity, j) for humidity, j in product((0.0, HUMID), setup.inertias[1:])]
     readings += [Reading(FORMULA, humidity) for humidity in HUMIDITIES]
     readings += [Reading(CALIBRATED, 0.1, SMALL), *([CONVERTERS] if setup.converters else [])]
     steps = [case for reading in readings for case in temperature_cases(reading)]

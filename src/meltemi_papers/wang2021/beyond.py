@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,9 @@ from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
+from meltemi_papers.wang2021 import lifetime
 from meltemi_papers.wang2021.gust import SIGNS
+from meltemi_papers.wang2021.lifetime import production
 from meltemi_papers.wang2021.winds import measured
 from meltemi_reports.blocks import Table
 from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
@@ -53,11 +55,13 @@ class Beyond:
       limits: loads over wind speed and yaw error.
       grid: gusts by the thousand.
       years: a year of wind, by strategy and number of fronts.
+      usual: lifetime equivalent loads of production without fronts.
     """
 
     limits: YawLimits
     grid: Found
     years: tuple[Year, ...]
+    usual: Mapping[str, float]
 
 
 def study(
@@ -105,8 +109,19 @@ def study(
     progress(0.95, "a year of wind")
     curve = attempt("power curve", power_curve, fixed)
     years = attempt("year", a_year, turbine, curve, ours, site(), days=10.0 if quick else 365.0, workers=workers)
+    length = 30.0 if quick else 600.0
+    usual = attempt(
+        "production",
+        production,
+        fixed,
+        site().mean,
+        WIND_CLASS,
+        limit_seeds[: 1 if quick else None],
+        length,
+        workers=workers,
+    )
     progress(1.0, "done")
-    return Beyond(limits, grid, years)
+    return Beyond(limits, grid, years, usual)
 
 
 def site() -> WindSite:
@@ -270,6 +285,7 @@ def chapter(found: Beyond, draw: Draw) -> Chapter:
             worded(lambda: nothing_words(found.grid), "Doing nothing"),
             draw("beyond", "Derate or stop: one page to act on", lambda: page(found)),
             tabled("What the strategies cost", lambda: costs_table(found.grid)),
+            tabled("Lifetime loads", lambda: lifetime.table(found.grid, found.usual, STRATEGIES[:-1])),
             tabled("Extremes of derating over those of stopping", lambda: better(found.grid)),
             tabled("Derated, and stopped all the same", lambda: recheck_table(found.grid)),
             tabled("Base points", lambda: limits_table(found.limits)),

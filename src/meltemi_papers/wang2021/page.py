@@ -97,7 +97,7 @@ def run(
     """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as lost."""
     runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, SHARE))
     later: Any = FailedResult("not run yet")
-    partly(Found(runs, Beyond(later, later, later)))
+    partly(Found(runs, Beyond(later, later, later, later)))
     told_of = span(progress, SHARE, 1.0 - SHARE)
     more = beyond.study(runs.turbines[1], quick, limit_seeds=runs.setup.limit_seeds, workers=workers, progress=told_of)
     return Found(runs, more)
