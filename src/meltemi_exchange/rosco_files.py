@@ -84,7 +84,7 @@ def rosco_settings(turbine: AnyTurbine, tuning: BaselineTuning | None = None) ->
       turbine: of either kind.
       tuning: from ``tune_baseline``, which is called without it.
     """
-    tuned = tuning or tune_baseline(turbine)
+    tuned = tuning or tune_baseline(turbine, margins=False)
     pitch, torque = tuned.control.pitch, tuned.control.torque
     angles = np.linspace(0.0, float(tuned.pitch[-1]), SCHEDULED)
     share = 1.0 / (1.0 + angles / pitch.gain_halving_pitch)

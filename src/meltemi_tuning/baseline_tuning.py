@@ -1,4 +1,6 @@
-"""``tune_baseline``: gains of the baseline controller from the aerodynamics of the turbine, by its authors' rule.
+"""``tune_baseline``: gains of the baseline controller from the aerodynamics of the turbine.
+
+First the rule of the law's authors:
 
 The speed of the rotor under the pitch loop is an oscillator (Jonkman et al. 2009, section 7.3):
 
@@ -14,16 +16,21 @@ coefficient. A linear fit over pitch gives its value at zero pitch and the pitch
 gains are halved.
 
 The frequency is that of the NREL 5 MW, 0.6 rad/s, scaled with the rated rotor speed: 2.1 revolutions per oscillation
-for any rotor. The optimal gain is torque over speed squared at the largest power coefficient, or at a given tip-speed
-ratio, limited such that rated power is not exceeded below rated speed.
+for any rotor. Lags of filter and actuator, wake, tower and blades, and constant power are not in the rule: scaled to
+15 MW its loop is unstable at rated wind. So the frequency is lowered until the loop keeps margins in the linear model
+of the turbine (``speed_loop``), with a low-pass that costs 7 deg of phase, and gains fall half as fast.
 
-Reference: Jonkman et al. (2009), NREL/TP-500-38060; docs/theory/control.md (C-9a to C-9c).
+The optimal gain is torque over speed squared at the largest power coefficient, or at a given tip-speed ratio, limited
+such that rated power is not exceeded below rated speed.
+
+Reference: Jonkman et al. (2009), NREL/TP-500-38060; docs/theory/control.md (C-9a to C-9f).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -42,6 +49,7 @@ from meltemi.simulation.rotors import build, operating_point
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import BaselineControl
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
+from meltemi_tuning.speed_loop import keep_margins, speed_loops, speed_responses
 
 Float = NDArray[np.float64]
 
@@ -54,6 +62,15 @@ AZIMUTHS = 4
 """Rotor positions in a third of a revolution over which the sensitivity is averaged."""
 STEP = math.radians(0.1)
 """[rad] of pitch, to both sides."""
+ABOVE_RATED, CHECKED = 1.1, 4
+"""Lowest wind speed with margins over rated wind speed; operating points from there to cut-out."""
+SHARES = np.linspace(0.2, 1.0, 81)
+"""Of the frequency that are tried."""
+SCHEDULE = 4.0
+"""Halving pitch of the law over that of the sensitivity: 2 for a constant frequency, since the law schedules its whole
+demand; twice that, since margins grow with the wind."""
+CORNER = 8.0
+"""Least corner frequency of the low-pass over the frequency of the loop."""
 PART_SPEED = 0.8
 """Rotor speed over its reference at which the optimal gain is evaluated."""
 RATIOS = 4.0, 14.0
@@ -66,7 +83,7 @@ class BaselineTuning(Brief):
 
     Attributes:
       control: of the turbine with the new gains.
-      frequency: [rad/s] of the speed loop.
+      frequency: [rad/s] of the speed loop, by (C-9b).
       damping_ratio: of the speed loop.
       inertia: [kg m^2] of rotor and generator about the shaft.
       wind_speed: (n,) [m/s] of the operating points.
@@ -95,31 +112,34 @@ def tune_baseline(
     frequency: float | None = None,
     damping_ratio: float = DAMPING,
     tip_speed_ratio: float | None = None,
+    margins: bool = True,
     options: ModelOptions | None = None,
 ) -> BaselineTuning:
-    """Tune pitch gains, gain schedule and optimal torque gain of the baseline controller.
+    """Tune pitch gains, gain schedule, low-pass and optimal torque gain of the baseline controller.
 
-    Speeds, limits, filter and rated power are unchanged.
+    Speeds, limits and rated power are unchanged.
 
     Args:
       turbine: of either kind.
-      frequency: [rad/s] of the speed loop; by default 0.6 rad/s times the rated rotor speed over 12.1 rpm.
+      frequency: [rad/s] of the speed loop, at most; by default 0.6 rad/s times the rated rotor speed over 12.1 rpm.
       damping_ratio: of the speed loop.
       tip_speed_ratio: of region 2; by default that of the largest power coefficient.
+      margins: lower the frequency until the loop keeps phase and gain margin; without, the authors' rule as published.
       options: of the model; dynamic stall is switched off.
 
     Raises:
-      InputError: a number is not above zero, the wind does not drive the rotor, or the power does not
-        decrease with pitch.
+      InputError: a number is not above zero, the wind does not drive the rotor, the power does not decrease with
+        pitch, or even a fifth of the frequency has no margins.
     """
     reference = turbine.rated_rotor_speed
     if frequency is None:
         frequency = FREQUENCY * reference / OF_SPEED
-    given = {"frequency": frequency, "damping_ratio": damping_ratio, "tip_speed_ratio": tip_speed_ratio}
-    for name, value in given.items():
+    numbers = {"frequency": frequency, "damping_ratio": damping_ratio, "tip_speed_ratio": tip_speed_ratio}
+    for name, value in numbers.items():
         if value is not None and not value > 0.0:
             raise InputError(f"tune_baseline: {name} must be above zero, found {value!r}")
-    options = options or ModelOptions()
+    given = options or ModelOptions()
+    options = given
     if not isinstance(turbine, PowerTurbine):
         options = options.replace(stall="static", inflow="variable")
     model = build(turbine, options)
@@ -128,7 +148,8 @@ def tune_baseline(
     most = torque.rated_power / torque.rated_speed**3  # more would be above rated power below rated speed
     control = turbine.control.replace(**{"torque.optimal_gain": min(gain / ratio**3, most)})
     model = build(turbine.replace(control=control), model.options)
-    speeds = np.linspace(_rated_wind(model), turbine.cut_out, POINTS)
+    rated = _rated_wind(model)
+    speeds = np.linspace(rated, turbine.cut_out, POINTS)
     points = [operating_point(model, float(u)) for u in speeds]
     pitch = np.array([point.pitch for point in points])
     sensitivity = np.array([_sensitivity(model, point) for point in points])
@@ -140,12 +161,30 @@ def tune_baseline(
         )
     inertia = _inertia(model)
     unit = inertia * reference / (ratio * -at_zero)
-    tuned = pitch_control.replace(
-        proportional_gain=2.0 * damping_ratio * frequency * unit,
-        integral_gain=frequency**2 * unit,
-        gain_halving_pitch=float(at_zero / slope),
-    )
-    control = control.replace(pitch=tuned, source=f"{control.source}; gains by tune_baseline".lstrip("; "))
+    source = f"{control.source}; gains by tune_baseline".lstrip("; ")
+
+    def law(w: float) -> BaselineControl:
+        tuned = pitch_control.replace(
+            proportional_gain=2.0 * damping_ratio * w * unit,
+            integral_gain=w**2 * unit,
+            gain_halving_pitch=float(at_zero / slope) * (SCHEDULE if margins else 1.0),
+        )
+        corner = max(control.filter_frequency, CORNER * w) if margins else control.filter_frequency
+        return control.replace(pitch=tuned, filter_frequency=corner, source=source)
+
+    if margins:
+        full = build(turbine.replace(control=control), given)
+        above = [operating_point(full, float(u)) for u in np.linspace(ABOVE_RATED * rated, turbine.cut_out, CHECKED)]
+        responses = speed_responses(full, above)
+        tried = (float(share * frequency) for share in SHARES)
+        kept = list(takewhile(lambda w: keep_margins(speed_loops(law(w), above, responses)), tried))
+        if not kept:
+            raise InputError(
+                f"tune_baseline: the speed loop of {turbine.name} has no margins even at a fifth of {frequency:.3g} "
+                "rad/s: give a lower frequency, or margins=False"
+            )
+        frequency = kept[-1]
+    control = law(frequency)
     return BaselineTuning(
         control=control,
         frequency=frequency,

@@ -35,7 +35,7 @@ def measured_turbine() -> Turbine:
 def with_speed_loop(turbine: Turbine, factor: float, tip_speed_ratio: float | None = None) -> Turbine:
     """The turbine with a speed loop of so many times the usual frequency, and a tip-speed ratio below rated."""
     frequency = factor * FREQUENCY * turbine.rated_rotor_speed / OF_SPEED
-    tuned = tune_baseline(turbine, frequency=frequency, tip_speed_ratio=tip_speed_ratio)
+    tuned = tune_baseline(turbine, frequency=frequency, tip_speed_ratio=tip_speed_ratio, margins=False)
     return turbine.replace(control=tuned.control).replace(**TORQUE_HELD)
 
 

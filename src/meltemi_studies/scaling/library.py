@@ -80,7 +80,7 @@ def scaled_turbine(name: str, **changes: Any) -> Turbine:
         if key not in KEYWORDS:
             raise InputError(f"scaled_turbine: no number {key!r}: {did_you_mean(key, KEYWORDS)}")
     turbine = scale_turbine(load_turbine(REFERENCE), **(numbers | changes))
-    turbine = turbine.replace(control=tune_baseline(turbine).control)
+    turbine = turbine.replace(control=tune_baseline(turbine, margins=False).control)
     drive, law = turbine.drivetrain, turbine.control
     torque = law.torque.rated_power / drive.gearbox_efficiency / law.pitch.reference_speed * drive.gear_ratio
     gearbox = size_gearbox(ratio=drive.gear_ratio, rated_torque=torque)

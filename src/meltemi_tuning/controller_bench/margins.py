@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+PHASE_MARGIN, GAIN_MARGIN = math.radians(30.0), 2.0
+"""[rad] and factor (6 dB) that the speed loop is asked to have."""
 AMPLITUDE = 3e-4
 """Of a line at low frequency, over the speed: small enough for the linear range, large against rounding."""
 CORNER = 0.2

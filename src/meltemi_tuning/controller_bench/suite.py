@@ -20,6 +20,7 @@ from meltemi.turbine.icing import Icing, with_ice
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.iec.models import iec_wind
 from meltemi.wind.turbulent import AnyWind
+from meltemi_tuning.controller_bench.margins import GAIN_MARGIN, PHASE_MARGIN
 
 FIRST_SEED = 7_400_000
 """All seeds of the suite follow it; tuning and studies of meltemi use numbers below a million."""
@@ -230,9 +231,9 @@ class BenchLimits(Record):
     """The same after a grid loss."""
     clearance: float = Field(default=0.3, ge=0.0, lt=1.0)
     """Smallest tower clearance over that of the undeflected blade."""
-    phase_margin: float = Field(default=math.radians(30.0), ge=0.0, lt=3.2)
+    phase_margin: float = Field(default=PHASE_MARGIN, ge=0.0, lt=3.2)
     """[rad] of the speed loop at each wind speed."""
-    gain_margin: float = Field(default=2.0, ge=1.0)
+    gain_margin: float = Field(default=GAIN_MARGIN, ge=1.0)
     """Factor on the gain of the speed loop at each wind speed; 2 is 6 dB."""
     delay_margin: float = Field(default=0.2, ge=0.0)
     """[s] additional delay of the speed loop at each wind speed."""
