@@ -91,7 +91,7 @@ def change(grid: Found, production: Mapping[str, float], strategy: str, sign: in
     base = production[name] ** slope * (1.0 - share) + share * ignored.mean()
     more = mean_interval((own - ignored).dropna().to_numpy())
     low, middle, high = (
-        100.0 * ((1.0 + share * x / base) ** (1.0 / slope) - 1.0) for x in (more.low, more.mean, more.high)
+        100.0 * (max(1.0 + share * x / base, 0.0) ** (1.0 / slope) - 1.0) for x in (more.low, more.mean, more.high)
     )
     return f"{middle:+.1f}" + (f" ± {0.5 * (high - low):.1f}" if more.n > 1 else "")
 
