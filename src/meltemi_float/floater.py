@@ -29,8 +29,9 @@ from meltemi.simulation.channels import Channel, channels_of_group
 from meltemi.simulation.parts import ParameterTables, Part, StateRows
 from meltemi.simulation.step import begin_parts_step, outer_forces, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs, System
-from meltemi.structure.dynamics import inertia_about
+from meltemi.structure.dynamics import MASS, WEIGHT, inertia_about
 from meltemi.structure.kinematics import tower_top
+from meltemi.structure.section_loads import tower_loads
 from meltemi_float.balance import check_balance
 from meltemi_float.catenary import Ends, line_forces, span
 from meltemi_float.coefficients import Coefficients, read_coefficients
@@ -129,6 +130,9 @@ class FloaterSystem(System):
       float_waves: (T, 7) elevation, and forces and moments of the waves.
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
       float_flow: (T, 3 P) velocity of the water at the strips.
+      tower_momentum: (6, K) linear and angular momentum [kg, kg m], [kg m, kg m^2] of the tower about its base, in the
+        axes of the base, by unit rates of its modes and of the motions of the base.
+      tower_air: (3, N) forces of the wind on the nodes of the tower, while loads are in the axes of the base.
       base_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
       base_six: (4, 6) velocity in platform axes, load of the water, further load, position and
         then velocity against the current.
@@ -148,6 +152,8 @@ class FloaterSystem(System):
     float_pole: Constant[Array2]
     float_input: Constant[Array2]
     float_output: Constant[Array2]
+    tower_momentum: Array2
+    tower_air: Array2
     base_columns: Array2
     base_six: Array2
 
@@ -223,6 +229,52 @@ def floating_top(m: FloaterSystem) -> None:
     machine.top_spin = w + own
     machine.top_spin_rate = known + cross(w, own) + R @ angular_acceleration(theta, rate)
     machine.top = R @ rotation(theta)
+
+
+@kernel
+def momentum(m: FloaterSystem, k: int) -> tuple[Vec, Vec]:
+    """Linear and angular momentum of the tower about its base by unit rate of a coordinate, axes of the base."""
+    N = m.tower_momentum
+    return Vec(N[0, k], N[1, k], N[2, k]), Vec(N[3, k], N[4, k], N[5, k])
+
+
+@kernel
+def moments_of(m: FloaterSystem, w: Vec) -> tuple[Vec, Vec]:
+    """Linear and angular momentum of the tower about its base, while the base turns with ``w``, axes of the base."""
+    first = m.top_shape.modes - 3
+    (px, hx), (py, hy), (pz, hz) = momentum(m, first), momentum(m, first + 1), momentum(m, first + 2)
+    return w.x * px + w.y * py + w.z * pz, w.x * hx + w.y * hy + w.z * hz
+
+
+@kernel
+def tower_body(m: FloaterSystem) -> None:
+    """Inertia and weight of the tower, as far as they turn with its base, in the equations (W-31, W-32)."""
+    p, J, first = m.platform, m.base_columns, m.top_shape.modes - 6
+    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    g, w, known = R.T @ Vec(0.0, 0.0, -m.structure.gravity), R.T @ p.spin, R.T @ p.spin_bias
+    mass, s = m.tower_momentum[0, first], Vec(0.0, 0.0, m.tower_momentum[0, first + 4])
+    flow = Vec(0.0, 0.0, 0.0)
+    for k in range(first):
+        P, H = momentum(m, k)
+        m.core_force[k] += dot(P, g) - dot(H, known) - w.z * (w.x * H.y - w.y * H.x)
+        s += m.q[k] * P
+        flow += m.v[k] * P
+    turning, spin_moment = moments_of(m, known)[1], moments_of(m, w)[1]
+    F = mass * g - cross(known, s) - cross(w, cross(w, s) + 2.0 * flow)
+    M = cross(s, g) - turning - cross(w, spin_moment)
+    for k in range(6):
+        e = Vec(1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2))
+        T, W = R.T @ e, R.T @ Vec(J[k, 3], J[k, 4], J[k, 5])
+        m.core_force[first + k] += dot(T, F) + dot(W, M)
+        for j in range(first):
+            P, H = momentum(m, j)
+            m.core_mass[first + k, j] += dot(T, P) + dot(W, H)
+        P, H = moments_of(m, W)
+        P += mass * T
+        H += cross(Vec(0.0, 0.0, m.tower_momentum[0, first + 4]), T)
+        for j in range(k + 1):
+            e = Vec(1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2))
+            m.core_mass[first + k, first + j] += dot(R.T @ e, P) + dot(R.T @ Vec(J[j, 3], J[j, 4], J[j, 5]), H)
 
 
 @kernel
@@ -430,6 +482,7 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
     """Forces on the motions of the base, with inertia of the platform and added mass of the water (W-7)."""
     p, f, J, K, x = m.platform, m.floater, m.base_columns, m.float_matrices, m.base_six
     base_motion(m)
+    tower_body(m)
     water_load(t, m)
     mooring(m)
     first = m.top_shape.modes - 6
@@ -511,20 +564,48 @@ def floater_loads(m: FloaterSystem, s: Outputs) -> None:
         x[0, i] = total
     p.force = Vec(x[0, 0], x[0, 1], x[0, 2])
     p.moment = Vec(x[0, 3], x[0, 4], x[0, 5])
-    theta = Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5])
-    R, base = rotation(theta), Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
+    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
     p.tilt = atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
-    s.chain.top_deflection = R.T @ (m.machine.top_position - base) - Vec(0.0, 0.0, m.structure.tower_length)
-    # weight of the tower where its base has turned it, beyond where displacements linear in the angles do
-    up, height, first_moment = Vec(0.0, 0.0, 1.0), 0.0, 0.0
-    beyond = R @ up - up - cross(theta, up)
-    for n in range(s.tower_nodes.nodes):
-        first_moment += s.tower_nodes.mass[n] * (height + 0.5 * s.tower_nodes.length[n])
-        height += s.tower_nodes.length[n]
-    moment = s.tower_station.moment[0] - (first_moment * m.structure.gravity) * cross(beyond, up)
-    s.tower_station.force[0] = R.T @ s.tower_station.force[0]
-    s.tower_station.moment[0] = R.T @ moment
+    place = R.T @ (m.machine.top_position - base)
+    s.chain.top_deflection = place - Vec(0.0, 0.0, m.structure.tower_length)
+    turned_tower_loads(R, place, m, s)
+
+
+@kernel
+def turned_tower_loads(R: Rot, place: Vec, m: FloaterSystem, s: Outputs) -> None:
+    """Loads of the tower in the axes of its base, on which it stands as on one at rest that accelerates (W-33).
+
+    Args:
+      R: orientation of the base; place: [m] of the tower top from the base, in its axes.
+    """
+    q, a, x, first, nodes, drag = m.q, m.a, m.base_six, m.top_shape.modes - 6, s.tower_nodes, s.tower_drag
+    force, moment, top, up = s.apex.force, s.apex.moment, m.machine.top_position, Vec(0.0, 0.0, 1.0)
+    g, rate, spin = m.structure.gravity * up, m.platform.spin_bias, R.T @ m.platform.spin
+    for k in range(6):
+        x[0, k], x[3, k] = q[first + k], a[first + k]
+        rate += x[3, k] * Vec(m.base_columns[k, 3], m.base_columns[k, 4], m.base_columns[k, 5])
+        q[first + k] = 0.0 * x[0, k]
+    rising, rate = R.T @ (Vec(x[3, 0], x[3, 1], x[3, 2]) + g) - g, R.T @ rate
+    a[first], a[first + 1], a[first + 2] = rising.x, rising.y, rising.z
+    a[first + 3], a[first + 4], a[first + 5] = rate.x, rate.y, rate.z
+    for n in range(nodes.nodes):
+        own = drag.force[n]
+        m.tower_air[0, n], m.tower_air[1, n], m.tower_air[2, n] = own.x, own.y, own.z
+        flow = cross(spin, nodes.height[n] * up)
+        for k in range(first):
+            flow += (2.0 * m.v[k]) * m.tower_shape.displacement[k, n]
+        drag.force[n] = R.T @ own - nodes.mass[n] * cross(spin, flow)
+    turning = cross(spin, cross(spin, m.structure.tower_length * up))
+    s.apex.force, s.apex.moment = R.T @ force - m.structure.top_mass * turning, R.T @ moment
+    m.machine.top_position = place + m.structure.tower_base * up
+    tower_loads(m, s)
+    s.apex.force, s.apex.moment, m.machine.top_position = force, moment, top
+    for n in range(nodes.nodes):
+        drag.force[n] = Vec(m.tower_air[0, n], m.tower_air[1, n], m.tower_air[2, n])
+    for k in range(6):
+        q[first + k], a[first + k] = x[0, k], x[3, k]
 
 
 @dataclass(frozen=True)
@@ -554,6 +635,10 @@ class FloaterPart(Part):
     float_pole: Float
     float_input: Float
     float_output: Float
+    tower_matrix: Float
+    tower_weight: Float
+    tower_momentum: Float
+    nodes: int
     coefficients: Coefficients
     platform: Platform
 
@@ -567,10 +652,12 @@ class FloaterPart(Part):
         return {name: table.shape(**{a: sizes[a] for a in table.axes}) for name, table in self.signals.items()}
 
     def arrays(self) -> dict[str, Any]:
-        """Constants of the platform, and still water."""
+        """Constants of the platform, still water, and the tower without what turns with its base."""
         own = ("floater", "line", "strip", "float_matrices", "float_pole", "float_input", "float_output")
+        own += ("tower_matrix", "tower_weight", "tower_momentum")
         return {
             **{name: getattr(self, name).copy() for name in own},
+            "tower_air": np.zeros((3, self.nodes)),
             "d_radiation": RadiationState.zeros(mode=len(self.float_pole)),
             "float_waves": np.zeros((AHEAD + BEHIND + 2, 7)),
             "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * self.strip.shape[1])),
@@ -672,7 +759,13 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     parts = [
         np.concatenate([getattr(radiation, n).real, getattr(radiation, n).imag], axis=1) for n in ("input", "output")
     ]
+    tower, weight = rotor.tower_matrix.copy(), rotor.tower_weight.copy()
+    tower[[MASS, WEIGHT], -6:], tower[[MASS, WEIGHT], :, -6:], weight[-6:] = 0.0, 0.0, 0.0
     return FloaterPart(
+        tower_matrix=tower,
+        tower_weight=weight,
+        tower_momentum=rotor.tower_matrix[MASS, -6:].copy(),
+        nodes=rotor.tower_flow.shape[1],
         floater=floater,
         line=line,
         strip=strip,
