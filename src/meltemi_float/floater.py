@@ -130,8 +130,6 @@ class FloaterSystem(System):
       float_waves: (T, 7) elevation, and forces and moments of the waves.
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
       float_flow: (T, 3 P) velocity of the water at the strips.
-      tower_momentum: (6, K) linear and angular momentum [kg, kg m], [kg m, kg m^2] of the tower about its base, in the
-        axes of the base, by unit rates of its modes and of the motions of the base.
       tower_air: (3, N) forces of the wind on the nodes of the tower, while loads are in the axes of the base.
       base_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
       base_six: (4, 6) velocity in platform axes, load of the water, further load, position and
@@ -152,7 +150,6 @@ class FloaterSystem(System):
     float_pole: Constant[Array2]
     float_input: Constant[Array2]
     float_output: Constant[Array2]
-    tower_momentum: Array2
     tower_air: Array2
     base_columns: Array2
     base_six: Array2
@@ -233,48 +230,62 @@ def floating_top(m: FloaterSystem) -> None:
 
 @kernel
 def momentum(m: FloaterSystem, k: int) -> tuple[Vec, Vec]:
-    """Linear and angular momentum of the tower about its base by unit rate of a coordinate, axes of the base."""
-    N = m.tower_momentum
-    return Vec(N[0, k], N[1, k], N[2, k]), Vec(N[3, k], N[4, k], N[5, k])
+    """Linear and angular momentum [kg, kg m, kg m^2] of the tower about its base by unit rate of a coordinate, axes of
+    the base."""
+    M, b = m.tower_matrix, m.top_shape.modes - 6
+    linear = Vec(M[MASS, b, k], M[MASS, b + 1, k], M[MASS, b + 2, k])
+    return linear, Vec(M[MASS, b + 3, k], M[MASS, b + 4, k], M[MASS, b + 5, k])
 
 
 @kernel
-def moments_of(m: FloaterSystem, w: Vec) -> tuple[Vec, Vec]:
-    """Linear and angular momentum of the tower about its base, while the base turns with ``w``, axes of the base."""
-    first = m.top_shape.modes - 3
-    (px, hx), (py, hy), (pz, hz) = momentum(m, first), momentum(m, first + 1), momentum(m, first + 2)
-    return w.x * px + w.y * py + w.z * pz, w.x * hx + w.y * hy + w.z * hz
+def momentum_of(m: FloaterSystem, v: Vec, w: Vec) -> tuple[Vec, Vec]:
+    """The same for a base that moves with ``v`` and ``w``."""
+    b = m.top_shape.modes - 6
+    mass, arm = m.tower_matrix[MASS, b, b], Vec(0.0, 0.0, m.tower_matrix[MASS, b, b + 4])
+    (px, hx), (py, hy), (pz, hz) = momentum(m, b + 3), momentum(m, b + 4), momentum(m, b + 5)
+    return mass * v + w.x * px + w.y * py + w.z * pz, cross(arm, v) + w.x * hx + w.y * hy + w.z * hz
+
+
+@kernel
+def base_column(m: FloaterSystem, R: Rot, k: int) -> tuple[Vec, Vec]:
+    """Velocity and angular velocity of the base by unit rate of its motion ``k``, in its own axes."""
+    J = m.base_columns
+    e = Vec(1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2))
+    return R.T @ e, R.T @ Vec(J[k, 3], J[k, 4], J[k, 5])
 
 
 @kernel
 def tower_body(m: FloaterSystem) -> None:
-    """Inertia and weight of the tower, as far as they turn with its base, in the equations (W-31, W-32)."""
-    p, J, first = m.platform, m.base_columns, m.top_shape.modes - 6
-    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
-    g, w, known = R.T @ Vec(0.0, 0.0, -m.structure.gravity), R.T @ p.spin, R.T @ p.spin_bias
-    mass, s = m.tower_momentum[0, first], Vec(0.0, 0.0, m.tower_momentum[0, first + 4])
-    flow = Vec(0.0, 0.0, 0.0)
+    """Inertia and weight of the tower turn with its base, in place of what is linear in the angles (W-31, W-32)."""
+    p, q, matrix, first = m.platform, m.q, m.tower_matrix, m.top_shape.modes - 6
+    R, gravity = rotation(Vec(q[first + 3], q[first + 4], q[first + 5])), m.structure.gravity
+    for i in range(first + 6):
+        if i >= first:
+            m.core_force[i] -= gravity * m.tower_weight[i]
+        for j in range(first + 6):
+            if max(i, j) >= first:
+                m.core_force[i] += gravity * matrix[WEIGHT, i, j] * q[j]
+                if j <= i:
+                    m.core_mass[i, j] -= matrix[MASS, i, j]
+    g, w, known = R.T @ Vec(0.0, 0.0, -gravity), R.T @ p.spin, R.T @ p.spin_bias
+    mass, s, flow = matrix[MASS, first, first], Vec(0.0, 0.0, matrix[MASS, first, first + 4]), 0.0 * g
     for k in range(first):
         P, H = momentum(m, k)
         m.core_force[k] += dot(P, g) - dot(H, known) - w.z * (w.x * H.y - w.y * H.x)
-        s += m.q[k] * P
+        s += q[k] * P
         flow += m.v[k] * P
-    turning, spin_moment = moments_of(m, known)[1], moments_of(m, w)[1]
     F = mass * g - cross(known, s) - cross(w, cross(w, s) + 2.0 * flow)
-    M = cross(s, g) - turning - cross(w, spin_moment)
+    M = cross(s, g) - momentum_of(m, 0.0 * g, known)[1] - cross(w, momentum_of(m, 0.0 * g, w)[1])
     for k in range(6):
-        e = Vec(1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2))
-        T, W = R.T @ e, R.T @ Vec(J[k, 3], J[k, 4], J[k, 5])
+        T, W = base_column(m, R, k)
+        P, H = momentum_of(m, T, W)
         m.core_force[first + k] += dot(T, F) + dot(W, M)
         for j in range(first):
-            P, H = momentum(m, j)
-            m.core_mass[first + k, j] += dot(T, P) + dot(W, H)
-        P, H = moments_of(m, W)
-        P += mass * T
-        H += cross(Vec(0.0, 0.0, m.tower_momentum[0, first + 4]), T)
+            Pj, Hj = momentum(m, j)
+            m.core_mass[first + k, j] += dot(T, Pj) + dot(W, Hj)
         for j in range(k + 1):
-            e = Vec(1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2))
-            m.core_mass[first + k, first + j] += dot(R.T @ e, P) + dot(R.T @ Vec(J[j, 3], J[j, 4], J[j, 5]), H)
+            Tj, Wj = base_column(m, R, j)
+            m.core_mass[first + k, first + j] += dot(Tj, P) + dot(Wj, H)
 
 
 @kernel
@@ -635,10 +646,7 @@ class FloaterPart(Part):
     float_pole: Float
     float_input: Float
     float_output: Float
-    tower_matrix: Float
-    tower_weight: Float
-    tower_momentum: Float
-    nodes: int
+    wind_nodes: int
     coefficients: Coefficients
     platform: Platform
 
@@ -652,12 +660,11 @@ class FloaterPart(Part):
         return {name: table.shape(**{a: sizes[a] for a in table.axes}) for name, table in self.signals.items()}
 
     def arrays(self) -> dict[str, Any]:
-        """Constants of the platform, still water, and the tower without what turns with its base."""
+        """Constants of the platform, and still water."""
         own = ("floater", "line", "strip", "float_matrices", "float_pole", "float_input", "float_output")
-        own += ("tower_matrix", "tower_weight", "tower_momentum")
         return {
             **{name: getattr(self, name).copy() for name in own},
-            "tower_air": np.zeros((3, self.nodes)),
+            "tower_air": np.zeros((3, self.wind_nodes)),
             "d_radiation": RadiationState.zeros(mode=len(self.float_pole)),
             "float_waves": np.zeros((AHEAD + BEHIND + 2, 7)),
             "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * self.strip.shape[1])),
@@ -759,13 +766,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     parts = [
         np.concatenate([getattr(radiation, n).real, getattr(radiation, n).imag], axis=1) for n in ("input", "output")
     ]
-    tower, weight = rotor.tower_matrix.copy(), rotor.tower_weight.copy()
-    tower[[MASS, WEIGHT], -6:], tower[[MASS, WEIGHT], :, -6:], weight[-6:] = 0.0, 0.0, 0.0
     return FloaterPart(
-        tower_matrix=tower,
-        tower_weight=weight,
-        tower_momentum=rotor.tower_matrix[MASS, -6:].copy(),
-        nodes=rotor.tower_flow.shape[1],
+        wind_nodes=rotor.tower_flow.shape[1],
         floater=floater,
         line=line,
         strip=strip,
