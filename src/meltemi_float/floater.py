@@ -29,8 +29,9 @@ from meltemi.simulation.channels import Channel, channels_of_group
 from meltemi.simulation.parts import ParameterTables, Part, StateRows
 from meltemi.simulation.step import begin_parts_step, outer_forces, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs, System
-from meltemi.structure.dynamics import inertia_about
+from meltemi.structure.dynamics import MASS, WEIGHT, inertia_about
 from meltemi.structure.kinematics import tower_top
+from meltemi.structure.section_loads import tower_loads
 from meltemi_float.balance import check_balance
 from meltemi_float.catenary import Ends, line_forces, span
 from meltemi_float.coefficients import Coefficients, read_coefficients
@@ -129,6 +130,7 @@ class FloaterSystem(System):
       float_waves: (T, 7) elevation, and forces and moments of the waves.
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
       float_flow: (T, 3 P) velocity of the water at the strips.
+      tower_air: (3, N) forces of the wind on the nodes of the tower, while loads are in the axes of the base.
       base_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
       base_six: (4, 6) velocity in platform axes, load of the water, further load, position and
         then velocity against the current.
@@ -148,6 +150,7 @@ class FloaterSystem(System):
     float_pole: Constant[Array2]
     float_input: Constant[Array2]
     float_output: Constant[Array2]
+    tower_air: Array2
     base_columns: Array2
     base_six: Array2
 
@@ -223,6 +226,66 @@ def floating_top(m: FloaterSystem) -> None:
     machine.top_spin = w + own
     machine.top_spin_rate = known + cross(w, own) + R @ angular_acceleration(theta, rate)
     machine.top = R @ rotation(theta)
+
+
+@kernel
+def momentum(m: FloaterSystem, k: int) -> tuple[Vec, Vec]:
+    """Linear and angular momentum [kg, kg m, kg m^2] of the tower about its base by unit rate of a coordinate, axes of
+    the base."""
+    M, b = m.tower_matrix, m.top_shape.modes - 6
+    linear = Vec(M[MASS, b, k], M[MASS, b + 1, k], M[MASS, b + 2, k])
+    return linear, Vec(M[MASS, b + 3, k], M[MASS, b + 4, k], M[MASS, b + 5, k])
+
+
+@kernel
+def momentum_of(m: FloaterSystem, v: Vec, w: Vec) -> tuple[Vec, Vec]:
+    """The same for a base that moves with ``v`` and ``w``."""
+    b = m.top_shape.modes - 6
+    mass, arm = m.tower_matrix[MASS, b, b], Vec(0.0, 0.0, m.tower_matrix[MASS, b, b + 4])
+    (px, hx), (py, hy), (pz, hz) = momentum(m, b + 3), momentum(m, b + 4), momentum(m, b + 5)
+    return mass * v + w.x * px + w.y * py + w.z * pz, cross(arm, v) + w.x * hx + w.y * hy + w.z * hz
+
+
+@kernel
+def base_column(m: FloaterSystem, R: Rot, k: int) -> tuple[Vec, Vec]:
+    """Velocity and angular velocity of the base by unit rate of its motion ``k``, in its own axes."""
+    J = m.base_columns
+    e = Vec(1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2))
+    return R.T @ e, R.T @ Vec(J[k, 3], J[k, 4], J[k, 5])
+
+
+@kernel
+def tower_body(m: FloaterSystem) -> None:
+    """Inertia and weight of the tower turn with its base, in place of what is linear in the angles (W-31, W-32)."""
+    p, q, matrix, first = m.platform, m.q, m.tower_matrix, m.top_shape.modes - 6
+    R, gravity = rotation(Vec(q[first + 3], q[first + 4], q[first + 5])), m.structure.gravity
+    for i in range(first + 6):
+        if i >= first:
+            m.core_force[i] -= gravity * m.tower_weight[i]
+        for j in range(first + 6):
+            if max(i, j) >= first:
+                m.core_force[i] += gravity * matrix[WEIGHT, i, j] * q[j]
+                if j <= i:
+                    m.core_mass[i, j] -= matrix[MASS, i, j]
+    g, w, known = R.T @ Vec(0.0, 0.0, -gravity), R.T @ p.spin, R.T @ p.spin_bias
+    mass, s, flow = matrix[MASS, first, first], Vec(0.0, 0.0, matrix[MASS, first, first + 4]), 0.0 * g
+    for k in range(first):
+        P, H = momentum(m, k)
+        m.core_force[k] += dot(P, g) - dot(H, known) - w.z * (w.x * H.y - w.y * H.x)
+        s += q[k] * P
+        flow += m.v[k] * P
+    F = mass * g - cross(known, s) - cross(w, cross(w, s) + 2.0 * flow)
+    M = cross(s, g) - momentum_of(m, 0.0 * g, known)[1] - cross(w, momentum_of(m, 0.0 * g, w)[1])
+    for k in range(6):
+        T, W = base_column(m, R, k)
+        P, H = momentum_of(m, T, W)
+        m.core_force[first + k] += dot(T, F) + dot(W, M)
+        for j in range(first):
+            Pj, Hj = momentum(m, j)
+            m.core_mass[first + k, j] += dot(T, Pj) + dot(W, Hj)
+        for j in range(k + 1):
+            Tj, Wj = base_column(m, R, j)
+            m.core_mass[first + k, first + j] += dot(Tj, P) + dot(Wj, H)
 
 
 @kernel
@@ -430,6 +493,7 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
     """Forces on the motions of the base, with inertia of the platform and added mass of the water (W-7)."""
     p, f, J, K, x = m.platform, m.floater, m.base_columns, m.float_matrices, m.base_six
     base_motion(m)
+    tower_body(m)
     water_load(t, m)
     mooring(m)
     first = m.top_shape.modes - 6
@@ -511,20 +575,48 @@ def floater_loads(m: FloaterSystem, s: Outputs) -> None:
         x[0, i] = total
     p.force = Vec(x[0, 0], x[0, 1], x[0, 2])
     p.moment = Vec(x[0, 3], x[0, 4], x[0, 5])
-    theta = Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5])
-    R, base = rotation(theta), Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
+    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
     p.tilt = atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
-    s.chain.top_deflection = R.T @ (m.machine.top_position - base) - Vec(0.0, 0.0, m.structure.tower_length)
-    # weight of the tower where its base has turned it, beyond where displacements linear in the angles do
-    up, height, first_moment = Vec(0.0, 0.0, 1.0), 0.0, 0.0
-    beyond = R @ up - up - cross(theta, up)
-    for n in range(s.tower_nodes.nodes):
-        first_moment += s.tower_nodes.mass[n] * (height + 0.5 * s.tower_nodes.length[n])
-        height += s.tower_nodes.length[n]
-    moment = s.tower_station.moment[0] - (first_moment * m.structure.gravity) * cross(beyond, up)
-    s.tower_station.force[0] = R.T @ s.tower_station.force[0]
-    s.tower_station.moment[0] = R.T @ moment
+    place = R.T @ (m.machine.top_position - base)
+    s.chain.top_deflection = place - Vec(0.0, 0.0, m.structure.tower_length)
+    turned_tower_loads(R, place, m, s)
+
+
+@kernel
+def turned_tower_loads(R: Rot, place: Vec, m: FloaterSystem, s: Outputs) -> None:
+    """Loads of the tower in the axes of its base, on which it stands as on one at rest that accelerates (W-33).
+
+    Args:
+      R: orientation of the base; place: [m] of the tower top from the base, in its axes.
+    """
+    q, a, x, first, nodes, drag = m.q, m.a, m.base_six, m.top_shape.modes - 6, s.tower_nodes, s.tower_drag
+    force, moment, top, up = s.apex.force, s.apex.moment, m.machine.top_position, Vec(0.0, 0.0, 1.0)
+    g, rate, spin = m.structure.gravity * up, m.platform.spin_bias, R.T @ m.platform.spin
+    for k in range(6):
+        x[0, k], x[3, k] = q[first + k], a[first + k]
+        rate += x[3, k] * Vec(m.base_columns[k, 3], m.base_columns[k, 4], m.base_columns[k, 5])
+        q[first + k] = 0.0 * x[0, k]
+    rising, rate = R.T @ (Vec(x[3, 0], x[3, 1], x[3, 2]) + g) - g, R.T @ rate
+    a[first], a[first + 1], a[first + 2] = rising.x, rising.y, rising.z
+    a[first + 3], a[first + 4], a[first + 5] = rate.x, rate.y, rate.z
+    for n in range(nodes.nodes):
+        own = drag.force[n]
+        m.tower_air[0, n], m.tower_air[1, n], m.tower_air[2, n] = own.x, own.y, own.z
+        flow = cross(spin, nodes.height[n] * up)
+        for k in range(first):
+            flow += (2.0 * m.v[k]) * m.tower_shape.displacement[k, n]
+        drag.force[n] = R.T @ own - nodes.mass[n] * cross(spin, flow)
+    turning = cross(spin, cross(spin, m.structure.tower_length * up))
+    s.apex.force, s.apex.moment = R.T @ force - m.structure.top_mass * turning, R.T @ moment
+    m.machine.top_position = place + m.structure.tower_base * up
+    tower_loads(m, s)
+    s.apex.force, s.apex.moment, m.machine.top_position = force, moment, top
+    for n in range(nodes.nodes):
+        drag.force[n] = Vec(m.tower_air[0, n], m.tower_air[1, n], m.tower_air[2, n])
+    for k in range(6):
+        q[first + k], a[first + k] = x[0, k], x[3, k]
 
 
 @dataclass(frozen=True)
@@ -554,6 +646,7 @@ class FloaterPart(Part):
     float_pole: Float
     float_input: Float
     float_output: Float
+    wind_nodes: int
     coefficients: Coefficients
     platform: Platform
 
@@ -571,6 +664,7 @@ class FloaterPart(Part):
         own = ("floater", "line", "strip", "float_matrices", "float_pole", "float_input", "float_output")
         return {
             **{name: getattr(self, name).copy() for name in own},
+            "tower_air": np.zeros((3, self.wind_nodes)),
             "d_radiation": RadiationState.zeros(mode=len(self.float_pole)),
             "float_waves": np.zeros((AHEAD + BEHIND + 2, 7)),
             "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * self.strip.shape[1])),
@@ -673,6 +767,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         np.concatenate([getattr(radiation, n).real, getattr(radiation, n).imag], axis=1) for n in ("input", "output")
     ]
     return FloaterPart(
+        wind_nodes=rotor.tower_flow.shape[1],
         floater=floater,
         line=line,
         strip=strip,

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Sym, Vec
 from meltemi.maths.records import Record, Single
-from meltemi.maths.rotations import rotation
+from meltemi.maths.rotations import angular_velocity, rotation
 from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, View, number, symmetric, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import begin_parts_step
@@ -31,8 +31,8 @@ from meltemi_float.floater import part_of as static_part
 
 Float = NDArray[np.float64]
 
-THETA = 0.6
-"""Weight of the end of a step: 0.5 is of second order, above it stiff vibrations die out (W-27)."""
+THETA = 0.5
+"""Weight of the end of a step: second order, without damping of its own (W-27)."""
 BED_STIFFNESS, BED_DAMPING = 3e6, 3e5
 """[Pa/m], [Pa s/m] of the sea bed below a line, over its diameter; the defaults of MoorDyn."""
 CREEP = 0.01
@@ -153,7 +153,7 @@ def march(i: int, h: float, theta: float, end: Vec, m: LumpedSystem) -> None:
                 hold = line.friction[i] * weight / max(sqrt(v.x * v.x + v.y * v.y), CREEP)
                 f += Vec(-hold * v.x, -hold * v.y, bed * (BED_STIFFNESS * deep - BED_DAMPING * v.z))
                 drift += Vec(0.0, 0.0, -bed * BED_STIFFNESS * v.z)
-                A += Sym(a * hold, a * hold, bed * (a * BED_DAMPING + b * BED_STIFFNESS), 0.0, 0.0, 0.0)
+                A += Sym(h * hold, h * hold, bed * (a * BED_DAMPING + b * BED_STIFFNESS), 0.0, 0.0, 0.0)
             r = h * f + (h * a) * drift
             if k > 0:
                 A = reduced(A, S0, G)
@@ -175,8 +175,11 @@ def march(i: int, h: float, theta: float, end: Vec, m: LumpedSystem) -> None:
 
 
 @kernel
-def hang(i: int, end: Vec, m: LumpedSystem) -> None:
-    """Bring a line into equilibrium below a fairlead, from the static shape of a continuous one (W-28)."""
+def hang(i: int, end: Vec, speed: Vec, m: LumpedSystem) -> None:
+    """Bring a line into equilibrium below a fairlead, from the static shape of a continuous one (W-28).
+
+    Its points then move with the fairlead in proportion to their distance from the anchor along the line.
+    """
     line, s, load, n = m.line, m.line_point, m.line_load, m.line_point.nodes
     anchor, (L, w, EA, friction, on_bed) = line.anchor[i], line_of(i, m)
     d = end - anchor
@@ -196,21 +199,24 @@ def hang(i: int, end: Vec, m: LumpedSystem) -> None:
             s.velocity[i, k] = Vec(0.0, 0.0, 0.0)
         march(i, LONG_STEP, 1.0, end, m)
     for k in range(n):
-        s.velocity[i, k] = Vec(0.0, 0.0, 0.0)
+        s.velocity[i, k] = ((k + 1.0) / n) * speed
 
 
 @begin_parts_step.variant
 @kernel
 def lumped_begin(dt: float, m: LumpedSystem) -> None:
     """Lines follow their fairleads to the end of the step."""
-    q, k, down = m.q, m.top_shape.modes - 6, Vec(0.0, 0.0, -m.structure.tower_base)
-    base, R = Vec(q[k], q[k + 1], q[k + 2]) - down, rotation(Vec(q[k + 3], q[k + 4], q[k + 5]))
+    q, v, k, down = m.q, m.v, m.top_shape.modes - 6, Vec(0.0, 0.0, -m.structure.tower_base)
+    base, theta = Vec(q[k], q[k + 1], q[k + 2]) - down, Vec(q[k + 3], q[k + 4], q[k + 5])
+    R, spin = rotation(theta), angular_velocity(theta, Vec(v[k + 3], v[k + 4], v[k + 5]))
     for i in range(m.line_state.lines):  # type: ignore[attr-defined]
-        fairlead = base + R @ (down + m.line.fairlead[i])
+        arm = R @ (down + m.line.fairlead[i])
+        speed = Vec(v[k], v[k + 1], v[k + 2]) + cross(spin, arm)
         if m.line_state.begun[i] > 0.0:
-            march(i, dt, THETA, fairlead, m)
+            march(i, dt, THETA, base + arm, m)
+            m.line_point.velocity[i, m.line_point.nodes - 1] = speed
         else:
-            hang(i, fairlead, m)
+            hang(i, base + arm, speed, m)
             m.line_state.begun[i] = 1.0
 
 

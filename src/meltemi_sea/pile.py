@@ -359,8 +359,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> PilePart:
         springs = pile.soil_springs(support, support.soil)
         some = slice(0, len(springs.height))
         v["soil"][some] = springs.stiffness
-        first = float(np.sqrt(member.modes.stiffness[0, 0] / member.modes.mass[0, 0]))
-        v["soil_damping"][some] = 2.0 * support.soil.damping / first * springs.stiffness
+        lag = 2.0 * support.soil.damping / pile.first_frequency(member.modes)
+        v["soil_damping"][some] = lag * springs.stiffness
     stations = np.array([-support.depth, *support.load_stations])
     k = len(member.names)
     water = Water.zeros()

@@ -307,7 +307,7 @@ def supported_tower(
     heights = mesh.z + foot
     ground = ground_of(support, foundation, heights)
     if given:
-        modes, names = _on_top_of_pile(alone, mesh, len(on_pile), ground)
+        modes, names = _on_top_of_pile(alone, mesh, len(on_pile), ground, tip_mass)
     else:
         held, dry = mesh, mesh.mass.copy()
         if ground.base is not None:
@@ -327,7 +327,7 @@ def supported_tower(
 def _damping(support: Support, alone: Member, mesh: Mesh, modes: Modes, names: list[str], ground: Ground) -> Float:
     """(k, k) generalised damping of tower, steel of the pile, and soil (H-35)."""
     lift, n = float(support.position[-1] - support.position[0]), len(alone.names)
-    first, flat = float(modes.frequency.min()), modes.shape.reshape(len(names), -1)
+    first, flat = first_frequency(modes), modes.shape.reshape(len(names), -1)
     damping = np.zeros((len(names), len(names)))
     if len(names) == n:
         lag = np.sqrt(np.diag(alone.damping) / np.diag(alone.modes.stiffness))
@@ -340,11 +340,14 @@ def _damping(support: Support, alone: Member, mesh: Mesh, modes: Modes, names: l
     return damping
 
 
-def _on_top_of_pile(tower: Member, mesh: Mesh, on_pile: int, ground: Ground) -> tuple[Modes, list[str]]:
+def _on_top_of_pile(
+    tower: Member, mesh: Mesh, on_pile: int, ground: Ground, tip_mass: Float
+) -> tuple[Modes, list[str]]:
     """Shapes of a clamped tower on a pile, and static shapes of the pile for motions of its top that carry the tower.
 
     Args:
       on_pile: number of the mesh's nodes on the pile.
+      tip_mass: (6, 6) inertia that the tower carries, about its top.
     """
     end = 6 * on_pile
     pile = Mesh(mesh.z[:on_pile], mesh.points[:on_pile], mesh.flexibility[:end, : end - 6], mesh.mass[:end, :end])
@@ -358,6 +361,11 @@ def _on_top_of_pile(tower: Member, mesh: Mesh, on_pile: int, ground: Ground) -> 
     shape = np.concatenate([np.concatenate([still, tower.modes.shape], axis=1), static])
     flat = shape.reshape(len(shape), -1)
     K = scipy.linalg.block_diag(tower.modes.stiffness, stiffness[np.ix_(TOP_MOTIONS, TOP_MOTIONS)])
-    M = flat @ mesh.mass @ flat.T
+    M, top = flat @ mesh.mass @ flat.T, shape[:, -1]
     names = [*tower.names, *(f"pile {BASE_MOTIONS[i]}" for i in TOP_MOTIONS)]
-    return Modes(mesh.z, mesh.points, shape, K, M, M), names
+    return Modes(mesh.z, mesh.points, shape, K, M + top @ tip_mass @ top.T, M), names
+
+
+def first_frequency(modes: Modes) -> float:
+    """[rad/s] lowest natural frequency of a tower with its pile and what it carries, whatever the shapes."""
+    return float(np.sqrt(scipy.linalg.eigvalsh(modes.stiffness, modes.mass)[0]))

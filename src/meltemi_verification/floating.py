@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from meltemi.control.constant import ConstantController
@@ -28,6 +29,8 @@ from meltemi_sea.given import ComponentSea
 from meltemi_verification.offshore import PARKED
 from meltemi_verification.table import Comparison, Row, at_least, relative
 from meltemi_verification.turbulent import thinned
+
+Float64 = NDArray[np.float64]
 
 DECK = "Examples/Test_Cases/IEA-15-240-RWT/IEA-15-240-RWT-UMaineSemi/IEA-15-240-RWT-UMaineSemi.fst"
 CHANNELS = "PtfmSurge PtfmSway PtfmHeave PtfmPitch PtfmYaw HydroFxi HydroFzi FAIRTEN1 FAIRTEN2 TwrBsMyt".split()
@@ -60,8 +63,13 @@ CASES = {
     "F4_Hs6Tp12": Float(begin=100.0),
     "F4_Hs6Tp12_qtf": Float(begin=100.0, drift="full"),
 }
+RELEASED = {"F2_surge8": ("PtfmSurge", 136.0), "F2_heave3": ("PtfmHeave", 20.6), "F2_pitch8": ("PtfmPitch", 28.9),
+            "F2_yaw8": ("PtfmYaw", 91.0)}  # fmt: skip
+"""What swings in a decay, and in about how many seconds."""
 BAND, TENSION, DECAY, CORRELATION = 1.0, 3.0, 2.0, 0.999
 """[%] of standard deviations of motions and forces, of tensions, and in decays; of all series in waves [-]."""
+PERIOD, DAMPING = 0.5, 3.0
+"""[%] of the mean period of a decay, and of its mean damping per cycle."""
 
 
 def floating_model(drift: Any = "none", line_model: Any = "dynamic", **changes: Any) -> BladedModel:
@@ -105,6 +113,26 @@ def floating_run(case: str, duration: float, **changes: Any) -> Result:
     )
 
 
+def swings(time: Float64, x: Float64, period: float) -> tuple[float, float]:
+    """Mean period [s] and logarithmic decrement per cycle [-] of a decay, from the first extreme after the release on.
+
+    Extremes are those of parabolas through what lies within an eighth of ``period`` [s] of them; ranges between them
+    know nothing of the mean.
+    """
+    near = round(period / 8.0 / (time[1] - time[0]))
+    smooth = np.convolve(x, np.full(2 * near + 1, 1.0 / (2 * near + 1)), "valid")
+    rises = np.diff(smooth) > 0.0
+    at, value = [], []
+    for i in np.flatnonzero(rises[1:] != rises[:-1]) + 1 + near:
+        some = slice(max(i - near, 0), i + near + 1)
+        a, b, c = np.polyfit(time[some] - time[i], x[some], 2)
+        at.append(time[i] - 0.5 * b / a)
+        value.append(c - 0.25 * b * b / a)
+    cycles = 0.5 * (len(at) - 2)
+    span = np.abs(np.diff(value))
+    return float((at[-1] - at[0]) / (cycles + 0.5)), float(np.log(span[0] / span[-1]) / cycles)
+
+
 def floating() -> Comparison:
     """Decays, regular waves in two headings, an irregular sea without and with difference frequencies."""
     rows: list[Row] = []
@@ -114,6 +142,12 @@ def floating() -> Comparison:
         time = STEP * np.arange(float(len(reference)))
         ours = floating_run(case, float(time[-1]))
         inside = time >= settings.begin - 1e-6
+        if case in RELEASED:
+            name, about = RELEASED[case]
+            theirs = swings(time, reference[:, CHANNELS.index(name)], about)
+            found = swings(time, ours[name][: len(time)], about)
+            rows.append(relative(f"{name} period", case, "s", theirs[0], found[0], PERIOD))
+            rows.append(relative(f"{name} damping per cycle", case, "-", theirs[1], found[1], DAMPING))
         for name, series in zip(CHANNELS, reference.T, strict=True):
             x, y = ours[name][: len(time)][inside], series[inside]
             if y.std() < SHARE * SIZE[name]:
@@ -122,7 +156,6 @@ def floating() -> Comparison:
             unit = ours.channel(name).unit
             rows.append(relative(f"{name} std", case, unit, float(y.std()), float(x.std()), band))
             if case.startswith("F4"):
-                found = float(np.corrcoef(x, y)[0, 1])
-                rows.append(at_least(f"{name} correlation", case, "-", CORRELATION, found))
+                rows.append(at_least(f"{name} correlation", case, "-", CORRELATION, float(np.corrcoef(x, y)[0, 1])))
     source = "OpenFAST v5.0.0 with SeaState, HydroDyn, MoorDyn, the same waves (cases F2, F3, F4); no air"
     return Comparison("floating", "IEA 15 MW on the VolturnUS-S with moving lines", source, rows)

@@ -96,17 +96,8 @@ RINGING = (
     "the motion differs by 0.8 % of its standard deviation; not explained (OpenFAST's own runs with half the step and "
     "the other coupling differ by up to 0.7 %)"
 )
-RELEASE = (
-    "the elastic tower is released undeflected and rings at 0.5 Hz through the series, here with more damping (yaw: "
-    "4 % of the moment's std, 18 % from 100 s on; cause open), and, by the fairleads, the tensions with it; in the "
-    "irregular sea, compared from 100 s on, they are within 1.5 %"
-)
 
 KNOWN = (
-    Known("floating", "TwrBsMyt std", "F2*", 5.0, RELEASE),
-    Known("floating", "TwrBsMyt std", "F3*", 4.0, RELEASE),
-    Known("floating", "FAIRTEN? std", "F2*", 6.0, RELEASE),
-    Known("floating", "FAIRTEN2 std", "F2_yaw8", 7.0, RELEASE),
     Known("offshore waves", "ReactMYss std", "M3*", 1.0, RINGING),
     Known("offshore waves", "M?N1MKye std", "M3*", 1.0, RINGING),
     Known("offshore waves", "TwrBs* std", "M3*", 1.0, RINGING),

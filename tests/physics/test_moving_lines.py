@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import meltemi
 from meltemi.core.errors import InputError
 from meltemi.io import restore_state, save_state, stop_at
+from meltemi.simulation.step import begin_parts_step
+from meltemi_sea.airy import GRAVITY
 from meltemi_verification.floating import base_at
 
 pytestmark = pytest.mark.slow
@@ -71,10 +74,64 @@ def test_lines_hang_as_continuous_ones_do() -> None:
 
 
 def test_the_step_of_the_turbine_is_short_enough() -> None:
-    """The tension converges with the step, at least linearly, without a limit of stability."""
-    fine, half, whole = (run(40.0, step)["line_1_fairlead_tension"][50:] for step in (0.003125, 0.0125, 0.025))
-    assert np.std(half - fine) < 0.05 * np.std(fine)
-    assert np.std(half - fine) < 0.5 * np.std(whole - fine)
+    """The tension converges with the square of the step, without a limit of stability (W-27)."""
+    line = {"friction": 0.5}
+    fine, half, whole = (run(40.0, h, line=line)["line_1_fairlead_tension"][50:] for h in (0.003125, 0.0125, 0.025))
+    assert np.std(half - fine) < 0.02 * np.std(fine)
+    assert np.std(half - fine) < 0.3 * np.std(whole - fine)
+
+
+def test_the_step_does_not_damp_waves_along_the_line() -> None:
+    """Without drag and axial damping a line that has been released keeps ringing, whatever the step."""
+    free = {"drag": 0.0, "axial_drag": 0.0, "damping_ratio": 0.0}
+    size = []
+    for step in (0.00625, 0.025):
+        tension = run(60.0, step, line=free)["line_1_anchor_tension"]
+        slow = np.convolve(tension, np.ones(51) / 51.0, "same")
+        size.append(np.std((tension - slow)[300:550]))
+    assert size[1] == pytest.approx(size[0], rel=0.03)
+
+
+def cycle(kind: str, friction: float) -> tuple[float, float]:
+    """Work [J] on the lines over a slow closed cycle of the fairleads in surge and heave, and what goes to and fro."""
+    steps, dt = (8000, 0.1) if kind == "dynamic" else (4000, 0.2)
+    given = {"drag": 0.0, "axial_drag": 0.0, "friction": friction}
+    simulation = meltemi.Simulation(case(1.0, 0.0125, 0.0, given, line_model=kind))
+    simulation.advance(1)
+    of = simulation.case
+    first = of.model.coordinates.index("base surge")
+    angle = 2.0 * np.pi * np.arange(steps + 1) / steps
+    turn = angle - np.sin(angle)  # begins and ends at rest
+    place = 6.0 * np.stack([np.sin(turn), 0.0 * turn, 1.0 - np.cos(turn)])
+    of["q"][:], of["v"][:], of["a"][:] = 0.0, 0.0, 0.0
+    if kind == "dynamic":
+        of["line_state"][:] = 0.0
+    work, flow, last = 0.0, 0.0, np.zeros(3)
+    for k in range(steps + 1):
+        of["q"][first : first + 3] = place[:, k]
+        if kind == "dynamic":
+            of["v"][first : first + 3] = (place[:, k] - place[:, max(k - 1, 0)]) / dt
+            begin_parts_step(dt, of.system)
+            of["v"][:] = 0.0
+        of.evaluate(0.0)
+        force = np.array([of.view("platform")["mooring_force"]]).ravel()
+        change = -0.5 * (force + last) @ (place[:, k] - place[:, k - 1]) if k else 0.0
+        work, flow, last = work + change, flow + abs(change), force
+    return work, flow
+
+
+@pytest.mark.parametrize(("kind", "most"), [("static", 1e-7), ("dynamic", 1e-5)])
+def test_a_slow_cycle_costs_no_energy(kind: str, most: float) -> None:
+    """Without drag and friction the force on the fairleads has a potential; axial damping is of second order."""
+    work, flow = cycle(kind, 0.0)
+    assert abs(work) < most * flow
+
+
+def test_friction_of_the_bed_costs_energy() -> None:
+    """Less than the friction of all that lies on the bed over the whole path of the fairleads."""
+    work, flow = cycle("dynamic", 0.2)
+    weight, path = 3.0 * 595.7 * 9.81 * 850.0, 2.0 * np.pi * 6.0
+    assert 1e-4 * flow < work < 0.2 * weight * path
 
 
 def test_the_platform_feels_the_same_mean_pull_and_more_damping() -> None:
@@ -151,6 +208,7 @@ def test_a_free_platform_moves_alike_whatever_its_heading() -> None:
     platform = turbine.platform.replace(lines=(), line_model="dynamic")
     options = meltemi.ModelOptions(flap_modes=0, edge_modes=0, torsion_modes=0, locked=("generator", "yaw"))
     model = meltemi.build(turbine.replace(platform=platform), options)
+    loads = [f"tower_base_moment_{way}" for way in ("fore_aft", "side_side")]
     found = [
         meltemi.simulate(
             model.with_parameters(**{"aerodynamics.air_density": 0.0}),
@@ -158,7 +216,7 @@ def test_a_free_platform_moves_alike_whatever_its_heading() -> None:
             duration=40.0,
             controller=meltemi.control.ConstantController(),
             start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates=base_at(0.0, -0.35, 6.0, heading)),
-            channels=("platform_pitch", "platform_roll"),
+            channels=("platform_pitch", "platform_roll", *loads),
             output_step=0.5,
         )
         for heading in (0.0, 20.0)
@@ -167,7 +225,39 @@ def test_a_free_platform_moves_alike_whatever_its_heading() -> None:
     assert size > 0.1
     for result in found:
         assert np.abs(result["platform_roll"]).max() < 0.01 * size
-    assert np.abs(found[1]["platform_pitch"] - found[0]["platform_pitch"]).max() < 0.015 * size
+        assert np.abs(result[loads[1]]).max() < 0.01 * np.abs(result[loads[0]]).max()
+    for name in ("platform_pitch", loads[0]):
+        assert np.abs(found[1][name] - found[0][name]).max() < 0.015 * np.abs(found[0][name]).max()
+
+
+def test_loads_at_the_tower_base_move_the_platform() -> None:
+    """Mass times acceleration of the platform is its weight, the water and the tower, while it turns fast and far."""
+    turbine = meltemi.load_turbine("iea15mw-volturnus")
+    assert turbine.platform is not None
+    platform, step = turbine.platform.replace(lines=()), 0.01
+    options = meltemi.ModelOptions(flap_modes=0, edge_modes=0, torsion_modes=0, locked=("generator",), time_step=step)
+    axes, turns = ("surge", "sway", "heave"), ("roll", "pitch", "yaw")
+    base = dict(zip((f"base {name}" for name in turns), (0.05, -0.1, 0.15), strict=True))
+    found = meltemi.simulate(
+        meltemi.build(turbine.replace(platform=platform), options).with_parameters(**{"aerodynamics.air_density": 0.0}),
+        0.1,
+        duration=8.0,
+        controller=meltemi.control.ConstantController(),
+        start=meltemi.Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates=base, velocities={"base pitch": 0.1}),
+        channels=(
+            *(f"platform_{name}" for name in (*axes, *turns)),
+            *(f"water_force_{x}" for x in "xyz"),
+            *(f"tower_base_force_{x}" for x in "xyz"),
+        ),
+        output_step=step,
+    )
+    R = Rotation.from_euler("ZYX", np.stack([found[f"platform_{name}"] for name in turns[::-1]], axis=1))
+    place = np.stack([found[f"platform_{name}"] for name in axes], axis=1) + R.apply(np.array(platform.centre))
+    needed = platform.mass * (np.diff(place, 2, axis=0) / step**2 + [0.0, 0.0, GRAVITY])
+    pushed = np.stack([found[f"water_force_{x}"] for x in "xyz"], axis=1)
+    pushed += R.apply(np.stack([found[f"tower_base_force_{x}"] for x in "xyz"], axis=1))
+    error = (pushed[1:-1] - needed)[50:]
+    assert (np.abs(error).max(axis=0) < 2e-3 * np.ptp(pushed, axis=0)).all()
 
 
 def test_lines_that_hang_straight_down_hardly_pull() -> None:

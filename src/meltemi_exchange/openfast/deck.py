@@ -13,6 +13,7 @@ import numpy as np
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.record import Record, set_keys
 from meltemi.core.yamlfile import validated
+from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import BaseMotion, Turbine
 from meltemi_exchange.openfast.airfoils import Polars, read_airfoils
 from meltemi_exchange.openfast.blade import add_torsion, read_aerodyn_blade, read_beamdyn, read_elastodyn_blade
@@ -25,6 +26,7 @@ from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.openfast.water import Water
 from meltemi_exchange.openfast.wind import read_inflow
 from meltemi_exchange.report import ImportedModel, ImportNote
+from meltemi_sea.pile_beam import first_frequency
 
 BladeChoice = Literal["deck", "elastodyn", "beamdyn"]
 LEAST_YAW_FREQUENCY = 2.0 * math.pi * 2.0
@@ -123,7 +125,10 @@ def read_deck(
     _drivetrain(data, v)
     _replaced(data, control_of, extra or {}, notes)
     _ask(path, data)
+    rayleigh = data.get("support", {}).pop("rayleigh", None)
     turbine = _validated(data, path, v)
+    if rayleigh is not None:
+        turbine = _damped(turbine, *rayleigh)
     inflow = v.file(main, "inflow") if v.given("comp_inflow", 1) == 1 else None
     wind = read_inflow(read_input(inflow, "InflowWind"), turbine.hub_height, notes) if inflow else None
     density = v["air_density"] if v["air_density"] is not None else aero_values["air_density"]
@@ -140,6 +145,12 @@ def read_deck(
         library=servo,
         sea=None if water is None or water.file is None else water.sea(),
     )
+
+
+def _damped(turbine: Turbine, of_mass: float, of_stiffness: float) -> Turbine:
+    """The turbine on a pile with the ratio that its Rayleigh damping has at the first natural frequency."""
+    first = first_frequency(build(turbine).rotor.tower.modes)
+    return turbine.replace(**{"support.damping": 0.5 * (of_mass / first + of_stiffness * first)})
 
 
 def _start(v: Values) -> dict[str, float]:

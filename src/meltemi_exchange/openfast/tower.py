@@ -197,6 +197,8 @@ def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
 def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNote]) -> dict[str, Any]:
     """Read an upright pile of SubDyn that stands in the water of HydroDyn, as keys of ``Support``.
 
+    ``rayleigh`` is not one of them: factors [1/s] of mass and [s] of stiffness, instead of a damping ratio.
+
     Raises:
       UnsupportedError: the structure is not one upright pile of one material, or its water is not modelled.
       InputError: with file and line.
@@ -231,7 +233,13 @@ def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNot
     found["masses"] = [
         {"height": h, "mass": m, "inertia": max(i, 0.0)} for h, m, i in masses if m > 0.0 and h > z[0] + 0.5
     ]
-    own.differs("ignored", 0, guyan_damping="the pile has the damping of the tower's modes; see support.damping")
+    if own.given("guyan_damping", 0) == 1:
+        found["rayleigh"] = own.given("rayleigh", [])
+        if len(found["rayleigh"]) != 2:
+            raise InputError(f"{file.path}: RayleighDamp: expected factors of mass and stiffness, as GuyanDampMod is 1")
+    else:
+        own.unneeded("of GuyanDampMod 1", "rayleigh")
+        own.differs("ignored", 0, guyan_damping="the pile has the damping of the tower's modes; see support.damping")
     v.differs("ignored", 0.0, platform_inertia_Y="about the pile's axis")
     return found | water.hydrodynamics(z[keep])
 

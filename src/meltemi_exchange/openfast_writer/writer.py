@@ -232,15 +232,14 @@ class _Deck:
     def water(self, texts: dict[str, str], sea: Sea, duration: float) -> None:
         """The files of the water and of what stands or floats in it; imported only where there is some."""
         from meltemi_exchange.openfast_writer import water
+        from meltemi_sea.pile_beam import first_frequency
 
         pile, platform = self.turbine.support, self.turbine.platform
         water.sea_state(texts, self.title, sea, duration, pile, platform)
         if pile is not None:
             texts["HydroDyn.dat"] = water.pile_water(self.title, pile)
-            first = float(self.model.rotor.tower.modes.frequency.min())
+            first = first_frequency(self.model.rotor.tower.modes)
             water.pile_structure(texts, self.title, pile, self.turbine.foundation, first)
-            if pile.damping:
-                self.changed("support.damping", "Rayleigh damping in SubDyn, not read back")
             if pile.shear_share != 0.5:
                 self.changed("support.shear_share", "that of SubDyn's tubes")
         if platform is not None:
