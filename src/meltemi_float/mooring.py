@@ -15,7 +15,7 @@ from meltemi.control.faults import Faults
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Sym, Vec
 from meltemi.maths.records import Record, Single
-from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
+from meltemi.maths.tables import Entries, Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
 from meltemi.maths.vectors import dot
 from meltemi.structure.tables import StructureParameters
 from meltemi_float.catenary import Ends, guess, improved, span
@@ -54,15 +54,15 @@ class Line(Table, axes="line"):
 class LineOrder(Table, axes="line", integer=True):
     """How lines make strings; numbers of lines and of free points, or ``NONE``."""
 
-    below: Numbers = number("-", "next line below in the string")
-    point: Numbers = number("-", "free point at the lower end, within the string")
-    head: Numbers = number("-", "free point at the upper end of a string's first line; INNER for other lines")
-    foot: Numbers = number("-", "free point at the lower end of the string")
-    start: Numbers = number("-", "first line of the string on the way to its last point")
-    finish: Numbers = number("-", "last line on this way")
-    onward: Numbers = number("-", "next line on this way")
-    back: Numbers = number("-", "line before on this way")
-    knot: Numbers = number("-", "free point at the line's end on this way")
+    below: Entries[int] = number("-", "next line below in the string")
+    point: Entries[int] = number("-", "free point at the lower end, within the string")
+    head: Entries[int] = number("-", "free point at the upper end of a string's first line; INNER for other lines")
+    foot: Entries[int] = number("-", "free point at the lower end of the string")
+    start: Entries[int] = number("-", "first line of the string on the way to its last point")
+    finish: Entries[int] = number("-", "last line on this way")
+    onward: Entries[int] = number("-", "next line on this way")
+    back: Entries[int] = number("-", "line before on this way")
+    knot: Entries[int] = number("-", "free point at the line's end on this way")
 
 
 class LineLoad(Table, axes="line"):

@@ -1,4 +1,4 @@
-"""Mooring lines of a platform as tables of kernels, and alone in equilibrium.
+"""Descriptions of mooring lines, their tables for kernels, and lines alone in equilibrium.
 
 Reference: docs/theory/floating.md (W-31, W-32).
 """
@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
 from meltemi.control.faults import healthy
+from meltemi.core.record import Record, Vector
 from meltemi.maths.tables import View
 from meltemi.structure.tables import StructureParameters
 from meltemi_float.catenary import span
@@ -30,12 +32,82 @@ from meltemi_float.mooring import (
 )
 from meltemi_sea.airy import GRAVITY
 
-if TYPE_CHECKING:
-    from meltemi_float.platform import MooringLine, MooringPoint
-
 Float = NDArray[np.float64]
 ON_BED = 1e-3
 """[m] above the sea bed below which an anchor lies on it."""
+
+
+class MooringPoint(Record):
+    """A free point where lines meet, with a clump weight or a buoy. It hangs in the lines and stays off the sea bed."""
+
+    mass: float = Field(default=0.0, ge=0.0)
+    """[kg] in air."""
+    volume: float = Field(default=0.0, ge=0.0)
+    """[m^3] of the water that it displaces."""
+    drag_area: float = Field(default=0.0, ge=0.0)
+    """[m^2] drag coefficient times area."""
+    added_mass: float = Field(default=0.0, ge=0.0)
+    """Added mass over the mass of the water displaced [-]."""
+
+    def wet_mass(self, water_density: float) -> float:
+        """[kg] without that of the water that it displaces, of a density [kg/m^3]."""
+        return self.mass - water_density * self.volume
+
+
+class MooringLine(Record):
+    """A line of one kind, from the platform or a free point down to an anchor or a free point."""
+
+    fairlead: Vector | str
+    """(3,) [m] on the platform at rest: x, y, and height above still water; or the name of one of ``points``."""
+    anchor: Vector | str
+    """(3,) [m], or the name of one of ``points``."""
+    length: float = Field(gt=0.0)
+    """[m] unstretched."""
+    mass: float = Field(gt=0.0)
+    """[kg/m] in air."""
+    diameter: float = Field(ge=0.0)
+    """[m] of a cylinder with the volume of the line."""
+    stiffness: float = Field(gt=0.0)
+    """[N] Young's modulus times section."""
+    friction: float = Field(default=0.0, ge=0.0, le=2.0)
+    """Of the sea bed [-]."""
+    drag: float = Field(default=0.0, ge=0.0)
+    """Drag coefficient [-] of motion across the line, over its diameter; along it ``axial_drag``, over its surface."""
+    axial_drag: float = Field(default=0.0, ge=0.0)
+    added_mass: float = Field(default=0.0, ge=0.0)
+    """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
+    axial_added_mass: float = Field(default=0.0, ge=0.0)
+    strength: float | None = Field(default=None, gt=0.0)
+    """[N] characteristic strength, for utilisations of load bases."""
+    damping_ratio: float = Field(default=1.0, ge=0.0)
+    """Axial damping of a segment over ``l sqrt(stiffness mass)`` [-]; of moving lines."""
+
+    @property
+    def section(self) -> float:
+        """[m^2] of the water that it displaces."""
+        return 0.25 * np.pi * self.diameter**2
+
+    def wet_mass(self, water_density: float) -> float:
+        """[kg/m] without that of the water that it displaces, of a density [kg/m^3]."""
+        return self.mass - water_density * self.section
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name in ("fairlead", "anchor"):
+            place = getattr(self, name)
+            if not isinstance(place, str) and len(place) != 3:
+                raise ValueError(f"{name} must have 3 entries, x, y, z [m], found {len(place)}")
+        if isinstance(self.fairlead, str) or isinstance(self.anchor, str):
+            return self
+        if self.fairlead[2] <= self.anchor[2]:
+            raise ValueError("anchor must be below the fairlead")
+        across = float(np.hypot(*(self.fairlead - self.anchor)[:2]))
+        if self.length >= across + self.fairlead[2] - self.anchor[2]:
+            raise ValueError(
+                f"length {self.length:g} m hangs straight down at the fairlead; expected less than "
+                f"{across + self.fairlead[2] - self.anchor[2]:.5g} m (use a shorter line)"
+            )
+        return self
 
 
 def strings(lines: Sequence[MooringLine], points: Mapping[str, MooringPoint]) -> list[list[int]]:
@@ -104,7 +176,7 @@ def mooring_tables(
         first, last, reach, floats = row[0], row[-1], 0.0, False
         head, foot = lines[first].fairlead, lines[last].anchor
         o["head"][row[1:]] = INNER
-        ends = [number[lines[k].anchor] for k in row[:-1]]
+        ends = [number[end] for end in (lines[k].anchor for k in row[:-1]) if isinstance(end, str)]
         o["below"][row[:-1]], o["point"][row[:-1]] = row[1:], ends
         if isinstance(head, str):
             o["head"][first] = number[head]

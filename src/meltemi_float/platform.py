@@ -12,83 +12,10 @@ from meltemi.maths.tables import MAX_LINES
 from meltemi.turbine.definition import BaseMotion, Foundation, Tower
 from meltemi_float.members import Member
 from meltemi_float.members import at_rest as displaced
-from meltemi_float.moorings import at_rest, shapes, strings
+from meltemi_float.moorings import MooringLine, MooringPoint, at_rest, shapes, strings
 
 SAME_VOLUME = 0.01
 """Deviation of volumes that are the same."""
-
-
-class MooringPoint(Record):
-    """A free point where lines meet, with a clump weight or a buoy. It hangs in the lines and stays off the sea bed."""
-
-    mass: float = Field(default=0.0, ge=0.0)
-    """[kg] in air."""
-    volume: float = Field(default=0.0, ge=0.0)
-    """[m^3] of the water that it displaces."""
-    drag_area: float = Field(default=0.0, ge=0.0)
-    """[m^2] drag coefficient times area."""
-    added_mass: float = Field(default=0.0, ge=0.0)
-    """Added mass over the mass of the water displaced [-]."""
-
-    def wet_mass(self, water_density: float) -> float:
-        """[kg] without that of the water that it displaces, of a density [kg/m^3]."""
-        return self.mass - water_density * self.volume
-
-
-class MooringLine(Record):
-    """A line of one kind, from the platform or a free point down to an anchor or a free point."""
-
-    fairlead: Vector | str
-    """(3,) [m] on the platform at rest: x, y, and height above still water; or the name of one of ``points``."""
-    anchor: Vector | str
-    """(3,) [m], or the name of one of ``points``."""
-    length: float = Field(gt=0.0)
-    """[m] unstretched."""
-    mass: float = Field(gt=0.0)
-    """[kg/m] in air."""
-    diameter: float = Field(ge=0.0)
-    """[m] of a cylinder with the volume of the line."""
-    stiffness: float = Field(gt=0.0)
-    """[N] Young's modulus times section."""
-    friction: float = Field(default=0.0, ge=0.0, le=2.0)
-    """Of the sea bed [-]."""
-    drag: float = Field(default=0.0, ge=0.0)
-    """Drag coefficient [-] of motion across the line, over its diameter; along it ``axial_drag``, over its surface."""
-    axial_drag: float = Field(default=0.0, ge=0.0)
-    added_mass: float = Field(default=0.0, ge=0.0)
-    """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
-    axial_added_mass: float = Field(default=0.0, ge=0.0)
-    strength: float | None = Field(default=None, gt=0.0)
-    """[N] characteristic strength, for utilisations of load bases."""
-    damping_ratio: float = Field(default=1.0, ge=0.0)
-    """Axial damping of a segment over ``l sqrt(stiffness mass)`` [-]; of moving lines."""
-
-    @property
-    def section(self) -> float:
-        """[m^2] of the water that it displaces."""
-        return 0.25 * np.pi * self.diameter**2
-
-    def wet_mass(self, water_density: float) -> float:
-        """[kg/m] without that of the water that it displaces, of a density [kg/m^3]."""
-        return self.mass - water_density * self.section
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        for name in ("fairlead", "anchor"):
-            place = getattr(self, name)
-            if not isinstance(place, str) and len(place) != 3:
-                raise ValueError(f"{name} must have 3 entries, x, y, z [m], found {len(place)}")
-        if isinstance(self.fairlead, str) or isinstance(self.anchor, str):
-            return self
-        if self.fairlead[2] <= self.anchor[2]:
-            raise ValueError("anchor must be below the fairlead")
-        across = float(np.hypot(*(self.fairlead - self.anchor)[:2]))
-        if self.length >= across + self.fairlead[2] - self.anchor[2]:
-            raise ValueError(
-                f"length {self.length:g} m hangs straight down at the fairlead; expected less than "
-                f"{across + self.fairlead[2] - self.anchor[2]:.5g} m (use a shorter line)"
-            )
-        return self
 
 
 class Platform(Record):

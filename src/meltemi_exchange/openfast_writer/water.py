@@ -21,6 +21,7 @@ from meltemi_exchange.openfast.water import DRIFTS, FULL_DRIFT, STRETCHINGS
 from meltemi_exchange.openfast_writer.template import by_target, fill, matrix, rows_of
 from meltemi_float.coefficients import Coefficients, read_coefficients
 from meltemi_float.members import Member
+from meltemi_float.moorings import at_rest
 from meltemi_float.platform import Platform
 from meltemi_sea.conditions import Sea
 from meltemi_sea.support import Hydrodynamics, Support
@@ -344,17 +345,28 @@ def mooring(title: str, platform: Platform) -> str:
     settings = {"dtM": float(f"{STEP_OF_LINE * crossed:.1g}")} | SOLVER
     if lines[0].friction:
         settings |= dict.fromkeys(BED_FRICTION, lines[0].friction)
-    n = range(1, len(lines) + 1)
+    n, rest = range(1, len(lines) + 1), at_rest(lines, platform.points, platform.depth, platform.water_density)
+    points: list[list[object]] = []
+    joints: dict[str, int] = {}
+    ends = []
+    for line, upper, lower in zip(lines, rest.upper, rest.lower, strict=True):
+        both = []
+        for what, end, place in (("Vessel", line.fairlead, upper), ("Fixed", line.anchor, lower)):
+            if isinstance(end, str):
+                joint = platform.points[end]
+                kind, own = "Free", [joint.mass, joint.volume, joint.drag_area, joint.added_mass]
+            else:
+                kind, own = what, [0.0] * 4
+            if not isinstance(end, str) or end not in joints:
+                points.append([len(points) + 1, kind, *place.tolist(), *own])
+            both.append(joints.setdefault(end, len(points)) if isinstance(end, str) else len(points))
+        ends.append(both)
     tables = {
         "types": rows_of([f"kind{i + 1}", *kind] for i, kind in enumerate(types)),
-        "points": rows_of(
-            [2 * i - 1 + k, what, *place.tolist(), *[0.0] * 4]
-            for i, line in zip(n, lines, strict=True)
-            for k, (what, place) in enumerate((("Vessel", line.fairlead), ("Fixed", line.anchor)))
-        ),
+        "points": rows_of(points),
         "lines": rows_of(
-            [i, f"kind{types.index(kind) + 1}", 2 * i, 2 * i - 1, line.length, segments, "-"]
-            for i, line, kind in zip(n, lines, kinds, strict=True)
+            [i, f"kind{types.index(kind) + 1}", low, up, line.length, segments, "-"]
+            for i, line, kind, (up, low) in zip(n, lines, kinds, ends, strict=True)
         ),
         "options": rows_of([value, name] for name, value in settings.items()),
         "channels": [f"FairTen{i}" for i in n],
