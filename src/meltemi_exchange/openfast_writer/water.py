@@ -6,7 +6,7 @@ Values go by the targets of the reader's table, so that both directions have one
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -19,10 +19,11 @@ from meltemi_exchange.openfast.mooring import BED_FRICTION
 from meltemi_exchange.openfast.tower import SPRINGS
 from meltemi_exchange.openfast.water import DRIFTS, FULL_DRIFT, STRETCHINGS
 from meltemi_exchange.openfast_writer.template import by_target, fill, matrix, rows_of
-from meltemi_float.coefficients import Coefficients, read_coefficients
+from meltemi_float.coefficients import read_coefficients
 from meltemi_float.members import Member
 from meltemi_float.moorings import at_rest
 from meltemi_float.platform import Platform
+from meltemi_hydro.wamit import wamit_texts
 from meltemi_sea.conditions import Sea
 from meltemi_sea.support import Hydrodynamics, Support
 
@@ -255,7 +256,7 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
         lost("members", "HydroDyn gets those with forces; the others are for pictures")
     values: dict[str, float | str] = {"potential": int(flows)}
     if flows:
-        _write_wamit(texts, read_coefficients(platform.coefficients))
+        texts |= {POTENTIAL + end: text for end, text in wamit_texts(read_coefficients(platform.coefficients)).items()}
         values |= {"potential_file": POTENTIAL, "volume": platform.volume}
         values |= dict(zip(("buoyancy_x", "buoyancy_y"), platform.buoyancy_centre, strict=True))
         values |= {key: FULL_DRIFT for key, drift in DRIFTS if drift == platform.drift}
@@ -288,42 +289,6 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
         [i, 2 * i - 1, 2 * i, 2 * i - 1, 2 * i, 1, 0, PIECE, 3, 1, str(flows)] for i in range(1, len(members) + 1)
     )
     texts["HydroDyn.dat"] = _hydrodyn(title, values, tables)
-
-
-def _write_wamit(texts: dict[str, str], c: Coefficients) -> None:
-    """Files .1, .3, .hst and .12d, of reference length 1 m; zero frequency has the added mass of the lowest."""
-    modes = [(i, j) for i in range(6) for j in range(6)]
-    period = (2.0 * np.pi / c.frequency).tolist()
-    rows = [
-        [T, i + 1, j + 1, float(A[i, j])] for T, A in ((-1.0, c.added_mass[0]), (0.0, c.infinite)) for i, j in modes
-    ]
-    for T, w, A, B in zip(period, c.frequency, c.added_mass, c.damping, strict=True):
-        rows += [[T, i + 1, j + 1, float(A[i, j]), float(B[i, j] / w)] for i, j in modes]
-    texts[f"{POTENTIAL}.1"] = _text(rows)
-    texts[f"{POTENTIAL}.hst"] = _text([[i + 1, j + 1, float(c.hydrostatic[i, j])] for i, j in modes])
-    texts[f"{POTENTIAL}.3"] = _text(
-        [T, float(beta), k + 1, *_polar(X[h, k])]
-        for T, X in zip(period, c.excitation, strict=True)
-        for h, beta in enumerate(c.heading)
-        for k in range(6)
-    )
-    if len(c.drift_frequency):
-        beta, slow = float(c.drift_heading[0]), (2.0 * np.pi / c.drift_frequency).tolist()
-        texts[f"{POTENTIAL}.12d"] = _text(
-            [slow[a], slow[b], beta, beta, k + 1, *_polar(c.drift[a, b, k])]
-            for b in range(len(slow))
-            for a in range(b, len(slow))
-            for k in range(6)
-        )
-
-
-def _polar(z: complex) -> list[float]:
-    """Modulus, phase [deg], real and imaginary part, as WAMIT prints them."""
-    return [float(abs(z)), float(np.degrees(np.angle(z))), float(z.real), float(z.imag)]
-
-
-def _text(rows: Iterable[Iterable[object]]) -> str:
-    return "\n".join(" ".join(f"{x:.9E}" if isinstance(x, float) else str(x) for x in row) for row in rows) + "\n"
 
 
 def mooring(title: str, platform: Platform) -> str:
