@@ -3,4 +3,4 @@
 The public name is in ``meltemi.turbine`` (platform).
 """
 
-KERNELS = ("floater.py", "catenary.py", "lumped.py")
+KERNELS = ("floater.py", "catenary.py", "lumped.py", "mooring.py")

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.structure.members import blade_beam, tower_beam
-from meltemi_float.catenary import line_forces
 from meltemi_float.coefficients import Coefficients
+from meltemi_float.moorings import at_rest, strings
 from meltemi_float.platform import Platform
 from meltemi_sea.airy import GRAVITY
 
@@ -44,11 +44,17 @@ def check_balance(turbine: Any, c: Coefficients) -> None:
     for i, line in enumerate(platform.lines):
         if line.wet_mass(rho) <= 0.0:
             raise InputError(f"{name}: platform.lines: line {i + 1} floats; check its diameter")
-        strain = float(np.linalg.norm(line.fairlead - line.anchor)) / line.length - 1.0
+    for row in strings(platform.lines, platform.points):
+        upper, lower = platform.lines[row[0]].fairlead, platform.lines[row[-1]].anchor
+        if isinstance(upper, str) or isinstance(lower, str):
+            continue
+        length = sum(platform.lines[k].length for k in row)
+        strain = float(np.linalg.norm(upper - lower)) / length - 1.0
         if strain > STRETCH:
+            which = ", ".join(str(k + 1) for k in row)
             raise InputError(
-                f"{name}: platform.lines: line {i + 1}: its ends are {100.0 * strain:.3g} % further apart than its "
-                f"length of {line.length:g} m; correct its length or its anchor"
+                f"{name}: platform.lines: line {which}: the ends are {100.0 * strain:.3g} "
+                f"% further apart than the length of {length:g} m; correct the length or the anchor"
             )
     mass, moment = turbine_weight(turbine)
     pull = lines_load(platform, np.zeros(6))
@@ -91,14 +97,8 @@ def turbine_weight(turbine: Any) -> tuple[float, float]:
 
 def lines_load(platform: Platform, motion: Float) -> Float:
     """(6,) [N], [N m] of the lines on the platform's point in a small motion (6,) [m], [rad]."""
-    load = np.zeros(6)
-    for line in platform.lines:
-        r = line.fairlead + np.cross(motion[3:], line.fairlead)
-        way = motion[:3] + r - line.anchor
-        across = float(np.hypot(way[0], way[1]))
-        weight = line.wet_mass(platform.water_density) * GRAVITY
-        bed = 1.0 * (line.anchor[2] < -platform.depth + 1e-3)
-        H, V = line_forces(across, float(way[2]), line.length, weight, line.stiffness, line.friction, bed, 0.0, 0.0)
-        F = np.array([-H * way[0] / across, -H * way[1] / across, -V])
-        load += np.concatenate([F, np.cross(r, F)])
-    return load
+    own = np.array([np.zeros(3) if isinstance(line.fairlead, str) else line.fairlead for line in platform.lines])
+    own = own.reshape(-1, 3)
+    r = own + np.cross(motion[3:], own)
+    rest = at_rest(platform.lines, platform.points, platform.depth, platform.water_density, motion[:3] + r)
+    return np.concatenate([rest.force.sum(axis=0), np.cross(r, rest.force).sum(axis=0)])

@@ -1,6 +1,6 @@
-"""An elastic line between an anchor and a fairlead, in static equilibrium, with part of it on the sea bed.
+"""An elastic line between two ends, in static equilibrium, with part of it on the sea bed.
 
-Reference: docs/theory/floating.md (W-12 to W-14); Jonkman (2007), NREL/TP-500-41958, chapter 2.5.
+Reference: docs/theory/floating.md (W-12, W-13); Jonkman (2007), NREL/TP-500-41958, chapter 2.5.
 """
 
 from __future__ import annotations
@@ -9,9 +9,6 @@ from math import log, sqrt, tanh
 from typing import NamedTuple
 
 from meltemi.core.kernel import kernel
-
-STEPS, EXACT = 60, 1e-9
-"""Most steps of the search, and its residual over the length of the line."""
 
 
 class Ends(NamedTuple):
@@ -84,22 +81,11 @@ def guess(x: float, z: float, L: float, w: float) -> tuple[float, float]:
 
 
 @kernel
-def line_forces(  # noqa: PLR0913 - quantities of the formula
-    x: float, z: float, L: float, w: float, EA: float, friction: float, on_bed: float, H: float, V: float
-) -> tuple[float, float]:
-    """Forces H, V [N] on the fairlead for a span, by Newton's method from given ones; H is 0 to begin anew (W-14)."""
-    if not H > 0.0:
-        H, V = guess(x, z, L, w)
-    for _ in range(STEPS):
-        e = span(H, V, L, w, EA, friction, on_bed)
-        dx, dz = x - e.x, z - e.z
-        det = e.xh * e.zv - e.xv * e.zh
-        dh, dv = (dx * e.zv - dz * e.xv) / det, (dz * e.xh - dx * e.zh) / det
-        share = 1.0
-        while share > 1e-6 and H + share * dh < 0.1 * H:
-            share *= 0.5
-        H += share * dh
-        V += share * dv
-        if abs(dx) + abs(dz) < EXACT * L:
-            break
-    return H, V
+def improved(e: Ends, dx: float, dz: float, H: float, V: float) -> tuple[float, float]:
+    """A step of Newton's method from the forces H, V [N] of a span that is ``dx``, ``dz`` [m] too short."""
+    det = e.xh * e.zv - e.xv * e.zh
+    dh, dv = (dx * e.zv - dz * e.xv) / det, (dz * e.xh - dx * e.zh) / det
+    share = 1.0
+    while share > 1e-6 and H + share * dh < 0.1 * H:
+        share *= 0.5
+    return H + share * dh, V + share * dv

@@ -3,7 +3,7 @@
 All act on the six motions of the tower base, the last coordinates of the tower. Coefficients of the water are about the
 platform's point on the tower's axis at still water, which moves with it, in inertial axes.
 
-Reference: docs/theory/floating.md (W-4, W-7 to W-15).
+Reference: docs/theory/floating.md (W-4, W-7 to W-15, W-33).
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.faults import Faults
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Rot, Sym, Vec
@@ -33,9 +32,25 @@ from meltemi.structure.dynamics import MASS, WEIGHT, inertia_about
 from meltemi.structure.kinematics import tower_top
 from meltemi.structure.section_loads import tower_loads
 from meltemi_float.balance import check_balance
-from meltemi_float.catenary import Ends, line_forces, span
 from meltemi_float.coefficients import Coefficients, read_coefficients
 from meltemi_float.members import flow_at, pieces, with_members
+from meltemi_float.mooring import (
+    INNER,
+    NONE,
+    LineLoad,
+    Moorings,
+    PointState,
+    dyad,
+    half_of,
+    holds,
+    is_held,
+    moved_string,
+    pulls,
+    settle,
+    silence,
+    string_forces,
+)
+from meltemi_float.moorings import mooring_tables
 from meltemi_float.platform import Platform
 from meltemi_float.radiation import Radiation, fit_radiation
 from meltemi_float.waves import wave_forces
@@ -69,30 +84,6 @@ class RadiationState(Table, axes="mode"):
     imaginary: Numbers = number("m", "state: imaginary part")
 
 
-class LineLoad(Table, axes="line"):
-    """Forces of a mooring line."""
-
-    horizontal: Numbers = number("N", "at the fairlead, kept as the next first guess")
-    vertical: Numbers = number("N", "at the fairlead, downwards")
-    fairlead: Numbers = number("N", "tension at the fairlead")
-    anchor: Numbers = number("N", "tension at the anchor")
-
-
-class Line(Table, axes="line"):
-    """Constants of a mooring line."""
-
-    fairlead: Vectors = xyz("m", "on the platform")
-    anchor: Vectors = xyz("m", "in inertial axes")
-    length: Numbers = number("m", "unstretched")
-    mass: Numbers = number("kg/m", "without that of the water displaced")
-    stiffness: Numbers = number("N", "Young's modulus times section")
-    friction: Numbers = number("-", "of the sea bed")
-    drag: Numbers = number("kg/m^2", "force across, over length and velocity squared")
-    axial_drag: Numbers = number("kg/m^2", "force along")
-    inertia: Numbers = number("kg/m", "mass with that of the water that moves with it across")
-    axial_inertia: Numbers = number("kg/m", "the same along")
-
-
 class Strip(Table, axes="strip"):
     """Constants of the pieces of members that have drag."""
 
@@ -121,7 +112,7 @@ class PlatformState(Table):
     tilt: float = number("rad", "of the platform's vertical axis")
 
 
-class FloaterSystem(System):
+class FloaterSystem(System, Moorings):
     """A floating turbine.
 
     Attributes:
@@ -140,9 +131,6 @@ class FloaterSystem(System):
     platform: PlatformState
     radiation: Single[RadiationState]
     d_radiation: Single[RadiationState]
-    line: Single[Line]
-    line_load: Single[LineLoad]
-    faults: Faults
     strip: Single[Strip]
     float_flow: Constant[Array2]
     float_matrices: Constant[Array2]
@@ -157,10 +145,6 @@ class FloaterSystem(System):
 
 ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
 """First rows of the matrices."""
-SLACK = 1e-3
-"""Of the length of a line, by which the span at which it would hang straight down is exceeded at least."""
-POINTS = 8
-"""Points of a line at which its drag and inertia act."""
 
 
 @kernel
@@ -373,87 +357,65 @@ def add_mass(M: Sym, r: Vec, m: FloaterSystem) -> None:
 
 
 @kernel
-def moving_line(i: int, H: float, V: float, e: Ends, d: Vec, across: float, r: Vec, m: FloaterSystem) -> Vec:
-    """Drag of a line on the fairlead; its inertia is added to the mass matrix (W-15).
-
-    The points of the line move as those of the line at rest do when the fairlead moves.
-    """
-    p, line = m.platform, m.line
-    L, w, EA = line.length[i], m.structure.gravity * line.mass[i], line.stiffness[i]
-    ahead, side = Vec(d.x / across, d.y / across, 0.0), Vec(-d.y / across, d.x / across, 0.0)
-    v = p.velocity + cross(p.spin, r)
-    vh, vl, vz = dot(v, ahead), dot(v, side), v.z
-    det = e.xh * e.zv - e.xv * e.zh
-    lying = max(L - V / w, 0.0)
-    ds = (L - lying) / POINTS
-    fh, fl, fz = 0.0 * H, 0.0 * H, 0.0 * H
-    mhh, mhz, mzz, mll = 0.0 * H, 0.0 * H, 0.0 * H, 0.0 * H
-    # without friction what lies on the bed slides to the side, too, as a straight line from the anchor
-    fixed = lying
-    if line.friction[i] <= 0.0:
-        fixed = 0.0 * lying
-        share = lying / across
-        fl -= 0.25 * lying * share * share * share * line.drag[i] * abs(vl) * vl
-        mll += lying * share * share / 3.0 * line.inertia[i]
-    for n in range(POINTS):
-        s = lying + (n + 0.5) * ds
-        up = V - w * (L - s)
-        part = span(H, up, s, w, EA, 0.0, 1.0 * (lying > 0.0))
-        # motion of the point by that of the fairlead, along and up; to the side in proportion to the distance
-        hh, hz = (part.xh * e.zv - part.xv * e.zh) / det, (part.xv * e.xh - part.xh * e.xv) / det
-        zh, zz = (part.zh * e.zv - part.zv * e.zh) / det, (part.zv * e.xh - part.zh * e.xv) / det
-        ll = (part.x - fixed) / (across - fixed)
-        tension = sqrt(H * H + up * up)
-        c, b = H / tension, up / tension
-        uh, uz, ul = hh * vh + hz * vz, zh * vh + zz * vz, ll * vl
-        along, normal = c * uh + b * uz, c * uz - b * uh
-        speed = sqrt(normal * normal + ul * ul)
-        fn, fa = -line.drag[i] * speed * normal * ds, -line.axial_drag[i] * abs(along) * along * ds
-        gh, gz = c * fa - b * fn, b * fa + c * fn
-        fh += hh * gh + zh * gz
-        fz += hz * gh + zz * gz
-        fl -= ll * line.drag[i] * speed * ul * ds
-        # inertia: along and across
-        ah, az, nh, nz = c * hh + b * zh, c * hz + b * zz, c * zh - b * hh, c * zz - b * hz
-        own, other = line.axial_inertia[i] * ds, line.inertia[i] * ds
-        mhh += own * ah * ah + other * nh * nh
-        mhz += own * ah * az + other * nh * nz
-        mzz += own * az * az + other * nz * nz
-        mll += other * ll * ll
-    x, y = ahead.x, ahead.y
-    xx, yy, xy = mhh * x * x + mll * y * y, mhh * y * y + mll * x * x, (mhh - mll) * x * y
-    add_mass(Sym(xx, yy, mzz, xy, mhz * x, mhz * y), r, m)
-    return fh * ahead + fl * side + Vec(0.0, 0.0, fz)
+def joint_motion(n: int, v: Vec, w: Vec, m: FloaterSystem) -> Vec:
+    """Velocity of a junction while the platform moves with ``v`` and ``w`` (W-33)."""
+    ends, F = m.line_end, Vec(0.0, 0.0, 0.0)
+    for i in range(m.line_order.lines):  # type: ignore[attr-defined]
+        if m.line_order.foot[i] == n and holds(i, n, m):
+            F += ends.stiffness[i] @ (v + cross(w, ends.upper[i] - m.platform.displacement))
+    return m.point_state.flexibility[n] @ F
 
 
 @kernel
-def line_of(i: int, m: FloaterSystem) -> tuple[float, float, float, float, float]:
-    """Length, weight per length, stiffness, friction, and whether the anchor lies on the bed, as of :func:`span`."""
-    line = m.line
-    on_bed = 1.0 * (line.anchor[i].z < m.floater.bed + 1e-3)
-    return line.length[i], m.structure.gravity * line.mass[i], line.stiffness[i], line.friction[i], on_bed
+def move_junction(n: int, m: FloaterSystem) -> None:
+    """Drag and inertia of a junction, of the strings below it, and of half of those above (W-33)."""
+    p, s, order, J, first = m.platform, m.point_state, m.line_order, m.base_columns, m.top_shape.modes - 6
+    v = joint_motion(n, p.velocity, p.spin, m)
+    M, drag = dyad(m.point.inertia[n], 0.0, v), m.point.drag[n]
+    F = Vec(0.0, 0.0, 0.0)
+    for i in range(order.lines):  # type: ignore[attr-defined]
+        if holds(i, n, m):
+            if order.foot[i] == n:
+                mass, more = half_of(i, m)
+                M, drag = M + dyad(mass, 0.0, v), drag + more
+            else:
+                d = s.place[n] - m.line.anchor[i]
+                e, across = string_forces(i, d, m)
+                force, below = moved_string(i, e, d, across, v, m)
+                F, M = F + force, M + below
+    s.load[n] = F - (drag * sqrt(dot(v, v))) * v
+    for k in range(6):
+        own = M @ joint_motion(n, Vec(J[k, 0], J[k, 1], J[k, 2]), Vec(J[k, 3], J[k, 4], J[k, 5]), m)
+        for j in range(k + 1):
+            other = joint_motion(n, Vec(J[j, 0], J[j, 1], J[j, 2]), Vec(J[j, 3], J[j, 4], J[j, 5]), m)
+            m.core_mass[first + k, first + j] += dot(own, other)
 
 
 @by_record
 def line_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
-    """Force [N] of a mooring line on its fairlead, ``r`` [m] from the platform's point."""
+    """Force [N] of a string of lines on its fairlead, ``r`` [m] from the platform's point."""
     raise NotImplementedError
 
 
 @kernel
 def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
-    """Of a line in its static shape, with drag and inertia of its motion (W-12 to W-15)."""
-    p, line, load = m.platform, m.line, m.line_load
-    d = r + p.displacement - line.anchor[i]
-    L, w, EA, friction, on_bed = line_of(i, m)
-    # nearer to an anchor on the bed than this, the line hangs straight down and hardly pulls
-    across = max(sqrt(d.x * d.x + d.y * d.y + 1e-12), on_bed * ((1.0 + SLACK) * L - d.z))
-    H, V = line_forces(across, d.z, L, w, EA, friction, on_bed, load.horizontal[i], load.vertical[i])
-    e = span(H, V, L, w, EA, friction, on_bed)
-    load.horizontal[i] = H
-    load.vertical[i] = V
-    load.anchor[i] = sqrt(e.anchor_h * e.anchor_h + e.anchor_v * e.anchor_v)
-    pull = Vec(-H * d.x / across, -H * d.y / across, -V) + moving_line(i, H, V, e, d, across, r, m)
+    """Of a string in its static shape, with drag and inertia of its motion (W-12 to W-15)."""
+    ends, load, n = m.line_end, m.line_load, m.line_order.foot[i]
+    v = ends.velocity[i]
+    if n < 0:
+        d = ends.upper[i] - m.line.anchor[i]
+        e, across = string_forces(i, d, m)
+        pull, M = moved_string(i, e, d, across, v, m)
+    else:
+        d = ends.upper[i] - m.point_state.place[n]
+        e, across = string_forces(i, d, m)
+        mass, drag = half_of(i, m)
+        M = dyad(mass, 0.0, v)
+        pull = ends.stiffness[i] @ (m.point_state.flexibility[n] @ m.point_state.load[n])
+        pull -= (drag * sqrt(dot(v, v))) * v
+    H = load.horizontal[i]
+    pull += Vec(-H * d.x / across, -H * d.y / across, -load.vertical[i])
+    add_mass(M, r, m)
     load.fairlead[i] = sqrt(dot(pull, pull))
     return pull
 
@@ -461,22 +423,47 @@ def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
 line_pull.variant(static_pull)
 
 
+@by_record
+def settle_points(m: FloaterSystem) -> None:
+    """Bring free points into equilibrium, where they do not move by themselves."""
+    raise NotImplementedError
+
+
+@kernel
+def settle_junctions(m: FloaterSystem) -> None:
+    """Of lines in their static shapes."""
+    for n in range(m.point.points):  # type: ignore[attr-defined]
+        if m.point.junction[n] > 0.0 and is_held(n, m):
+            settle(n, m)
+            move_junction(n, m)
+
+
+settle_points.variant(settle_junctions)
+
+
 @kernel
 def mooring(m: FloaterSystem) -> None:
     """Forces of the lines on the platform, which are added to the third row of ``base_six``."""
-    p, line, x = m.platform, m.line, m.base_six
+    p, order, ends, x = m.platform, m.line_order, m.line_end, m.base_six
     first = m.top_shape.modes - 3
     R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
+    for i in range(order.lines):  # type: ignore[attr-defined]
+        if order.head[i] == NONE:
+            r = R @ m.line.fairlead[i]
+            ends.upper[i] = p.displacement + r
+            ends.velocity[i] = p.velocity + cross(p.spin, r)
+    settle_points(m)
     F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
-    for i in range(line.lines):  # type: ignore[attr-defined]
-        if m.faults.line_lost[i] == 1.0:
-            m.line_load.fairlead[i] = 0.0
-            m.line_load.anchor[i] = 0.0
+    for i in range(order.lines):  # type: ignore[attr-defined]
+        if order.head[i] == INNER:
             continue
-        r = R @ line.fairlead[i]
-        pull = line_pull(i, r, m)
-        F += pull
-        M += cross(r, pull)
+        if not pulls(i, m):
+            silence(i, m)
+        elif order.head[i] == NONE:
+            r = ends.upper[i] - p.displacement
+            pull = line_pull(i, r, m)
+            F += pull
+            M += cross(r, pull)
     p.mooring_force = F
     p.mooring_moment = M
     x[2, 0] += F.x
@@ -628,6 +615,7 @@ class FloaterPart(Part):
         "platform": PlatformState,
         "radiation": RadiationState,
         "line_load": LineLoad,
+        "point_state": PointState,
     }
     parameter_tables: ClassVar[ParameterTables] = ((Floater, "floater", Floater.names),)
     shown: ClassVar[tuple[str, ...]] = (
@@ -640,7 +628,7 @@ class FloaterPart(Part):
         "platform_yaw",
     )
     floater: Float
-    line: Float
+    moorings: dict[str, Any]
     strip: Float
     float_matrices: Float
     float_pole: Float
@@ -652,7 +640,8 @@ class FloaterPart(Part):
 
     def sizes(self) -> dict[str, int]:
         """Lengths of the axes of the signals."""
-        return {"mode": len(self.float_pole), "line": self.line.shape[1]}
+        lines, points = self.moorings["line"].shape[1], self.moorings["point"].shape[1]
+        return {"mode": len(self.float_pole), "line": lines, "point": points}
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the signals."""
@@ -661,10 +650,11 @@ class FloaterPart(Part):
 
     def arrays(self) -> dict[str, Any]:
         """Constants of the platform, and still water."""
-        own = ("floater", "line", "strip", "float_matrices", "float_pole", "float_input", "float_output")
+        own = ("floater", "strip", "float_matrices", "float_pole", "float_input", "float_output")
         return {
             **{name: getattr(self, name).copy() for name in own},
             "tower_air": np.zeros((3, self.wind_nodes)),
+            **{name: array.copy() for name, array in self.moorings.items()},
             "d_radiation": RadiationState.zeros(mode=len(self.float_pole)),
             "float_waves": np.zeros((AHEAD + BEHIND + 2, 7)),
             "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * self.strip.shape[1])),
@@ -674,7 +664,7 @@ class FloaterPart(Part):
 
     def channels(self) -> Sequence[Channel]:
         """Motion of the platform, loads of the water and of the lines."""
-        lines = channels_of_group("line", self.line.shape[1])
+        lines = channels_of_group("line", self.sizes()["line"])
         return (*channels_of_group("platform"), *(replace(c, index=(c.index[0] - 1,)) for c in lines))
 
     def states(self) -> Sequence[StateRows]:
@@ -748,28 +738,13 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     for name, value in (("place", some.place.T), ("axis", some.axis.T), ("drag", rho * some.drag)):
         v[name] = value[..., has]
     v["plate"] = rho * some.plate[has]
-    line = Line.zeros(line=len(platform.lines))
-    v = View(Line, line)
-    if platform.lines:
-        for name in ("fairlead", "anchor"):
-            v[name] = np.transpose([getattr(each, name) for each in platform.lines])
-        for name in ("length", "stiffness", "friction"):
-            v[name] = [getattr(each, name) for each in platform.lines]
-        v["mass"] = [each.wet_mass(rho) for each in platform.lines]
-        across = rho * np.array([each.diameter for each in platform.lines])
-        section = rho * np.array([each.section for each in platform.lines])
-        dry = np.array([each.mass for each in platform.lines])
-        v["drag"] = 0.5 * across * [each.drag for each in platform.lines]
-        v["axial_drag"] = 0.5 * np.pi * across * [each.axial_drag for each in platform.lines]
-        v["inertia"] = dry + section * [each.added_mass for each in platform.lines]
-        v["axial_inertia"] = dry + section * [each.axial_added_mass for each in platform.lines]
     parts = [
         np.concatenate([getattr(radiation, n).real, getattr(radiation, n).imag], axis=1) for n in ("input", "output")
     ]
     return FloaterPart(
         wind_nodes=rotor.tower_flow.shape[1],
         floater=floater,
-        line=line,
+        moorings=mooring_tables(platform.lines, platform.points, platform.depth, rho),
         strip=strip,
         float_matrices=np.ascontiguousarray(matrices.reshape(30, 6)),
         float_pole=np.stack([radiation.pole.real, radiation.pole.imag], axis=1),

@@ -1,12 +1,13 @@
 """Mooring lines of lumped masses, in place of their static shapes.
 
-A line is a chain of points with the mass, weight, drag and added mass of a segment each; segments carry tension
+A line is a row of points with the mass, weight, drag and added mass of a segment each; segments carry tension
 and axial damping.
 A step is linearly implicit: tension, damping and sea bed act with their change over it, which costs one solution of a
 tridiagonal system of 3 x 3 blocks for each line, and leaves the step to the turbine. Until the first step, and in
 linear models, lines have their static shapes.
 
-Reference: docs/theory/floating.md (W-24 to W-28); Hall and Goupee (2015) for forces; Hairer and Wanner (1996), IV.7.
+Reference: docs/theory/floating.md (W-24 to W-28, W-34); Hall and Goupee (2015) for forces;
+Hairer and Wanner (1996), IV.7.
 """
 
 from __future__ import annotations
@@ -25,9 +26,18 @@ from meltemi.maths.rotations import angular_velocity, rotation
 from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, View, number, symmetric, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import begin_parts_step
-from meltemi_float.catenary import line_forces, span
-from meltemi_float.floater import FloaterPart, FloaterSystem, add_mass, line_of, line_pull, static_pull
+from meltemi_float.catenary import span
+from meltemi_float.floater import (
+    FloaterPart,
+    FloaterSystem,
+    add_mass,
+    line_pull,
+    settle_junctions,
+    settle_points,
+    static_pull,
+)
 from meltemi_float.floater import part_of as static_part
+from meltemi_float.mooring import NONE, dyad, hang_all, holds, inverse, is_held, line_of, pulls
 
 Float = NDArray[np.float64]
 
@@ -42,16 +52,18 @@ RELAXATIONS, LONG_STEP = 200, 0.5
 
 
 class LinePoint(Table, axes="line node"):
-    """Points of lines above the anchor; the last one is the fairlead."""
+    """Points of lines on the way to the last point of their string: a fairlead, or a junction."""
 
     position: Vectors = xyz("m", "state: place")
     velocity: Vectors = xyz("m/s", "state: velocity")
 
 
 class LineState(Table, axes="line"):
-    """Whether a line moves."""
+    """Whether a line moves, and the first end of a string: at a junction that on the platform, else the anchor."""
 
     begun: Numbers = number("-", "1 after the first step")
+    start: Vectors = xyz("m", "state: place")
+    start_velocity: Vectors = xyz("m/s", "state: velocity")
 
 
 class Elimination(Table, axes="line node"):
@@ -79,21 +91,6 @@ class LumpedSystem(FloaterSystem):
 
 
 @kernel
-def dyad(a: float, b: float, e: Vec) -> Sym:
-    """a I + b e e^T."""
-    return Sym(a + b * e.x * e.x, a + b * e.y * e.y, a + b * e.z * e.z, b * e.x * e.y, b * e.x * e.z, b * e.y * e.z)
-
-
-@kernel
-def inverse(A: Sym) -> Sym:
-    """Inverse of a symmetric matrix."""
-    xx, yy, zz = A.yy * A.zz - A.yz * A.yz, A.xx * A.zz - A.xz * A.xz, A.xx * A.yy - A.xy * A.xy
-    xy, xz, yz = A.xz * A.yz - A.xy * A.zz, A.xy * A.yz - A.xz * A.yy, A.xy * A.xz - A.xx * A.yz
-    d = 1.0 / (A.xx * xx + A.xy * xy + A.xz * xz)
-    return Sym(d * xx, d * yy, d * zz, d * xy, d * xz, d * yz)
-
-
-@kernel
 def reduced(A: Sym, S: Sym, G: Sym) -> Sym:
     """A - S G S."""
     x = S @ (G @ Vec(S.xx, S.xy, S.xz))
@@ -116,119 +113,270 @@ def segment(i: int, d: Vec, change: Vec, m: LumpedSystem) -> tuple[Vec, float, f
 
 
 @kernel
-def march(i: int, h: float, theta: float, end: Vec, m: LumpedSystem) -> None:
-    """A step of a line while its fairlead moves to ``end`` (W-24 to W-27)."""
-    line, s, w, lump, last = m.line, m.line_point, m.elimination, m.lump, m.line_point.nodes - 1
-    length, EA = line.length[i] / (last + 1.0), line.stiffness[i]
-    weight, bed = m.structure.gravity * line.mass[i] * length, lump.diameter[i] * length
-    a, b = theta * h, theta * h * theta * h
-    s.velocity[i, last] = (1.0 / h) * (end - s.position[i, last])
-    low, v_low = line.anchor[i], Vec(0.0, 0.0, 0.0)
+def halves(i: int, j: int, m: LumpedSystem) -> tuple[float, float, float, float, float, float]:
+    """Half a segment of each of two lines: drag across and along, inertia across and along, mass in water, area on the
+    bed."""
+    line, a, b = m.line, 0.5 * m.line.length[i] / m.line_point.nodes, 0.5 * m.line.length[j] / m.line_point.nodes
+    return (
+        a * line.drag[i] + b * line.drag[j],
+        a * line.axial_drag[i] + b * line.axial_drag[j],
+        a * line.inertia[i] + b * line.inertia[j],
+        a * line.axial_inertia[i] + b * line.axial_inertia[j],
+        a * line.mass[i] + b * line.mass[j],
+        a * m.lump.diameter[i] + b * m.lump.diameter[j],
+    )
+
+
+@kernel
+def eliminate(first: int, h: float, theta: float, m: LumpedSystem) -> tuple[Sym, Vec]:
+    """Eliminate the points of a string, from its first line to the last point (W-24 to W-27).
+
+    Returns:
+      Matrix and right-hand side of the last segment for the change of the last point's velocity, with a half of its
+      inertia, weight and drag.
+    """
+    line, s, w, order, n = m.line, m.line_point, m.elimination, m.line_order, m.line_point.nodes
+    a, b, nothing = theta * h, theta * h * theta * h, Vec(0.0, 0.0, 0.0)
+    low, v_low = m.line_state.start[first], m.line_state.start_velocity[first]
+    x, v = low, v_low
     # of the segment below a point: direction, force, parts of its stiffness, block of the matrix
-    e0, T0, k0, n0 = Vec(0.0, 0.0, 0.0), 0.0, 0.0, 0.0
-    S0 = dyad(0.0, 0.0, e0)
-    G, right = S0, e0
-    for k in range(-1, last):
-        x = low if k < 0 else s.position[i, k]
-        v = v_low if k < 0 else s.velocity[i, k]
-        up, v_up = s.position[i, k + 1], s.velocity[i, k + 1]
-        e, size, taut, T = segment(i, up - x, v_up - v, m)
-        across = taut / size
-        along = (EA / length if taut > 0.0 else 0.0 * taut) - across
-        S = dyad(b * across, b * along + a * lump.damping[i] / length, e)
-        if k >= 0:
-            q = up - low
-            q = (1.0 / sqrt(dot(q, q))) * q
-            vt = dot(v, q)
-            vn = v - vt * q
-            cn = length * line.drag[i] * sqrt(dot(vn, vn))
-            ca = length * line.axial_drag[i] * abs(vt)
-            heavy, other = length * line.inertia[i], length * (line.axial_inertia[i] - line.inertia[i])
-            A = dyad(heavy + a * cn, other + a * (ca - cn), q) + S0 + S
+    e0, T0, k0, n0, S0 = nothing, 0.0, 0.0, 0.0, dyad(0.0, 0.0, nothing)
+    G, right = S0, nothing
+    i, k, j, q = NONE, NONE, first, 0
+    while True:
+        last = j < 0
+        e, T, across, along, S, up, v_up = e0, 0.0 * T0, 0.0 * k0, 0.0 * n0, dyad(0.0, 0.0, nothing), x, v
+        if not last:
+            up, v_up = s.position[j, q], s.velocity[j, q]
+            e, size, taut, T = segment(j, up - x, v_up - v, m)
+            across = taut / size
+            length = line.length[j] / n
+            along = (line.stiffness[j] / length if taut > 0.0 else 0.0 * taut) - across
+            S = dyad(b * across, b * along + a * m.lump.damping[j] / length, e)
+        if i >= 0:
+            other = i
+            if not last:
+                other = j
+            cn, ca, heavy, light, mass, area = halves(i, other, m)
+            if last:
+                cn, ca, heavy, light, mass, area = 0.5 * cn, 0.5 * ca, 0.5 * heavy, 0.5 * light, 0.5 * mass, 0.5 * area
+            way = up - low
+            way = (1.0 / sqrt(dot(way, way))) * way
+            vt = dot(v, way)
+            vn = v - vt * way
+            cn *= sqrt(dot(vn, vn))
+            ca *= abs(vt)
+            weight = m.structure.gravity * mass
+            A = dyad(heavy + a * cn, (light - heavy) + a * (ca - cn), way) + S0 + S
             change, change0 = v_up - v, v - v_low
-            f = T * e - T0 * e0 - cn * vn - (ca * vt) * q - Vec(0.0, 0.0, weight)
+            f = T * e - T0 * e0 - cn * vn - (ca * vt) * way - Vec(0.0, 0.0, weight)
             drift = across * change + (along * dot(e, change)) * e - k0 * change0 - (n0 * dot(e0, change0)) * e0
             deep = m.floater.bed - x.z
             if deep > 0.0:
                 hold = line.friction[i] * weight / max(sqrt(v.x * v.x + v.y * v.y), CREEP)
-                f += Vec(-hold * v.x, -hold * v.y, bed * (BED_STIFFNESS * deep - BED_DAMPING * v.z))
-                drift += Vec(0.0, 0.0, -bed * BED_STIFFNESS * v.z)
-                A += Sym(h * hold, h * hold, bed * (a * BED_DAMPING + b * BED_STIFFNESS), 0.0, 0.0, 0.0)
-            r = h * f + (h * a) * drift
-            if k > 0:
-                A = reduced(A, S0, G)
-                r += S0 @ (G @ right)
+                f += Vec(-hold * v.x, -hold * v.y, area * (BED_STIFFNESS * deep - BED_DAMPING * v.z))
+                drift += Vec(0.0, 0.0, -area * BED_STIFFNESS * v.z)
+                A += Sym(h * hold, h * hold, area * (a * BED_DAMPING + b * BED_STIFFNESS), 0.0, 0.0, 0.0)
+            if k == n - 1 and order.knot[i] >= 0:
+                more, C = clump(order.knot[i], v, a, m)
+                f += more
+                A += C
+            A, r = reduced(A, S0, G), h * f + (h * a) * drift + S0 @ (G @ right)
+            if last:
+                return A, r
             G, right = inverse(A), r
             w.inverse[i, k] = G
             w.beyond[i, k] = S
             w.right[i, k] = r
         e0, T0, k0, n0, S0 = e, T, across, along, S
         low, v_low = x, v
-    further = Vec(0.0, 0.0, 0.0)
-    for back in range(last):
-        k = last - 1 - back
-        further = w.inverse[i, k] @ (w.right[i, k] + w.beyond[i, k] @ further)
-        v = s.velocity[i, k]
-        s.position[i, k] = s.position[i, k] + h * (v + theta * further)
-        s.velocity[i, k] = v + further
-    s.position[i, last] = end
+        x, v, i, k = up, v_up, j, q
+        q += 1
+        if q == n:
+            q, j = 0, order.onward[j]
 
 
 @kernel
-def hang(i: int, end: Vec, speed: Vec, m: LumpedSystem) -> None:
-    """Bring a line into equilibrium below a fairlead, from the static shape of a continuous one (W-28).
+def clump(p: int, v: Vec, a: float, m: LumpedSystem) -> tuple[Vec, Sym]:
+    """Force and matrix of a free point that moves with ``v``."""
+    drag = m.point.drag[p] * sqrt(dot(v, v))
+    return -drag * v - Vec(0.0, 0.0, m.structure.gravity * m.point.mass[p]), dyad(m.point.inertia[p] + a * drag, 0.0, v)
 
-    Its points then move with the fairlead in proportion to their distance from the anchor along the line.
-    """
-    line, s, load, n = m.line, m.line_point, m.line_load, m.line_point.nodes
-    anchor, (L, w, EA, friction, on_bed) = line.anchor[i], line_of(i, m)
-    d = end - anchor
-    across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
-    H, V = line_forces(across, d.z, L, w, EA, friction, on_bed, load.horizontal[i], load.vertical[i])
-    lying = max(L - V / w, 0.0) * on_bed
-    for k in range(n):
-        part = L * (k + 1.0) / n
-        x, z = part * (1.0 + H / EA), 0.0
-        if part > lying:
-            up = span(H, V - w * (L - part), part, w, EA, friction, on_bed)
-            x, z = up.x, up.z
-        s.position[i, k] = anchor + Vec(x * d.x / across, x * d.y / across, z)
-    s.position[i, n - 1] = end
-    for _ in range(RELAXATIONS):
+
+@kernel
+def substitute(i: int, h: float, theta: float, further: Vec, m: LumpedSystem) -> None:
+    """Move the points of a string, whose last one changes its velocity by ``further``, back to the first one."""
+    s, w, order, k = m.line_point, m.elimination, m.line_order, m.line_point.nodes - 2
+    j = order.finish[i]
+    while j >= 0:
+        further = w.inverse[j, k] @ (w.right[j, k] + w.beyond[j, k] @ further)
+        v = s.velocity[j, k]
+        s.position[j, k] = s.position[j, k] + h * (v + theta * further)
+        s.velocity[j, k] = v + further
+        k -= 1
+        if k < 0:
+            j, k = order.back[j], m.line_point.nodes - 1
+
+
+@kernel
+def march_junction(p: int, h: float, theta: float, m: LumpedSystem) -> None:
+    """A step of the strings that meet in a free point, and of this point (W-34)."""
+    s, order, x, last = m.line_point, m.line_order, m.line_state, m.line_point.nodes - 1
+    place, v = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    A, r = dyad(0.0, 0.0, v), v
+    for i in range(order.lines):  # type: ignore[attr-defined]
+        if holds(i, p, m):
+            if order.foot[i] == p:
+                x.start_velocity[i] = (1.0 / h) * (m.line_end.upper[i] - x.start[i])
+            place, v = s.position[order.finish[i], last], s.velocity[order.finish[i], last]
+            more, right = eliminate(order.start[i], h, theta, m)
+            A, r = A + more, r + right
+    f, more = clump(p, v, theta * h, m)
+    change = inverse(A + more) @ (r + h * f)
+    for i in range(order.lines):  # type: ignore[attr-defined]
+        if holds(i, p, m):
+            substitute(i, h, theta, change, m)
+            s.position[order.finish[i], last] = place + h * (v + theta * change)
+            s.velocity[order.finish[i], last] = v + change
+            if order.foot[i] == p:
+                x.start[i] = m.line_end.upper[i]
+
+
+@kernel
+def march(h: float, theta: float, m: LumpedSystem) -> None:
+    """A step of all lines, to the end of which their fairleads move (W-24 to W-27)."""
+    s, order, ends, last = m.line_point, m.line_order, m.line_end, m.line_point.nodes - 1
+    for i in range(order.lines):  # type: ignore[attr-defined]
+        if order.head[i] == NONE and order.foot[i] == NONE and pulls(i, m):
+            s.velocity[i, last] = (1.0 / h) * (ends.upper[i] - s.position[i, last])
+            eliminate(order.start[i], h, theta, m)
+            substitute(i, h, theta, Vec(0.0, 0.0, 0.0), m)
+            s.position[i, last] = ends.upper[i]
+    for p in range(m.point.points):  # type: ignore[attr-defined]
+        if m.point.junction[p] > 0.0 and is_held(p, m):
+            march_junction(p, h, theta, m)
+
+
+@kernel
+def hang(m: LumpedSystem) -> None:
+    """Bring lines into equilibrium below their fairleads, from the static shapes of continuous ones (W-28)."""
+    s, ends, load, n = m.line_point, m.line_end, m.line_load, m.line_point.nodes
+    hang_all(m)
+    for i in range(m.line_order.lines):  # type: ignore[attr-defined]
+        L, w, EA, friction, on_bed = line_of(i, m)
+        H, V, leg = load.horizontal[i], load.vertical[i], m.line_order.foot[i] >= 0
+        d = ends.upper[i] - ends.lower[i]
+        across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
+        m.line_state.start[i] = m.line.anchor[i]
+        if leg:
+            m.line_state.start[i] = ends.upper[i]
+        lying = on_bed * max(L - V / w, 0.0)
         for k in range(n):
-            s.velocity[i, k] = Vec(0.0, 0.0, 0.0)
-        march(i, LONG_STEP, 1.0, end, m)
-    for k in range(n):
-        s.velocity[i, k] = ((k + 1.0) / n) * speed
+            part = L * (k + 1.0) / n
+            if leg:
+                part = L - part
+            x, z = part * (1.0 + H / EA), 0.0 * L
+            if part > lying:
+                e = span(H, V - w * (L - part), part, w, EA, friction, on_bed)
+                x, z = e.x, e.z
+            s.position[i, k] = ends.lower[i] + Vec(x * d.x / across, x * d.y / across, z)
+        # from one line to the next without a gap
+        s.position[i, n - 1] = ends.lower[i]
+        if not leg:
+            s.position[i, n - 1] = ends.upper[i]
+    for step in range(RELAXATIONS + 1):
+        for i in range(m.line_order.lines):  # type: ignore[attr-defined]
+            for k in range(n):
+                s.velocity[i, k] = Vec(0.0, 0.0, 0.0)
+        if step < RELAXATIONS:
+            march(LONG_STEP, 1.0, m)
 
 
 @begin_parts_step.variant
 @kernel
 def lumped_begin(dt: float, m: LumpedSystem) -> None:
     """Lines follow their fairleads to the end of the step."""
-    q, v, k, down = m.q, m.v, m.top_shape.modes - 6, Vec(0.0, 0.0, -m.structure.tower_base)
+    q, v, k, down, x = m.q, m.v, m.top_shape.modes - 6, Vec(0.0, 0.0, -m.structure.tower_base), m.line_state
     base, theta = Vec(q[k], q[k + 1], q[k + 2]) - down, Vec(q[k + 3], q[k + 4], q[k + 5])
     R, spin = rotation(theta), angular_velocity(theta, Vec(v[k + 3], v[k + 4], v[k + 5]))
+    begun = 1.0
+    for i in range(x.lines):  # type: ignore[attr-defined]
+        if m.line_order.head[i] == NONE:
+            m.line_end.upper[i] = base + R @ (down + m.line.fairlead[i])
+        begun = x.begun[i]
+        x.begun[i] = 1.0
+    if begun > 0.0:
+        march(dt, THETA, m)
+    else:
+        hang(m)
+    for i in range(x.lines):  # type: ignore[attr-defined]
+        if m.line_order.head[i] == NONE:
+            speed = Vec(v[k], v[k + 1], v[k + 2]) + cross(spin, R @ (down + m.line.fairlead[i]))
+            follow(i, begun, speed, m)
+
+
+@kernel
+def follow(i: int, begun: float, speed: Vec, m: LumpedSystem) -> None:
+    """Give the end at the fairlead its velocity; a line that begins moves in proportion to the way from its anchor."""
+    s, n = m.line_point, m.line_point.nodes
+    if m.line_order.foot[i] >= 0:
+        m.line_state.start_velocity[i] = speed
+    else:
+        s.velocity[i, n - 1] = speed
+        if begun <= 0.0 and m.line_order.start[i] == i:
+            for k in range(n - 1):
+                s.velocity[i, k] = ((k + 1.0) / n) * speed
+
+
+@kernel
+def first_segment(i: int, m: LumpedSystem) -> tuple[Vec, Vec]:
+    """Ends of the first segment of a line on the way to the last point of its string, and their rate, apart."""
+    s, x, j = m.line_point, m.line_state, m.line_order.back[i]
+    if j >= 0:
+        last = s.nodes - 1
+        return s.position[i, 0] - s.position[j, last], s.velocity[i, 0] - s.velocity[j, last]
+    return s.position[i, 0] - x.start[i], s.velocity[i, 0] - x.start_velocity[i]
+
+
+@kernel
+def last_segment(i: int, m: LumpedSystem) -> tuple[Vec, Vec]:
+    """The same of the last one."""
+    s, last = m.line_point, m.line_point.nodes - 1
+    return s.position[i, last] - s.position[i, last - 1], s.velocity[i, last] - s.velocity[i, last - 1]
+
+
+@settle_points.variant
+@kernel
+def lumped_tensions(m: LumpedSystem) -> None:
+    """Tensions at the ends of lines; before the first step, of static ones."""
+    load, begun = m.line_load, 1.0
     for i in range(m.line_state.lines):  # type: ignore[attr-defined]
-        arm = R @ (down + m.line.fairlead[i])
-        speed = Vec(v[k], v[k + 1], v[k + 2]) + cross(spin, arm)
-        if m.line_state.begun[i] > 0.0:
-            march(i, dt, THETA, base + arm, m)
-            m.line_point.velocity[i, m.line_point.nodes - 1] = speed
-        else:
-            hang(i, base + arm, speed, m)
-            m.line_state.begun[i] = 1.0
+        begun = m.line_state.begun[i]
+        if begun > 0.0:
+            d, change = first_segment(i, m)
+            lower = segment(i, d, change, m)[2]
+            d, change = last_segment(i, m)
+            upper = segment(i, d, change, m)[2]
+            if m.line_order.foot[i] >= 0:
+                lower, upper = upper, lower
+            load.anchor[i] = lower
+            load.fairlead[i] = upper
+    if begun <= 0.0:
+        settle_junctions(m)
 
 
 @line_pull.variant
 @kernel
 def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
-    """Force of a line on its fairlead: of the last segment, and of the half of it that moves with the platform."""
+    """Force of a string on its fairlead: of the segment there, and of the half of it that moves with the platform."""
     if m.line_state.begun[i] <= 0.0:
         return static_pull(i, r, m)
-    p, line, s, last = m.platform, m.line, m.line_point, m.line_point.nodes - 1
-    half = 0.5 * line.length[i] / (last + 1.0)
-    d, change = s.position[i, last] - s.position[i, last - 1], s.velocity[i, last] - s.velocity[i, last - 1]
+    p, line = m.platform, m.line
+    half = 0.5 * line.length[i] / m.line_point.nodes
+    d, change = last_segment(i, m)
+    if m.line_order.foot[i] >= 0:
+        d, change = first_segment(i, m)
+        d, change = -d, -change
     e, _, _, T = segment(i, d, change, m)
     v = p.velocity + cross(p.spin, r)
     vt = dot(v, e)
@@ -238,7 +386,6 @@ def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
     pull = -(T * e) - (half * line.drag[i] * sqrt(dot(vn, vn))) * vn - (half * line.axial_drag[i] * abs(vt) * vt) * e
     pull -= Vec(0.0, 0.0, half * m.structure.gravity * line.mass[i]) + M @ known
     add_mass(M, r, m)
-    m.line_load.anchor[i] = segment(i, s.position[i, 0] - line.anchor[i], s.velocity[i, 0], m)[2]
     m.line_load.fairlead[i] = sqrt(dot(pull, pull))
     return pull
 
@@ -262,7 +409,7 @@ class LumpedPart(FloaterPart):
 
     def arrays(self) -> dict[str, Any]:
         """Constants of the platform and its lines, and still water."""
-        work = Elimination.zeros(line=self.line.shape[1], node=self.segments)
+        work = Elimination.zeros(line=self.sizes()["line"], node=self.segments)
         return {**super().arrays(), "lump": self.lump.copy(), "elimination": work}
 
 

@@ -5,89 +5,17 @@ from __future__ import annotations
 from typing import Any, Literal, Self, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.core.record import Array, Record, Vector
 from meltemi.maths.tables import MAX_LINES
 from meltemi.turbine.definition import BaseMotion, Foundation, Tower
-from meltemi_float.catenary import line_forces
-from meltemi_float.members import Member, at_rest
-from meltemi_sea.airy import GRAVITY
+from meltemi_float.members import Member
+from meltemi_float.members import at_rest as displaced
+from meltemi_float.moorings import MooringLine, MooringPoint, at_rest, shapes, strings
 
 SAME_VOLUME = 0.01
 """Deviation of volumes that are the same."""
-
-
-class MooringLine(Record):
-    """A line of one kind between an anchor and a fairlead."""
-
-    fairlead: Vector
-    """(3,) [m] on the platform at rest: x, y, and height above still water."""
-    anchor: Vector
-    """(3,) [m]."""
-    length: float = Field(gt=0.0)
-    """[m] unstretched."""
-    mass: float = Field(gt=0.0)
-    """[kg/m] in air."""
-    diameter: float = Field(ge=0.0)
-    """[m] of a cylinder with the volume of the line."""
-    stiffness: float = Field(gt=0.0)
-    """[N] Young's modulus times section."""
-    friction: float = Field(default=0.0, ge=0.0, le=2.0)
-    """Of the sea bed [-]."""
-    drag: float = Field(default=0.0, ge=0.0)
-    """Drag coefficient [-] of motion across the line, over its diameter; along it ``axial_drag``, over its surface."""
-    axial_drag: float = Field(default=0.0, ge=0.0)
-    added_mass: float = Field(default=0.0, ge=0.0)
-    """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
-    axial_added_mass: float = Field(default=0.0, ge=0.0)
-    strength: float | None = Field(default=None, gt=0.0)
-    """[N] characteristic strength, for utilisations of load bases."""
-    damping_ratio: float = Field(default=1.0, ge=0.0)
-    """Axial damping of a segment over ``l sqrt(stiffness mass)`` [-]; of moving lines."""
-
-    @property
-    def section(self) -> float:
-        """[m^2] of the water that it displaces."""
-        return 0.25 * np.pi * self.diameter**2
-
-    def wet_mass(self, water_density: float) -> float:
-        """[kg/m] without that of the water that it displaces, of a density [kg/m^3]."""
-        return self.mass - water_density * self.section
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        for name in ("fairlead", "anchor"):
-            if len(getattr(self, name)) != 3:
-                raise ValueError(f"{name} must have 3 entries, x, y, z [m], found {len(getattr(self, name))}")
-        if self.fairlead[2] <= self.anchor[2]:
-            raise ValueError("anchor must be below the fairlead")
-        across = float(np.hypot(*(self.fairlead - self.anchor)[:2]))
-        if self.length >= across + self.fairlead[2] - self.anchor[2]:
-            raise ValueError(
-                f"length {self.length:g} m hangs straight down at the fairlead; expected less than "
-                f"{across + self.fairlead[2] - self.anchor[2]:.5g} m (use a shorter line)"
-            )
-        return self
-
-
-def line_shape(line: MooringLine, water_density: float, points: int = 40) -> NDArray[np.float64]:
-    """(points, 3) [m] shape of a line from fairlead to anchor, without its stretch (W-12); for pictures.
-
-    Args:
-      water_density: [kg/m^3].
-      points: how many.
-    """
-    way = line.anchor - line.fairlead
-    across, weight = float(np.hypot(*way[:2])), line.wet_mass(water_density) * GRAVITY
-    H, V = line_forces(across, -float(way[2]), line.length, weight, line.stiffness, line.friction, 1.0, 0.0, 0.0)
-    s = np.linspace(0.0, line.length, points)
-    up, low = np.maximum(V - weight * s, 0.0), np.minimum(s, V / weight)
-    x = H / weight * (np.arcsinh(V / H) - np.arcsinh(up / H)) + s - low
-    z = H / weight * (np.sqrt(1.0 + (V / H) ** 2) - np.sqrt(1.0 + (up / H) ** 2))
-    found: NDArray[np.float64] = line.fairlead + np.column_stack([np.outer(x / x[-1], way[:2]), way[2] * z / z[-1]])
-    return found
 
 
 class Platform(Record):
@@ -123,6 +51,8 @@ class Platform(Record):
     drift_cutoff: float = Field(default=0.75, gt=0.0)
     """[rad/s] highest difference frequency."""
     lines: tuple[MooringLine, ...] = Field(default=(), max_length=MAX_LINES)
+    points: dict[str, MooringPoint] = Field(default={})
+    """Free points of the lines, by name."""
     line_model: Literal["static", "dynamic"] = "static"
     """Lines in their static shapes, with an estimate of drag and inertia; or moving, as points of ``segments``."""
     segments: int = Field(default=30, ge=4, le=400)
@@ -136,7 +66,8 @@ class Platform(Record):
     def drawn(self) -> dict[str, Any]:
         """What views draw: depth [m], members with their ends and diameters [m], lines as points in equilibrium."""
         members = [[*each.start.tolist(), *each.end.tolist(), *each.diameters] for each in self.members]
-        lines = [line_shape(line, self.water_density).round(2).tolist() for line in self.lines]
+        rest = at_rest(self.lines, self.points, self.depth, self.water_density)
+        lines = [shape.round(2).tolist() for shape in shapes(rest, self.lines, self.water_density)]
         return {"depth": self.depth, "floats": True, "members": members, "lines": lines}
 
     @model_validator(mode="after")
@@ -147,7 +78,7 @@ class Platform(Record):
         if np.any(self.inertia <= 0.0):
             raise ValueError("inertia must be above 0")
         if not self.coefficients:
-            found = at_rest(self.members)[0]
+            found = displaced(self.members)[0]
             if abs(found - self.volume) > SAME_VOLUME * self.volume:
                 raise ValueError(
                     f"members displace {found:.5g} m^3 of water, and volume is {self.volume:.5g}; correct either, "
@@ -158,10 +89,11 @@ class Platform(Record):
             if value is not None and value.shape != (6, 6):
                 raise ValueError(f"{name} must have shape (6, 6), but has {value.shape}")
         for i, line in enumerate(self.lines):
-            if line.anchor[2] < -self.depth - 1e-3:
+            if not isinstance(line.anchor, str) and line.anchor[2] < -self.depth - 1e-3:
                 raise ValueError(
                     f"lines: anchor {i + 1} at {line.anchor[2]:g} m is below the sea bed at -{self.depth:g} m"
                 )
+        strings(self.lines, self.points)
         return self
 
     def check_fit(self, tower: Tower, foundation: Foundation | None) -> None:

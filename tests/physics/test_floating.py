@@ -11,10 +11,12 @@ import pytest
 
 import meltemi
 from meltemi.core.errors import InputError
-from meltemi_float.catenary import line_forces, span
+from meltemi_float.catenary import span
 from meltemi_float.coefficients import read_coefficients, read_wamit
+from meltemi_float.moorings import MooringLine, at_rest
 from meltemi_float.radiation import fit_radiation, kernel
 from meltemi_float.waves import wave_forces
+from meltemi_sea.airy import GRAVITY
 
 VECTORS = [
     # x, z, L, EA, w, friction, on the bed; H, V, anchor H: MoorPy's test of its catenary
@@ -33,9 +35,14 @@ def coefficients() -> Any:
 @pytest.mark.parametrize("case", VECTORS)
 def test_lines_have_the_forces_of_moorpy(case: tuple[float, ...]) -> None:
     x, z, L, EA, w, friction, on_bed, *known = case
-    H, V = line_forces(x, z, L, w, EA, friction, on_bed, 0.0, 0.0)
-    e = span(H, V, L, w, EA, friction, on_bed)
-    assert [H, V, e.anchor_h] == pytest.approx(known, rel=2e-6)
+    line = MooringLine(
+        fairlead=[x, 0.0, z - 300.0], anchor=[0.0, 0.0, -300.0], length=L, mass=w / GRAVITY, diameter=0.0, stiffness=EA,
+        friction=friction,
+    )  # fmt: skip
+    rest = at_rest([line], {}, 300.0 if on_bed else 400.0, 1025.0)
+    if on_bed:
+        assert rest.tension[0, 1] == pytest.approx(known[2], rel=2e-6)
+    assert [rest.horizontal[0], rest.vertical[0]] == pytest.approx(known[:2], rel=2e-6)
 
 
 @pytest.mark.parametrize("forces", [(1e6, 1.5e6, 0.0), (1e6, 1.5e6, 0.5), (2e6, 6e6, 0.0)])

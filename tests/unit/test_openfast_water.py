@@ -9,11 +9,11 @@ import pytest
 
 from meltemi import InputError, UnsupportedError
 from meltemi.core.yamlfile import validated
-from meltemi_exchange.openfast.mooring import read_lines
+from meltemi_exchange.openfast.mooring import read_mooring
 from meltemi_exchange.openfast.text import read_input
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.openfast.water import Water
-from meltemi_float.platform import MooringLine
+from meltemi_float.moorings import MooringLine
 from meltemi_sea.kinds import sea_of
 
 MOORDYN_2 = """--- MoorDyn ---
@@ -101,7 +101,8 @@ DEFAULT CurrSSDir
 def lines_of(folder: Path, text: str) -> list[MooringLine]:
     path = folder / "mooring.dat"
     path.write_text(text)
-    return [validated(line, MooringLine, "line") for line in read_lines(read_input(path, "mooring"), 320.0)]
+    lines = read_mooring(read_input(path, "mooring"), 320.0)["lines"]
+    return [validated(line, MooringLine, "line") for line in lines]
 
 
 def water_of(folder: Path, text: str, *, old: bool) -> Water:
@@ -131,7 +132,8 @@ def test_one_line_in_three_formats(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "kind", "says"),
     [
-        ("1  Vessel", "1  Free", UnsupportedError, "'Free'.*without free points"),
+        ("1  Vessel", "1  Turbine", UnsupportedError, "point 1 is of kind 'Turbine'"),
+        ("1  Vessel", "1  Fixed", UnsupportedError, "both of kind 'Fixed'"),
         ("1  main  2", "1  other  2", InputError, "names a type or point"),
         ("902.2", "long", InputError, "expected a number, found 'long'"),
         ("Diam", "Width", InputError, "no table of mooring diam"),
@@ -140,6 +142,52 @@ def test_one_line_in_three_formats(tmp_path: Path) -> None:
 def test_other_lines_are_refused(tmp_path: Path, old: str, new: str, kind: type[Exception], says: str) -> None:
     with pytest.raises(kind, match=says):
         lines_of(tmp_path, MOORDYN_2.replace(old, new))
+
+
+BRIDLES = {
+    "MoorDyn 2": (
+        MOORDYN_2,
+        "1  main  2  1  902.2  20  -",
+        "3  Vessel  5.2  2.0  -70.0  0 0 0 0\n4  Free  40.0  0.0  -85.0  500 0.1 2.0 0.5\n",
+        "1  main  1  4  40  20  -\n2  main  3  4  40  20  -\n3  main  2  4  860  20  -",
+    ),
+    "MoorDyn 1": (
+        MOORDYN_1,
+        "1  main  902.2  20  1  2  p",
+        "3  Vessel  5.2  2.0  -70.0  0 0 0 0 0 0 0\n4  Connect  40.0  0.0  -85.0  500 0.1 0 0 0 2.0 0.5\n",
+        "1  main  40  20  4  2  p\n2  main  40  20  4  3  p\n3  main  860  20  1  4  p",
+    ),
+    "MAP++": (
+        MAP,
+        "1  main  902.2  1  2  tension_fair",
+        "3  Vessel  5.2  2.0  -70.0  0 0 # # #\n4  Connect  #40.0  #0.0  #-85.0  500 0.1 0 0 0\n",
+        "1  main  40  4  2\n2  main  40  4  3\n3  main  860  1  4",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", BRIDLES)
+def test_a_bridle_in_three_formats(tmp_path: Path, kind: str) -> None:
+    """Two lines from the platform meet a third one, whatever the order of their ends in the file."""
+    text, line, points, lines = BRIDLES[kind]
+    at = text.index("---", text.index("Vessel"))
+    path = tmp_path / "mooring.dat"
+    path.write_text((text[:at] + points + text[at:]).replace(line, lines))
+    found = read_mooring(read_input(path, "mooring"), 320.0)
+    first, second, third = found["lines"][:3]
+    assert (first["anchor"], second["anchor"], third["fairlead"]) == ("point4",) * 3
+    assert first["fairlead"][2] == second["fairlead"][2] == -70.0 and third["anchor"][2] == -320.0
+    assert {first["fairlead"][1], second["fairlead"][1]} == {0.0, 2.0}
+    assert (found["points"]["point4"]["mass"], found["points"]["point4"]["volume"]) == (500.0, 0.1)
+    if kind == "MAP++":
+        assert len(found["lines"]) == 9 and found["lines"][3]["anchor"] == "point4_120"
+        assert set(found["points"]) == {"point4", "point4_120", "point4_240"}
+    else:
+        assert (found["points"]["point4"]["drag_area"], found["points"]["point4"]["added_mass"]) == (2.0, 0.5)
+    path.write_text(path.read_text().replace("500 0.1 0 0 0", "500 0.1 0 0 9"))
+    if kind != "MoorDyn 2":
+        with pytest.raises(UnsupportedError, match="point 4 has forces"):
+            read_mooring(read_input(path, "mooring"), 320.0)
 
 
 @pytest.mark.parametrize("old", [False, True], ids=["SeaState", "HydroDyn before 4"])

@@ -11,6 +11,7 @@ from meltemi.core.errors import InputError
 
 REQUIREMENTS = (
     "anywidget>=0.9,<1",
+    "capytaine>=3.0,<4",
     "control>=0.10,<0.12",
     "distributed>=2024.8",
     "fmpy>=0.3.20,<0.4",

@@ -25,7 +25,8 @@ from meltemi.turbine.power_turbine import Shaft as Shaft
 from meltemi.turbine.power_turbine import TableCoefficient as TableCoefficient
 from meltemi.turbine.typical import ComponentMasses as ComponentMasses
 from meltemi.turbine.typical import typical_masses as typical_masses
-from meltemi_float.platform import MooringLine as MooringLine
+from meltemi_float.moorings import MooringLine as MooringLine
+from meltemi_float.moorings import MooringPoint as MooringPoint
 from meltemi_float.platform import Platform as Platform
 from meltemi_sea.mass_dampers import MassDamper as MassDamper
 from meltemi_sea.soil import Soil as Soil

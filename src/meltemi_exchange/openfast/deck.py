@@ -19,7 +19,7 @@ from meltemi_exchange.openfast.airfoils import Polars, read_airfoils
 from meltemi_exchange.openfast.blade import add_torsion, read_aerodyn_blade, read_beamdyn, read_elastodyn_blade
 from meltemi_exchange.openfast.control import IDEAL_RATE, from_discon, simple_torque
 from meltemi_exchange.openfast.mass_dampers import read_mass_dampers
-from meltemi_exchange.openfast.mooring import read_lines
+from meltemi_exchange.openfast.mooring import read_mooring
 from meltemi_exchange.openfast.text import InputFile, read_input
 from meltemi_exchange.openfast.tower import add_diameter, read_substructure, read_tower
 from meltemi_exchange.openfast.values import Values
@@ -229,7 +229,7 @@ def _floating(main: InputFile, v: Values, water: Water) -> dict[str, Any]:
     platform = water.platform(v)
     moored = v.file(main, "mooring_file") if v.given("comp_mooring", 0) else None
     if moored is not None:
-        platform["lines"] = read_lines(read_input(moored, "mooring"), platform["depth"])
+        platform |= read_mooring(read_input(moored, "mooring"), platform["depth"])
     foundation = {"motions": get_args(BaseMotion), "stiffness": np.zeros((6, 6))}
     return {"platform": platform, "foundation": foundation}
 

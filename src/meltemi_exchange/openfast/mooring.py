@@ -20,39 +20,56 @@ TYPES = {
     "damping_ratio": ("ba/-zeta",),
 }
 POINTS = {"kind": ("type", "attachment"), "x": ("x",), "y": ("y",), "z": ("z",)}
+FREE = {"mass": ("m",), "volume": ("v",), "drag_area": ("cda",), "added_mass": ("ca",)}
+PULLED = {"fx": ("fx",), "fy": ("fy",), "fz": ("fz",)}
 LINES = {"type": ("linetype",), "length": ("unstrlen",), "a": ("attacha", "nodeanch"), "b": ("attachb", "nodefair")}
 """Columns by the names that the three programs give them."""
 BED_FRICTION = ("mu_kT", "mu_kA")
 """Options of MoorDyn 2: friction of all lines on the bed, across and along."""
 
 
-def read_lines(file: InputFile, depth: float) -> list[dict[str, Any]]:
-    """Mooring lines, each between an anchor and the platform.
+def read_mooring(file: InputFile, depth: float) -> dict[str, Any]:
+    """Mooring lines (``lines``), and the free points where they meet (``points``).
 
     Args:
       depth: [m] of the water, for anchors at "depth".
 
     Raises:
       InputError: a table or a value is missing.
-      UnsupportedError: lines that meet in free points, or other things than one line from anchor to platform.
+      UnsupportedError: lines end at other things than anchors, free points and the platform.
     """
-    types, points = _table(file, TYPES, "diameter"), _table(file, POINTS, "kind")
-    found = []
-    for _, row in _table(file, LINES, "length").values():
-        ends = [points.get(row[name]) for name in "ab"]
-        kind = types.get(row["type"])
-        if kind is None or None in ends:
+    types, points = _table(file, TYPES, "diameter"), _table(file, POINTS | FREE | PULLED, "kind")
+    lines, free, ends = [], {}, {}
+    for name, (_, point) in points.items():
+        what = next((w for w, names in ENDS.items() if point["kind"].lower() in names), None)
+        if what is None:
+            raise UnsupportedError(
+                f"{file.path}: point {name} is of kind {point['kind']!r}: lines end at anchors, free points and the "
+                "platform"
+            )
+        z = -depth if point["z"].lower() == "depth" else _number(file, point["z"])
+        ends[name] = what, [_number(file, point["x"]), _number(file, point["y"]), z]
+        if what == "free":
+            if any(number(point.get(axis, "0")) for axis in PULLED):
+                raise UnsupportedError(f"{file.path}: point {name} has forces FX, FY, FZ, which have no counterpart")
+            free[f"point{name}"] = {key: _number(file, point[key]) for key in FREE if key in point}
+    rows = [row for _, row in _table(file, LINES, "length").values()]
+    for row in rows:
+        if row["type"] not in types or not {row["a"], row["b"]} <= set(ends):
             raise InputError(f"{file.path}: line {row} names a type or point that the tables do not have")
-        places = {}
-        for _, point in filter(None, ends):
-            what = next((w for w, names in ENDS.items() if point["kind"].lower() in names), None)
-            if what is None or what in places:
+    steps = _steps({name: what for name, (what, _) in ends.items()}, [(row["a"], row["b"]) for row in rows])
+    for row in rows:
+        kind = types[row["type"]]
+        up, low = sorted((row["a"], row["b"]), key=steps.__getitem__)
+        places: dict[str, Any] = {}
+        for name, end, other in (("fairlead", up, "anchor"), ("anchor", low, "fairlead")):
+            what, place = ends[end]
+            if what == other:
                 raise UnsupportedError(
-                    f"{file.path}: a line ends at a point of kind {point['kind']!r}: each line goes from an anchor to "
-                    "the platform, without free points and bridles"
+                    f"{file.path}: points {up} and {low} of a line are both of kind {points[up][1]['kind']!r}: lines "
+                    "go from the platform to an anchor, directly or through free points"
                 )
-            z = -depth if point["z"].lower() == "depth" else _number(file, point["z"])
-            places[what] = [_number(file, point["x"]), _number(file, point["y"]), z]
+            places[name] = f"point{end}" if what == "free" else place
         values = {name: _number(file, text) for name, text in kind[1].items()}
         if values.get("damping_ratio", 0.0) < 0.0:
             values["damping_ratio"] *= -1.0
@@ -60,22 +77,47 @@ def read_lines(file: InputFile, depth: float) -> list[dict[str, Any]]:
             values.pop("damping_ratio", None)
         if (friction := file.find(BED_FRICTION[1])) is not None:
             values["friction"] = _number(file, friction.values[0])
-        found.append(places | values | {"length": _number(file, row["length"])})
+        lines.append(places | values | {"length": _number(file, row["length"])})
     turns = next((split(line)[1:] for line in file.lines if line.split()[:1] == ["repeat"]), [])
-    return found + [_turned(line, math.radians(_number(file, text))) for text in turns for line in found]
+    found = [(lines, free), *(_turned(lines, free, _number(file, text), f"_{text}") for text in turns)]
+    every = {name: point for _, each in found for name, point in each.items()}
+    return {"lines": [line for each, _ in found for line in each]} | ({"points": every} if every else {})
 
 
-ENDS = {"anchor": ("fixed", "fix", "anchor"), "fairlead": ("vessel", "coupled", "coupledpinned", "body1")}
+ENDS = {
+    "anchor": ("fixed", "fix", "anchor"),
+    "fairlead": ("vessel", "coupled", "coupledpinned", "body1"),
+    "free": ("free", "connect", "connection"),
+}
 
 
-def _turned(line: dict[str, Any], angle: float) -> dict[str, Any]:
-    c, s = math.cos(angle), math.sin(angle)
-    turned = {n: [c * x - s * y, s * x + c * y, z] for n in ENDS for x, y, z in [line[n]]}
-    return line | turned
+def _steps(kinds: dict[str, str], lines: list[tuple[str, str]]) -> dict[str, float]:
+    """Lines between each point and the platform, most of all for anchors: lines go upwards along them."""
+    steps = {name: 0.0 if what == "fairlead" else math.inf for name, what in kinds.items()}
+    for _ in lines:
+        for a, b in (*lines, *(both[::-1] for both in lines)):
+            if kinds[b] == "free":
+                steps[b] = min(steps[b], steps[a] + 1.0)
+    return steps
+
+
+def _turned(lines: list[Any], free: dict[str, Any], degrees: float, end: str) -> tuple[list[Any], dict[str, Any]]:
+    """Lines and points turned about the vertical, the names of the points with another end."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+
+    def turn(place: Any) -> Any:
+        return (
+            place + end
+            if isinstance(place, str)
+            else [c * place[0] - s * place[1], s * place[0] + c * place[1], place[2]]
+        )
+
+    turned = [line | {name: turn(line[name]) for name in ("fairlead", "anchor")} for line in lines]
+    return turned, {name + end: point for name, point in free.items()}
 
 
 def _number(file: InputFile, text: str) -> float:
-    value = number(text.lstrip("#"))
+    value = number(text.lstrip("#")) if text != "#" else 0.0
     if value is None:
         raise InputError(f"{file.path}: expected a number, found {text!r}")
     return value

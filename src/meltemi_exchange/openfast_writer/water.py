@@ -6,7 +6,7 @@ Values go by the targets of the reader's table, so that both directions have one
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -19,9 +19,11 @@ from meltemi_exchange.openfast.mooring import BED_FRICTION
 from meltemi_exchange.openfast.tower import SPRINGS
 from meltemi_exchange.openfast.water import DRIFTS, FULL_DRIFT, STRETCHINGS
 from meltemi_exchange.openfast_writer.template import by_target, fill, matrix, rows_of
-from meltemi_float.coefficients import Coefficients, read_coefficients
+from meltemi_float.coefficients import read_coefficients
 from meltemi_float.members import Member
+from meltemi_float.moorings import at_rest
 from meltemi_float.platform import Platform
+from meltemi_hydro.wamit import wamit_texts
 from meltemi_sea.conditions import Sea
 from meltemi_sea.support import Hydrodynamics, Support
 
@@ -254,7 +256,7 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
         lost("members", "HydroDyn gets those with forces; the others are for pictures")
     values: dict[str, float | str] = {"potential": int(flows)}
     if flows:
-        _write_wamit(texts, read_coefficients(platform.coefficients))
+        texts |= {POTENTIAL + end: text for end, text in wamit_texts(read_coefficients(platform.coefficients)).items()}
         values |= {"potential_file": POTENTIAL, "volume": platform.volume}
         values |= dict(zip(("buoyancy_x", "buoyancy_y"), platform.buoyancy_centre, strict=True))
         values |= {key: FULL_DRIFT for key, drift in DRIFTS if drift == platform.drift}
@@ -289,42 +291,6 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
     texts["HydroDyn.dat"] = _hydrodyn(title, values, tables)
 
 
-def _write_wamit(texts: dict[str, str], c: Coefficients) -> None:
-    """Files .1, .3, .hst and .12d, of reference length 1 m; zero frequency has the added mass of the lowest."""
-    modes = [(i, j) for i in range(6) for j in range(6)]
-    period = (2.0 * np.pi / c.frequency).tolist()
-    rows = [
-        [T, i + 1, j + 1, float(A[i, j])] for T, A in ((-1.0, c.added_mass[0]), (0.0, c.infinite)) for i, j in modes
-    ]
-    for T, w, A, B in zip(period, c.frequency, c.added_mass, c.damping, strict=True):
-        rows += [[T, i + 1, j + 1, float(A[i, j]), float(B[i, j] / w)] for i, j in modes]
-    texts[f"{POTENTIAL}.1"] = _text(rows)
-    texts[f"{POTENTIAL}.hst"] = _text([[i + 1, j + 1, float(c.hydrostatic[i, j])] for i, j in modes])
-    texts[f"{POTENTIAL}.3"] = _text(
-        [T, float(beta), k + 1, *_polar(X[h, k])]
-        for T, X in zip(period, c.excitation, strict=True)
-        for h, beta in enumerate(c.heading)
-        for k in range(6)
-    )
-    if len(c.drift_frequency):
-        beta, slow = float(c.drift_heading[0]), (2.0 * np.pi / c.drift_frequency).tolist()
-        texts[f"{POTENTIAL}.12d"] = _text(
-            [slow[a], slow[b], beta, beta, k + 1, *_polar(c.drift[a, b, k])]
-            for b in range(len(slow))
-            for a in range(b, len(slow))
-            for k in range(6)
-        )
-
-
-def _polar(z: complex) -> list[float]:
-    """Modulus, phase [deg], real and imaginary part, as WAMIT prints them."""
-    return [float(abs(z)), float(np.degrees(np.angle(z))), float(z.real), float(z.imag)]
-
-
-def _text(rows: Iterable[Iterable[object]]) -> str:
-    return "\n".join(" ".join(f"{x:.9E}" if isinstance(x, float) else str(x) for x in row) for row in rows) + "\n"
-
-
 def mooring(title: str, platform: Platform) -> str:
     """MoorDyn.
 
@@ -344,17 +310,28 @@ def mooring(title: str, platform: Platform) -> str:
     settings = {"dtM": float(f"{STEP_OF_LINE * crossed:.1g}")} | SOLVER
     if lines[0].friction:
         settings |= dict.fromkeys(BED_FRICTION, lines[0].friction)
-    n = range(1, len(lines) + 1)
+    n, rest = range(1, len(lines) + 1), at_rest(lines, platform.points, platform.depth, platform.water_density)
+    points: list[list[object]] = []
+    joints: dict[str, int] = {}
+    ends = []
+    for line, upper, lower in zip(lines, rest.upper, rest.lower, strict=True):
+        both = []
+        for what, end, place in (("Vessel", line.fairlead, upper), ("Fixed", line.anchor, lower)):
+            if isinstance(end, str):
+                joint = platform.points[end]
+                kind, own = "Free", [joint.mass, joint.volume, joint.drag_area, joint.added_mass]
+            else:
+                kind, own = what, [0.0] * 4
+            if not isinstance(end, str) or end not in joints:
+                points.append([len(points) + 1, kind, *place.tolist(), *own])
+            both.append(joints.setdefault(end, len(points)) if isinstance(end, str) else len(points))
+        ends.append(both)
     tables = {
         "types": rows_of([f"kind{i + 1}", *kind] for i, kind in enumerate(types)),
-        "points": rows_of(
-            [2 * i - 1 + k, what, *place.tolist(), *[0.0] * 4]
-            for i, line in zip(n, lines, strict=True)
-            for k, (what, place) in enumerate((("Vessel", line.fairlead), ("Fixed", line.anchor)))
-        ),
+        "points": rows_of(points),
         "lines": rows_of(
-            [i, f"kind{types.index(kind) + 1}", 2 * i, 2 * i - 1, line.length, segments, "-"]
-            for i, line, kind in zip(n, lines, kinds, strict=True)
+            [i, f"kind{types.index(kind) + 1}", low, up, line.length, segments, "-"]
+            for i, line, kind, (up, low) in zip(n, lines, kinds, ends, strict=True)
         ),
         "options": rows_of([value, name] for name, value in settings.items()),
         "channels": [f"FairTen{i}" for i in n],

@@ -1,0 +1,297 @@
+"""Descriptions of mooring lines, their tables for kernels, and lines alone in equilibrium.
+
+Reference: docs/theory/floating.md (W-31, W-32).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from meltemi.control.faults import healthy
+from meltemi.core.record import Record, Vector
+from meltemi.maths.tables import View
+from meltemi.structure.tables import StructureParameters
+from meltemi_float.catenary import span
+from meltemi_float.mooring import (
+    INNER,
+    NONE,
+    FreePoint,
+    Line,
+    LineEnd,
+    LineLoad,
+    LineOrder,
+    Moorings,
+    PointState,
+    hang_all,
+)
+from meltemi_sea.airy import GRAVITY
+
+Float = NDArray[np.float64]
+ON_BED = 1e-3
+"""[m] above the sea bed below which an anchor lies on it."""
+
+
+class MooringPoint(Record):
+    """A free point where lines meet, with a clump weight or a buoy. It hangs in the lines and stays off the sea bed."""
+
+    mass: float = Field(default=0.0, ge=0.0)
+    """[kg] in air."""
+    volume: float = Field(default=0.0, ge=0.0)
+    """[m^3] of the water that it displaces."""
+    drag_area: float = Field(default=0.0, ge=0.0)
+    """[m^2] drag coefficient times area."""
+    added_mass: float = Field(default=0.0, ge=0.0)
+    """Added mass over the mass of the water displaced [-]."""
+
+    def wet_mass(self, water_density: float) -> float:
+        """[kg] without that of the water that it displaces, of a density [kg/m^3]."""
+        return self.mass - water_density * self.volume
+
+
+class MooringLine(Record):
+    """A line of one kind, from the platform or a free point down to an anchor or a free point."""
+
+    fairlead: Vector | str
+    """(3,) [m] on the platform at rest: x, y, and height above still water; or the name of one of ``points``."""
+    anchor: Vector | str
+    """(3,) [m], or the name of one of ``points``."""
+    length: float = Field(gt=0.0)
+    """[m] unstretched."""
+    mass: float = Field(gt=0.0)
+    """[kg/m] in air."""
+    diameter: float = Field(ge=0.0)
+    """[m] of a cylinder with the volume of the line."""
+    stiffness: float = Field(gt=0.0)
+    """[N] Young's modulus times section."""
+    friction: float = Field(default=0.0, ge=0.0, le=2.0)
+    """Of the sea bed [-]."""
+    drag: float = Field(default=0.0, ge=0.0)
+    """Drag coefficient [-] of motion across the line, over its diameter; along it ``axial_drag``, over its surface."""
+    axial_drag: float = Field(default=0.0, ge=0.0)
+    added_mass: float = Field(default=0.0, ge=0.0)
+    """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
+    axial_added_mass: float = Field(default=0.0, ge=0.0)
+    strength: float | None = Field(default=None, gt=0.0)
+    """[N] characteristic strength, for utilisations of load bases."""
+    damping_ratio: float = Field(default=1.0, ge=0.0)
+    """Axial damping of a segment over ``l sqrt(stiffness mass)`` [-]; of moving lines."""
+
+    @property
+    def section(self) -> float:
+        """[m^2] of the water that it displaces."""
+        return 0.25 * np.pi * self.diameter**2
+
+    def wet_mass(self, water_density: float) -> float:
+        """[kg/m] without that of the water that it displaces, of a density [kg/m^3]."""
+        return self.mass - water_density * self.section
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name in ("fairlead", "anchor"):
+            place = getattr(self, name)
+            if not isinstance(place, str) and len(place) != 3:
+                raise ValueError(f"{name} must have 3 entries, x, y, z [m], found {len(place)}")
+        if isinstance(self.fairlead, str) or isinstance(self.anchor, str):
+            return self
+        if self.fairlead[2] <= self.anchor[2]:
+            raise ValueError("anchor must be below the fairlead")
+        across = float(np.hypot(*(self.fairlead - self.anchor)[:2]))
+        if self.length >= across + self.fairlead[2] - self.anchor[2]:
+            raise ValueError(
+                f"length {self.length:g} m hangs straight down at the fairlead; expected less than "
+                f"{across + self.fairlead[2] - self.anchor[2]:.5g} m (use a shorter line)"
+            )
+        return self
+
+
+def strings(lines: Sequence[MooringLine], points: Mapping[str, MooringPoint]) -> list[list[int]]:
+    """Lines end to end, each string from its upper to its lower line; a line at a junction begins or ends one.
+
+    Raises:
+      ValueError: free points do not join lines with the platform.
+    """
+    ends = [[end if isinstance(end, str) else None for end in (line.fairlead, line.anchor)] for line in lines]
+    above = {name: [i for i, (_, low) in enumerate(ends) if low == name] for name in points}
+    below = {name: [i for i, (up, _) in enumerate(ends) if up == name] for name in points}
+    for i, both in enumerate(ends):
+        for end in both:
+            if end is not None and end not in points:
+                known = ", ".join(points) or "none"
+                raise ValueError(f"lines: line {i + 1} ends at {end!r}, which is not one of points ({known})")
+    for name in points:
+        if not above[name] or len(above[name]) + len(below[name]) < 2:
+            raise ValueError(
+                f"points: {name} must be the anchor of a line from the platform, and an end of another one; it is the "
+                f"anchor of {len(above[name])} and the fairlead of {len(below[name])} lines"
+            )
+    inner = {name for name in points if len(above[name]) == len(below[name]) == 1}
+    found = []
+    for i, (head, foot) in enumerate(ends):
+        if head in inner:
+            continue
+        row = [i]
+        while foot in inner:
+            row.append(below[foot][0])
+            foot = ends[row[-1]][1]
+        if head is not None and foot is not None:
+            raise ValueError(
+                f"lines: from {head} to {foot} lines join two points where lines meet; each must end at the "
+                "platform or an anchor"
+            )
+        found.append(row)
+    left = set(range(len(lines))) - {i for row in found for i in row}
+    if left:
+        raise ValueError(f"lines: line {min(left) + 1} belongs to a ring that does not reach the platform")
+    return found
+
+
+def mooring_tables(
+    lines: Sequence[MooringLine], points: Mapping[str, MooringPoint], depth: float, water_density: float
+) -> dict[str, Any]:
+    """Arrays of the constants, and of the work, of the kernels of ``mooring``.
+
+    Args:
+      depth: [m]; water_density: [kg/m^3].
+    """
+    line, order = Line.zeros(line=len(lines)), np.full(LineOrder.shape(line=len(lines)), NONE)
+    v, o, number = View(Line, line), View(LineOrder, order), {name: n for n, name in enumerate(points)}
+    for name in ("length", "stiffness", "friction"):
+        v[name] = [getattr(each, name) for each in lines]
+    v["mass"] = [each.wet_mass(water_density) for each in lines]
+    across = water_density * np.array([each.diameter for each in lines])
+    section = water_density * np.array([each.section for each in lines])
+    dry = np.array([each.mass for each in lines])
+    v["drag"] = 0.5 * across * [each.drag for each in lines]
+    v["axial_drag"] = 0.5 * np.pi * across * [each.axial_drag for each in lines]
+    v["inertia"] = dry + section * [each.added_mass for each in lines]
+    v["axial_inertia"] = dry + section * [each.axial_added_mass for each in lines]
+    junctions = set()
+    for row in strings(lines, points):
+        first, last, reach, floats = row[0], row[-1], 0.0, False
+        head, foot = lines[first].fairlead, lines[last].anchor
+        o["head"][row[1:]] = INNER
+        ends = [number[end] for end in (lines[k].anchor for k in row[:-1]) if isinstance(end, str)]
+        o["below"][row[:-1]], o["point"][row[:-1]] = row[1:], ends
+        if isinstance(head, str):
+            o["head"][first] = number[head]
+        if isinstance(foot, str):
+            o["foot"][row] = number[foot]
+        junctions |= {number[end] for end in (head, foot) if isinstance(end, str)}
+        # on the way to the last point: from the anchor upwards, or from the platform down to a junction
+        way = row if isinstance(foot, str) else row[::-1]
+        o["start"][row], o["finish"][row] = way[0], way[-1]
+        o["onward"][way[:-1]], o["back"][way[1:]] = way[1:], way[:-1]
+        o["knot"][way[:-1]] = ends if isinstance(foot, str) else ends[::-1]
+        for k in reversed(row):
+            reach += lines[k].length
+            if isinstance(end := lines[k].anchor, str):
+                floats = floats or points[end].wet_mass(water_density) < 0.0
+            v["reach"][k] = reach
+            v["on_bed"][k] = 0.0 if isinstance(foot, str) or floats else foot[2] < -depth + ON_BED
+            if not isinstance(foot, str):
+                v["anchor"][:, k] = foot
+            if not isinstance(head, str):
+                v["fairlead"][:, k] = head
+    point = FreePoint.zeros(point=len(points))
+    v = View(FreePoint, point)
+    v["mass"] = [each.wet_mass(water_density) for each in points.values()]
+    v["inertia"] = [each.mass + each.added_mass * water_density * each.volume for each in points.values()]
+    v["drag"] = [0.5 * water_density * each.drag_area for each in points.values()]
+    v["junction"] = [n in junctions for n in range(len(points))]
+    return {"line": line, "line_order": order, "point": point, "line_end": LineEnd.zeros(line=len(lines))}
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """Lines in equilibrium, in the order of the platform's.
+
+    Attributes:
+      upper, lower: (L, 3) [m] ends.
+      horizontal, vertical: (L,) [N] forces on the upper end, the vertical one downwards.
+      tension: (L, 2) [N] at upper and lower end.
+      force: (L, 3) [N] on the platform; zero of lines that do not reach it.
+      on_bed: (L,) whether they may lie on the sea bed.
+    """
+
+    upper: Float
+    lower: Float
+    horizontal: Float
+    vertical: Float
+    tension: Float
+    force: Float
+    on_bed: NDArray[np.bool_]
+
+
+def at_rest(
+    lines: Sequence[MooringLine],
+    points: Mapping[str, MooringPoint],
+    depth: float,
+    water_density: float,
+    fairleads: Float | None = None,
+) -> AtRest:
+    """Equilibrium of lines and free points (W-31, W-32).
+
+    Args:
+      depth: [m]; water_density: [kg/m^3].
+      fairleads: (L, 3) [m] places of upper ends on the platform; by default those at rest.
+    """
+    tables = mooring_tables(lines, points, depth, water_density)
+    arrays = {
+        "structure": StructureParameters.zeros(),
+        "faults": healthy(),
+        "line_load": LineLoad.zeros(line=len(lines)),
+        "point_state": PointState.zeros(point=len(points)),
+        **tables,
+    }
+    View(StructureParameters, arrays["structure"])["gravity"] = GRAVITY
+    ends, load, order = (
+        View(table, arrays[name])
+        for table, name in ((LineEnd, "line_end"), (LineLoad, "line_load"), (LineOrder, "line_order"))
+    )
+    ends["upper"] = View(Line, tables["line"])["fairlead"] if fairleads is None else fairleads.T
+    hang_all(Moorings("floats", arrays))
+    upper, lower, H, V = ends["upper"].T, ends["lower"].T, load["horizontal"], load["vertical"]
+    way = upper - lower
+    across = np.hypot(way[:, 0], way[:, 1])
+    force = np.column_stack([-H * way[:, 0] / across, -H * way[:, 1] / across, -V])
+    force[order["head"] != NONE] = 0.0
+    return AtRest(
+        upper,
+        lower,
+        H,
+        V,
+        np.stack([load["fairlead"], load["anchor"]], axis=1),
+        force,
+        View(Line, tables["line"])["on_bed"] > 0.0,
+    )
+
+
+def shapes(rest: AtRest, lines: Sequence[MooringLine], water_density: float, count: int = 40) -> list[Float]:
+    """(count, 3) [m] places along each line from its upper end; for pictures (W-12, W-13).
+
+    Args:
+      water_density: [kg/m^3].
+      count: points of a line.
+    """
+    found = []
+    for i, line in enumerate(lines):
+        H, V, w, bed = (
+            max(rest.horizontal[i], 1.0),
+            rest.vertical[i],
+            GRAVITY * line.wet_mass(water_density),
+            rest.on_bed[i],
+        )
+        x, z = np.zeros(count), np.zeros(count)
+        for k, s in enumerate(np.linspace(line.length, 0.0, count)[:-1]):
+            up = V - w * (line.length - s)
+            e = span(H, max(up, 0.0) if bed else up, s, w, line.stiffness, 0.0, 1.0 * bed)
+            x[k], z[k] = e.x, e.z
+        way = rest.upper[i] - rest.lower[i]
+        found.append(rest.lower[i] + np.column_stack([np.outer(x / x[0], way[:2]), z]))
+    return found

@@ -1,0 +1,1 @@
+"""Potential flow about platforms: ``meltemi hydro``, with Capytaine."""
