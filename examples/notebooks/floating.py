@@ -41,20 +41,16 @@ for ax, (name, (unit, factor)) in zip(axes, wanted.items(), strict=True):
     ax.set(title=f"{name} [{unit}]", xlabel="wave period [s]")
 
 # %% [markdown]
-# Control that is faster than the pitch of the platform feeds it: more wind from a
-# forward motion, less thrust by the pitch angle, and so less damping. The gains of the
-# turbine on land and those below the platform's frequency in the same wind and sea:
+# Control that is as fast as the pitch of the platform feeds it: more wind from a
+# forward motion, less thrust by the pitch angle, and so less damping. The control of the
+# turbine on land and gains below the platform's frequency in the same wind and sea:
 
 # %%
 duration = 900.0  # reduced: 40.0
-land = meltemi.load_turbine("iea15mw").control
-names = ("pitch.proportional_gain", "pitch.integral_gain")
-gains = {name: getattr(land.pitch, name.split(".")[1]) for name in names}
-fast = turbine.replace(**{f"control.{name}": value for name, value in gains.items()})
-fast = fast.replace(**{"control.torque.hold": land.torque.hold})
+fast = turbine.replace(control=meltemi.load_turbine("iea15mw").control)
 wind = meltemi.TurbulentWind(speed=14.0, intensity=0.12, seed=1)
 figure, ax = plt.subplots(figsize=(9.0, 3.0), layout="constrained")
-for label, each in (("gains of land", fast), ("below the platform", turbine)):
+for label, each in (("control of land", fast), ("below the platform", turbine)):
     result = meltemi.simulate(
         meltemi.build(each),
         wind,
