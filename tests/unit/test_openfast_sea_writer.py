@@ -89,7 +89,7 @@ def test_a_pile_comes_back(name: str, tmp_path: Path) -> None:
 
 
 def test_rayleigh_damping_is_that_of_the_first_mode(tmp_path: Path) -> None:
-    """Factors of mass and stiffness: a / (2 w) + b w / 2 at the first natural frequency; none without GuyanDampMod 1."""
+    """Factors of mass and stiffness: a / (2 w) + b w / 2 at the first natural frequency w; only with GuyanDampMod 1."""
     turbine = load(PILE)
     main = written(turbine, tmp_path).main
     file = main.with_name("SubDyn.dat")
