@@ -192,6 +192,25 @@ def test_given_shapes_on_static_shapes_of_the_pile(turbine: Turbine) -> None:
     assert np.all(first[1] > first[0])  # fewer shapes are stiffer
 
 
+def test_the_steel_of_the_pile_damps_alike_in_given_and_natural_shapes(turbine: Turbine) -> None:
+    """Its ratio is that of the first mode with the rotor, for its share of the stiffness of that mode (H-35)."""
+    shapes = {"fore_aft": [[1.0], [12.0, -16.0, 5.0]], "side_side": [[1.0], [12.0, -16.0, 5.0]]}
+    tower = turbine.replace(**{"tower.mode_shapes": shapes}).tower
+    layout, counts = points(np.linspace(0.0, tower.length, 11)), {"fore_aft": 2, "side_side": 2, "torsion": 0}
+    head = np.diag([3.5e5] * 3 + [0.0] * 3)
+    assert turbine.support is not None
+    ratio = []
+    for given in (False, True):
+        undamped, damped = (
+            supported_tower(turbine.support.replace(damping=z), tower, counts, head, None, layout, given=given)
+            for z in (0.0, 0.02)
+        )
+        w2, x = scipy.linalg.eigh(damped.modes.stiffness, damped.modes.mass)
+        ratio.append(x[:, 0] @ (damped.damping - undamped.damping) @ x[:, 0] / (2.0 * np.sqrt(w2[0])))
+    assert 0.1 < ratio[0] / 0.02 < 0.9
+    assert ratio[1] == pytest.approx(ratio[0], rel=0.05)
+
+
 def test_a_pile_in_stiff_soil_is_clamped_at_the_mudline(turbine: Turbine) -> None:
     stiff = {"shear_modulus": 1e15}  # in shear a pile turns in the ground that holds it
     deep = {"position": [-50.0, -20.0, -10.0, 0.0, 10.0], "diameter": [6.0] * 5, "thickness": [0.06] * 5, **stiff}

@@ -79,12 +79,37 @@ def test_a_pile_comes_back(name: str, tmp_path: Path) -> None:
     assert new is not None
     for field in "depth elastic_modulus shear_modulus density flooded water_density".split():
         assert getattr(new, field) == pytest.approx(getattr(old, field), rel=1e-9), field
+    assert new.damping == pytest.approx(old.damping, rel=0.005)  # of its mode shapes by polynomials
     assert new.hydrodynamics.content() == old.hydrodynamics.content()
     assert [(m.height, m.mass, m.inertia) for m in new.masses] == [(m.height, m.mass, m.inertia) for m in old.masses]
     z = np.linspace(old.position[0], old.position[-1], 301)[1:-1] + 0.01
     for field in ("diameter", "thickness"):
         was, found = (np.interp(z, each.position, getattr(each, field)) for each in (old, new))
         assert found == pytest.approx(was, rel=1e-6), field
+
+
+def test_rayleigh_damping_is_that_of_the_first_mode(tmp_path: Path) -> None:
+    """Factors of mass and stiffness: a / (2 w) + b w / 2 at the first natural frequency w; only with GuyanDampMod 1."""
+    turbine = load(PILE)
+    main = written(turbine, tmp_path).main
+    file = main.with_name("SubDyn.dat")
+    text = file.read_text()
+    (line,) = [x for x in text.splitlines() if "RayleighDamp" in x]
+    of_stiffness = float(line.split()[1])
+    first = 2.0 * turbine.support.damping / of_stiffness
+
+    def damping(row: str, kind: int = 1) -> float:
+        changed = text.replace(line, row).replace("1   GuyanDampMod", f"{kind}   GuyanDampMod")
+        assert kind == 1 or changed != text.replace(line, row)
+        file.write_text(changed)
+        support = read_deck(main, control_of=turbine).turbine.support
+        assert support is not None
+        return float(support.damping)
+
+    assert damping(f"0.01  {of_stiffness}  RayleighDamp") == pytest.approx(0.01 + 0.005 / first, rel=0.005)
+    assert damping(f"0.01  {of_stiffness}  RayleighDamp", kind=0) == 0.0
+    with pytest.raises(InputError, match=r"SubDyn.dat: RayleighDamp: expected factors of mass and stiffness"):
+        damping("0.01  RayleighDamp")
 
 
 def test_coefficients_growth_and_springs_of_a_pile(tmp_path: Path) -> None:

@@ -262,6 +262,7 @@ class _Deck:
             "ModCoupling": TIGHT if beamdyn or self.turbine.support is not None else LOOSE,
             "MaxConvIter": 30 if self.at_sea else 6,  # water moves with members: more exchanges in a step,
             "ConvTol": 1e-3 if self.at_sea else 1e-4,  # which end at 1e-4 of forces in single precision
+            "DT_UJac": 1.0 if self.turbine.platform is not None else 99999.0,  # a tilted hull exchanges differently
             "DT_Out": step * max(1, round(OUTPUT_STEP / step)),
             "CompElast": 2 if beamdyn else 1,
             "Gravity": self.environment.gravity,
