@@ -1,8 +1,8 @@
-"""Try the supported versions: python tools/supported.py [--only oldest|newest] [--pythons 3.11,3.13]
+"""Try the supported versions: python tools/supported.py [--only oldest|newest] [--pythons 3.11,3.14]
 
-For every Python version of pyproject.toml that this machine has, a new environment with the oldest or newest
-dependencies gets the package, and runs kernels and regression. A version without an interpreter is listed as not run.
-Exit status 1 if one fails.
+For every Python version of pyproject.toml that this machine has, a new environment with the newest dependencies gets
+the package, and runs kernels and regression; for the oldest Python, one with the oldest dependencies, too, which were
+never built for later ones. A version without an interpreter is listed as not run. Exit status 1 if one fails.
 """
 
 from __future__ import annotations
@@ -66,7 +66,9 @@ def main() -> int:
     given = parser.parse_args()
     verdicts = {}
     for version in given.pythons.split(",") if given.pythons else versions():
-        for age in (given.only,) if given.only else ("oldest", "newest"):
+        for age in ("oldest", "newest") if version == versions()[0] else ("newest",):
+            if given.only not in (None, age):
+                continue
             python = interpreter(version)
             verdicts[version, age] = "not run: no such interpreter here" if python is None else tried(python, age)
             print(f"Python {version}, {age} dependencies: {verdicts[version, age]}", flush=True)

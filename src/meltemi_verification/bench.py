@@ -41,6 +41,7 @@ from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
 from meltemi_verification.env_bench import environment_rows
 from meltemi_verification.env_bench import timed_environments as timed_environments
+from meltemi_verification.measure import peak_memory
 from meltemi_verification.steps import needs
 from meltemi_verification.steps import timed_steps as timed_steps
 
@@ -315,7 +316,7 @@ def timed_runs(duration: float) -> dict[str, Any]:
     for name, options in VARIANTS.items():
         runs[name] = _timed(_model(**options), wind, duration)
         if len(runs) == 1:
-            peak = round((_peak_resident() - wind.velocity.nbytes) / 1e6)
+            peak = round((peak_memory() - wind.velocity.nbytes) / 1e6)
     runs[LOAD_CONTROL] = timed_load_control(wind, duration)
     model, short = _model(), min(duration, 120.0)
     controller, start = BaselineController(model.turbine), operating_point(model, wind)
@@ -373,7 +374,7 @@ def timed_field(name: str) -> dict[str, float]:
         began = time.perf_counter()
         generate_field(wind, grid, FIELD_SECONDS)
         best = min(best, time.perf_counter() - began)
-    return {"seconds": round(best, 2), "peak_memory_mb": round(_peak_resident() / 1e6)}
+    return {"seconds": round(best, 2), "peak_memory_mb": round(peak_memory() / 1e6)}
 
 
 def _nothing(state: Any, measurements: Any, demands: Any, dt: float) -> None:
@@ -498,20 +499,8 @@ def timed_batch(duration: float) -> dict[str, Any]:
         "batch_cases": BATCH_CASES * cores,
         "batch_real_time_factor": round(together, 1),
         "batch_loss": round(1.0 - together / (cores * one), 3),
-        "batch_peak_memory_mb": round(_peak_resident() / 1e6),
+        "batch_peak_memory_mb": round(peak_memory() / 1e6),
     }
-
-
-def _peak_resident() -> float:
-    """[bytes] peak resident memory of the process."""
-    import psutil
-
-    try:
-        import resource
-    except ImportError:
-        return float(psutil.Process().memory_info().rss)
-    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return float(kilobytes if sys.platform == "darwin" else 1024 * kilobytes)
 
 
 def report_lines(figures: dict[str, Any]) -> list[str]:

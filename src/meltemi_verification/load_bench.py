@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import tempfile
 import time
 from collections.abc import Callable
@@ -14,6 +13,7 @@ from meltemi.core.threads import available_cores
 from meltemi_loads.loadbase.campaign import make_campaign
 from meltemi_loads.loadbase.engine import base_status, base_table, run_base
 from meltemi_loads.loadbase.plan import plan
+from meltemi_verification.measure import peak_memory
 
 PARTS = {"wind": "wind_seconds", "simulation": "simulation_seconds", "reduction": "reduction_seconds"}
 
@@ -60,7 +60,7 @@ def load_benchmark(*, cases: int = 40, say: Callable[[str], None] = lambda text:
         "parts": parts | {"storage and engine": 1.0 - sum(parts.values())},
         "times": simulated / cpu,
         "megabytes": size / 1e6,
-        "peak_memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3,
+        "peak_memory_mb": peak_memory() / 1e6,
         "plan_s": plan_s,
         "status_s": status_s,
         "all_cases": len(able),

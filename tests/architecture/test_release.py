@@ -27,7 +27,9 @@ def versions() -> list[str]:
 def test_citation_and_recipe_are_of_this_version() -> None:
     citation = yaml("CITATION.cff")
     assert citation["version"] == meltemi.__version__ == yaml("conda/recipe.yaml")["context"]["version"]
-    assert citation["license"] == PROJECT["license"] and citation["keywords"] == PROJECT["keywords"]
+    assert PROJECT["license"] == yaml("conda/recipe.yaml")["about"]["license"] == f"{citation['license']} AND MIT"
+    assert PROJECT["license-files"] == yaml("conda/recipe.yaml")["about"]["license_file"]
+    assert citation["keywords"] == PROJECT["keywords"]
     assert f"## {meltemi.__version__}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""``meltemi export-controller``, ``export-linear``, ``export-rosco``."""
+"""``meltemi export-controller``, ``export-fmu``, ``export-linear``, ``export-rosco``."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from terminal import Command
+from terminal import STEADY, Command
 
 from meltemi.io import read_rosco_table
 
@@ -19,12 +19,42 @@ def test_wrong_input_is_refused_in_a_line(command: Command, tmp_path: Path) -> N
             ("export-controller", "fixed", "--turbine", "nrel5mw", "--out", tmp_path / "x.txt"),
             "name of a shared library",
         ),
+        (("export-fmu", "nrel5mw", "--out", tmp_path / "x.zip"), "expected the ending .fmu"),
+        (("export-fmu", "nrel5mw", "--fmi", "1.0", "--out", tmp_path / "x.fmu"), "expected '2.0' or '3.0'"),
+        (("export-fmu", "nrel5mw", "--wind-speed", -3, "--out", tmp_path / "x.fmu"), "wind.speed"),
+        (("export-fmu", "nrel5mw", "--channels", "RotSped", "--out", tmp_path / "x.fmu"), "RotSpeed"),
         (("export-linear", "nrel5mw", "--out", tmp_path / "x.txt"), "expected the ending .mat or .nc"),
         (("export-linear", "nrel5mw", "--wind-speeds", "a"), "--wind-speeds"),
     ):
         ran = command(*arguments)
         assert ran.status == 2 and words in ran.err and len(ran.err.splitlines()) == 1, ran
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_a_unit_has_what_the_options_say(command: Command, tmp_path: Path, fmi: str) -> None:
+    """Of a turbine and of a case, in whose place options stand."""
+    fmpy = pytest.importorskip("fmpy", reason="needs FMPy")
+    pytest.importorskip("pythonfmu" if fmi == "2.0" else "pythonfmu3")
+    case = tmp_path / "case.yaml"
+    case.write_text(STEADY + "channels: [RotSpeed]\n")
+
+    def described(*arguments: object) -> dict[str, str | None]:
+        ran = command("export-fmu", *arguments, "--fmi", fmi, "--out", tmp_path / "made.fmu")
+        assert ran.status == 0 and ran.files == [tmp_path / "made.fmu"], ran
+        assert fmpy.validation.validate_fmu(str(ran.files[0])) == []
+        description = fmpy.read_model_description(str(ran.files[0]))
+        assert description.fmiVersion == fmi and description.coSimulation.canGetAndSetFMUstate
+        return {v.name: v.start for v in description.modelVariables}
+
+    plain = described("nrel5mw", "--channels", "RootMyc1,GenPwr")
+    assert plain["wind_speed"] == "12.0" and "demand.generator_torque" not in plain
+    assert {"root_moment_out_of_plane_1", "generator_power"} < plain.keys() and "rotor_speed" not in plain
+    own = described(case)
+    assert own["wind_speed"] == "10.0" and "rotor_speed" in own and "generator_power" not in own
+    given = described(case, "--controller", "fixed", "--wind-speed", 9, "--channels", "GenPwr")
+    assert given["wind_speed"] == "9.0" and "demand.generator_torque" in given and "rotor_speed" not in given
 
 
 @pytest.mark.slow

@@ -52,7 +52,7 @@ def export(
         raise InputError("give one of --wind-speed, --wind-file")
     if duration is not None and not duration > 0.0:
         raise InputError(f"--duration {duration:g}: expected a time above zero")
-    case, folder = _case(turbine)
+    case, folder = case_of(turbine)
     described = aeroelastic(case_turbine(case, folder), "meltemi export")
     options = validated(_options(case.options.content(), option or []), ModelOptions, "--option")
     start = case.start if isinstance(case.start, StartCase) else None
@@ -92,8 +92,8 @@ def export(
     suggest("run", written.main, "--out", out / "check")
 
 
-def _case(target: str) -> tuple[LoadCase, Path]:
-    """The case to be exported, and the folder to which its paths are relative."""
+def case_of(target: str) -> tuple[LoadCase, Path]:
+    """The case of a turbine, case file or deck, and the folder to which its paths are relative."""
     from meltemi.core.yamlfile import validated
     from meltemi.loadcases.case import LoadCase, read_case
     from meltemi_exchange.deck_case import deck_case

@@ -14,6 +14,7 @@ from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import need
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi_exchange.fmu.library import end_with_python
 
 
 def fmu_controller(path: str | Path, turbine: AnyTurbine) -> Controller:
@@ -107,6 +108,7 @@ class _Unit:
         self.folder: str | None = mkdtemp(prefix="meltemi_fmu_")
         extract(str(path), unzipdir=self.folder)
         self.unit: Any = instantiate_fmu(self.folder, description, "CoSimulation")
+        end_with_python(self.unit.dll)
         self.inputs, self.outputs, self.begun = inputs, outputs, False
         self.two = description.fmiVersion == "2.0"
         self.put = self.unit.setReal if self.two else self.unit.setFloat64

@@ -31,8 +31,10 @@ ICON = base64.b64decode(
 )
 SCRIPT = """\
 import {package}
+from meltemi_exchange.fmu.library import keep
 from meltemi_exchange.fmu.unit import Unit
 
+keep(globals())
 {base} = type("{base}", (Unit, {package}.{base}), {{}})  # the library looks for the one name in the brackets below
 
 

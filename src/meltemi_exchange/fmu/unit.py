@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
 import io
 import json
+import os
+import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -16,6 +20,7 @@ from meltemi.core.yamlfile import read_record
 from meltemi.loadcases.case import LoadCase, case_run, case_turbine
 from meltemi.simulation.simulate import Simulation
 from meltemi.wind.fields import SteadyWind
+from meltemi_exchange.fmu.library import end_with_python
 from meltemi_exchange.fmu.variables import model_description, variables_of
 
 CASE, ABOUT = "case.yaml", "about.json"
@@ -36,6 +41,10 @@ class Unit:
         self._about: dict[str, str] = json.loads((self._folder / ABOUT).read_text("utf-8"))
         self.modelName = self._about["modelIdentifier"]
         self._begin()
+        if sys.platform == "linux":
+            for path in self._folder.parent.glob(f"binaries/*/{self.modelName}.so"):
+                with suppress(OSError):  # the master has not loaded this one
+                    end_with_python(ctypes.CDLL(str(path), mode=os.RTLD_NOLOAD))
 
     def _begin(self) -> None:
         """Prepare the run at its start."""

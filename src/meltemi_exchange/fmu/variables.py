@@ -137,13 +137,15 @@ def model_description(
     keys = ("modelName", "description", "generationTool", "generationDateAndTime")
     attributes = {key: about[key] for key in keys} | {token: about["token"], "fmiVersion": version}
     root = Element("fmiModelDescription", attributes, variableNamingConvention="structured")
-    can = {"needsExecutionTool": "true"} | (
-        {} if two else {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
-    )
-    can |= {"canHandleVariableCommunicationStepSize": "true", "modelIdentifier": about["modelIdentifier"]}
-    # second instances and restored states crash in the library of pythonfmu (0.6.9, 0.7.0), not in that of pythonfmu3
-    once = {"canNotUseMemoryManagementFunctions": "true", "canBeInstantiatedOnlyOncePerProcess": "true"}
-    SubElement(root, "CoSimulation", can | (once if two else {}))
+    state = "FMUstate" if two else "FMUState"
+    can = [
+        "needsExecutionTool",
+        "canHandleVariableCommunicationStepSize",
+        f"canGetAndSet{state}",
+        f"canSerialize{state}",
+    ]
+    can += ["canNotUseMemoryManagementFunctions"] if two else []
+    SubElement(root, "CoSimulation", dict.fromkeys(can, "true"), modelIdentifier=about["modelIdentifier"])
     units = SubElement(root, "UnitDefinitions")
     for unit in sorted({v.unit for v in variables} - {"-", ""}):
         exponents = {base: str(exponent) for base, exponent in base_units(unit).items()}

@@ -1,0 +1,29 @@
+"""What the libraries of pythonfmu (0.7.0) and pythonfmu3 (0.3.4), which call Python, leave undone."""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import sys
+from typing import Any
+
+END = "finalizePythonInterpreter"
+
+
+def keep(names: dict[str, Any]) -> None:
+    """Count a reference to the names of a script, once each time that it runs.
+
+    The library of pythonfmu runs it for each instance, and then gives back a reference that it only borrowed. Without
+    this one the names vanish, with the second instance or when Python collects what it no longer needs.
+    """
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(names))
+
+
+def end_with_python(library: ctypes.CDLL) -> None:
+    """End a library of these kinds together with Python.
+
+    On Linux it stays loaded and would end at the end of the process, twice: what it frees the second time is no longer
+    its own, and one process in thirty aborts. Other libraries are left alone.
+    """
+    if sys.platform == "linux" and hasattr(library, END):
+        atexit.register(getattr(library, END))
