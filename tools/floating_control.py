@@ -31,11 +31,11 @@ SHORT = """
 ## In short
 
 - Individual pitch takes 22 % at 14 m/s and 29 % at 20 m/s from the blade root out of plane on the floater, 27 and 33 %
-  on the monopile. Flaps in addition take 2 to 3 % more on the monopile, nothing more on the floater; from the tilt moment
-  of the yaw bearing they take 6 % (17 and 11 % on the monopile).
-- It costs more on the floater: the pitch travels 7.5 times as far as under collective pitch at 14 m/s and 17.6 times at
-  20 m/s (6.8 and 9.7 times on the monopile), for the collective law of a floater is slow. The platform pitches 6 to 10 %
-  more. The fore-aft load of the tower base grows by 2 to 3 % on both.
+  on the monopile. Flaps in addition take 2 to 3 % more on the monopile, nothing more on the floater; from the tilt
+  moment of the yaw bearing they take 6 % (17 and 11 % on the monopile).
+- It costs more on the floater: the pitch travels 7.5 times as far as under collective pitch at 14 m/s and 17.6 times
+  at 20 m/s (6.8 and 9.7 times on the monopile), for the collective law of a floater is slow. The platform pitches 6
+  to 10 % more. The fore-aft load of the tower base grows by 2 to 3 % on both.
 - Four seeds do not decide on the side-to-side load and on roll.
 """
 """What the numbers of the defaults say."""

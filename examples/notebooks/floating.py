@@ -42,8 +42,8 @@ for ax, (name, (unit, factor)) in zip(axes, wanted.items(), strict=True):
 
 # %% [markdown]
 # Control that is as fast as the pitch of the platform feeds it: more wind from a
-# forward motion, less thrust by the pitch angle, and so less damping. The control of the
-# turbine on land and gains below the platform's frequency in the same wind and sea:
+# forward motion, less thrust by the pitch angle, and so less damping. The control of
+# the turbine on land and gains below the platform's frequency in the same wind and sea:
 
 # %%
 duration = 900.0  # reduced: 40.0

@@ -92,7 +92,7 @@ axes[1].legend()
 
 # %% [markdown]
 # Near rated wind, where the thrust is largest, most of the damage arises; waves add a
-# tenth to the equivalent range, and so half to the damage. The rotor hardly damps to the
-# side, so waves from there weigh more than their share. One seed a condition is an anecdote: `meltemi loads plan
-# iea15mw-monopile --standard 61400-3-1` makes the
+# tenth to the equivalent range, and so half to the damage. The rotor hardly damps to
+# the side, so waves from there weigh more than their share. One seed a condition is an
+# anecdote: `meltemi loads plan iea15mw-monopile --standard 61400-3-1` makes the
 # [load base](../guide/load-case-tables.md#turbines-at-sea) of a site.
