@@ -44,18 +44,7 @@ def check_balance(turbine: Any, c: Coefficients) -> None:
     for i, line in enumerate(platform.lines):
         if line.wet_mass(rho) <= 0.0:
             raise InputError(f"{name}: platform.lines: line {i + 1} floats; check its diameter")
-    for row in strings(platform.lines, platform.points):
-        upper, lower = platform.lines[row[0]].fairlead, platform.lines[row[-1]].anchor
-        if isinstance(upper, str) or isinstance(lower, str):
-            continue
-        length = sum(platform.lines[k].length for k in row)
-        strain = float(np.linalg.norm(upper - lower)) / length - 1.0
-        if strain > STRETCH:
-            which = ", ".join(str(k + 1) for k in row)
-            raise InputError(
-                f"{name}: platform.lines: line {which}: the ends are {100.0 * strain:.3g} "
-                f"% further apart than the length of {length:g} m; correct the length or the anchor"
-            )
+    check_reach(platform, f"{name}: platform.lines")
     mass, moment = turbine_weight(turbine)
     pull = lines_load(platform, np.zeros(6))
     lift = rho * platform.volume - platform.mass - mass + pull[2] / GRAVITY
@@ -79,6 +68,26 @@ def check_balance(turbine: Any, c: Coefficients) -> None:
             raise InputError(
                 f"{name}: platform capsizes in {motion}: water, weight and lines have a stiffness of {stiffness:.3g} "
                 "N m/rad; lower platform.centre with ballast, or use coefficients whose .hst has the water alone"
+            )
+
+
+def check_reach(platform: Platform, where: str, level: float = 0.0) -> None:
+    """Check that lines reach from the platform to their anchors, with water a level [m] above that at rest.
+
+    Raises:
+      InputError: they are too short.
+    """
+    for row in strings(platform.lines, platform.points):
+        upper, lower = platform.lines[row[0]].fairlead, platform.lines[row[-1]].anchor
+        if isinstance(upper, str) or isinstance(lower, str):
+            continue
+        length = sum(platform.lines[k].length for k in row)
+        strain = float(np.linalg.norm(upper + level * np.array([0.0, 0.0, 1.0]) - lower)) / length - 1.0
+        if strain > STRETCH:
+            which = ", ".join(str(k + 1) for k in row)
+            raise InputError(
+                f"{where}: line {which}: the ends are {100.0 * strain:.3g} "
+                f"% further apart than the length of {length:g} m; correct the length or the anchor"
             )
 
 

@@ -31,12 +31,13 @@ from meltemi.simulation.system import Outputs, System
 from meltemi.structure.dynamics import MASS, WEIGHT, inertia_about
 from meltemi.structure.kinematics import tower_top
 from meltemi.structure.section_loads import tower_loads
-from meltemi_float.balance import check_balance
+from meltemi_float.balance import check_balance, check_reach
 from meltemi_float.coefficients import Coefficients, read_coefficients
 from meltemi_float.members import flow_at, pieces, with_members
 from meltemi_float.mooring import (
     INNER,
     NONE,
+    Line,
     LineLoad,
     Moorings,
     PointState,
@@ -53,7 +54,7 @@ from meltemi_float.mooring import (
 from meltemi_float.moorings import mooring_tables
 from meltemi_float.platform import Platform
 from meltemi_float.radiation import Radiation, fit_radiation
-from meltemi_float.waves import wave_forces
+from meltemi_float.waves import mean_drift, wave_forces
 from meltemi_sea.airy import GRAVITY
 from meltemi_sea.field import AHEAD, BEHIND
 from meltemi_sea.pile import Instant, cubic
@@ -679,20 +680,31 @@ class FloaterPart(Part):
         Raises:
           InputError: the waves, or a part of them, are not in the coefficients.
         """
-        n = self.strip.shape[1]
-        if sea.level:
-            raise InputError("sea: level does not act on a floating platform, which floats with it; leave it out")
-        if sea.current is not None and not n and self.platform.quadratic_damping is None:
+        n, platform = self.strip.shape[1], self.platform.replace(depth=self.platform.depth + sea.level)
+        check_reach(self.platform, f"sea.level: with {sea.level:g} m", sea.level)
+        if sea.current is not None and not n and platform.quadratic_damping is None:
             raise InputError("sea: current acts on platform.quadratic_damping and on members with drag; give either")
-        dt, period, waves = wave_forces(sea, self.coefficients, self.platform, duration, origin, gravity)
+        dt, period, waves = wave_forces(sea, self.coefficients, platform, duration, origin, gravity)
         floater = self.floater.copy()
         v = View(Floater, floater)
-        v["step"], v["period"] = dt, period
+        v["step"], v["period"], v["bed"] = dt, period, -platform.depth
+        line = self.moorings["line"].copy()
+        View(Line, line)["anchor"][2] -= sea.level
         if sea.current is not None:
-            v["current"][:2] = sea.current.at(self.platform.centre[2:], self.platform.depth)[0]
+            v["current"][:2] = sea.current.at(platform.centre[2:], platform.depth)[0]
         place = View(Strip, self.strip)["place"].T
-        flow = flow_at(place, sea, self.platform.depth, duration, origin, gravity) if n else np.zeros((len(waves), 0))
-        return FloatingSea(floater, waves, flow)
+        flow = flow_at(place, sea, platform.depth, duration, origin, gravity) if n else np.zeros((len(waves), 0))
+        return FloatingSea(floater, line, waves, flow)
+
+    def in_steady_sea(self, sea: Any, still: Any, gravity: float) -> FloatingSea:
+        """Level and current of a sea, as ``still`` has them, and the mean drift of its waves.
+
+        Raises:
+          InputError: as of :meth:`in_sea`.
+        """
+        found = self.in_sea(still, 1.0, (0.0, 0.0), gravity)
+        found.float_waves[:, 1:] += mean_drift(sea, self.coefficients, self.platform, gravity)
+        return found
 
 
 @dataclass(frozen=True)
@@ -700,12 +712,14 @@ class FloatingSea(Part):
     """The sea of a run, in place of still water."""
 
     floater: Float
+    line: Float
     float_waves: Float
     float_flow: Float
 
     def arrays(self) -> dict[str, Any]:
         """Those that replace the ones of still water."""
-        return {"floater": self.floater.copy(), "float_waves": self.float_waves, "float_flow": self.float_flow}
+        own = {"floater": self.floater.copy(), "line": self.line.copy()}
+        return {**own, "float_waves": self.float_waves, "float_flow": self.float_flow}
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:

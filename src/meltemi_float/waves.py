@@ -20,6 +20,8 @@ from meltemi_sea.field import summed, times
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+MEAN_OF = 600.0
+"""[s] of a sea of which mean forces are taken."""
 
 
 def wave_forces(
@@ -43,6 +45,18 @@ def wave_forces(
         mean, differences, pairs = drift(c, platform, waves, amplitude)
         series[1:] += scale * (mean[:, None] + summed(differences, pairs, dt, count, total))
     return dt, period if math.isfinite(period) else 1e30, np.ascontiguousarray(series.T)
+
+
+def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) -> Float:
+    """(6,) [N], [N m] mean forces of second order of the waves of a sea; zero without drift.
+
+    Raises:
+      InputError: as of :func:`drift`.
+    """
+    waves = sea.components(platform.depth, MEAN_OF, gravity)
+    if platform.drift == "none" or not len(waves.frequency):
+        return np.zeros(6)
+    return platform.water_density * gravity * drift(c, platform, waves, waves.amplitude)[0]
 
 
 def excitation(c: Coefficients, waves: Components) -> Complex:

@@ -6,7 +6,7 @@ Reference: docs/theory/sea.md (H-21 to H-23).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 import numpy as np
@@ -16,7 +16,7 @@ from meltemi.core.errors import InputError
 from meltemi.maths.tables import View
 from meltemi.simulation.model import Model
 from meltemi.simulation.parts import Part
-from meltemi_sea.conditions import Sea, Stretching
+from meltemi_sea.conditions import Sea, StillWater, Stretching
 from meltemi_sea.field import sea_field
 from meltemi_sea.pile import PileNode, PilePart, Water
 
@@ -41,6 +41,24 @@ class SeaPart(Part):
         return {name: getattr(self, name) for name in ("sea_levels", "sea_field", "sea_current")} | {
             "water": self.water.copy()
         }
+
+
+def steady_sea(model: Model[Any], sea: Sea) -> Model[Any]:
+    """The model in water with level and current of a sea, and on a floating platform with the mean drift of its waves.
+
+    For what is found in steady operation, from ``operating_point`` and ``power_curve`` to ``linearise``; a run in a sea
+    begins there with ``start=operating_point(steady_sea(model, sea), wind)``.
+
+    Raises:
+      InputError: the turbine does not stand in water, or the sea has what a run refuses.
+    """
+    still = StillWater(level=sea.level, current=sea.current, stretching=sea.stretching)
+    floats = next((part for part in model.parts if hasattr(part, "in_steady_sea")), None)
+    if floats is None:
+        made = sea_part(still, model, 1.0, (0.0, 0.0))
+    else:
+        made = floats.in_steady_sea(sea, still, model.environment.gravity)
+    return replace(model, parts=(*model.parts, made))
 
 
 def sea_part(sea: Sea, model: Model[Any], duration: float, origin: tuple[float, float]) -> Part:

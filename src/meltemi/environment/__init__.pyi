@@ -16,4 +16,5 @@ from meltemi_sea.given import ElevationSea as ElevationSea
 from meltemi_sea.irregular import IrregularSea as IrregularSea
 from meltemi_sea.irregular import UserSpectrum as UserSpectrum
 from meltemi_sea.regular import RegularSea as RegularSea
+from meltemi_sea.sea_part import steady_sea as steady_sea
 from meltemi_sea.spreading import Spreading as Spreading
