@@ -87,7 +87,7 @@ def check_reach(platform: Platform, where: str, level: float = 0.0) -> None:
             which = ", ".join(str(k + 1) for k in row)
             raise InputError(
                 f"{where}: line {which}: the ends are {100.0 * strain:.3g} "
-                f"% further apart than the length of {length:g} m; correct the length or the anchor"
+                f"% further apart than its length of {length:g} m; correct the length or the anchor"
             )
 
 
