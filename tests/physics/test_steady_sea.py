@@ -68,7 +68,7 @@ def test_a_level_lifts_a_platform_from_its_anchors(floats: Any) -> None:
     taut = platform.replace(lines=[line.replace(length=795.0) for line in platform.lines])
     check_reach(taut, "lines")
     with pytest.raises(
-        InputError, match=r"sea.level: line 1: the ends are .* % further apart than the length of 795 m"
+        InputError, match=r"sea.level: line 1: the ends are .* % further apart than its length of 795 m"
     ):
         check_reach(taut, "sea.level", 49.0)
 

@@ -13,7 +13,7 @@ END = "finalizePythonInterpreter"
 def keep(names: dict[str, Any]) -> None:
     """Count a reference to the names of a script, once each time that it runs.
 
-    The library of pythonfmu runs it for each instance, and then gives back a reference that it only borrowed. Without
+    The library of pythonfmu runs it for each instance, and then returns a reference that it only borrowed. Without
     this one the names vanish, with the second instance or when Python collects what it no longer needs.
     """
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(names))
