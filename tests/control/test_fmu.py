@@ -124,8 +124,10 @@ def test_a_turbine_as_unit_has_the_bits_of_step(exported: Exported, tmp_path: Pa
 def test_validation_units_icon_and_documentation(exported: Exported, fmi: Any) -> None:
     from zipfile import ZipFile
 
+    from fmpy.validation import validate_fmu
+
     path = exported("fixed", fmi)
-    assert fmpy.validation.validate_fmu(str(path)) == []
+    assert validate_fmu(str(path)) == []
     with ZipFile(path) as file:
         names = file.namelist()
         assert ("model.png" if fmi == "2.0" else "terminalsAndIcons/icon.png") in names
@@ -211,14 +213,15 @@ def test_instances_live_and_end_apart(exported: Exported, tmp_path: Path, fmi: A
 @BOTH
 def test_libraries_end_with_python(exported: Exported, tmp_path: Path, fmi: Any, monkeypatch: Any) -> None:
     """Asked for by the unit and by the host of units as controllers, for the library that the master has loaded."""
-    ends: list[Any] = []
-    monkeypatch.setattr(atexit, "register", ends.append)
+    ends, register = list[Any](), atexit.register
+    monkeypatch.setattr(atexit, "register", lambda end: (ends.append(end), register(end)))
     master = Master(exported("fixed", fmi), tmp_path)
-    end_with_python(master.unit.dll)
+    end_with_python(master.unit.dll._name)
     address = ctypes.cast(master.unit.dll.finalizePythonInterpreter, ctypes.c_void_p).value
     asked = [end for end in ends if getattr(end, "__name__", "") == "finalizePythonInterpreter"]
     assert [ctypes.cast(end, ctypes.c_void_p).value for end in asked] == 2 * [address]
-    end_with_python(ctypes.CDLL(None))  # a library of another kind
+    end_with_python("libc.so.6")  # a library of another kind
+    end_with_python(tmp_path / "none.so")
     assert len(ends) == 2
 
 

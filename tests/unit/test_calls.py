@@ -30,7 +30,7 @@ MODEL = meltemi.build(TURBINE)
     [
         (
             lambda: meltemi.simulate(MODEL, 12.0),
-            "simulate: missing a required argument: 'duration'; valid arguments are model",
+            r"simulate: missing a required (keyword-only )?argument: 'duration'; valid arguments are model",
         ),
         (lambda: meltemi.simulate(MODEL, 12.0, duraton=2.0), "unknown argument 'duraton'; did you mean 'duration'"),
         (lambda: meltemi.simulate(MODEL, "12", duration=2.0), "wind: expected a number or SteadyWind or .*found '12'"),
@@ -50,7 +50,7 @@ MODEL = meltemi.build(TURBINE)
             "plot: channels: expected a list of texts or None, found 'rotor'",
         ),
         (lambda: meltemi.load_turbine(3), "load_turbine: name: expected a text or Path, found 3"),
-        (lambda: meltemi.load_turbine("a" * 300), "a: File name too long"),
+        (lambda: meltemi.load_turbine("a" * 300), "a: File name too long|no turbine 'a+' in the library"),
         (lambda: TurbulentWind(12.0, 0.14), r"fields are given by name: TurbulentWind\(speed=12.0, intensity=0.14\)"),
         (lambda: TurbulentWind(speed=12.0, intensity=14), "TurbulentWind: intensity: expected less than 2, found 14$"),
         (lambda: TurbulentWind.model_validate({"speed": 12.0}), "TurbulentWind: intensity: missing"),

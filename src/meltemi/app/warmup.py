@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from subprocess import DEVNULL, Popen, run
 from typing import Any
@@ -98,7 +99,7 @@ def _process(name: str) -> Stage:
     return Stage(name, time.perf_counter() - began, **json.loads(ended.stdout))
 
 
-def _machine(**options: Any) -> tuple[Any, Any]:
+def _machine(turbine: str = "nrel5mw", **options: Any) -> tuple[Any, Any]:
     """A model and a wind; all turbines, winds and options, but for ``blade_model`` and
     ``electrical``, use the same machine code."""
     from meltemi.simulation.options import ModelOptions
@@ -106,7 +107,7 @@ def _machine(**options: Any) -> tuple[Any, Any]:
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
 
-    return build(load_turbine("nrel5mw"), ModelOptions(**options)), SteadyWind(speed=12.0)
+    return build(load_turbine(turbine), ModelOptions(**options)), SteadyWind(speed=12.0)
 
 
 def _runs() -> None:
@@ -114,12 +115,9 @@ def _runs() -> None:
     from meltemi.control.controller import Controller
     from meltemi.control.load_control import LoadController
     from meltemi.postprocess.cycles import bin_cycles, rainflow_cycles
-    from meltemi.simulation.rotors import build
     from meltemi.simulation.simulate import simulate
-    from meltemi.turbine.library import load_turbine
-    from meltemi.wind.fields import SteadyWind
 
-    simulate(build(load_turbine("pmsg20mw")), SteadyWind(speed=10.0), duration=0.1)
+    _march("pmsg20mw")
     model, wind = _machine()
     simulate(model, wind, duration=0.1)
     simulate(model, wind, duration=0.1, controller=LoadController(model.turbine))
@@ -127,11 +125,11 @@ def _runs() -> None:
     bin_cycles(rainflow_cycles(result["rotor_speed"]))
 
 
-def _modal_blades() -> None:
-    """Time loop of blades with deflections of second order."""
+def _march(turbine: str = "nrel5mw", **options: Any) -> None:
+    """A short run."""
     from meltemi.simulation.simulate import simulate
 
-    simulate(*_machine(blade_model="modal"), duration=0.1)
+    simulate(*_machine(turbine, **options), duration=0.1)
 
 
 def _electrical() -> None:
@@ -150,16 +148,6 @@ def _electrical() -> None:
     simulate(model, SteadyWind(speed=12.0), duration=0.1)
 
 
-def _sea() -> None:
-    """Time loop of a turbine on a pile; the sea is data."""
-    from meltemi.simulation.rotors import build
-    from meltemi.simulation.simulate import simulate
-    from meltemi.turbine.library import load_turbine
-    from meltemi.wind.fields import SteadyWind
-
-    simulate(build(load_turbine("nrel5mw-monopile")), SteadyWind(speed=12.0), duration=0.1)
-
-
 def _turbulence() -> None:
     """Turbulent wind fields."""
     from meltemi.turbine.library import load_turbine
@@ -170,14 +158,24 @@ def _turbulence() -> None:
 
 
 def _stepping() -> None:
-    """Simulations advanced step by step by the user, and section loads of the output."""
+    """Simulations advanced step by step by the user, and section loads of the output.
+
+    Beside a first run, what that reaches late comes first: it then finds it compiled.
+    """
+    from numba import float64, typeof
+
+    from meltemi.aero.rotor import loads, quasi_steady
     from meltemi.control.constant import ConstantController
     from meltemi.control.faults import apply_events
     from meltemi.simulation.case import Case
-    from meltemi.simulation.step import sense
+    from meltemi.simulation.step import actuate, sense
+    from meltemi.structure.dynamics import assemble
 
-    ConstantController()
     case = Case(*_machine())
+    m, c = typeof(case.system), typeof(case.control)
+    for function, *kinds in (loads, float64, m), (quasi_steady, m), (assemble, float64, m), (actuate, float64, c, m):
+        function.get_call_template(tuple(kinds), {})  # compiles the form that kernels call
+    ConstantController()
     apply_events(0, 0, case.events, case.control.faults)
     sense(0.0, 0, case.control, case.system)
     case.loads(0.0)
@@ -204,9 +202,9 @@ def _derivatives() -> None:
 STAGES: dict[str, Callable[[], None]] = {
     "derivatives": _derivatives,
     "runs": _runs,
-    "modal blades": _modal_blades,
+    "modal blades": partial(_march, blade_model="modal"),
     "electrical": _electrical,
-    "sea": _sea,
+    "sea": partial(_march, "nrel5mw-monopile"),  # the sea is data
     "stepping": _stepping,
     "turbulence": _turbulence,
 }

@@ -108,7 +108,7 @@ class _Unit:
         self.folder: str | None = mkdtemp(prefix="meltemi_fmu_")
         extract(str(path), unzipdir=self.folder)
         self.unit: Any = instantiate_fmu(self.folder, description, "CoSimulation")
-        end_with_python(self.unit.dll)
+        end_with_python(self.unit.dll._name)
         self.inputs, self.outputs, self.begun = inputs, outputs, False
         self.two = description.fmiVersion == "2.0"
         self.put = self.unit.setReal if self.two else self.unit.setFloat64

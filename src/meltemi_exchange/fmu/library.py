@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import atexit
 import ctypes
+import os
 import sys
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 END = "finalizePythonInterpreter"
@@ -19,11 +22,14 @@ def keep(names: dict[str, Any]) -> None:
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(names))
 
 
-def end_with_python(library: ctypes.CDLL) -> None:
-    """End a library of these kinds together with Python.
+def end_with_python(path: str | Path) -> None:
+    """End a library of these kinds, which this process has loaded, together with Python.
 
-    On Linux it stays loaded and would end at the end of the process, twice: what it frees the second time is no longer
-    its own, and one process in thirty aborts. Other libraries are left alone.
+    On Linux it may stay loaded to the end of the process, and would then end twice: what it frees the second time is no
+    longer its own, and one process in thirty aborts. Other libraries are left alone.
     """
-    if sys.platform == "linux" and hasattr(library, END):
-        atexit.register(getattr(library, END))
+    if sys.platform == "linux":
+        with suppress(OSError):  # it is not loaded
+            library = ctypes.CDLL(str(path), mode=os.RTLD_NOLOAD)  # which keeps it loaded
+            if hasattr(library, END):
+                atexit.register(getattr(library, END))

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
 import io
 import json
-import os
-import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -41,10 +37,8 @@ class Unit:
         self._about: dict[str, str] = json.loads((self._folder / ABOUT).read_text("utf-8"))
         self.modelName = self._about["modelIdentifier"]
         self._begin()
-        if sys.platform == "linux":
-            for path in self._folder.parent.glob(f"binaries/*/{self.modelName}.so"):
-                with suppress(OSError):  # the master has not loaded this one
-                    end_with_python(ctypes.CDLL(str(path), mode=os.RTLD_NOLOAD))
+        for path in self._folder.parent.glob(f"binaries/*/{self.modelName}.so"):
+            end_with_python(path)
 
     def _begin(self) -> None:
         """Prepare the run at its start."""

@@ -308,8 +308,9 @@ def load_surrogate(path: str | Path, turbine: AnyTurbine | None = None) -> Surro
 
 
 def _read(path: str | Path) -> Surrogate:
+    text = text_of(Path(path))
     try:
-        data = json.loads(text_of(Path(path)))
+        data = json.loads(text)
         if not isinstance(data, dict) or data.get("format") != FORMAT:
             raise InputError(f"{path}: no load surrogate; 'meltemi surrogate fit FOLDER' writes one")
         if data["version"] != VERSION:
