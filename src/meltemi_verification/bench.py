@@ -39,6 +39,7 @@ from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
+from meltemi_sea.irregular import IrregularSea
 from meltemi_verification.env_bench import environment_rows
 from meltemi_verification.env_bench import timed_environments as timed_environments
 from meltemi_verification.measure import peak_memory
@@ -68,6 +69,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
 """Options of the timed runs."""
 LOAD_CONTROL = "one flap a blade, load control (CPFC)"
 """Name of the timed run with 1P feedback to pitch, 2P feedback to flaps, and feed-forward."""
+FLOATERS = {f"iea15mw-volturnus at sea, {kind} lines": kind for kind in ("static", "dynamic")}
+"""Timed runs of a floating turbine in turbulence and an irregular sea, by the model of its lines."""
 PARAMETERS = (
     "controller.proportional_gain",
     "controller.integral_gain",
@@ -318,6 +321,7 @@ def timed_runs(duration: float) -> dict[str, Any]:
         if len(runs) == 1:
             peak = round((peak_memory() - wind.velocity.nbytes) / 1e6)
     runs[LOAD_CONTROL] = timed_load_control(wind, duration)
+    runs |= timed_floaters(duration)
     model, short = _model(), min(duration, 120.0)
     controller, start = BaselineController(model.turbine), operating_point(model, wind)
     ways = directions(model, PARAMETERS, controller, first_point(model, wind, start), {})
@@ -360,6 +364,16 @@ def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
     turbine = with_flaps(load_turbine("nrel5mw"))
     settings = LoadControl(loops=(pitch, flaps), feedforward=FeedForward())
     return _timed(build(turbine), wind, duration, controller=LoadController(turbine, settings))
+
+
+def timed_floaters(duration: float) -> dict[str, dict[str, float]]:
+    """Time a step of a floating turbine with each model of its lines."""
+    turbine, sea = load_turbine("iea15mw-volturnus"), IrregularSea(height=3.0, period=9.0)
+    wind = generate_field(TurbulentWind(speed=14.0, intensity=0.12), turbine, duration)
+    return {
+        name: _timed(build(turbine.replace(**{"platform.line_model": kind})), wind, duration, sea=sea)
+        for name, kind in FLOATERS.items()
+    }
 
 
 def timed_field(name: str) -> dict[str, float]:

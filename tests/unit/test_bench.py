@@ -28,7 +28,10 @@ def figures() -> dict[str, Any]:
         "signatures": next(numbers),
         "beyond": {f"something {i}": float(next(numbers)) for i in range(4)},
         "cached_start_s": 1.23,
-        "runs": {name: {**RUN, "real_time_factor": next(numbers)} for name in (*bench.VARIANTS, bench.LOAD_CONTROL)},
+        "runs": {
+            name: {**RUN, "real_time_factor": next(numbers)}
+            for name in (*bench.VARIANTS, bench.LOAD_CONTROL, *bench.FLOATERS)
+        },
         "steps": {
             turbine: {way: {**RUN, "real_time_factor": next(numbers), "std": 0.00123, "load": 0.00456} for way in WAYS}
             for turbine in TURBINES
@@ -116,7 +119,7 @@ def test_environments_are_timed_and_their_models_compared() -> None:
 @pytest.mark.long
 def test_runs_controllers_and_batches_are_measured() -> None:
     runs = bench.timed_runs(1.0)
-    assert set(runs["runs"]) == {*bench.VARIANTS, bench.LOAD_CONTROL}
+    assert set(runs["runs"]) == {*bench.VARIANTS, bench.LOAD_CONTROL, *bench.FLOATERS}
     for run in (*runs["runs"].values(), runs["floats"], runs["derivatives"]):
         assert run["us_per_step"] > 0.0
     assert runs["floats"]["us_per_step"] > 2.0 * runs["runs"]["one torsion mode a blade"]["us_per_step"]
