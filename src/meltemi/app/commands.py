@@ -37,7 +37,7 @@ def _with_output(command: Any) -> Any:
     invoke = command.invoke
 
     def invoked(ctx: typer.Context) -> Any:
-        with output(ctx.command_path.partition(" ")[2], ctx.meta.get(_JSON, False)):
+        with output(ctx.command_path.removeprefix(ctx.find_root().command_path).strip(), ctx.meta.get(_JSON, False)):
             return invoke(ctx)
 
     command.invoke = invoked
