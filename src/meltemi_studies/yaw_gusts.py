@@ -48,6 +48,8 @@ LENGTH = 150.0
 """[s] of a run."""
 
 
+WIND = ["speed", "rise", "change", "begin", "sign", "seed"]
+"""Columns of the results that identify a wind."""
 STOP_RATE = 0.1
 """[rad/s] of the pitch in stops, 5.7 deg/s, where the actuator has it; Wang et al. (2021) give none."""
 

@@ -164,7 +164,7 @@ def find_limits(  # noqa: PLR0913 - options of a study, each with a default
         for speed in speeds:
             keys += [("ntm", speed, sign * e, seed) for e in errors for sign in ((1.0, -1.0) if e > 0.0 else (1.0,))]
             keys += [("etm", speed, sign * DEAD_BAND, seed) for sign in (1.0, -1.0)] if limit is None else []
-    cases = _cases(model, keys, wind_class, LEAD + length)
+    cases = cases_in_turbulence(model, keys, wind_class, LEAD + length)
 
     def peaks(result: Result) -> dict[str, float]:
         part = result.between(LEAD, np.inf)
@@ -185,7 +185,7 @@ def find_limits(  # noqa: PLR0913 - options of a study, each with a default
     return YawLimits(np.array(speeds), np.array(errors), loads, dict(limit))
 
 
-def _cases(model: BladedModel, keys: Sequence[Key], wind_class: str, duration: float) -> list[Run]:
+def cases_in_turbulence(model: BladedModel, keys: Sequence[Key], wind_class: str, duration: float) -> list[Run]:
     """Runs of model of the turbulence, wind speed [m/s], yaw error [rad] and seed."""
     starts = {
         (v, e): attempt(

@@ -25,7 +25,7 @@ from meltemi_papers.wang2021.winds import measured
 from meltemi_reports.blocks import Table
 from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi_studies.wind_year import FRONTS, WindSite, Year, a_year, power_curve
-from meltemi_studies.yaw_gusts import FAST, OURS, QUICK, Found, Grid, run_grid
+from meltemi_studies.yaw_gusts import FAST, OURS, QUICK, WIND, Found, Grid, run_grid
 from meltemi_studies.yaw_limits import JUDGED, YawLimits, draw_limits, find_limits, limit_rows, limit_words
 from meltemi_tuning.run_store import FailedResult, attempt
 
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 KWH = 3.6e6
 """[J]."""
-WIND = ["speed", "rise", "change", "begin", "sign", "seed"]
-"""Columns that identify a wind of the grid."""
 WIND_CLASS = "IIIB"
 """Of the limits' turbulence; the turbine's class S does not say."""
 LIMIT_SPEEDS = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0)

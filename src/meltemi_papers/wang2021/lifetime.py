@@ -9,23 +9,18 @@ import numpy as np
 from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_interval
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
-from meltemi.simulation.run import Run
-from meltemi.simulation.trim import operating_point
-from meltemi.wind.iec.winds import ntm, nwp
 from meltemi_loads.energy import YEAR
 from meltemi_papers.wang2021.gust import SIGNS
 from meltemi_reports.blocks import Table
-from meltemi_studies.machine_loads import CHANNELS, LOADS, fatigue
-from meltemi_studies.yaw_gusts import LENGTH, Found
-from meltemi_studies.yaw_limits import LEAD
+from meltemi_studies.machine_loads import LOADS, fatigue
+from meltemi_studies.yaw_gusts import LENGTH, WIND, Found
+from meltemi_studies.yaw_limits import LEAD, cases_in_turbulence
 from meltemi_tuning.run_store import cells
 
 SPEEDS = (5.0, 7.0, 9.0, 11.0, 13.0, 17.0, 21.0)
 """[m/s] of production without fronts."""
 FRONTS = (50, 200)
 """A year."""
-WIND = ["speed", "rise", "change", "begin", "seed"]
-"""Columns that identify a wind of one direction."""
 
 
 def production(
@@ -50,19 +45,8 @@ def production(
     Raises:
       FailedResultError: a run did not reach its end.
     """
-    starts = {speed: operating_point(model, nwp(speed)) for speed in SPEEDS}
-    cases = [
-        Run(
-            model=model,
-            wind=ntm(speed, wind_class, seed=seed),
-            duration=LEAD + length,
-            channels=CHANNELS,
-            start=starts[speed],
-            name=f"production {speed:g} m/s seed {seed}",
-        )
-        for speed in SPEEDS
-        for seed in seeds
-    ]
+    keys = [("ntm", speed, 0.0, seed) for speed in SPEEDS for seed in seeds]
+    cases = cases_in_turbulence(model, keys, wind_class, LEAD + length)
 
     def loads(result: Result) -> dict[str, float]:
         return {name: fatigue(result.between(LEAD, np.inf), name) for name in LOADS}
