@@ -14,9 +14,10 @@ import pytest
 import meltemi
 from meltemi import InputError, Turbine
 from meltemi.app.cli import main
-from meltemi.core.yamlfile import parse
+from meltemi.core.yamlfile import parse, read_mapping
 from meltemi.io import import_windio, read_windio
 from meltemi.turbine.library import DATA, windio_file
+from meltemi_exchange.windio import gains
 from meltemi_exchange.windio.tower import tube
 from meltemi_exchange.windio.tree import load, parse_quickly
 
@@ -383,6 +384,25 @@ def test_the_command_writes_turbine_and_report(
     assert f"next: meltemi run {out / 'turbine.yaml'}" in said.out
     assert "yaw.stiffness: missing" in said.err
     assert "--fixed-base is for OpenFAST decks" in said.err
+
+
+@pytest.mark.slow
+def test_an_import_has_gains_of_its_own(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library has gains of the same rule; those by similarity are for twice the frequency, without margins."""
+    extra = {key: value for key, value in read_mapping(EXTRA).items() if key != "control"}
+    similar = import_windio(path, extra)
+    found = gains.with_own_gains(similar)
+    own, library = (t.control.pitch for t in (found.turbine, meltemi.load_turbine("iea15mw")))
+    assert own.integral_gain == pytest.approx(library.integral_gain, rel=0.03)
+    assert similar.turbine.control.pitch.integral_gain > 1.5 * own.integral_gain
+    assert "0.172 rad/s" in next(note.why for note in found.notes if note.what == "pitch gains")
+
+    def fails(turbine: meltemi.Turbine) -> None:
+        raise InputError("no margins")
+
+    monkeypatch.setattr(gains, "tune_baseline", fails)
+    assert gains.with_own_gains(similar).turbine == similar.turbine
+    assert "margins unknown (no margins)" in str(gains.with_own_gains(similar).notes)
 
 
 def test_extra_numbers_of_the_drivetrain_are_checked_before_they_are_used(path: Path, tmp_path: Path) -> None:

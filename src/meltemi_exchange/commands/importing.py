@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from meltemi.app.options import TURBINES
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, suggest, wrote
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -62,6 +62,7 @@ def import_(
     from meltemi_exchange.hawc2 import import_hawc2
     from meltemi_exchange.openfast import read_deck
     from meltemi_exchange.windio import import_windio
+    from meltemi_exchange.windio.gains import with_own_gains
 
     if start not in ("operating", "deck"):
         raise InputError(f"--start {start!r}: expected operating or deck")
@@ -70,6 +71,9 @@ def import_(
     kind = _kind(source, of_decks, {"--control-of": control_of is not None, "--start": start == "deck"})
     if kind == "a windIO file":
         imported = import_windio(source, extra)
+        if extra is None or "proportional_gain" not in read_mapping(extra).get("control", {}).get("pitch", {}):
+            with simulation_bar("pitch gains with margins"):
+                imported = with_own_gains(imported)
         _show(imported)
         _write(imported, source, out)
         wrote(out / "turbine.yaml", out / "report.md")

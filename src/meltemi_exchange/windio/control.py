@@ -2,7 +2,7 @@
 
 windIO has the schedules of one controller (ROSCO), whose gains hold for its own filters and torque law. They
 are not taken. The pitch gains are those of the NREL 5 MW by similarity (docs/migrate/windio.md): a start, which
-``meltemi.analysis.tune_baseline`` replaces by gains from the turbine's own aerodynamics.
+``tune_baseline`` replaces by gains from the turbine's own aerodynamics; the command line does.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
     if rated is not None and power is not None:
         pitch |= _similar(rated, power, rotor_inertia, ratio, generator_inertia)
         why = "NREL 5 MW by similarity; meltemi.analysis.tune_baseline gives the turbine's own"
-        tree.note("approximated", "control.pitch_kp, control.pitch_ki", "pitch gains", why)
+        tree.note("approximated", "control.pitch_kp, control.pitch_ki", GAINS, why)
     gain = scaled(tree.number("control.region2_k"), 1.0 / rpm(1.0) ** 2)
     if gain is not None:
         torque["optimal_gain"] = gain
@@ -78,6 +78,7 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
     return given(filter_frequency=filtered) | {"torque": torque, "pitch": pitch, "source": tree.source}
 
 
+GAINS = "pitch gains"
 IGNORED = {
     "min_pitch_table": "the baseline controller has a constant minimum pitch",
     "optimal_tsr": "the baseline controller uses optimal_gain",
