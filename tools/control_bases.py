@@ -4,7 +4,7 @@
 
 For each turbine and scheme a load base is planned, run (what is finished is not repeated) and evaluated. Cases that do
 not depend on the scheme, such as parked ones, are computed once: each base begins with the results of the ones before.
-Writes docs/verification/control-bases.md and its picture.
+Writes docs/verification/control-bases.md and a picture a turbine; turbines that are not named keep their section.
 """
 
 from __future__ import annotations
@@ -63,16 +63,16 @@ USE = """```sh
 The same by hand, for one base, and the comparison of two in full:
 
 ```sh
-meltemi loads plan nrel5mw --class IB --controller ipc{flag} --out nrel5mw-ipc
+meltemi loads plan nrel5mw --class IB --controller ipc --out nrel5mw-ipc
 cp nrel5mw-supervised/results/*.parquet nrel5mw-ipc/results/   # parked cases are the same: not run twice
 meltemi loads run nrel5mw-ipc
 meltemi loads report nrel5mw-ipc --against nrel5mw-supervised
 meltemi loads compare nrel5mw-supervised nrel5mw-ipc
 ```
-
-![Changes of loads against collective control](control-bases.png)
 """
-FOOT = """Ultimate loads are resultant moments with partial safety factors. Lifetime loads are ranges for 10⁷ cycles,
+FOOT = """## Reading the tables
+
+Ultimate loads are resultant moments with partial safety factors. Lifetime loads are ranges for 10⁷ cycles,
 slope 10 (blades) and 4 (other components); travel is the mean of the blades. Ultimate loads of parked cases do not
 depend on the scheme, which limits what a control scheme can save where they govern.
 
@@ -145,45 +145,47 @@ def table(found: dict[str, dict[tuple[str, str], float]], kind: str) -> list[str
     return lines
 
 
-def picture(found: dict[str, dict[str, dict[tuple[str, str], float]]], path: Path) -> None:
+def picture(turbine: str, of: dict[str, dict[tuple[str, str], float]], path: Path) -> None:
     """Changes of lifetime and ultimate loads against collective control."""
-    fig, axes = plt.subplots(1, len(found), figsize=(5.2 * len(found), 4.4), sharey=True, squeeze=False)
-    for ax, (turbine, of) in zip(axes[0], found.items(), strict=True):
-        first, *rest = of
-        names = [key for key in of[first] if key[0] in UNITS and key[1] not in OTHERS]
-        y = np.arange(len(names))
-        for i, scheme in enumerate(rest):
-            change = [100.0 * (of[scheme][key] / of[first][key] - 1.0) for key in names]
-            ax.barh(y + 0.38 * (i - 0.5), change, 0.36, label=SCHEMES[scheme])
-        ax.set_yticks(y, [f"{name} ({'DEL' if kind == 'fatigue' else 'ultimate'})" for kind, name in names])
-        ax.axvline(0.0, color="0.5", lw=0.8)
-        ax.set(title=turbine, xlabel="change against collective control, %")
-    axes[0, 0].invert_yaxis()
-    axes[0, -1].legend()
+    fig, ax = plt.subplots(figsize=(8.0, 4.4))
+    first, *rest = of
+    names = [key for key in of[first] if key[0] in UNITS and key[1] not in OTHERS]
+    y = np.arange(len(names))
+    for i, scheme in enumerate(rest):
+        change = [100.0 * (of[scheme][key] / of[first][key] - 1.0) for key in names]
+        ax.barh(y + 0.38 * (i - 0.5), change, 0.36, label=SCHEMES[scheme])
+    ax.set_yticks(y, [f"{name} ({'DEL' if kind == 'fatigue' else 'ultimate'})" for kind, name in names])
+    ax.axvline(0.0, color="0.5", lw=0.8)
+    ax.set(title=turbine, xlabel="change against collective control, %")
+    ax.invert_yaxis()
+    ax.legend()
     fig.tight_layout()
     fig.savefig(path, dpi=110)
 
 
-def page(found: dict[str, dict[str, DesignLoads]]) -> str:
-    """The page in Markdown."""
-    numbers = {t: {s: values(d) for s, d in of.items()} for t, of in found.items()}
-    picture(numbers, PAGES / "control-bases.png")
-    campaign = next(iter(found[next(iter(found))].values())).plan.campaign
-    quick, flag = campaign.quick, " --quick" if campaign.quick else ""
-    seconds = f", of {campaign.duration:g} s each" if campaign.duration else ""
-    option = " --short" if campaign.duration else flag
-    command = f"python tools/control_bases.py{option} {' '.join(found)}   # plans, runs, evaluates, makes this page"
-    lines = [HEAD, *([QUICK.format(seconds=seconds)] if quick else []), USE.format(command=command, flag=flag)]
-    for turbine, of in numbers.items():
-        lines += [f"## {turbine}", ""]
-        for kind, head in HEADS.items():
-            lines += [f"{head}:", "", *table(of, kind), ""]
-        bad = {s: len(d.problems) for s, d in found[turbine].items() if len(d.problems)}
-        if bad:
-            said = ", ".join(f"{SCHEMES[s]} {n}" for s, n in bad.items())
-            lines += [f"Cases with a warning or a finding: {said}; the reports of the bases list them.", ""]
-    lines += [FOOT, "", f"meltemi {meltemi.__version__}."]
-    return "\n".join(lines) + "\n"
+def section(turbine: str, found: dict[str, DesignLoads]) -> str:
+    """The part of the page on a turbine, and its picture."""
+    numbers = {scheme: values(design) for scheme, design in found.items()}
+    picture(turbine, numbers, PAGES / f"control-bases-{turbine}.png")
+    lines = [f"![Changes of loads of {turbine} against collective control](control-bases-{turbine}.png)", ""]
+    campaign = next(iter(found.values())).plan.campaign
+    if campaign.quick:
+        lines.insert(0, QUICK.format(seconds=f", of {campaign.duration:g} s each" if campaign.duration else ""))
+    for kind, head in HEADS.items():
+        lines += [f"{head}:", "", *table(numbers, kind), ""]
+    if bad := {s: len(d.problems) for s, d in found.items() if len(d.problems)}:
+        said = ", ".join(f"{SCHEMES[s]} {n}" for s, n in bad.items())
+        lines += [f"Cases with a warning or a finding: {said}; the reports of the bases list them.", ""]
+    return "\n".join(lines)
+
+
+def page(new: dict[str, str], path: Path) -> str:
+    """The page in Markdown, with the sections of turbines that it has already."""
+    parts = path.read_text(encoding="utf-8").split("\n## ")[1:-1] if path.is_file() else []
+    sections = dict(part.split("\n\n", 1) for part in parts) | new
+    command = f"python tools/control_bases.py {' '.join(sections)}   # plans, runs, evaluates, makes this page"
+    body = [f"## {name}\n\n{text.strip()}\n" for name, text in sections.items()]
+    return "\n".join([HEAD, USE.format(command=command), *body, FOOT, "", f"meltemi {meltemi.__version__}.", ""])
 
 
 def main() -> None:
@@ -195,14 +197,15 @@ def main() -> None:
     arguments.add_argument("--work", type=Path, default=Path("bases"))
     given = arguments.parse_args()
     settings: dict[str, Any] = {"quick": given.quick or given.short, **(SHORT if given.short else {})}
-    found: dict[str, dict[str, DesignLoads]] = {}
+    path, new = PAGES / "control-bases.md", {}
     for turbine in given.turbines:
         done: list[Path] = []
-        found[turbine] = {}
+        found = {}
         for scheme in SCHEMES:
-            found[turbine][scheme] = base(turbine, scheme, given.work, settings, done)
+            found[scheme] = base(turbine, scheme, given.work, settings, done)
             done.append(given.work / f"{turbine}-{scheme}")
-    (PAGES / "control-bases.md").write_text(page(found), encoding="utf-8")
+        new[turbine] = section(turbine, found)
+    path.write_text(page(new, path), encoding="utf-8")
 
 
 if __name__ == "__main__":
