@@ -1,6 +1,6 @@
 """The page of load bases under collective, individual and combined control, made from one command:
 
-    python tools/control_bases.py [--quick] [--short] [--work FOLDER] [TURBINE ...]   # [nrel5mw iea15mw]
+    python tools/control_bases.py [--quick] [--short] [--seeds N] [--work FOLDER] [TURBINE ...]   # [nrel5mw iea15mw]
 
 For each turbine and scheme a load base is planned, run (what is finished is not repeated) and evaluated. Cases that do
 not depend on the scheme, such as parked ones, are computed once: each base begins with the results of the ones before.
@@ -194,9 +194,10 @@ def main() -> None:
     arguments.add_argument("turbines", nargs="*", default=["nrel5mw", "iea15mw"])
     arguments.add_argument("--quick", action="store_true")
     arguments.add_argument("--short", action="store_true")
+    arguments.add_argument("--seeds", type=int, default=6, help="of turbulence, where the table has the usual six")
     arguments.add_argument("--work", type=Path, default=Path("bases"))
     given = arguments.parse_args()
-    settings: dict[str, Any] = {"quick": given.quick or given.short, **(SHORT if given.short else {})}
+    settings: dict[str, Any] = {"quick": given.quick or given.short, "seeds": given.seeds, **(SHORT if given.short else {})}
     path, new = PAGES / "control-bases.md", {}
     for turbine in given.turbines:
         done: list[Path] = []
