@@ -29,6 +29,8 @@ from meltemi_exchange.openfast.text import key, number, read_input, split
 from meltemi_verification.floating import CASES as FLOAT_CASES
 from meltemi_verification.floating import CHANNELS as FLOAT_CHANNELS
 from meltemi_verification.floating import STEP as FLOAT_STEP
+from meltemi_verification.floating import WIND_CHANNELS as FLOAT_WIND_CHANNELS
+from meltemi_verification.floating import WINDS as FLOAT_WINDS
 from meltemi_verification.measure import decay, extremes, harmonic, undershoot
 from meltemi_verification.offshore import CASES as SEA_CASES
 from meltemi_verification.offshore import CHANNELS as SEA_CHANNELS
@@ -267,6 +269,12 @@ def offshore(runs: Path) -> None:
             FLOAT_STEP,
             "deck of ROSCO 2.10.6 with VolturnUS-S, MoorDyn 2.3.8",
         ),
+        "floating_wind_runs": (
+            FLOAT_WINDS,
+            FLOAT_WIND_CHANNELS,
+            FLOAT_STEP,
+            "deck of ROSCO 2.10.6 with VolturnUS-S, MoorDyn 2.3.8 and its library, steady wind",
+        ),
     }
     for file, (cases, channels, step, deck) in setups.items():
         content: dict[str, np.ndarray] = {"channels": np.array(channels)}
@@ -278,13 +286,14 @@ def offshore(runs: Path) -> None:
             series = data[::every, [names.index(name) for name in channels]] * factors
             content[f"{case}_steps"], content[f"{case}_counts"] = rounded(series)
             assert np.allclose(np.diff(data[::every, 0]), step, atol=1e-3)
-            if not case.startswith("F2"):
+            if not case.startswith(("F2", "F5")):
                 waves = np.atleast_2d(np.genfromtxt(runs / f"waves/{case}.csv", delimiter=",", skip_header=1))
                 some = [1, 3, 4] if file == "offshore_runs" else [1, 3, 4, 5]
                 content[f"{case}_waves"] = waves[waves[:, 3] > 1e-6][:, some]
                 if file == "floating_runs":
                     content[f"{case}_waves"][:, 3] *= np.pi / 180.0
-        about = f"OpenFAST v5.0.0, {deck}, parked, no air; value = step * count, every {step:g} s; "
+        air = "" if file == "floating_wind_runs" else ", parked, no air"
+        about = f"OpenFAST v5.0.0, {deck}{air}; value = step * count, every {step:g} s; "
         about += "waves: frequency [rad/s], amplitude [m], phase [rad], direction [rad]"
         pack(file, about, **content)
 

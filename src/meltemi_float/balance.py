@@ -5,6 +5,7 @@ Reference: docs/theory/floating.md (W-23).
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -77,16 +78,21 @@ def check_reach(platform: Platform, where: str, level: float = 0.0) -> None:
     Raises:
       InputError: they are too short.
     """
-    for row in strings(platform.lines, platform.points):
-        upper, lower = platform.lines[row[0]].fairlead, platform.lines[row[-1]].anchor
-        if isinstance(upper, str) or isinstance(lower, str):
-            continue
-        length = sum(platform.lines[k].length for k in row)
-        strain = float(np.linalg.norm(upper + level * np.array([0.0, 0.0, 1.0]) - lower)) / length - 1.0
+    found, lines = [], platform.lines
+    for row in strings(lines, platform.points):
+        ends = lines[row[0]].fairlead, lines[row[-1]].anchor
+        fixed = [x + up for x, up in zip(ends, (level * np.eye(3)[2], 0.0), strict=True) if not isinstance(x, str)]
+        found.append((row, fixed, next((x for x in ends if isinstance(x, str)), "")))
+    ways = [(row, fixed) for row, fixed, point in found if not point]
+    # two strings that meet in a free point
+    ways += [(a[0] + b[0], a[1] + b[1]) for a, b in combinations(found, 2) if a[2] and a[2] == b[2]]
+    for which, (first, last) in ways:
+        length = sum(lines[k].length for k in which)
+        strain = float(np.linalg.norm(first - last)) / length - 1.0
         if strain > STRETCH:
-            which = ", ".join(str(k + 1) for k in row)
+            numbers = ", ".join(str(k + 1) for k in which)
             raise InputError(
-                f"{where}: line {which}: the ends are {100.0 * strain:.3g} "
+                f"{where}: line {numbers}: the ends are {100.0 * strain:.3g} "
                 f"% further apart than its length of {length:g} m; correct the length or the anchor"
             )
 

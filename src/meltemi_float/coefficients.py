@@ -5,7 +5,7 @@ Reference: docs/theory/floating.md (W-1, W-2); WAMIT user manual, chapter 4.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,7 @@ Complex = NDArray[np.complex128]
 DATA = Path(__file__).parent / "data"
 LARGEST = 200_000_000
 """[bytes] of a file."""
-FORCES, MOMENTS = slice(0, 3), slice(3, 6)
+NONE, NO_FORCE = np.zeros(0), np.zeros((0, 0, 6), dtype=np.complex128)
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class Coefficients:
       excitation: (F, H, 6) force per wave amplitude over density and gravity, e^{+i w t}.
       hydrostatic: (6, 6) stiffness over density and gravity, without weight.
       drift_frequency: (D,) [rad/s]; drift: (D, D, 6) difference-frequency force per amplitude squared over density and
-        gravity at heading ``drift_heading`` [deg]; none if D is 0.
+        gravity at a heading ``drift_heading`` [deg], or (N, D, D, 6) at N increasing ones; none if D is 0.
+      sums_frequency, sums, sums_heading: the same at sum frequencies.
     """
 
     frequency: Float
@@ -49,6 +50,9 @@ class Coefficients:
     drift_frequency: Float
     drift: Complex
     drift_heading: Float
+    sums_frequency: Float = field(default_factory=lambda: NONE)
+    sums: Complex = field(default_factory=lambda: NO_FORCE)
+    sums_heading: Float = field(default_factory=lambda: NONE)
 
 
 def read_coefficients(name: str) -> Coefficients:
@@ -69,7 +73,11 @@ def read_coefficients(name: str) -> Coefficients:
     try:
         with np.load(path, allow_pickle=False) as data:
             return Coefficients(
-                **{f.name: np.asarray(data[f.name], dtype=_kind(data[f.name])) for f in fields(Coefficients)}
+                **{
+                    f.name: np.asarray(data[f.name], dtype=_kind(data[f.name]))
+                    for f in fields(Coefficients)
+                    if f.name in data or not f.name.startswith("sums")
+                }
             )
     except (KeyError, ValueError, OSError) as error:
         raise InputError(f"{path}: not a file of coefficients: {error}") from None
@@ -87,7 +95,7 @@ def write_coefficients(coefficients: Coefficients, path: Path) -> None:
 
 
 def read_wamit(path: Path) -> Coefficients:
-    """Coefficients from files ``.1``, ``.3``, ``.hst`` and, if there is one, ``.12d``, of reference length 1 m.
+    """Coefficients from files ``.1``, ``.3``, ``.hst``, of reference length 1 m, and ``.12d``, ``.12s`` if there are.
 
     Raises:
       InputError: a file is missing or is not one of WAMIT's.
@@ -116,23 +124,28 @@ def read_wamit(path: Path) -> Coefficients:
     heading, along = np.unique(waves[:, 1], return_inverse=True)
     excitation = np.zeros((len(period), len(heading), 6), dtype=np.complex128)
     excitation[at, along, _modes(waves[:, 2:3], path, ".3")[:, 0]] = waves[:, 5] + 1j * waves[:, 6]
-    drift_frequency, drift, drift_heading = np.zeros(0), np.zeros((0, 0, 6), dtype=np.complex128), np.zeros(0)
-    if path.with_name(path.name + ".12d").is_file():
-        q = _table(path, ".12d", 9)
-        drift_heading = np.unique(q[:, 2:4])[:1]
-        q = q[(q[:, 2] == drift_heading[0]) & (q[:, 3] == drift_heading[0])]
-        low, place = np.unique(q[:, :2], return_inverse=True)
-        a, b = place.reshape(-1, 2).T
-        k = _modes(q[:, 4:5], path, ".12d")[:, 0]
-        drift = np.zeros((len(low), len(low), 6), dtype=np.complex128)
-        drift[b, a, k] = q[:, 7] - 1j * q[:, 8]
-        drift[a, b, k] = q[:, 7] + 1j * q[:, 8]
-        drift_frequency, drift = 2.0 * np.pi / low[::-1], drift[::-1, ::-1]
     back = slice(None, None, -1)  # by rising frequency
     return Coefficients(
         frequency[back], added[back], damping[back], infinite, heading, excitation[back], hydrostatic,
-        drift_frequency, drift, drift_heading,
+        *_pairs(path, ".12d", -1.0), *_pairs(path, ".12s", 1.0),
     )  # fmt: skip
+
+
+def _pairs(path: Path, end: str, sign: float) -> tuple[Float, Complex, Float]:
+    """Frequencies, forces of pairs of waves of one heading each, and headings, from a file of second order if there is
+    one; by exchange of the waves forces are conjugate (sign -1) or equal (1)."""
+    if not path.with_name(path.name + end).is_file():
+        return NONE, NO_FORCE, NONE
+    q = _table(path, end, 9)
+    q = q[q[:, 2] == q[:, 3]]
+    period, place = np.unique(q[:, :2], return_inverse=True)
+    heading, h = np.unique(q[:, 2], return_inverse=True)
+    a, b = len(period) - 1 - place.reshape(-1, 2).T  # by rising frequency
+    k = _modes(q[:, 4:5], path, end)[:, 0]
+    force = np.zeros((len(heading), len(period), len(period), 6), dtype=np.complex128)
+    force[h, b, a, k] = q[:, 7] + sign * 1j * q[:, 8]
+    force[h, a, b, k] = q[:, 7] + 1j * q[:, 8]
+    return 2.0 * np.pi / period[::-1], force[0] if len(heading) == 1 else force, heading
 
 
 def _table(path: Path, end: str, least: int) -> Float:

@@ -693,7 +693,9 @@ class FloaterPart(Part):
         if sea.current is not None:
             v["current"][:2] = sea.current.at(platform.centre[2:], platform.depth)[0]
         place = View(Strip, self.strip)["place"].T
-        flow = flow_at(place, sea, platform.depth, duration, origin, gravity) if n else np.zeros((len(waves), 0))
+        flow = np.zeros((len(waves), 0))
+        if n:
+            flow = flow_at(place, sea, platform.depth, duration, origin, gravity, platform.sum_forces)
         return FloatingSea(floater, line, waves, flow)
 
     def in_steady_sea(self, sea: Any, still: Any, gravity: float) -> FloatingSea:

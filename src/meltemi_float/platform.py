@@ -35,7 +35,7 @@ class Platform(Record):
     """[m] x and y of the centre of this volume."""
     coefficients: str = ""
     """Name in the library, or beside the turbine's file a compact file (.npz), or the common path of WAMIT files .1,
-    .3, .hst and .12d; about the point on the tower's axis at still water, without the platform's weight. Without,
+    .3, .hst, .12d and .12s; about the point on the tower's axis at still water, without the platform's weight. Without,
     the members have it all."""
     linear_damping: Array | None = None
     """(6, 6) [N s/m, N s, N m s] force against the velocity."""
@@ -50,6 +50,8 @@ class Platform(Record):
     have, turned with the waves: exact for bodies of revolution alone."""
     drift_cutoff: float = Field(default=0.75, gt=0.0)
     """[rad/s] highest difference frequency."""
+    sum_forces: bool = False
+    """Forces of second order at sums of frequencies, from a file .12s, at all of its frequencies."""
     lines: tuple[MooringLine, ...] = Field(default=(), max_length=MAX_LINES)
     points: dict[str, MooringPoint] = Field(default={})
     """Free points of the lines, by name."""

@@ -1,12 +1,13 @@
-"""Forces of waves on a platform over a run: of first order, and at difference frequencies, by Fourier sums beforehand.
+"""Forces of waves on a platform over a run: of first order, and at differences and sums of frequencies, by Fourier sums
+beforehand.
 
-Reference: docs/theory/floating.md (W-9, W-11); Pinkster (1980); Standing, Brendling & Wilson (1987).
+Reference: docs/theory/floating.md (W-9, W-11, W-38); Pinkster (1980); Standing, Brendling & Wilson (1987).
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,10 @@ from scipy.spatial.transform import Rotation
 
 from meltemi.core.errors import InputError
 from meltemi_float.coefficients import Coefficients
+from meltemi_float.members import instants
 from meltemi_float.platform import Platform
 from meltemi_sea.airy import Components, wave_number
-from meltemi_sea.field import summed, times
+from meltemi_sea.field import summed
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -33,7 +35,7 @@ def wave_forces(
       InputError: waves or their directions are not in the coefficients.
     """
     waves = sea.components(platform.depth, duration, gravity)
-    dt, count, total = times(waves, duration)
+    dt, count, total = instants(waves, duration, platform.sum_forces)
     period = dt if not len(waves.frequency) else math.inf if waves.period is None else waves.period
     k = wave_number(waves.frequency, platform.depth, gravity)
     place = origin[0] * np.cos(waves.direction) + origin[1] * np.sin(waves.direction)
@@ -41,9 +43,10 @@ def wave_forces(
     scale = platform.water_density * gravity
     lines = np.concatenate([amplitude[None], scale * amplitude * excitation(c, waves).T])
     series = summed(waves, lines, dt, count, total)
-    if platform.drift != "none" and len(waves.frequency):
-        mean, differences, pairs = drift(c, platform, waves, amplitude)
-        series[1:] += scale * (mean[:, None] + summed(differences, pairs, dt, count, total))
+    kinds: list[Any] = ["drift"] * (platform.drift != "none") + ["sums"] * platform.sum_forces
+    for kind in kinds if len(waves.frequency) else ():
+        mean, further, pairs = second_order(kind, c, platform, waves, amplitude)
+        series[1:] += scale * (mean[:, None] + summed(further, pairs, dt, count, total))
     return dt, period if math.isfinite(period) else 1e30, np.ascontiguousarray(series.T)
 
 
@@ -51,12 +54,12 @@ def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) ->
     """(6,) [N], [N m] mean forces of second order of the waves of a sea; zero without drift.
 
     Raises:
-      InputError: as of :func:`drift`.
+      InputError: as of :func:`second_order`.
     """
     waves = sea.components(platform.depth, MEAN_OF, gravity)
     if platform.drift == "none" or not len(waves.frequency):
         return np.zeros(6)
-    return platform.water_density * gravity * drift(c, platform, waves, waves.amplitude)[0]
+    return platform.water_density * gravity * second_order("drift", c, platform, waves, waves.amplitude)[0]
 
 
 def excitation(c: Coefficients, waves: Components) -> Complex:
@@ -80,62 +83,80 @@ def excitation(c: Coefficients, waves: Components) -> Complex:
             f"platform.coefficients, which have {c.heading[0]:g} to {c.heading[-1]:g} deg"
         )
     X = np.concatenate([c.excitation[:1], c.excitation])  # constant below the lowest frequency
-    w = np.append(0.0, c.frequency)
-    i = np.clip(np.searchsorted(w, waves.frequency) - 1, 0, len(w) - 2)
-    s = np.clip((waves.frequency - w[i]) / (w[i + 1] - w[i]), 0.0, 1.0)[:, None]
-    if len(c.heading) == 1:
-        return np.asarray((1.0 - s) * X[i, 0] + s * X[i + 1, 0])
-    j = np.clip(np.searchsorted(c.heading, heading) - 1, 0, len(c.heading) - 2)
-    b = np.clip((heading - c.heading[j]) / (c.heading[j + 1] - c.heading[j]), 0.0, 1.0)[:, None]
-    low, above = (1.0 - b) * X[i, j] + b * X[i, j + 1], (1.0 - b) * X[i + 1, j] + b * X[i + 1, j + 1]
-    result: Complex = (1.0 - s) * low + s * above
+    N, H = shares(np.append(0.0, c.frequency), waves.frequency), shares(c.heading, heading)
+    result: Complex = np.einsum("mf,mh,fhk->mk", N, H, X, optimize=True)
     result[high] = 0.0
     return result
 
 
-def drift(
-    c: Coefficients, platform: Platform, waves: Components, amplitude: Complex
+def second_order(
+    kind: Literal["drift", "sums"], c: Coefficients, platform: Platform, waves: Components, amplitude: Complex
 ) -> tuple[Float, Components, Complex]:
-    """Mean forces (6,) over density and gravity, difference frequencies, and forces (6, P) there (W-11, W-29).
+    """Mean forces (6,) over density and gravity, differences or sums of frequencies, and forces (6, P) there (W-11,
+    W-29, W-38).
 
     Raises:
       InputError: the coefficients do not have them, or not in the waves' direction.
     """
-    if not len(c.drift_frequency):
-        raise InputError(f"platform.drift: {platform.drift!r} needs a file .12d of platform.coefficients; use none")
-    turned = np.degrees(waves.direction) - c.drift_heading[0]
-    turned -= 360.0 * np.round(turned / 360.0)
-    turn = turned[0] if platform.drift_directions == "turned" else 0.0
-    if (off := np.abs(turned - turn).max()) > 0.1:
-        raise InputError(
-            f"platform.drift: {platform.drift!r} is known for waves along {c.drift_heading[0]:g} deg only, and these "
-            f"travel {off:.3g} deg from it; use drift: none, coefficients with more headings, or for a sea without "
-            "spreading drift_directions: turned"
-        )
+    plus, frequency = kind == "sums", getattr(c, f"{kind}_frequency")
+    table, turn = _in_direction(kind, c, platform, waves.direction)
     w, order = np.sort(waves.frequency), np.argsort(waves.frequency)
     a = amplitude[order]
-    inside = (w >= c.drift_frequency[0] - 1e-9) & (w <= c.drift_frequency[-1] + 1e-9)
+    inside = (w >= frequency[0] - 1e-9) & (w <= frequency[-1] + 1e-9)
     w, a = w[inside], a[inside]
-    apart = w[:, None] - w
+    apart = w[:, None] + w if plus else w[:, None] - w
     used = (apart > 1e-9) & (apart <= (0.0 if platform.drift == "mean" else platform.drift_cutoff))
+    twice, other = 2.0 * np.ones_like(apart), a.conj()
+    if plus:
+        used, twice, other = np.tri(len(w), dtype=bool), 2.0 - np.eye(len(w)), a
     still = np.zeros(int(used.sum()))
-    differences = Components(apart[used], still.astype(np.complex128), still, waves.period)
+    further = Components(apart[used], still.astype(np.complex128), still, waves.period)
     F, pairs = np.zeros(6), np.zeros((6, len(still)), dtype=np.complex128)
     if not len(w):
-        return F, differences, pairs
-    i = np.clip(np.searchsorted(c.drift_frequency, w) - 1, 0, len(c.drift_frequency) - 2)
-    s = (w - c.drift_frequency[i]) / (c.drift_frequency[i + 1] - c.drift_frequency[i])
-    N = np.zeros((len(w), len(c.drift_frequency)))
-    N[np.arange(len(w)), i], N[np.arange(len(w)), i + 1] = 1.0 - s, s
+        return F, further, pairs
+    N = shares(frequency, w)
     for k in range(6):
-        own = c.drift[..., k]
+        own = table[..., k]
         if not np.abs(own).any():
             continue
         Q = N @ own @ N.T
         mean = Q.diagonal().real
-        F[k] = (np.abs(a) ** 2 * mean).sum()
-        if platform.drift == "newman":
+        F[k] = 0.0 if plus else (np.abs(a) ** 2 * mean).sum()
+        if platform.drift == "newman" and not plus:
             Q = 0.5 * (mean[:, None] + mean).astype(np.complex128)
-        pairs[k] = 2.0 * (Q * np.outer(a, a.conj()))[used]
+        pairs[k] = (twice * (Q * np.outer(a, other)))[used]
     R = np.kron(np.eye(2), Rotation.from_euler("z", turn, degrees=True).as_matrix())
-    return R @ F, differences, R @ pairs
+    return R @ F, further, R @ pairs
+
+
+def shares(known: Float, x: Float) -> Float:
+    """(X, N) shares with which values at increasing places (N,) give those at others (X,), linear between them."""
+    if len(known) == 1:
+        return np.ones((len(x), 1))
+    i = np.clip(np.searchsorted(known, x) - 1, 0, len(known) - 2)
+    s, row, found = (x - known[i]) / (known[i + 1] - known[i]), np.arange(len(x)), np.zeros((len(x), len(known)))
+    found[row, i], found[row, i + 1] = 1.0 - s, s
+    return found
+
+
+def _in_direction(kind: str, c: Coefficients, platform: Platform, direction: Float) -> tuple[Complex, float]:
+    """Forces of second order (D, D, 6) in the direction of the waves, and angle [deg] by which they are turned."""
+    heading, name, end = getattr(c, f"{kind}_heading"), "drift", "d"
+    if kind == "sums":
+        name, end = "sum_forces", "s"
+    if not len(heading):
+        raise InputError(f"platform.{name} needs a file .12{end} of platform.coefficients; leave it out")
+    middle = 0.5 * (heading[0] + heading[-1])
+    along = np.degrees(direction) - middle
+    along += middle - 360.0 * np.round(along / 360.0)
+    near = np.clip(along[:1], heading[0], heading[-1])
+    turn = float(along[0] - near[0]) if platform.drift_directions == "turned" else 0.0
+    if (off := np.abs(along - near - turn).max()) > 0.1:
+        known = " to ".join(f"{x:g}" for x in dict.fromkeys(heading[[0, -1]]))
+        raise InputError(
+            f"platform.{name} is known for waves along {known} deg only, and these travel {off:.3g} deg from it; use "
+            "drift: none and no sum_forces, coefficients with more headings, or for a sea without spreading "
+            "drift_directions: turned"
+        )
+    table = getattr(c, kind)
+    return np.tensordot(shares(heading, near)[0], table if table.ndim == 4 else table[None], 1), turn

@@ -13,7 +13,7 @@ from meltemi_float.coefficients import Coefficients
 
 
 def wamit_texts(c: Coefficients) -> dict[str, str]:
-    """Files .1, .3, .hst and .12d, of reference length 1 m; zero frequency has the added mass of the lowest."""
+    """Files .1, .3, .hst, .12d and .12s, of reference length 1 m; zero frequency has the added mass of the lowest."""
     modes = [(i, j) for i in range(6) for j in range(6)]
     period = (2.0 * np.pi / c.frequency).tolist()
     rows = [
@@ -29,14 +29,17 @@ def wamit_texts(c: Coefficients) -> dict[str, str]:
     )
     hydrostatic = ([i + 1, j + 1, float(c.hydrostatic[i, j])] for i, j in modes)
     texts = {".1": _text(rows), ".3": _text(excitation), ".hst": _text(hydrostatic)}
-    if len(c.drift_frequency):
-        beta, slow = float(c.drift_heading[0]), (2.0 * np.pi / c.drift_frequency).tolist()
-        texts[".12d"] = _text(
-            [slow[a], slow[b], beta, beta, k + 1, *_polar(c.drift[a, b, k])]
-            for b in range(len(slow))
-            for a in range(b, len(slow))
-            for k in range(6)
-        )
+    for end, kind in ((".12d", "drift"), (".12s", "sums")):
+        w, force, heading = (getattr(c, f"{kind}{part}") for part in ("_frequency", "", "_heading"))
+        slow, tables = (2.0 * np.pi / w).tolist(), force if force.ndim == 4 else force[None]
+        if slow:
+            texts[end] = _text(
+                [slow[a], slow[b], float(beta), float(beta), k + 1, *_polar(table[a, b, k])]
+                for beta, table in zip(heading, tables, strict=True)
+                for b in range(len(slow))
+                for a in range(b, len(slow))
+                for k in range(6)
+            )
     return texts
 
 

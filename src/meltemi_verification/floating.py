@@ -1,30 +1,41 @@
 """The IEA 15 MW on the VolturnUS-S, on moving lines, against OpenFAST with MoorDyn, driven by the same waves.
 
 The turbine is that of the OpenFAST deck that the package rosco brings, with the platform of the library's
-iea15mw-volturnus. The rotor is parked with blades at 90 degrees, there is no air.
+iea15mw-volturnus. The rotor is parked with blades at 90 degrees without air, or runs under ROSCO's own library.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import distribution
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from meltemi.control.bladed.controller import BladedController
+from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.constant import ConstantController
+from meltemi.control.controller import Controller
+from meltemi.control.signals import Demands, Measurements
+from meltemi.core.errors import InputError
 from meltemi.environment.site import Environment
 from meltemi.io import read_openfast
-from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.maths.algebra import Vec
+from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
+from meltemi.postprocess.files.openfast import si_unit
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
+from meltemi.turbine.definition import BaseMotion
 from meltemi.turbine.library import load_turbine
+from meltemi.wind.fields import SteadyWind
+from meltemi.wind.files import read_bts
 from meltemi_sea.given import ComponentSea
 from meltemi_verification.offshore import PARKED
 from meltemi_verification.table import Comparison, Row, at_least, relative
@@ -63,6 +74,40 @@ CASES = {
     "F4_Hs6Tp12": Float(begin=100.0),
     "F4_Hs6Tp12_qtf": Float(begin=100.0, drift="full"),
 }
+AIR = {
+    "inflow": "quasi_steady", "stall": "static", "axial_drag": True, "tangential_drag": True,
+    "advanced.chord_angle": "openfast",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Wind:
+    """A case with wind: steady [m/s] or a box; rotor speed [rpm], pitch [deg] and the platform's six motions [m], [deg]
+    at the start; whether ROSCO controls."""
+
+    wind: float | str
+    rotor_speed: float
+    pitch: float
+    place: tuple[float, ...] = (REST[0], 0.0, REST[1], 0.0, REST[2], 0.0)
+    rosco: bool = True
+
+
+UNDER_WAY = (17.41, 0.01, -0.46, 0.42, 3.27, -0.27)
+WINDS = {
+    "F5_8": Wind(8.0, 5.73, 0.0),
+    "F5_12": Wind(12.0, 7.56, 7.0),
+    "F5_18": Wind(18.0, 7.56, 15.5),
+}
+TURBULENT = {
+    "F7_12": Wind("kai12_s1.bts", 7.55, 7.5, UNDER_WAY, rosco=False),
+    "F6_12": Wind("kai12_s1.bts", 7.56, 7.0, UNDER_WAY),
+}
+WIND_CHANNELS = (
+    "PtfmSurge PtfmSway PtfmHeave PtfmRoll PtfmPitch PtfmYaw RotSpeed BldPitch1 GenPwr HydroFxi FAIRTEN1 FAIRTEN2 "
+    "TwrBsMyt TwrBsMxt RootMyc1"
+).split()
+WIND_BEGIN, WIND_STD, WIND_DEL, CALL = 100.0, 2.0, 3.0, 0.025
+"""[s] begin of the compared part; [%] of standard deviations and equivalent loads; [s] between calls of ROSCO."""
 RELEASED = {"F2_surge8": ("PtfmSurge", 136.0), "F2_heave3": ("PtfmHeave", 20.6), "F2_pitch8": ("PtfmPitch", 28.9),
             "F2_yaw8": ("PtfmYaw", 91.0)}  # fmt: skip
 """What swings in a decay, and in about how many seconds."""
@@ -72,25 +117,34 @@ PERIOD, DAMPING = 0.5, 3.0
 """[%] of the mean period of a decay, and of its mean damping per cycle."""
 
 
-def floating_model(drift: Any = "none", line_model: Any = "dynamic", **changes: Any) -> BladedModel:
-    """The turbine of the deck on its platform, with degrees of freedom as in the runs of OpenFAST."""
+def floating_model(drift: Any = "none", line_model: Any = "dynamic", *, air: bool = False, **changes: Any) -> Any:
+    """The turbine of the deck on its platform, with degrees of freedom as in the runs of OpenFAST.
+
+    Args:
+      drift, line_model: of the platform.
+      air: with aerodynamics as there (set A with drag in the induction).
+      changes: of the options.
+    """
     turbine = read_openfast(Path(str(distribution("rosco").locate_file(DECK))), fixed_base=True)
     own = load_turbine("iea15mw-volturnus")
     assert own.platform is not None
     platform = own.platform.replace(drift=drift, line_model=line_model, segments=50)
-    options = ModelOptions(**PARKED | {"time_step": 0.0125} | changes)
-    turbine = turbine.replace(foundation=own.foundation, platform=platform)
+    nodes = {"blade_nodes": tuple(turbine.blade.aerodynamics.position.tolist()), **AIR} if air else {}
+    options = ModelOptions().replace(**PARKED | {"time_step": 0.0125} | nodes | changes)
+    actuator = {"pitch_actuator.kind": "ideal"}
+    turbine = turbine.replace(foundation=own.foundation, platform=platform, **actuator)
     model = build(turbine, options, Environment(gravity=9.81))
-    return model.with_parameters(**{"aerodynamics.air_density": 0.0})
+    return model if air else model.with_parameters(**{"aerodynamics.air_density": 0.0})
 
 
-def base_at(surge: float, heave: float, pitch: float, yaw: float, height: float = 15.0) -> dict[str, float]:
+def base_at(
+    surge: float, heave: float, pitch: float, yaw: float, height: float = 15.0, sway: float = 0.0, roll: float = 0.0
+) -> dict[str, float]:
     """Coordinates of the tower base ``height`` [m] above a platform's point at [m], [deg]."""
-    turn = Rotation.from_euler("ZYX", np.radians([yaw, pitch, 0.0]))
-    arm, angle = turn.apply([0.0, 0.0, height]), turn.as_rotvec()
-    place = [surge + arm[0], arm[1], heave + arm[2] - height, *angle]
-    names = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-    return {f"base {name}": float(value) for name, value in zip(names, place, strict=True)}
+    turn = Rotation.from_euler("ZYX", np.radians([yaw, pitch, roll]))
+    place = np.array([surge, sway, heave - height]) + turn.apply([0.0, 0.0, height])
+    names = get_args(BaseMotion)
+    return {f"base {name}": float(x) for name, x in zip(names, [*place, *turn.as_rotvec()], strict=True)}
 
 
 def floating_run(case: str, duration: float, **changes: Any) -> Result:
@@ -111,6 +165,108 @@ def floating_run(case: str, duration: float, **changes: Any) -> Result:
         channels=CHANNELS,
         output_step=STEP,
     )
+
+
+def rosco_at(turbine: Any, folder: Path, step: float) -> Controller:
+    """ROSCO with the settings of the deck, which sees the nodding acceleration of the instant of its call.
+
+    Ours is that of the step [s] before. The undeflected tower is released with 0.42 rad/s^2, of which ROSCO's feedback
+    keeps the sum: half a call earlier is 0.05 rad of pitch, for 100 s.
+    """
+    name = Path(DECK).relative_to("Examples").with_suffix("")
+    settings = edit_discon(rosco_example(f"{name}_DISCON.IN"), folder / "DISCON.IN", LoggingLevel=0)
+    library = BladedController(turbine, find_rosco(), settings, sample_time=CALL)
+    assert library.fresh is not None
+    kept = library.fresh
+
+    def fresh() -> Controller:
+        own, last = kept(), []
+
+        def update(state: Any, m: Measurements, demands: Demands, dt: float) -> None:
+            x, y, z = m.nacelle_turning
+            last.append(y)
+            m.nacelle_turning = Vec(x, y + step / CALL * (y - last[-2 if len(last) > 1 else -1]), z)
+            own.update(state, m, demands, dt)
+
+        return replace(own, update=update)
+
+    return replace(library, fresh=fresh)
+
+
+def wind_run(case: str, duration: float, folder: Path | None) -> Result:
+    """Our run of a case with wind, which for a box needs the folder of the reference runs, with its sea."""
+    settings = (WINDS | TURBULENT)[case]
+    surge, sway, heave, roll, pitch, yaw = settings.place
+    start = Start(
+        rotor_speed=settings.rotor_speed * np.pi / 30.0,
+        pitch=np.radians(settings.pitch),
+        coordinates=base_at(surge, heave, pitch, yaw, sway=sway, roll=roll),
+    )
+    sea = None
+    if isinstance(settings.wind, float):
+        wind: Any = SteadyWind(speed=settings.wind)
+    else:
+        assert folder is not None
+        wind = read_bts(folder / "wind" / settings.wind)
+        _, frequency, _, amplitude, phase, direction = np.genfromtxt(
+            folder / f"waves/{case}.csv", delimiter=",", skip_header=1
+        ).T
+        sea = ComponentSea(frequency=frequency, amplitude=amplitude, phase=phase, direction=-np.radians(direction[0]))
+    locked = ("drivetrain", "yaw", *(() if settings.rosco else ("generator",)))
+    model = floating_model("none" if sea is None else "full", air=True, locked=locked)
+    with TemporaryDirectory() as scratch:
+        rosco = (
+            rosco_at(model.turbine, Path(scratch), model.options.time_step) if settings.rosco else ConstantController()
+        )
+        return simulate(
+            model, wind, duration=duration, sea=sea, controller=rosco, start=start, channels=WIND_CHANNELS,
+            output_step=STEP,
+        )  # fmt: skip
+
+
+def in_wind(folder: Path | None = None) -> Comparison:
+    """Steady wind under ROSCO; with the folder of the reference runs turbulence and sea, too.
+
+    Raises:
+      InputError: the folder has no such runs.
+    """
+    rows: list[Row] = []
+    data = thinned("floating_wind_runs")
+    for case in WINDS | (TURBULENT if folder else {}):
+        if case in WINDS:
+            reference = data[f"{case}_counts"] * data[f"{case}_steps"]
+        else:
+            assert folder is not None
+            reference = full_series(folder / f"series/{case}.npz")
+        time = STEP * np.arange(float(len(reference)))
+        ours = wind_run(case, float(time[-1]), folder)
+        inside = time >= WIND_BEGIN - 1e-6
+        for name, series in zip(WIND_CHANNELS, reference.T, strict=True):
+            x, y, channel = ours[name][: len(time)][inside], series[inside], ours.channel(name)
+            if y.std() <= 1e-6 * abs(y.mean()):
+                continue
+            rows.append(relative(f"{name} std", case, channel.unit, float(y.std()), float(x.std()), WIND_STD))
+            if (slope := usual_slope(channel)) and not name.startswith("Hydro"):
+                span = float(time[-1]) - WIND_BEGIN
+                theirs, found = (damage_equivalent_load(s, duration=span, slope=slope) for s in (y, x))
+                rows.append(relative(f"{name} DEL", case, channel.unit, theirs, found, WIND_DEL))
+    source = "OpenFAST v5.0.0 with SeaState, HydroDyn, MoorDyn and ROSCO 2.10.6, the same wind and waves (F5, F6, F7)"
+    return Comparison("floating wind", "IEA 15 MW on the VolturnUS-S in wind, under ROSCO", source, rows)
+
+
+def full_series(path: Path) -> Float64:
+    """(T, C) channels of a reference run with wind, in SI, every ``STEP``; zeros for those that it lacks.
+
+    Raises:
+      InputError: the file is missing.
+    """
+    if not path.is_file():
+        raise InputError(f"--reference: {path} is missing")
+    with np.load(path) as z:
+        names, units, series = z["channels"].tolist(), z["units"].tolist(), z["data"].astype(float)
+    every = round(STEP / (series[1, 0] - series[0, 0]))
+    known = {name: series[::every, i] * si_unit(units[i])[1] for i, name in enumerate(names)}
+    return np.stack([known.get(name, 0.0 * known["Time"]) for name in WIND_CHANNELS], axis=1)
 
 
 def swings(time: Float64, x: Float64, period: float) -> tuple[float, float]:

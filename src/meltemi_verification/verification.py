@@ -77,6 +77,7 @@ OFFSHORE: tuple[Study, ...] = (
     Study(60.0, offshore.frequencies, "frequencies on the monopile", ("rosco", *WINDIO)),
     Study(30.0, offshore.waves, "monopile in waves", ("rosco", *WINDIO)),
     Study(60.0, floating.floating, "floating platform", ("rosco",)),
+    Study(40.0, floating.in_wind, "floating platform under ROSCO", ("rosco",)),
 )
 
 
@@ -97,7 +98,7 @@ def verification(
       measured: only the comparison with measured loads.
       at_sea: only the comparisons of turbines at sea.
       reference: folder with the series and wind boxes of the reference runs, for turbulence over ten minutes beside
-        the 45 s that come with the package, and for a stop in turbulence.
+        the 45 s that come with the package, and for a stop in turbulence; with ``at_sea`` a floater in turbulence.
       progress: called with the completed fraction.
       say: called at the start with what is skipped.
       done: called with each comparison as soon as it is made, with verdicts.
@@ -106,12 +107,15 @@ def verification(
       InputError: the folder has no reference runs, or ``measured`` or ``at_sea`` is combined with others.
     """
     for alone, name in ((measured, "--measured"), (at_sea, "--offshore")):
-        if alone and (quick or reference is not None or measured + at_sea > 1):
+        if alone and (quick or (reference is not None and not at_sea) or measured + at_sea > 1):
             raise InputError(f"{name} is a comparison of its own: leave out the other options")
-    if reference is not None and not (reference / "openfast").is_dir():
-        raise InputError(f"--reference {reference}: no folder 'openfast' in it")
+    needed = "openfast_offshore" if at_sea else "openfast"
+    if reference is not None and not (reference / needed).is_dir():
+        raise InputError(f"--reference {reference}: no folder {needed!r} in it")
     studies = [*(uae.MEASURED if measured else OFFSHORE if at_sea else QUICK if quick else FULL)]
-    if reference is not None:
+    if reference is not None and at_sea:
+        studies[-1] = studies[-1]._replace(compare=partial(floating.in_wind, reference / needed))
+    elif reference is not None:
         studies += [Study(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
         if (reference / "openfast_dlc").is_dir():
             studies.append(Study(2.0, partial(parked.turbulent, reference)))

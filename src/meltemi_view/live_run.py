@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,11 +29,17 @@ from meltemi.wind.fields import WindBox
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulent import TurbulentWind
 from meltemi.wind.velocity import WindField, WindParameters
+from meltemi_view.sea_surface import surfaced
+
+if TYPE_CHECKING:
+    from meltemi_sea.conditions import Sea
 
 LAG = 5.0
 """[s] time constant of changes of the wind."""
 PERIOD, MADE_AT, MADE_WITH, POINTS, PLANE_STEP = 600.0, 12.0, 0.1, 15, 0.2
 """The field repeats after 600 s at 12 m/s; intensity, points across and [s] between planes with which it is made."""
+SEA_PERIOD = 600.0
+"""[s] after which a sea repeats."""
 SAMPLE, LONGEST = 0.05, 2.0
 """[s] between samples, and of the longest piece."""
 
@@ -119,6 +125,7 @@ class LiveRun:
       wind: which begins in its present state.
       controller: by default the baseline controller.
       channels: of the plots, each with the factor from SI.
+      sea: around it, which repeats.
 
     Attributes:
       target: towards which the wind goes.
@@ -131,7 +138,14 @@ class LiveRun:
         wind: LiveWind,
         controller: Controller | None = None,
         channels: Sequence[tuple[str, float]] = (("wind_x", 1.0),),
+        sea: Sea | None = None,
     ) -> None:
+        self.sea = sea
+        if sea is not None:
+            model = replace(model, parts=(*model.parts, sea.part(model, SEA_PERIOD, (0.0, 0.0))))
+            water: Any = model.turbine.platform or model.turbine.support
+            self.waves = sea.components(water.depth + sea.level, SEA_PERIOD, model.environment.gravity)
+            assert self.waves.period == SEA_PERIOD, "the kernels read no further"
         names = [name for name, _ in channels]
         self.simulation = Simulation(
             Run(
@@ -151,7 +165,9 @@ class LiveRun:
         self._factors = np.array([factor for _, factor in channels])
         self._field = WindField("floats", self.simulation.case.arrays)
         self._time, self._rows = self._stream(1)
-        self.first = self._scene(*self.recorder.still)
+        about, arrays = self.recorder.still
+        self._turbine = {"turbine": about["turbine"]}
+        self.first = self._scene(about, arrays)
 
     def _stream(self, samples: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         time, rows = self.simulation.stream(samples)
@@ -188,4 +204,5 @@ class LiveRun:
         about["steps"] |= {"wind": max((end - begin) / (len(times) - 1), 1e-3), "plot": SAMPLE}
         about["wind"] |= {"label": "", "speed": air.speed, "intensity": air.intensity}
         plot = track_arrays("plot", self._factors * self._rows[:, self._columns])
-        return Scene(about, arrays | tracks | wind | plot)
+        scene = Scene(self._turbine | about, arrays | tracks | wind | plot)
+        return scene if self.sea is None else surfaced(scene, self.sea, self.waves)

@@ -152,6 +152,7 @@ class Session:
       controller: a name or file of docs/guide/controller-names.md.
       wind_speed, turbulence: at the start, [m/s] and intensity [-].
       seed: of the turbulence.
+      sea: around the turbine, which repeats; still water, or none, by default.
       tell: called with a line before work that takes seconds.
 
     Raises:
@@ -166,9 +167,10 @@ class Session:
         wind_speed: float = 10.0,
         turbulence: float = 0.1,
         seed: int = 1,
+        sea: Any = None,
         tell: Callable[[str], None] = lambda line: None,
     ) -> None:
-        self.turbine, self.tell, self.number = turbine, tell, 0
+        self.turbine, self.tell, self.number, self.sea = turbine, tell, 0, sea
         self.choices = choices(turbine, controller)
         self.controller = label(controller)
         rated = turbine.rated_power / 1e6
@@ -206,7 +208,7 @@ class Session:
         self.wind.air = self.air
         self.wind.fill()
         self.plots, channels = plots(model)
-        self.run = LiveRun(model, self.wind, controller, channels)
+        self.run = LiveRun(model, self.wind, controller, channels, self.sea)
         self.faults = faults(with_blades(model, "live"))
         self.active: set[str] = set()
         self.number += 1

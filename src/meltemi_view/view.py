@@ -43,6 +43,8 @@ PLOTS: Mapping[str, Sequence[str]] = {
     "Out-of-plane root moment": [f"root_moment_out_of_plane_{b}" for b in (1, 2, 3)],
     "Out-of-plane tip deflection": ["tip_out_of_plane_1"],
     "Fore-aft tower-base moment": ["tower_base_moment_fore_aft"],
+    "Elevation of the sea": ["wave_elevation"],
+    "Platform pitch": ["platform_pitch"],
 }
 """Channels of the plots by default; those that are not recorded are left out."""
 

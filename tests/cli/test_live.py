@@ -27,8 +27,9 @@ from meltemi.turbine.definition import Turbine
 from meltemi.wind.velocity import WindField, WindParameters, wind_velocity
 from meltemi_view.commands import live as command
 from meltemi_view.commands.live_server import MOST_CONNECTIONS, MOST_WAITING, LiveServer
-from meltemi_view.live_run import LAG, Air, LiveRun, LiveWind
+from meltemi_view.live_run import LAG, SEA_PERIOD, Air, LiveRun, LiveWind
 from meltemi_view.live_session import Session
+from meltemi_view.sea_surface import POINTS
 
 pytest.importorskip("websockets", reason="needs websockets")
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -213,6 +214,34 @@ def test_a_run_that_diverges_says_why_and_restarts(session: Session) -> None:
     assert session.piece(0.1) is None
     session.obey({"reset": True})
     assert session.state()["ended"] == "" and session.piece(0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["nrel5mw-monopile", "nrel5mw-spar"])
+def test_a_turbine_in_the_sea(name: str) -> None:
+    """On its pile and afloat: the surface that is drawn at the tower is the elevation of the sea."""
+    machine = meltemi.load_turbine(name)
+    assert isinstance(machine, Turbine)
+    sea = meltemi.environment.IrregularSea(height=3.0, period=9.0, repeat=SEA_PERIOD, seed=2)
+    afloat = Session(machine, "baseline", wind_speed=8.0, sea=sea)
+    first = afloat.run.first.about["turbine"]["water"]
+    assert (
+        first["floats"] == (name == "nrel5mw-spar") and first["reach"] > 0.0 and (first["lines"] or not first["floats"])
+    )
+    waves = sea.components(first["depth"], SEA_PERIOD)
+    for _ in range(2):
+        scene = unpacked(afloat.piece(2.0) or b"")
+        surface = scene.track("sea")[:, 0, POINTS // 2, 0]
+        now = scene.about["begin"] + scene.about["steps"]["sea"] * np.arange(len(surface))
+        rise = (waves.amplitude * np.exp(1j * np.outer(now, waves.frequency))).real.sum(axis=1)
+        assert np.ptp(rise) > 0.2 and surface == pytest.approx(rise, abs=0.03)
+        column = [line["column"] for plot in afloat.plots for line in plot["lines"] if line["name"] == "wave_elevation"]
+        plotted = scene.track("plot")[::5, column[0]]
+        expected = np.interp(scene.about["begin"] + 0.25 * np.arange(len(plotted)), now, rise)
+        assert plotted == pytest.approx(expected, abs=0.05)
+    if first["floats"]:
+        afloat.obey({"fault": "line", "on": True})
+        assert afloat.piece(0.5) and "line" in afloat.state()["faults"]
 
 
 def test_events_still_to_come_are_not_lost(turbine: Turbine) -> None:

@@ -104,10 +104,16 @@ def test_moments_are_those_of_the_channels(model: Model) -> None:
 
     dt = run(model, Controller(law), 0.2).meta["time_step"]
     seen.clear()
-    channels = ["LSSTipMys", "LSSTipMzs", "YawBrMxp", "YawBrMyp", "YawBrMzp", "RotPwr"]
+    channels = ["LSSTipMys", "LSSTipMzs", "YawBrMxp", "YawBrMyp", "YawBrMzp", "RotPwr", "NcIMURAys"]
     result = meltemi.simulate(model, WIND, duration=0.2, controller=Controller(law), channels=channels, output_step=dt)
     measured = np.array(seen)[1:]
-    rows = [s.HUB_MOMENT + 1, s.HUB_MOMENT + 2, *(s.YAW_BEARING_MOMENT + i for i in range(3)), s.ROTOR_POWER]
+    rows = [
+        s.HUB_MOMENT + 1,
+        s.HUB_MOMENT + 2,
+        *(s.YAW_BEARING_MOMENT + i for i in range(3)),
+        s.ROTOR_POWER,
+        s.NACELLE_TURNING + 1,
+    ]
     for channel, row in zip(channels, rows, strict=True):
         np.testing.assert_allclose(measured[:, row], result[channel][:-1], rtol=1e-12, err_msg=channel)
 

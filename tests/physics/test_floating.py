@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from meltemi_float.coefficients import read_coefficients, read_wamit
 from meltemi_float.moorings import MooringLine, at_rest
 from meltemi_float.radiation import fit_radiation, kernel
 from meltemi_float.waves import wave_forces
+from meltemi_hydro.wamit import wamit_texts
 from meltemi_sea.airy import GRAVITY
 
 VECTORS = [
@@ -140,3 +142,68 @@ def test_bad_platforms_are_refused() -> None:
         read_coefficients("volturn")
     with pytest.raises(InputError):
         read_wamit(Path("nothing"))
+
+
+def with_sums(coefficients: Any) -> tuple[Any, Any]:
+    """Coefficients with forces at sum frequencies that are linear in the frequencies, at 0 and 40 deg, twice as much;
+    and these forces at 0 deg."""
+
+    def force(a: Any, b: Any) -> Any:
+        return (3.0 + 2.0j) * (a + b) - 1.0j
+
+    w = np.linspace(0.3, 2.0, 8)
+    one = np.zeros((8, 8, 6), dtype=np.complex128)
+    one[..., 2] = force(w[:, None], w)
+    both = dataclasses.replace(
+        coefficients, sums_frequency=w, sums=np.stack([one, 2.0 * one]), sums_heading=np.array([0.0, 40.0])
+    )
+    return both, force
+
+
+@pytest.mark.parametrize("heading", [0.0, 10.0])
+def test_forces_at_sum_frequencies(coefficients: Any, heading: float) -> None:
+    """Of two waves, in closed form (W-38); at 10 deg a quarter of the way from 0 to 40 deg."""
+    c, force = with_sums(coefficients)
+    platform = meltemi.load_turbine("iea15mw-volturnus").platform
+    assert platform is not None
+    w, size, phase = np.array([0.7, 1.1]), np.array([1.5, 0.8]), np.array([0.4, -1.2])
+    sea = meltemi.environment.ComponentSea(frequency=w, amplitude=size, phase=phase, direction=-np.radians(heading))
+    dt, _, first = wave_forces(sea, c, platform.replace(drift="none", sum_forces=True), 60.0, (0.0, 0.0), 9.81)
+    # the same steps without these forces
+    none = dataclasses.replace(c, sums=0.0 * c.sums)
+    again, _, second = wave_forces(sea, none, platform.replace(drift="none", sum_forces=True), 60.0, (0.0, 0.0), 9.81)
+    t, a = dt * (np.arange(len(first)) - 1.0), size * np.exp(1j * phase)
+    expected = sum(
+        (a[i] * a[j] * force(w[i], w[j]) * np.exp(1j * (w[i] + w[j]) * t)).real for i in range(2) for j in range(2)
+    )
+    scale = platform.water_density * 9.81 * (1.0 + heading / 40.0)
+    assert again == dt <= 1.0 / (2.0 * w[-1])
+    np.testing.assert_allclose(
+        (first - second)[:, 3], scale * expected, rtol=1e-9, atol=1e-9 * np.abs(first[:, 3]).max()
+    )
+
+
+def test_sum_frequencies_go_through_files(coefficients: Any, tmp_path: Path) -> None:
+    c, _ = with_sums(coefficients)
+    for end, text in wamit_texts(c).items():
+        (tmp_path / f"hull{end}").write_text(text, encoding="utf-8")
+    found = read_wamit(tmp_path / "hull")
+    for name in ("drift", "sums", "sums_frequency", "sums_heading"):
+        expected = getattr(c, name)
+        np.testing.assert_allclose(getattr(found, name), expected, atol=1e-7 * np.abs(expected).max(), err_msg=name)
+    platform = meltemi.load_turbine("iea15mw-volturnus").platform
+    assert platform is not None
+    summing = platform.replace(drift="none", sum_forces=True, drift_directions="given")
+    with pytest.raises(
+        InputError, match="sum_forces is known for waves along 0 to 40 deg only, and these travel 5 deg"
+    ):
+        wave_forces(
+            meltemi.environment.RegularSea(height=2.0, period=9.0, direction=math.radians(-45.0)),
+            found,
+            summing,
+            60.0,
+            (0.0, 0.0),
+            9.81,
+        )
+    with pytest.raises(InputError, match="sum_forces needs a file .12s"):
+        wave_forces(meltemi.environment.RegularSea(height=2.0, period=9.0), coefficients, summing, 9.0, (0, 0), 9.81)

@@ -17,7 +17,7 @@ from meltemi.simulation.linear import linearise
 from meltemi_exchange.openfast.mooring import read_mooring
 from meltemi_exchange.openfast.text import read_input
 from meltemi_exchange.openfast_writer.water import mooring
-from meltemi_float.balance import lines_load
+from meltemi_float.balance import check_reach, lines_load
 from meltemi_float.floater import FloaterPart
 from meltemi_float.moorings import AtRest, MooringLine, MooringPoint, at_rest, shapes
 from meltemi_float.platform import Platform
@@ -362,3 +362,23 @@ def test_points_are_written_for_moordyn_and_read_again(tmp_path: Path) -> None:
     one, other = (at_rest(each.lines, each.points, each.depth, DENSITY) for each in (platform, made))
     assert other.force == pytest.approx(one.force, rel=1e-6)
     assert [point.drag_area for point in made.points.values()] == [0.0, 3.0] * 3
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"trunk": 700.0}, "line 1, 3: the ends are .* % further apart than its length of 755 m"),
+        ({"leg": 10.0}, "line 1, 2: the ends are 20 % further apart than its length of 20 m"),
+    ],
+)
+def test_bridles_that_are_too_short_are_refused(changes: dict[str, float], says: str) -> None:
+    """From the fairlead to the anchor, and from one fairlead to the other."""
+    leg, trunk = changes.get("leg", 55.0), changes.get("trunk", 800.0)
+    lines = [line([-58, y, -14], "p", leg) for y in (12.0, -12.0)] + [line("p", ANCHOR, trunk)]
+    platform = Platform(
+        depth=DEPTH, mass=1e7, centre=[0, 0, -10], inertia=[1e9] * 3, volume=1e4, coefficients="iea15mw-volturnus",
+        lines=lines, points={"p": MooringPoint()},
+    )  # fmt: skip
+    with pytest.raises(InputError, match=says):
+        check_reach(platform, "platform.lines")
+    check_reach(platform.replace(lines=[each.replace(length=1.3 * each.length) for each in lines]), "platform.lines")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from meltemi import InputError, ModelOptions, build, load_turbine
+from meltemi import InputError, ModelOptions, Start, build, load_turbine, simulate
 from meltemi.analysis import linearise, natural_modes, operating_point
+from meltemi.control.constant import ConstantController
 from meltemi.simulation.plan import model_channels
 from meltemi.structure.members import BASE_MOTIONS
 from meltemi.turbine.definition import Foundation, Turbine
@@ -55,6 +56,20 @@ def test_a_foundation_may_be_described_by_motions_of_the_base(turbine: Turbine) 
     np.testing.assert_allclose(first[1][:2], first[0][:2], rtol=1e-4)
     np.testing.assert_allclose(first[1], first[0], rtol=5e-3)  # by other shapes of the tower
     assert first[2][0] > 1.02 * first[1][0]
+
+
+def test_the_nacelle_nods_with_the_base(turbine: Turbine) -> None:
+    """The acceleration that a controller measures, of a rigid turbine: positive while the top speeds up downwind."""
+    rigid = ModelOptions(locked=("tower", "blades", "yaw", "generator", "drivetrain"), time_step=0.005)
+    still = Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates={"base pitch": 0.02})
+    swing = simulate(
+        build(on(turbine, "pitch"), rigid), 0.1, duration=1.0, start=still, controller=ConstantController(),
+        channels=["v base pitch", "NcIMURAys"], output_step=0.005,
+    )  # fmt: skip
+    expected = np.gradient(swing["v base pitch"], swing.time)[2:-2]
+    found = swing["nacelle_nodding_acceleration"][2:-2]
+    assert expected[0] < -0.01
+    np.testing.assert_allclose(found, expected, atol=0.003 * np.abs(expected).max())
 
 
 @pytest.mark.slow

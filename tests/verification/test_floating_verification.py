@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 pytest.importorskip("rosco")
@@ -17,3 +19,18 @@ def test_decays_and_waves() -> None:
     rows = floating.floating().judged(KNOWN).rows
     assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is Verdict.FAIL] == []
     assert sum(row.verdict is Verdict.PASS for row in rows) > 50
+
+
+def test_under_rosco() -> None:
+    """Its floating feedback acts on the nodding acceleration of the nacelle (record 83)."""
+    rows = floating.in_wind().judged(KNOWN).rows
+    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is Verdict.FAIL] == []
+    assert sum(row.verdict is Verdict.PASS for row in rows) > 50
+
+
+@pytest.mark.reference
+def test_in_turbulence_and_sea(reference: Path) -> None:
+    """Under ROSCO, and with speed and pitch held: far within the bands of 2 and 3 %."""
+    rows = floating.in_wind(reference / "openfast_offshore").rows
+    some = [row for row in rows if row.case in floating.TURBULENT]
+    assert len(some) > 30 and max(abs(row.deviation) for row in some) < 1.5

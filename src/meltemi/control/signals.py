@@ -39,6 +39,7 @@ class Measurements(Table):
     rotor_power: float = number("W", "mechanical power of the low-speed shaft")
     hub_moment: Vec = xyz("N m", "of the rotor on the shaft at its apex, shaft axes (not rotating)")
     yaw_bearing_moment: Vec = xyz("N m", "of the nacelle on the tower, tower-top axes (not yawing)")
+    nacelle_turning: Vec = xyz("rad/s^2", "angular acceleration of the nacelle, shaft axes (not rotating)")
     air_temperature: float = number("K", "of the air")
     humidity: float = number("-", "relative humidity of the air")
     air_pressure: float = number("Pa", "of the air")
@@ -52,20 +53,15 @@ class Measurements(Table):
     callback: float = number("-", "internal: address of a controller in plain Python")
 
 
-TIME, GENERATOR_SPEED, ROTOR_SPEED, AZIMUTH, TORQUE, POWER, PITCH = Measurements.slots(
-    "time generator_speed rotor_speed azimuth torque power pitch"
-)
-OUT_OF_PLANE_MOMENT, IN_PLANE_MOMENT, YAW, YAW_RATE = Measurements.slots(
-    "out_of_plane_moment in_plane_moment yaw yaw_rate"
-)
-WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION = Measurements.slots(
-    "wind_speed wind_direction fore_aft_acceleration side_side_acceleration"
-)
+TIME, GENERATOR_SPEED, ROTOR_SPEED, AZIMUTH = Measurements.slots("time generator_speed rotor_speed azimuth")
+TORQUE, POWER, PITCH, YAW, YAW_RATE = Measurements.slots("torque power pitch yaw yaw_rate")
+OUT_OF_PLANE_MOMENT, IN_PLANE_MOMENT = Measurements.slots("out_of_plane_moment in_plane_moment")
+WIND_SPEED, WIND_DIRECTION, NACELLE_TURNING = Measurements.slots("wind_speed wind_direction nacelle_turning")
+FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION = Measurements.slots("fore_aft_acceleration side_side_acceleration")
 FLAP, ROTOR_POWER, HUB_MOMENT, YAW_BEARING_MOMENT = Measurements.slots("flap rotor_power hub_moment yaw_bearing_moment")
-AIR_TEMPERATURE, HUMIDITY, AIR_PRESSURE, GRID_VOLTAGE, GRID_FREQUENCY = Measurements.slots(
-    "air_temperature humidity air_pressure grid_voltage grid_frequency"
-)
-GRID, REQUEST, POWER_LIMIT, POWER_REFERENCE = Measurements.slots("grid request power_limit power_reference")
+AIR_TEMPERATURE, HUMIDITY, AIR_PRESSURE = Measurements.slots("air_temperature humidity air_pressure")
+GRID_VOLTAGE, GRID_FREQUENCY, GRID, REQUEST = Measurements.slots("grid_voltage grid_frequency grid request")
+POWER_LIMIT, POWER_REFERENCE = Measurements.slots("power_limit power_reference")
 N_BLADES, CALLBACK = Measurements.slots("n_blades callback")
 
 REQUESTS = ("none", "start", "normal_stop", "emergency_stop")

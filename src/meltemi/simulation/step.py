@@ -311,6 +311,7 @@ def sample(t: float, c: Control, m: AnySystem) -> None:
     x.rotor_power = c.summary.rotor_power
     x.hub_moment = chain.apex_moment
     x.yaw_bearing_moment = chain.yaw_moment
+    x.nacelle_turning = chain.nacelle_turning
     x.air_temperature = outside.air_temperature
     x.humidity = outside.humidity
     x.air_pressure = outside.air_pressure

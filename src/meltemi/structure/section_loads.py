@@ -190,6 +190,7 @@ def chain_loads(m: Structure, s: SectionLoads) -> None:
     out.nacelle_force = R_in.T @ F_o
     out.nacelle_moment = R_in.T @ M_o
     out.top_acceleration = R_it.T @ top
+    out.nacelle_turning = R_is.T @ nacelle_rate
     out.top_deflection = machine.top_position - Vec(0.0, 0.0, p.tower_base + p.tower_length)
     theta = Vec(0.0, 0.0, 0.0)
     for k in range(n_tower):

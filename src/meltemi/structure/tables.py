@@ -124,6 +124,7 @@ class MachineLoad(Table):
     top_deflection: Vec = xyz("m", "deflection of the tower top, inertial axes")
     top_rotation: Vec = xyz("rad", "rotation of the tower top")
     top_acceleration: Vec = xyz("m/s^2", "acceleration of the tower top, tower-top axes, without gravity")
+    nacelle_turning: Vec = xyz("rad/s^2", "angular acceleration of the nacelle, shaft axes (not rotating)")
     rotor_acceleration: float = number("rad/s^2", "acceleration of the rotor about the shaft, relative to the nacelle")
     nacelle_force: Vec = xyz("N", "force at the yaw bearing on the tower, nacelle axes (yawing)")
     nacelle_moment: Vec = xyz("N m", "moment at the yaw bearing on the tower, nacelle axes (yawing)")

@@ -216,14 +216,14 @@ class Water:
             "difference_drift": v.given("difference_drift", 0) not in (0, FULL_DRIFT),
             "newman": v.given("newman", 0) not in (0, FULL_DRIFT),
             "mean_drift": v.given("mean_drift", 0) not in (0, FULL_DRIFT),
+            "sum_forces": v.given("sum_forces", 0) not in (0, FULL_DRIFT),
         } | {f"reference_{a}": bool(v.given(f"reference_{a}", 0.0)) for a in ("x", "y", "z", "turn")}
         for target, bad in wrong.items():
             if bad and flows:
                 raise UnsupportedError(
                     f"{file.path.parent / v.source[target]} {v[target]:g}: one body about the origin, of unit length "
-                    "and with drift from the file .12d is read"
+                    "and with forces of second order from files .12d and .12s is read"
                 )
-        v.differs("ignored", 0, sum_forces="forces at sum frequencies are not modelled")
         v.differs("ignored", 0, excitation_place="waves are those at the place at rest")
         body = [main.given(f"platform_{name}", 0.0) for name in BODY]
         members: list[dict[str, Any]] = []
@@ -242,6 +242,7 @@ class Water:
             "buoyancy_centre": (v.given("buoyancy_x", 0.0), v.given("buoyancy_y", 0.0)),
             "coefficients": str((file.path.parent / root).absolute()) if flows else "",
             "drift": drift,
+            "sum_forces": flows and v.given("sum_forces", 0) == FULL_DRIFT,
             "water_density": v.given("water_density", 1025.0),
             "source": file.path.name,
         }

@@ -260,6 +260,7 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
         values |= {"potential_file": POTENTIAL, "volume": platform.volume}
         values |= dict(zip(("buoyancy_x", "buoyancy_y"), platform.buoyancy_centre, strict=True))
         values |= {key: FULL_DRIFT for key, drift in DRIFTS if drift == platform.drift}
+        values["sum_forces"] = FULL_DRIFT * platform.sum_forces
     elif tables:
         raise UnsupportedError(f"platform.{MATRICES[next(iter(tables))]}: HydroDyn has it with potential flow only")
     if any(each.plate_drag for each in members):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import CONTROLLER, CONTROLLERS, TurbineArgument
+from meltemi.app.options import CONTROLLER, CONTROLLERS, SeaOption, TurbineArgument, sea_of_options
 from meltemi.app.terminal import say, suggest
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi_view.commands.view import ThemeOption
@@ -29,6 +29,7 @@ def live(
     wind_speed: Annotated[float, typer.Option(help="Mean wind speed at hub height at the start [m/s].")] = 10.0,
     turbulence: Annotated[float, typer.Option(help="Turbulence intensity at the start.")] = 0.1,
     seed: Annotated[int, typer.Option(help="Seed of the turbulence.")] = 1,
+    sea: SeaOption = None,
     controller: Annotated[
         str,
         typer.Option(
@@ -52,10 +53,18 @@ def live(
     from meltemi_view.live_session import Session
 
     machine = aeroelastic(load_turbine(turbine), "live")
+    around = None
+    if sea is not None:
+        from meltemi_sea.kinds import sea_of
+        from meltemi_view.live_run import SEA_PERIOD
+
+        around = sea_of(sea_of_options(sea) | {"repeat": SEA_PERIOD}, "--sea")
     session: Session
     pages = lambda: session.view(theme or "", speed).html  # noqa: E731
     with LiveServer(pages, port) as server:
-        session = Session(machine, controller, wind_speed=wind_speed, turbulence=turbulence, seed=seed, tell=say)
+        session = Session(
+            machine, controller, wind_speed=wind_speed, turbulence=turbulence, seed=seed, sea=around, tell=say
+        )
         session.tell = lambda line: server.send({"busy": line})
         print(f"{machine.name} runs at {server.url}", flush=True)
         print("closing the page or Ctrl-C ends it", flush=True)

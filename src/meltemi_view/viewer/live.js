@@ -81,6 +81,7 @@ class LiveClock {
     turbine.motion = Object.assign(new RunMotion({ about: { ...first, ...about }, arrays: piece.arrays }), { pose });
     turbine.view.take(piece);
     winds[0].take(piece);
+    this.view.sea?.take(piece);
     this.begin = about.begin;
     this.span = about.duration;
     let larger = false;

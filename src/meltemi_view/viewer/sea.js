@@ -10,8 +10,13 @@ class SeaView {
     this.mesh.position.z = level || 0;
     this.mesh.rotation.z = direction || 0;
     this.mesh.receiveShadow = true;
-    this.track = reach && new Track(scene, "sea", scene.about.steps.sea);
+    this.take(scene);
     this.line = new Float32Array(this.track ? this.track.size : 0);
+  }
+
+  /** The elevation of a scene, or of a piece of it. */
+  take(scene) {
+    this.track = scene.about.steps.sea && new Track(scene, "sea", scene.about.steps.sea);
   }
 
   update(t) {

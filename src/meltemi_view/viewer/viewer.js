@@ -109,7 +109,7 @@ winds.forEach((wind) => {
 if (alone) [...find("wind").options].forEach((option, i) => { option.text = ["standing", "travelling", "off"][i]; });
 const duration = alone ? first.duration : Math.max(...turbines.map((each) => each.motion.duration));
 /** What time does: that of a recorded scene ends and begins again. */
-const clock = spec.live ? new LiveClock(Object.assign(view, { spec, find, turbines, winds, extremes, legends })) : {
+const clock = spec.live ? new LiveClock(Object.assign(view, { spec, find, turbines, winds, sea, extremes, legends })) : {
   begin: first.begin || 0,
   window: () => { const long = state.window < duration, end = long ? Math.max(state.t, state.window) : duration; return [long ? end - state.window : 0, end]; },
   now: () => state.t,

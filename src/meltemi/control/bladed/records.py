@@ -114,9 +114,9 @@ _TEXT = """
  79 | -       | none | 0                      | request for loads: they are always given
  80 | -       | none | 0                      | variable slip
  81 | -       | none | 0                      | variable slip
- 82 | rad/s^2 | to   | 0                      | nacelle roll acceleration: not measured
- 83 | rad/s^2 | to   | 0                      | nacelle nodding acceleration: not measured
- 84 | rad/s^2 | to   | 0                      | nacelle yaw acceleration: not measured
+ 82 | rad/s^2 | to   | nacelle_turning_x      | nacelle roll acceleration, shaft axes (NcIMURAxs)
+ 83 | rad/s^2 | to   | nacelle_turning_y      | nacelle nodding acceleration, shaft axes (NcIMURAys)
+ 84 | rad/s^2 | to   | nacelle_turning_z      | nacelle yaw acceleration, shaft axes (NcIMURAzs)
 109 | N m     | to   | hub_moment_x           | torque of the rotor on the shaft
 117 | -       | to   | 0                      | controller state: power production
 120 | deg     | from | flap 1                 | deflection of the flaps of blade 1, if the turbine has flaps
