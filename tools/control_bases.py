@@ -197,7 +197,8 @@ def main() -> None:
     arguments.add_argument("--seeds", type=int, default=6, help="of turbulence, where the table has the usual six")
     arguments.add_argument("--work", type=Path, default=Path("bases"))
     given = arguments.parse_args()
-    settings: dict[str, Any] = {"quick": given.quick or given.short, "seeds": given.seeds, **(SHORT if given.short else {})}
+    settings: dict[str, Any] = {"quick": given.quick or given.short, "seeds": given.seeds}
+    settings |= SHORT if given.short else {}
     path, new = PAGES / "control-bases.md", {}
     for turbine in given.turbines:
         done: list[Path] = []

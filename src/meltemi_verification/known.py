@@ -78,7 +78,7 @@ STALL_CYCLE = (
     "(tests/verification/test_parked_openfast.py)"
 )
 RELEASE = (
-    "what is left of the release at 0 s: ElastoDyn's sums make the turbine 183 kg lighter, which is 0.4 mm of heave, "
+    "what is left of the release at 0 s: ElastoDyn's sums make the turbine 183 kg lighter, 0.4 mm of heave, "
     "and the torque differs by 1 % while the undeflected blades ring; heave and roll, 24 mm and 0.13 deg, hardly decay, "
     "and the side-side moment follows the roll"
 )
