@@ -78,9 +78,9 @@ STALL_CYCLE = (
     "(tests/verification/test_parked_openfast.py)"
 )
 RELEASE = (
-    "what is left of the release at 0 s: ElastoDyn's sums make the turbine 183 kg lighter, 0.4 mm of heave, "
-    "and the torque differs by 1 % while the undeflected blades ring; heave and roll, 24 mm and 0.13 deg, hardly decay, "
-    "and the side-side moment follows the roll"
+    "what is left of the release at 0 s: ElastoDyn's sums make the turbine 183 kg lighter, 0.4 mm of heave, and the "
+    "torque differs by 1 % while the undeflected blades ring; heave and roll, 24 mm and 0.13 deg, hardly decay, and "
+    "the side-side moment follows the roll"
 )
 LINEAR_LOADS = (
     "OpenFAST takes air loads as linear between the nodes, ours act at the nodes; integrated as linear, our loads have "
