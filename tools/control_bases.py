@@ -1,6 +1,6 @@
 """The page of load bases under collective, individual and combined control, made from one command:
 
-    python tools/control_bases.py [--quick] [--short] [--seeds N] [--schemes supervised,ipc] [--work FOLDER] [TURBINE ...]
+    python tools/control_bases.py [--quick] [--short] [--seeds N] [--schemes supervised,ipc] [--work DIR] [TURBINE ...]
 
 For each turbine and scheme a load base is planned, run (what is finished is not repeated) and evaluated. Cases that do
 not depend on the scheme, such as parked ones, are computed once: each base begins with the results of the ones before.
