@@ -79,8 +79,10 @@ def above(z: float, reach: float, m: WakeField) -> float:
 @kernel
 def mean_wind(
     m: PlaneField, t: float, centre: Vec, normal: Vec, turned: float, points: Float, reach: float, disturbed: bool
-) -> tuple[Vec, float]:
+) -> tuple[Vec, float, float]:
     """Weighted means over a disk of velocity [m/s] and its square, with the wakes that the observer sees, or ambient.
+
+    The third value is 1 over the sum of the weights that count.
 
     Args:
       turned: [rad] angle by which the points are turned.
@@ -102,14 +104,14 @@ def mean_wind(
             square += total(weight * dot(u, u))
             weights += total(weight)
     share = 1.0 / weights if weights != 0.0 else 0.0
-    return share * found, share * square
+    return share * found, share * square, share
 
 
 @kernel
 def rotor_wind(m: PlaneField, t: float, centre: Vec, normal: Vec) -> tuple[float, float]:
     """Ambient wind along a direction [m/s] and turbulence intensity over a disk (K-4)."""
     series_now(t, m)
-    mean, square = mean_wind(m, t, centre, normal, 0.0, m.disk, reach_of(m.disk), False)
+    mean, square, _ = mean_wind(m, t, centre, normal, 0.0, m.disk, reach_of(m.disk), False)
     speed = sqrt(dot(mean, mean))
     return dot(normal, mean), sqrt(max(square - speed * speed, 0.0) / 3.0) / max(speed, 1e-3)
 
@@ -125,7 +127,7 @@ def rotor_mean(m: PlaneField, t: float, count: Ints, near: Ints, centre: Vec, no
 
 
 @kernel
-def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: bool, turn: Float) -> None:
+def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: bool, own: Float, turn: Float) -> None:
     """Velocities of the planes of a wake: a weighted mean of the wind over each, and its deflection (K-9).
 
     Every other plane has the mean of its neighbours' averages: the planes are closer than averages can tell apart.
@@ -133,6 +135,7 @@ def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: b
     Args:
       count, near: number of planes of each wake, and whether it is looked at.
       disturbed: with the wakes, its own included, or the ambient wind alone.
+      own: what the points miss of the wake's own axial velocity, factors of its profile (K-9a).
       turn: lateral drift over the way, the same by radian of yaw error, drift by the mean deficit, rotor radius [m].
     """
     series_now(t, m)
@@ -146,7 +149,11 @@ def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: b
                 look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
             # the points between its last ones: an average that moves with its plane sees twice as many
             turned = 0.5 * BETWEEN * (i % 4)
-            planes.velocity[k, i] = mean_wind(m, t, centre, normal, turned, m.drift, reach, disturbed)[0]
+            mean, _, share = mean_wind(m, t, centre, normal, turned, m.drift, reach, disturbed)
+            missed = 0.0
+            for j in range(own.shape[0] if disturbed else 0):
+                missed += own[j] * m.profile[k, i, j, 0]
+            planes.velocity[k, i] = mean + share * missed * normal
     for i in range(1, last, 2):
         planes.velocity[k, i] = 0.5 * (planes.velocity[k, i - 1] + planes.velocity[k, i + 1])
     for i in range(last + 1):

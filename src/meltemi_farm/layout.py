@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.yamlfile import read_record, validated
@@ -34,7 +34,7 @@ MOST_YAW = math.radians(60.0)
 class FarmCase(LoadCase):
     """Complete description of the simulation of a farm: a load case with positions and wakes."""
 
-    positions: tuple[tuple[float, float], ...] = Field(min_length=1, max_length=MOST_TURBINES)
+    positions: tuple[tuple[float, float], ...]
     """(x, y) [m] of the turbines: x downwind for wind direction 0, y to the left."""
     yaw: tuple[float, ...] = ()
     """[rad] constant yaw angle of each nacelle, counter-clockwise from above; by default 0."""
@@ -119,14 +119,16 @@ def check_layout(positions: Float, diameters: Sequence[float], yaw: Sequence[flo
       InputError: naming the two turbines, their distance and the least one.
     """
     if positions.ndim != 2 or positions.shape[1:] != (2,) or not len(positions):
-        raise InputError("farm: positions: expected (x, y) in m for each turbine")
+        raise InputError("farm: positions: expected (x, y) in m for each turbine, found none or others")
+    if len(positions) > MOST_TURBINES:
+        raise InputError(f"farm: positions: expected {MOST_TURBINES} turbines at most, found {len(positions)}")
     if not np.all(np.abs(positions) <= LARGEST):
         raise InputError(f"farm: positions must be numbers within {LARGEST:g} m")
     for i, angle in enumerate(yaw):
         if not abs(angle) <= MOST_YAW:
             raise InputError(
-                f"farm: yaw of turbine {i + 1} is {angle:g} rad, expected within {MOST_YAW:.2f} rad; in files "
-                "a text with a unit may stand there: 20 deg"
+                f"farm: yaw of turbine {i + 1} is {math.degrees(angle):.4g} deg ({angle:.4g} rad), expected within "
+                f"{math.degrees(MOST_YAW):g} deg; a number in a file is in rad, a text may have a unit: 20 deg"
             )
     for i, diameter in enumerate(diameters):
         for j in range(i):

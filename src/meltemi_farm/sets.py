@@ -243,8 +243,25 @@ def average_points(wake: WakeSet, diameter: float, rings: int = 16, meander: flo
     return np.array(rows)
 
 
+def missed_by(points: Float, exact: Float, r: Float) -> Float:
+    """(n,) factors of a profile, linear between equidistant radii r [m], in what a sum over points misses of it (K-9a).
+
+    Args:
+      points: (p, 3) sideways, upwards [m], weight.
+      exact: (q, 3) points of a fine rule for the same average.
+    """
+
+    def mean(rule: Float) -> Float:
+        hats = np.clip(1.0 - np.abs(np.hypot(rule[:, 0], rule[:, 1]) - r[:, None]) / r[1], 0.0, None)
+        return np.asarray(hats @ rule[:, 2] / rule[:, 2].sum())
+
+    return (mean(exact) - mean(points)) * float(points[:, 2].sum())
+
+
 IN_RING = 8
 """Points of a ring."""
+FINE_RINGS = 400
+"""Of a rule for what a sum over the usual ones misses."""
 SECOND_ZERO = 7.015586669815619
 """Of the Bessel function J1: there FAST.Farm's averages end."""
 

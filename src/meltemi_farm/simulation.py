@@ -40,7 +40,7 @@ from meltemi_farm.layout import Farm, FarmCase, check_layout
 from meltemi_farm.rotor import RotorSums, sample
 from meltemi_farm.scene import farm_scenes
 from meltemi_farm.settings import WakeSettings
-from meltemi_farm.wakes import FarmWakes, RotorState, quick
+from meltemi_farm.wakes import LEAST_WIND, FarmWakes, RotorState, quick
 from meltemi_farm.wind import placed
 
 Float = NDArray[np.float64]
@@ -352,6 +352,11 @@ class FarmMarch:
         self.times, self.planes = list[float](), list[list[NDArray[np.float32]]]()
         step, self.steps = _exchange_step(runs, settings, self.mean.speed)
         if settings.model != "none":
+            if self.mean.speed < LEAST_WIND:
+                raise InputError(
+                    f"farm: wakes need a mean wind of {LEAST_WIND:g} m/s or more, found {self.mean.speed:g} m/s: they "
+                    'would not leave their rotors; give more wind, or the wakes "none"'
+                )
             diameters, hubs = [t.rotor_diameter for t in turbines], [t.hub_height for t in turbines]
             self.wakes = FarmWakes(settings, wind, places, diameters, hubs, self.mean, step)
             starts = self._develop(self.wakes, yaw)
@@ -419,10 +424,10 @@ class FarmMarch:
             return
         first = self.turbines[0]
         points = self.control(done * self.steps[0] * first.simulation.dt, [t.measurements() for t in self.turbines])
-        if len(points) != len(self.turbines):
+        given = [isinstance(each, SetPoint) for each in points] if isinstance(points, Sequence) else []
+        if not all(given) or len(given) != len(self.turbines):
             raise InputError(
-                f"farm: the controller returned {len(points)} set-points, expected one for each of "
-                f"{len(self.turbines)} turbines"
+                f"farm: the controller returned {str(points)[:60]}, expected a list of {len(self.turbines)} SetPoint"
             )
         for turbine, point in zip(self.turbines, points, strict=True):
             turbine.demand(point)

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.yamlfile import parse, read_text
+from meltemi.core.yamlfile import parse, read_text, validated
 from meltemi_exchange.openfast.text import InputFile, number, read_input
 from meltemi_farm.layout import LARGEST
+from meltemi_farm.settings import WakeSettings
 
 _CONSTANTS = (
     "Mod_Wake 1; Mod_WakeDiam 1; Mod_Meander 3; C_Meander 1.9; C_NearWake 1.8; C_HWkDfl_O 0; C_HWkDfl_OY 0.3; "
@@ -70,7 +71,8 @@ def read_layout(path: str | Path, diameter: float) -> Layout:
             layouts = layouts[0] if layouts else {}
         if isinstance(layouts, dict) and "coordinates" not in layouts and len(layouts) == 1:
             (layouts,) = layouts.values()  # windIO 1: layouts by name
-        if isinstance(layouts, dict) and len(set(layouts.get("turbine_types") or ())) > 1:
+        types = layouts.get("turbine_types") if isinstance(layouts, dict) else None
+        if isinstance(types, list) and len({str(each) for each in types}) > 1:
             notes.append("it has several types of turbines; all turbines are the one that is given")
         return _mapped(_columns(file, layouts, "layouts.coordinates", ("x", "y")), notes)
     if isinstance(farm.get("farm"), dict):
@@ -128,6 +130,7 @@ def _fast_farm(file: InputFile, diameter: float) -> Layout:
     if np.any(table["z"] != 0.0):
         notes.append("WT_Z is not taken: all turbines stand at the same height")
     notes.append("wind and turbines are those that are given; meltemi import converts the decks of WT_FASTInFile")
+    validated(wakes, WakeSettings, f"{file.path}, by DT_Low, f_c, RotorDiamRef or NZ_Low")
     positions = tuple((float(x), float(y)) for x, y in zip(table["x"], table["y"], strict=True))
     return Layout(positions, wakes, tuple(notes))
 

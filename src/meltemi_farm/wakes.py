@@ -24,10 +24,9 @@ from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
 from meltemi_farm.averages import drift, horizontal, look, rotor_mean, rotor_wind
 from meltemi_farm.eddies import EDDY_SPACING, eddies_of
 from meltemi_farm.field import LARGEST, LINEAR, QUADRATIC, PlaneField, Planes, Seen, WakeField, WakePart, Wakes
-from meltemi_farm.march import march
-from meltemi_farm.sets import WakeSet, average_points
+from meltemi_farm.march import Mixing, march
+from meltemi_farm.sets import FINE_RINGS, WakeSet, average_points, missed_by
 from meltemi_farm.settings import WakeSettings
-from meltemi_farm.steady import mixing_of
 
 Float = NDArray[np.float64]
 Together = Callable[[Callable[[int], Any]], list[Any]]
@@ -87,6 +86,12 @@ def projection(spacing: float, count: int) -> tuple[Float, Float]:
     mass = (4.0 * np.eye(count) + np.eye(count, k=1) + np.eye(count, k=-1)) / 6.0
     mass[0, 0] = 1.0 / 3.0
     return x, np.asarray(np.linalg.solve(mass, hats / FINE), dtype=np.float64)
+
+
+def mixing_of(model: WakeSet, diameter: float) -> Mixing:
+    """Constants of the march of a set, for a rotor diameter [m]."""
+    names = ("ambient", "power", "shear", "gradient", "slowest", "rotor_wide")
+    return Mixing.of(radius=0.5 * diameter, **{name: float(getattr(model, name)) for name in names})
 
 
 @dataclass(frozen=True)
@@ -168,6 +173,7 @@ class FarmWakes:
             "eddies": eddies_of(settings.seed) if settings.added_turbulence else np.zeros((2, 2, 3, 3), np.float32),
         }
         self.planes, self.profile = View(Planes, shared["planes"]), shared["profile"]
+        self.shown = self.profile.copy()
         self.count, self.crossed = np.zeros(n, dtype=np.int64), 0
         merging = {"quadratic": QUADRATIC, "linear": LINEAR, "largest": LARGEST}[settings.merging]
         self._parameters = {
@@ -180,7 +186,8 @@ class FarmWakes:
         }
         self.mean = mean
         added = float(settings.added_turbulence)
-        self.parts = [WakePart(self._members(shared, x, y, added)) for x, y in positions]
+        seen = shared | {"profile": self.shown}
+        self.parts = [WakePart(self._members(seen, x, y, added)) for x, y in positions]
         own = [self._members(shared, 0.0, 0.0, 0.0) for _ in range(n)]  # small eddies carry no wakes
         self.observers = [
             WakeField("floats", wind_arrays(wind, hub, diameter) | part.members)
@@ -188,7 +195,7 @@ class FarmWakes:
         ]
         self.boxes = np.full((n, 2, 2), np.inf)
         disk, rings = self.model.changed(windowed=False), settings.rings
-        self.fields, self._reach = list[PlaneField](), list[float]()
+        self.fields, self._reach, self._missed = list[PlaneField](), list[float](), list[Float]()
         for hub, diameter, members in zip(hubs, diameters, own, strict=True):
             drifting = average_points(self.model, diameter, settings.rings)
             span = average_points(disk, diameter, 5, 1.0)
@@ -197,6 +204,7 @@ class FarmWakes:
             arrays = {name: np.ascontiguousarray(each.T) for name, each in points.items()}
             self.fields.append(PlaneField("lanes", wind_arrays(wind, hub, diameter) | members | arrays))
             self._reach.append(float(np.hypot(drifting[:, 0], drifting[:, 1]).max()))
+            self._missed.append(missed_by(drifting, average_points(self.model, diameter, FINE_RINGS), self.r))
         self.mixing = [mixing_of(self.model, d) for d in diameters]
         self.intensity = settings.intensity
         self.keep = [math.exp(-2.0 * math.pi * step * self.model.cut_off / (0.5 * d)) for d in diameters]
@@ -255,13 +263,17 @@ class FarmWakes:
             planes["axial"][k, 0] = now["ambient"]
         self.profile[k, 0, :, 1:] = 0.0
         self.profile[k, 0, :, 0] = model.inlet(self.r, now["thrust"], radius, max(now["relative"], LEAST_WIND))
+        n = int(self.count[k])  # planes keep their profiles while they drift: those of half a step on are shown
+        self.shown[k, : n - 1] = 0.5 * (self.profile[k, : n - 1] + self.profile[k, 1:n])
+        self.shown[k, n - 1] = self.profile[k, n - 1]
 
     def settle(self, k: int, t: float) -> None:
         """Velocities of the planes of wake k at time ``t`` [s], after all wakes have aged."""
         model, m = self.model, self.fields[k]
         m.wakes.time = t
         turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
-        quick(drift, m, k, self.count, self._meeting(self.boxes[k], self._reach[k]), t, model.disturbed, turn)
+        near = self._meeting(self.boxes[k], self._reach[k])
+        quick(drift, m, k, self.count, near, t, model.disturbed, self._missed[k], turn)
 
     def show(self, i: int, rotor: RotorState, t: float) -> None:
         """Choose what turbine i sees of the wakes until the next exchange."""

@@ -82,7 +82,9 @@ def test_a_farm_controller_turns_the_first_turbine_at_the_rate_of_its_drive() ->
 
 def test_set_points_are_checked(model: Any) -> None:
     for points, words in (
-        ([SetPoint()], "1 set-points, expected one for each of 2"),
+        ([SetPoint()], "expected a list of 2 SetPoint"),
+        (None, "returned None, expected a list of 2 SetPoint"),
+        ([0.1, 0.2], r"returned \[0.1, 0.2\], expected a list of 2 SetPoint"),
         ([SetPoint(yaw=0.1)] * 2, 'yaw="driven"'),
         ([SetPoint(power=-1.0)] * 2, "0 W or more"),
         ([SetPoint(pitch=1.0)] * 2, "pitch must be within"),
@@ -109,15 +111,23 @@ def test_a_small_field_is_refused_with_the_size_that_is_needed(model: Any) -> No
         meltemi.simulate_farm(behind, box, duration=10.0)
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.5])
+def test_wakes_in_calm_air_are_refused(model: Any, speed: float) -> None:
+    """They would not leave their rotors, and take any number of planes; without wakes the farm runs."""
+    with pytest.raises(meltemi.InputError, match=f"1 m/s or more, found {speed:g} m/s"):
+        meltemi.simulate_farm(meltemi.Farm(model, ROW), speed, duration=1.0)
+
+
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
         ({"positions": []}, "positions"),
         ({"yaw": [0.0]}, "expected one angle for each of 2 turbines, found 1"),
-        ({"yaw": [20.0, 0.0]}, "20 deg"),
         ({"wakes": {"model": "fastfarm"}}, "fast.farm"),
         ({"wakes": {"merging": "square"}}, "quadratic"),
         ({"positions": [[0.0, 0.0], [1e9, 0.0]]}, "within 100000 m"),
+        ({"positions": [[1e3 * i, 0.0] for i in range(201)]}, "expected 200 turbines at most, found 201"),
+        ({"yaw": [20.0, 0.0]}, r"1146 deg \(20 rad\), expected within 60 deg"),
     ],
 )
 def test_files_with_mistakes_are_refused_in_words(keys: dict[str, Any], words: str) -> None:

@@ -84,6 +84,10 @@ def test_layouts_of_windio_and_floris(tmp_path: Path) -> None:
         assert found.positions == ((0.0, 0.0), (650.5, 10.0))
         assert "from the west" in found.notes[0]
     assert read_layout(tmp_path / "floris.yaml", D).positions == ((0.0, 0.0), (630.0, 0.0))
+    for types in ("3", "[[1], [2]]", "[a, a]"):  # of any form: they are not taken
+        (tmp_path / "plant.yaml").write_text(PLANT.replace("\nturbines", f"\n    turbine_types: {types}\nturbines"))
+        several = "several types" in read_layout(tmp_path / "plant.yaml", D).notes[0]
+        assert several == (types == "[[1], [2]]")
     far = read_layout(tmp_path / "far.yaml", D)
     assert far.positions == ((-315.0, 0.0), (315.0, 0.0)) and "origin is moved" in far.notes[-1]
 
@@ -100,6 +104,8 @@ def test_layouts_of_windio_and_floris(tmp_path: Path) -> None:
         ("a.fstf", VERSIONS[4].replace("NumTurbines", "NTurbines"), "keyword NumTurbines is missing"),
         ("a.fstf", VERSIONS[4].replace("2        NumT", "3        NumT"), "says 3"),
         ("a.fstf", VERSIONS[4].replace("0.2      f_c", "fast     f_c"), "f_c: expected numbers or DEFAULT"),
+        ("a.fstf", VERSIONS[4].replace("0.2      f_c", "0.0      f_c"), r"a.fstf, by DT_Low, f_c.*cut_off: .* 0.0"),
+        ("a.fstf", VERSIONS[4].replace("3.0      DT_Low", "50.0      DT_Low"), "a.fstf, by DT_Low.*step: .* 50.0 s"),
         ("a.fstf", HEAD.format(control=""), "no wake dynamics"),
     ],
 )

@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.wind.fields import SteadyWind
-from meltemi_farm.march import half_width
-from meltemi_farm.sets import SETS, average_points, disk_mean, fast_farm_inlet, smooth_filter
+from meltemi_farm.march import half_width, one_step, viscosity
+from meltemi_farm.sets import (
+    FINE_RINGS,
+    SETS,
+    WakeSet,
+    average_points,
+    disk_mean,
+    fast_farm_inlet,
+    jinc,
+    missed_by,
+    smooth_filter,
+)
 from meltemi_farm.settings import WakeSettings
-from meltemi_farm.steady import steady_wake
-from meltemi_farm.wakes import FarmWakes, RotorState, projection
+from meltemi_farm.wakes import FarmWakes, RotorState, mixing_of, projection
 from meltemi_loads.effective import effective_intensity, farm_turbulence, wake_turbulence
 
 Float = NDArray[np.float64]
@@ -36,6 +47,48 @@ JDWM = {
     ("keck", 0.14): (0.486, 0.393, 0.321, 0.271, 0.234, 0.207, 0.186, 0.155, 0.134, 0.112),
 }
 """Mean deficit over the rotor disk, over the wind, of jDWM 0.8 (DTU Wind Energy), thrust coefficient 0.8."""
+
+
+def steady_wake(
+    model: WakeSet,
+    thrust: float | Float,
+    intensity: float,
+    *,
+    speed: float,
+    diameter: float,
+    length: float,
+    spacing: float,
+    way: float,
+    points: int = 60,
+) -> tuple[Float, Float, Float, Float]:
+    """Profiles along a wake that does not meander, in uniform steady wind.
+
+    Args:
+      model: set of constants.
+      thrust: thrust coefficient, uniform over the rotor or at each point of the profile.
+      intensity: ambient turbulence intensity.
+      speed: [m/s] wind.
+      diameter: [m] of the rotor.
+      length: [m] of the wake.
+      spacing: [m] between the points of a profile.
+      way: [m] between profiles.
+      points: of a profile.
+
+    Returns:
+      Distances (X,) and radii (R,) [m], axial and radial velocities (X, R) [m/s] of the wake.
+    """
+    r, radius = spacing * np.arange(points, dtype=np.float64), 0.5 * diameter
+    local = np.where(r <= radius, thrust, 0.0)
+    steps = math.ceil(length / way - 1e-9)
+    x = way * np.arange(steps + 1, dtype=np.float64)
+    V, Vr = np.zeros((steps + 1, points)), np.zeros((steps + 1, points))
+    V[0] = model.inlet(r, local, radius, speed)
+    along, constants = model.filters(x / diameter), mixing_of(model, diameter)
+    nu, work = np.empty(points), np.empty(points)
+    for i in range(steps):
+        viscosity(V[i], speed, intensity, along[0, i], along[1, i], spacing, constants, nu)
+        one_step(V[i], Vr[i], nu, speed, way, spacing, V[i + 1], Vr[i + 1], work)
+    return x, r, V, Vr
 
 
 def at(x: Float, profiles: Float, place: float) -> Float:
@@ -119,6 +172,31 @@ def test_averages_of_drift_have_their_diameter(name: str) -> None:
     reach = np.hypot(points[:, 0], points[:, 1]).max()
     assert reach == pytest.approx((1.11657 if model.windowed else 0.5) * model.meander * D, rel=0.05)
     assert np.allclose(points[:, :2].T @ points[:, 2], 0.0, atol=1e-6 * points[:, 2].sum())
+
+
+@pytest.mark.parametrize("rings", [8, 16, 32])
+def test_what_points_miss_of_a_wake_is_added_to_their_average(rings: int) -> None:
+    """The wake of a rotor with a sharp edge, against the closed form of the integral, a sum over 20,000 radii."""
+    model, r = SETS["fast.farm"], 5.0 * np.arange(60)
+    profile = np.where(r <= 70.0, -4.0 + 2.0 * np.cos(r / 20.0), 0.0)
+    points = average_points(model, D, rings)
+    exact = average_points(model, D, FINE_RINGS)
+    fine = np.linspace(1e-6, 0.5 * 7.015586669815619 / np.pi * 1.9 * D, 20001)
+    weight = fine * np.array([jinc(x / (1.9 * D)) * jinc(x / (3.8 * D)) for x in fine])
+    expected = np.sum(weight * np.interp(fine, r, profile)) / weight.sum()
+    plain = points[:, 2] @ np.interp(np.hypot(points[:, 0], points[:, 1]), r, profile) / points[:, 2].sum()
+    found = plain + missed_by(points, exact, r) @ profile / points[:, 2].sum()
+    assert found == pytest.approx(expected, rel=2e-4)
+    assert abs(plain / expected - 1.0) > 10.0 * abs(found / expected - 1.0)
+
+
+def test_planes_are_shown_as_they_are_half_a_step_on() -> None:
+    wakes = developed(PLAIN, [rotor()], ROW[:1])
+    n, before = int(wakes.count[0]), wakes.profile[0].copy()
+    wakes.exchange(0, rotor(), 2.0)
+    halfway = 0.5 * (before[: n - 1] + wakes.profile[0, 1:n])  # the rotor is steady: a plane becomes its neighbour
+    assert np.allclose(wakes.shown[0, 1 : n - 2], halfway[1 : n - 2], atol=1e-3)
+    assert np.abs(before[: n - 1] - halfway).max() > 0.05
 
 
 def rotor(thrust: float = 0.8, *, yaw: float = 0.0, speed: float = U) -> RotorState:

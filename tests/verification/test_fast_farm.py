@@ -120,13 +120,16 @@ def rows(case: str, folder: Path, seed: int = 1) -> list[tuple[str, int, str, fl
     return made
 
 
-BOUNDS = {"mean": 0.015, "std": 0.04, "DEL": 0.06}
+BOUNDS = {"mean": 0.01, "std": 0.04, "DEL": 0.06}
+MEAN_ASIDE = 0.015
+"""Of means half in the wake, whose torque differs by 1.3 %: the intensity of our mixing is less than FAST.Farm's."""
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_loads_and_power_are_those_of_fast_farm(case: str, fastfarm: Path) -> None:
+    bounds = BOUNDS | ({"mean": MEAN_ASIDE} if case.endswith("halfwake") else {})
     for quantity, turbine, name, ours, theirs in rows(case, fastfarm):
-        assert ours == pytest.approx(theirs, rel=BOUNDS[quantity]), (quantity, turbine, name)
+        assert ours == pytest.approx(theirs, rel=bounds[quantity]), (quantity, turbine, name)
 
 
 def test_added_turbulence_has_the_means_and_fatigue_loads_of_fast_farm(fastfarm: Path) -> None:
