@@ -177,7 +177,7 @@ def test_averages_of_drift_have_their_diameter(name: str) -> None:
 @pytest.mark.parametrize("rings", [8, 16, 32])
 def test_what_points_miss_of_a_wake_is_added_to_their_average(rings: int) -> None:
     """The wake of a rotor with a sharp edge, against the closed form of the integral, a sum over 20,000 radii."""
-    model, r = SETS["fast.farm"], 5.0 * np.arange(60)
+    model, r = SETS["fast.farm"], 5.0 * np.arange(60, dtype=np.float64)
     profile = np.where(r <= 70.0, -4.0 + 2.0 * np.cos(r / 20.0), 0.0)
     points = average_points(model, D, rings)
     exact = average_points(model, D, FINE_RINGS)
