@@ -172,16 +172,14 @@ def section(turbine: str, found: dict[str, DesignLoads]) -> str:
     """The part of the page on a turbine, and its picture."""
     numbers = {scheme: values(design) for scheme, design in found.items()}
     picture(turbine, numbers, PAGES / f"control-bases-{turbine}.png")
-    lines = [f"![Changes of loads of {turbine} against collective control](control-bases-{turbine}.png)", ""]
-    campaign = next(iter(found.values())).plan.campaign
-    if campaign.seeds not in (None, 6):
-        lines.insert(
-            0, f"With {campaign.seeds} seeds of turbulence where the table has six; DLC 1.1 has its 6 to 15.\n"
-        )
-    if missing := [words for scheme, words in SCHEMES.items() if scheme not in found]:
-        lines.insert(0, f"Without {', '.join(missing)} control, which was not run.\n")
+    campaign, lines = next(iter(found.values())).plan.campaign, []
     if campaign.quick:
-        lines.insert(0, QUICK.format(seconds=f", of {campaign.duration:g} s each" if campaign.duration else ""))
+        lines += [QUICK.format(seconds=f", of {campaign.duration:g} s each" if campaign.duration else "")]
+    if missing := [words for scheme, words in SCHEMES.items() if scheme not in found]:
+        lines += [f"Without {', '.join(missing)} control, which was not run (`--schemes {','.join(found)}`).", ""]
+    if (n := campaign.seeds) not in (None, 6):
+        lines += [f"With {n} seeds of turbulence where the table has six (`--seeds {n}`); DLC 1.1 has its 6 to 15.", ""]
+    lines += [f"![Changes of loads of {turbine} against collective control](control-bases-{turbine}.png)", ""]
     for kind, head in HEADS.items():
         lines += [f"{head}:", "", *table(numbers, kind), ""]
     if bad := {s: len(d.problems) for s, d in found.items() if len(d.problems)}:
