@@ -71,9 +71,11 @@ def import_(
     kind = _kind(source, of_decks, {"--control-of": control_of is not None, "--start": start == "deck"})
     if kind == "a windIO file":
         imported = import_windio(source, extra)
-        if extra is None or "proportional_gain" not in read_mapping(extra).get("control", {}).get("pitch", {}):
+        paths = flat(read_mapping(extra)) if extra else {}
+        own = {path.removeprefix("control."): x for path, x in paths.items() if path.startswith("control.")}
+        if "pitch.proportional_gain" not in own:
             with simulation_bar("pitch gains with margins"):
-                imported = with_own_gains(imported)
+                imported = with_own_gains(imported, own)
         _show(imported)
         _write(imported, source, out)
         wrote(out / "turbine.yaml", out / "report.md")

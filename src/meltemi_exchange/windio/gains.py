@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from typing import Any
 
 from meltemi.core.errors import InputError
 from meltemi_exchange.report import ImportedTurbine
@@ -10,13 +12,17 @@ from meltemi_exchange.windio.control import GAINS
 from meltemi_tuning.baseline_tuning import tune_baseline
 
 
-def with_own_gains(imported: ImportedTurbine) -> ImportedTurbine:
-    """An import with gains from the turbine's own aerodynamics, which keep margins; or why it has none."""
+def with_own_gains(imported: ImportedTurbine, given: Mapping[str, Any]) -> ImportedTurbine:
+    """An import with gains from the turbine's own aerodynamics, which keep margins; or why it has none.
+
+    Args:
+      given: values of the control by key path that were supplied beside the file, and stay.
+    """
     try:
         found = tune_baseline(imported.turbine)
     except InputError as error:
         return _noted(imported, f"NREL 5 MW by similarity, margins unknown ({error})")
-    tuned = dataclasses.replace(imported, turbine=imported.turbine.replace(control=found.control))
+    tuned = dataclasses.replace(imported, turbine=imported.turbine.replace(control=found.control.replace(**given)))
     return _noted(tuned, f"tune_baseline: {found.frequency:.3g} rad/s, the fastest with margins")
 
 
