@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numba
@@ -195,7 +195,7 @@ class FarmWakes:
         ]
         self.boxes = np.full((n, 2, 2), np.inf)
         disk, rings = self.model.changed(windowed=False), settings.rings
-        self.fields, self._reach, self._missed = list[PlaneField](), list[float](), list[Float]()
+        self.fields, self._reach = list[PlaneField](), list[float]()
         for hub, diameter, members in zip(hubs, diameters, own, strict=True):
             drifting = average_points(self.model, diameter, settings.rings)
             span = average_points(disk, diameter, 5, 1.0)
@@ -204,7 +204,8 @@ class FarmWakes:
             arrays = {name: np.ascontiguousarray(each.T) for name, each in points.items()}
             self.fields.append(PlaneField("lanes", wind_arrays(wind, hub, diameter) | members | arrays))
             self._reach.append(float(np.hypot(drifting[:, 0], drifting[:, 1]).max()))
-            self._missed.append(missed_by(drifting, average_points(self.model, diameter, FINE_RINGS), self.r))
+        average = partial(average_points, self.model)
+        self._missed = {d: missed_by(average(d, rings), average(d, FINE_RINGS), self.r) for d in set(diameters)}
         self.mixing = [mixing_of(self.model, d) for d in diameters]
         self.intensity = settings.intensity
         self.keep = [math.exp(-2.0 * math.pi * step * self.model.cut_off / (0.5 * d)) for d in diameters]
@@ -273,7 +274,7 @@ class FarmWakes:
         m.wakes.time = t
         turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
         near = self._meeting(self.boxes[k], self._reach[k])
-        quick(drift, m, k, self.count, near, t, model.disturbed, self._missed[k], turn)
+        quick(drift, m, k, self.count, near, t, model.disturbed, self._missed[self.diameters[k]], turn)
 
     def show(self, i: int, rotor: RotorState, t: float) -> None:
         """Choose what turbine i sees of the wakes until the next exchange."""
