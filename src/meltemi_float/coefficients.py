@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ Complex = NDArray[np.complex128]
 DATA = Path(__file__).parent / "data"
 LARGEST = 200_000_000
 """[bytes] of a file."""
-NONE, NO_FORCE = np.zeros(0), np.zeros((0, 0, 6), dtype=np.complex128)
+NONE, NO_FORCE = np.zeros(0), np.zeros((0, 0, 0, 6), dtype=np.complex128)
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,8 @@ class Coefficients:
       heading: (H,) [deg] of the waves' travel, counter-clockwise from x, increasing.
       excitation: (F, H, 6) force per wave amplitude over density and gravity, e^{+i w t}.
       hydrostatic: (6, 6) stiffness over density and gravity, without weight.
-      drift_frequency: (D,) [rad/s]; drift: (D, D, 6) difference-frequency force per amplitude squared over density and
-        gravity at a heading ``drift_heading`` [deg], or (N, D, D, 6) at N increasing ones; none if D is 0.
+      drift_frequency: (D,) [rad/s]; drift: (N, D, D, 6) difference-frequency force per amplitude squared over density
+        and gravity at increasing headings ``drift_heading`` (N,) [deg]; none if D and N are 0.
       sums_frequency, sums, sums_heading: the same at sum frequencies.
     """
 
@@ -47,9 +48,9 @@ class Coefficients:
     heading: Float
     excitation: Complex
     hydrostatic: Float
-    drift_frequency: Float
-    drift: Complex
-    drift_heading: Float
+    drift_frequency: Float = field(default_factory=lambda: NONE)
+    drift: Complex = field(default_factory=lambda: NO_FORCE)
+    drift_heading: Float = field(default_factory=lambda: NONE)
     sums_frequency: Float = field(default_factory=lambda: NONE)
     sums: Complex = field(default_factory=lambda: NO_FORCE)
     sums_heading: Float = field(default_factory=lambda: NONE)
@@ -72,13 +73,11 @@ def read_coefficients(name: str) -> Coefficients:
         )
     try:
         with np.load(path, allow_pickle=False) as data:
-            return Coefficients(
-                **{
-                    f.name: np.asarray(data[f.name], dtype=_kind(data[f.name]))
-                    for f in fields(Coefficients)
-                    if f.name in data or not f.name.startswith("sums")
-                }
-            )
+            names = [f.name for f in fields(Coefficients) if f.name in data or not f.name.startswith("sums")]
+            found: dict[str, Any] = {name: np.asarray(data[name], dtype=_kind(data[name])) for name in names}
+            if found["drift"].ndim == 3:  # files of one heading, or none
+                found["drift"] = found["drift"][None][: len(found["drift_heading"])]
+            return Coefficients(**found)
     except (KeyError, ValueError, OSError) as error:
         raise InputError(f"{path}: not a file of coefficients: {error}") from None
 
@@ -145,7 +144,7 @@ def _pairs(path: Path, end: str, sign: float) -> tuple[Float, Complex, Float]:
     force = np.zeros((len(heading), len(period), len(period), 6), dtype=np.complex128)
     force[h, b, a, k] = q[:, 7] + sign * 1j * q[:, 8]
     force[h, a, b, k] = q[:, 7] + 1j * q[:, 8]
-    return 2.0 * np.pi / period[::-1], force[0] if len(heading) == 1 else force, heading
+    return 2.0 * np.pi / period[::-1], force, heading
 
 
 def _table(path: Path, end: str, least: int) -> Float:

@@ -166,9 +166,7 @@ def with_members(c: Coefficients | None, members: Sequence[Member], depth: float
     if c is None:
         one = np.zeros((len(FREQUENCY), 6, 6))
         push = np.zeros((len(FREQUENCY), len(HEADING), 6), dtype=np.complex128)
-        none = np.zeros((0, 0, 6), dtype=np.complex128)
-        rest = at_rest(members)[2]
-        c = Coefficients(FREQUENCY, one, one, one[0], HEADING, push, rest, np.zeros(0), none, np.zeros(0))
+        c = Coefficients(FREQUENCY, one, one, one[0], HEADING, push, at_rest(members)[2])
     p = pieces(members)
     if not (p.added.any() or p.along.any() or p.pushed.any() or p.area.any()):
         return c

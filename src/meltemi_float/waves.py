@@ -158,5 +158,4 @@ def _in_direction(kind: str, c: Coefficients, platform: Platform, direction: Flo
             "drift: none and no sum_forces, coefficients with more headings, or for a sea without spreading "
             "drift_directions: turned"
         )
-    table = getattr(c, kind)
-    return np.tensordot(shares(heading, near)[0], table if table.ndim == 4 else table[None], 1), turn
+    return np.tensordot(shares(heading, near)[0], getattr(c, kind), 1), turn

@@ -90,10 +90,7 @@ def coefficients_of(
             progress((n + 1.0) / (len(frequency) + 1.0))
     added = 0.5 * (added + added.transpose(0, 2, 1))
     damping = 0.5 * (damping + damping.transpose(0, 2, 1))
-    none = np.zeros((0, 0, 6), dtype=np.complex128)
-    return Coefficients(
-        frequency, added[:-1], damping[:-1], added[-1], heading, excitation, hydrostatic, np.zeros(0), none, np.zeros(0)
-    )
+    return Coefficients(frequency, added[:-1], damping[:-1], added[-1], heading, excitation, hydrostatic)
 
 
 def _solved(solver: Any, problems: list[Any]) -> list[Any]:

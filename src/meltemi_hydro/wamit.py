@@ -31,11 +31,11 @@ def wamit_texts(c: Coefficients) -> dict[str, str]:
     texts = {".1": _text(rows), ".3": _text(excitation), ".hst": _text(hydrostatic)}
     for end, kind in ((".12d", "drift"), (".12s", "sums")):
         w, force, heading = (getattr(c, f"{kind}{part}") for part in ("_frequency", "", "_heading"))
-        slow, tables = (2.0 * np.pi / w).tolist(), force if force.ndim == 4 else force[None]
+        slow = (2.0 * np.pi / w).tolist()
         if slow:
             texts[end] = _text(
                 [slow[a], slow[b], float(beta), float(beta), k + 1, *_polar(table[a, b, k])]
-                for beta, table in zip(heading, tables, strict=True)
+                for beta, table in zip(heading, force, strict=True)
                 for b in range(len(slow))
                 for a in range(b, len(slow))
                 for k in range(6)

@@ -27,6 +27,7 @@ from meltemi.io import read_openfast
 from meltemi.maths.algebra import Vec
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.postprocess.files.openfast import si_unit
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
@@ -106,6 +107,8 @@ WIND_CHANNELS = (
     "PtfmSurge PtfmSway PtfmHeave PtfmRoll PtfmPitch PtfmYaw RotSpeed BldPitch1 GenPwr HydroFxi FAIRTEN1 FAIRTEN2 "
     "TwrBsMyt TwrBsMxt RootMyc1"
 ).split()
+TIME_STEP = 0.0125
+"""[s] of our runs."""
 WIND_BEGIN, WIND_STD, WIND_DEL, CALL = 100.0, 2.0, 3.0, 0.025
 """[s] begin of the compared part; [%] of standard deviations and equivalent loads; [s] between calls of ROSCO."""
 RELEASED = {"F2_surge8": ("PtfmSurge", 136.0), "F2_heave3": ("PtfmHeave", 20.6), "F2_pitch8": ("PtfmPitch", 28.9),
@@ -117,7 +120,9 @@ PERIOD, DAMPING = 0.5, 3.0
 """[%] of the mean period of a decay, and of its mean damping per cycle."""
 
 
-def floating_model(drift: Any = "none", line_model: Any = "dynamic", *, air: bool = False, **changes: Any) -> Any:
+def floating_model(
+    drift: Any = "none", line_model: Any = "dynamic", *, air: bool = False, **changes: Any
+) -> BladedModel:
     """The turbine of the deck on its platform, with degrees of freedom as in the runs of OpenFAST.
 
     Args:
@@ -130,9 +135,9 @@ def floating_model(drift: Any = "none", line_model: Any = "dynamic", *, air: boo
     assert own.platform is not None
     platform = own.platform.replace(drift=drift, line_model=line_model, segments=50)
     nodes = {"blade_nodes": tuple(turbine.blade.aerodynamics.position.tolist()), **AIR} if air else {}
-    options = ModelOptions().replace(**PARKED | {"time_step": 0.0125} | nodes | changes)
-    actuator = {"pitch_actuator.kind": "ideal"}
-    turbine = turbine.replace(foundation=own.foundation, platform=platform, **actuator)
+    options = ModelOptions().replace(**PARKED | {"time_step": TIME_STEP} | nodes | changes)
+    parts: dict[str, Any] = {"foundation": own.foundation, "platform": platform, "pitch_actuator.kind": "ideal"}
+    turbine = turbine.replace(**parts)
     model = build(turbine, options, Environment(gravity=9.81))
     return model if air else model.with_parameters(**{"aerodynamics.air_density": 0.0})
 
@@ -215,9 +220,7 @@ def wind_run(case: str, duration: float, folder: Path | None) -> Result:
     locked = ("drivetrain", "yaw", *(() if settings.rosco else ("generator",)))
     model = floating_model("none" if sea is None else "full", air=True, locked=locked)
     with TemporaryDirectory() as scratch:
-        rosco = (
-            rosco_at(model.turbine, Path(scratch), model.options.time_step) if settings.rosco else ConstantController()
-        )
+        rosco = rosco_at(model.turbine, Path(scratch), TIME_STEP) if settings.rosco else ConstantController()
         return simulate(
             model, wind, duration=duration, sea=sea, controller=rosco, start=start, channels=WIND_CHANNELS,
             output_step=STEP,

@@ -114,7 +114,8 @@ def verification(
         raise InputError(f"--reference {reference}: no folder {needed!r} in it")
     studies = [*(uae.MEASURED if measured else OFFSHORE if at_sea else QUICK if quick else FULL)]
     if reference is not None and at_sea:
-        studies[-1] = studies[-1]._replace(compare=partial(floating.in_wind, reference / needed))
+        further = partial(floating.in_wind, reference / needed)
+        studies = [s._replace(compare=further) if s.compare is floating.in_wind else s for s in studies]
     elif reference is not None:
         studies += [Study(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
         if (reference / "openfast_dlc").is_dir():
