@@ -79,13 +79,13 @@ slope 10 (blades) and 4 (other components); travel is the mean of the blades.
 The locked rotor of the IEA 15 MW is unstable at 40 m/s and 45° (edgewise vibration, by stall; each case says so): its
 loads in DLC 7.1 and 6.2 are no loads to design for, but a reason to lock and yaw it otherwise.
 
-In DLC 1.3 at 3 m/s the wind falls to zero for a minute. The rotor of the IEA 15 MW slows to 4.6 rpm, where three times its
-speed meets the tower's first frequency (0.22 Hz), whose damping without wind is 0.3 %: the side-to-side moment of the
-tower base reaches 390 MN m under collective control (without safety factor). Under individual control it is 460 MN m,
-and one of nine cases ends at the limit of the tower-top acceleration.
+In DLC 1.3 at 3 m/s the wind falls to zero for a minute. The rotor of the IEA 15 MW slows to 4.6 rpm, where three times
+its speed meets the tower's first frequency (0.22 Hz), whose damping without wind is 0.3 %: the side-to-side moment of
+the tower base reaches 390 MN m under collective control (without safety factor), 460 under individual control, and one
+of nine cases ends at the limit of the tower-top acceleration.
 
-Pitch drives of the IEA 15 MW move by 2 deg/s, which individual pitch at 1P often uses up (the cases say so), and then the
-collective law has less: in DLC 1.3 generator overspeed stops none of 117 cases under collective control, five under
+Pitch drives of the IEA 15 MW move by 2 deg/s, which individual pitch at 1P often uses up (the cases say so), and then
+the collective law has less: in DLC 1.3 generator overspeed stops none of 117 cases under collective control, five under
 individual and three under combined control.
 
 A tower clearance below zero is a blade that strikes. For DLC 1.1 the deflection towards the tower is extrapolated to
