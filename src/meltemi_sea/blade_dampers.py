@@ -78,6 +78,8 @@ class RiderLoad(Table, axes="damper"):
     force: Vectors = xyz("N", "of the mass on the blade, blade axes")
     place: Vectors = xyz("m", "mass from the rotor apex, blade axes")
 
+    dampers: int
+
 
 class Slide(Table, axes="slider"):
     """Motion of the masses relative to the blades, one entry for each axis along which one moves."""

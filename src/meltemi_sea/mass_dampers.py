@@ -128,8 +128,8 @@ class DamperSystem(System):
 
 
 @kernel
-def pull(x: float, v: float, n: int, p: Mover) -> float:
-    """Force [N] of spring, damper and stop on what carries the mass, along the axis (H-45)."""
+def pull(x: float, v: float, n: int, p: Any) -> float:
+    """Force [N] of spring, damper and stop on what carries the mass, along the axis (H-45); ``p`` has the springs."""
     force = p.stiffness[n] * x + p.damping[n] * v
     beyond = max(x - p.high[n], 0.0) + min(x - p.low[n], 0.0)
     into = max(v, 0.0) if beyond > 0.0 else min(v, 0.0)
