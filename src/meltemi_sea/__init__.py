@@ -3,4 +3,4 @@
 Public names are in ``meltemi.environment`` (seas) and ``meltemi.turbine`` (support and soil).
 """
 
-KERNELS = ("mass_dampers.py", "pile.py")
+KERNELS = ("blade_dampers.py", "mass_dampers.py", "pile.py")

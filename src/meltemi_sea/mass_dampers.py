@@ -1,5 +1,7 @@
 """Tuned mass dampers in tower or nacelle, as a part of the machine: a mass on springs that moves along one or two axes.
 
+Those in blades, which the same record describes, are in ``blade_dampers``.
+
 Reference: docs/theory/sea.md (H-45 to H-48).
 """
 
@@ -42,14 +44,21 @@ LIVELY = 1.0
 
 
 class MassDamper(Described):
-    """A mass that moves along axes of the tower against springs and dampers; its mass is not part of the turbine's."""
+    """A mass that moves along axes of tower or blade against springs and dampers; its mass is not part of theirs."""
 
-    height: float = Field(ge=0.0)
+    height: float | None = Field(default=None, ge=0.0)
     """[m] above the tower base; above the tower top it is in the nacelle."""
+    span: float | None = Field(default=None, ge=0.0)
+    """[m] along a blade from its root, in place of ``height``."""
+    blades: tuple[int, ...] = ()
+    """Numbers of the blades that have one; all by default."""
+    angle: float | None = Field(default=None, ge=-np.pi, le=np.pi)
+    """[rad] of its axes against those of the blade, towards feather positive; by default the twist of the section."""
     mass: float = Field(gt=0.0)
     """[kg]."""
     axes: Literal["x", "y", "xy"] = "x"
-    """Along which it moves: fore-aft, side-side, or both; the tower carries it along the others."""
+    """Along which it moves: fore-aft, side-side, or both, in a blade flapwise and edgewise; it is carried along the
+    others."""
     stiffness: float = Field(gt=0.0)
     """[N/m] of the spring along each axis."""
     damping: float = Field(default=0.0, ge=0.0)
@@ -63,6 +72,12 @@ class MassDamper(Described):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        if (self.height is None) == (self.span is None):
+            raise ValueError("expected either height (tower, nacelle) or span (blade)")
+        if len(set(self.blades)) < len(self.blades):
+            raise ValueError("blades: a blade is named twice")
+        if self.span is None and (self.blades or self.angle is not None):
+            raise ValueError("blades and angle are those of a damper in a blade; give span in place of height")
         if self.stops is not None and not self.stops[0] < 0.0 < self.stops[1]:
             raise ValueError(f"stops: expected one below and one above 0, found {self.stops[0]:g}, {self.stops[1]:g} m")
         if (self.stops is None) != (self.stop_stiffness == 0.0):
@@ -113,9 +128,8 @@ class DamperSystem(System):
 
 
 @kernel
-def pull(x: float, v: float, n: int, m: DamperSystem) -> float:
-    """Force [N] of spring, damper and stop on the tower along the axis (H-45)."""
-    p = m.mover
+def pull(x: float, v: float, n: int, p: Any) -> float:
+    """Force [N] of spring, damper and stop on what carries the mass, along the axis (H-45); ``p`` has the springs."""
     force = p.stiffness[n] * x + p.damping[n] * v
     beyond = max(x - p.high[n], 0.0) + min(x - p.low[n], 0.0)
     into = max(v, 0.0) if beyond > 0.0 else min(v, 0.0)
@@ -158,7 +172,7 @@ def damper_forces(t: float, m: DamperSystem) -> None:
     """Forces of the masses on the coordinates of the tower, and what it carries in their mass matrix (H-47)."""
     p, shape, s, g = m.mover, m.mover_shape, m.mover_state, m.structure.gravity
     for n in range(s.nodes):
-        force, lever = pull(s.position[n], s.velocity[n], n, m), p.mass[n] * g * s.position[n]
+        force, lever = pull(s.position[n], s.velocity[n], n, p), p.mass[n] * g * s.position[n]
         s.force[n] = force
         for k in range(shape.modes):
             u, r = shape.displacement[k, n], shape.rotation[k, n]
@@ -279,6 +293,16 @@ class DamperPart(Part):
         return (StateRows("mover_state", "d_mover_state", tuple(names), tuple(units)),)
 
 
+def check_step(turbine: Any, i: int, d: MassDamper, step: float | None) -> None:
+    """Raise InputError if a time step [s] is too long for spring and stop of damper ``i``."""
+    fastest = float(np.sqrt((d.stiffness + d.stop_stiffness) / d.mass))
+    if step is not None and fastest * step > LIVELY:
+        raise InputError(
+            f"{turbine.name}: mass_dampers.{i}: spring and stop have {fastest:.3g} rad/s, too fast for a step of "
+            f"{step:g} s; use at most {LIVELY / fastest:.2g} s (options.time_step), or a softer stop"
+        )
+
+
 def part_of(turbine: Any, options: Any, rotor: Any) -> DamperPart:
     """The mass dampers of a turbine; as ``simulation.parts.parts_of``.
 
@@ -286,7 +310,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> DamperPart:
       InputError: the time step is too long for a spring or stop.
     """
     member, length = rotor.tower, turbine.tower.length
-    movers = [(i, d, axis) for i, d in enumerate(turbine.mass_dampers, start=1) for axis in d.axes]
+    dampers = [(i, d) for i, d in enumerate(turbine.mass_dampers, start=1) if d.height is not None]
+    movers = [(i, d, axis) for i, d in dampers for axis in d.axes]
     table = Mover.zeros(node=len(movers))
     v = View(Mover, table)
     below = turbine.tower.base_height - float(turbine.support.position[0]) if turbine.support is not None else 0.0
@@ -303,11 +328,5 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> DamperPart:
         at[:, 0] += arm * at[:, 4]
         at[:, 1] -= arm * at[:, 3]
         shape[:, n] = at.reshape(-1)
-        fastest = float(np.sqrt((d.stiffness + d.stop_stiffness) / d.mass))
-        step = options.time_step
-        if step is not None and fastest * step > LIVELY:
-            raise InputError(
-                f"{turbine.name}: mass_dampers.{i}: spring and stop have {fastest:.3g} rad/s, too fast for a step of "
-                f"{step:g} s; use at most {LIVELY / fastest:.2g} s (options.time_step), or a softer stop"
-            )
+        check_step(turbine, i, d, options.time_step)
     return DamperPart(table, shape, tuple(f"{i}_{axis}" for i, d, axis in movers))

@@ -28,14 +28,18 @@ Edited = Callable[..., Path]
 
 @pytest.fixture
 def edited(openfast_deck: Path, tmp_path: Path) -> Edited:
-    """A deck whose ServoDyn names StC files: those of the nacelle, then those of the tower."""
+    """A deck whose ServoDyn names StC files: those of the nacelle, of the tower, then of the blades."""
 
-    def make(nacelle: list[dict[str, str]], tower: list[dict[str, str]] = []) -> Path:  # noqa: B006
+    def make(
+        nacelle: list[dict[str, str]],
+        tower: list[dict[str, str]] = [],  # noqa: B006
+        blades: list[dict[str, str]] = [],  # noqa: B006
+    ) -> Path:
         folder = tmp_path / "deck"
         shutil.copytree(openfast_deck, folder)
         servo = folder / "ServoDyn.dat"
         text = servo.read_text(encoding="utf-8")
-        for kind, files in (("N", nacelle), ("T", tower)):
+        for kind, files in (("N", nacelle), ("T", tower), ("B", blades)):
             names = []
             for i, changes in enumerate(files):
                 names.append(f'"{kind}{i}.dat"')
@@ -64,6 +68,23 @@ def test_a_mass_in_the_nacelle_and_two_in_the_tower(edited: Edited) -> None:
     assert (told["StC_X_K"], told["StC_P_X"], told["StC_X_DSP"], told["StC_Y_DSP"], told["L_X"]) == (
         *("used", "approximated", "ignored", "equivalent", "not needed"),
     )
+
+
+def test_masses_in_blades(edited: Edited) -> None:
+    """Axes are those of the blade root, not of the section; one file is a mass in each blade."""
+    deck = read_deck(edited([], [], [{"StC_DOF_MODE": "1", "StC_X_DOF": "false", "StC_P_Z": "41"}, {"StC_P_Z": "30"}]))
+    edge, both = deck.turbine.mass_dampers
+    assert (edge.axes, edge.span, edge.height, edge.angle, edge.blades, edge.mass) == (
+        "y",
+        41.0,
+        None,
+        0.0,
+        (),
+        21000.0,
+    )
+    assert (both.axes, both.span, both.mass) == ("xy", 30.0, 20500.0)
+    told = {n.what.split(" =")[0]: (n.kind, n.why) for n in deck.notes if n.where.startswith("B0.dat")}
+    assert told["StC_P_Z"][0] == "used" and told["StC_P_X"] == ("approximated", "the mass is on the axis of the blade")
 
 
 def test_a_deck_without_them_has_none(openfast_deck: Path) -> None:

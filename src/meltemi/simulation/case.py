@@ -124,10 +124,12 @@ class Case:
         }
         for part in self.parts:
             arrays |= part.arrays()
-        rotor.share_memory(arrays)
+        system, control = self._classes()
+        # members of blade models and parts that show an array once more, node by node
+        same = {name: of for each in system.__mro__ for name, of in vars(each).get("SAME", {}).items()}
+        arrays |= {name: arrays[of] for name, of in same.items()}
         self.arrays = rotor.shown(arrays)
         self.slopes = {**self.signals.slope_views, **self.aero_state.slope_views}
-        system, control = self._classes()
         if duals:
             records = (system, rotor.sections, control, March)
             constant = {name for record in records for name, member in members(record).items() if member.constant}
@@ -135,6 +137,7 @@ class Case:
                 if name not in self.slopes and name not in constant:
                     self.slopes[name] = np.zeros((*array.shape, N_DERIVATIVES))
             rotor.share_slopes(self.slopes)
+            self.slopes |= {name: self.slopes[of] for name, of in same.items()}
             self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
         one: Kind = "duals" if duals else "floats"
         self.system: Any = system("lanes" if lanes else one, arrays, self.slopes)
@@ -228,11 +231,7 @@ class Case:
         observe(t, self.control, self.one, self.sections, True)
 
     def begin_parts(self, dt: float = 0.0) -> None:
-        """Set air and grid, and bring the parts into steady operation at the present speed and torque.
-
-        Args:
-          dt: [s] time step of the following steps.
-        """
+        """Set air and grid, and bring the parts into steady operation; ``dt`` [s] as for ``step.begin_parts``."""
         surroundings(0.0, self.control, self.system)
         if self.parts:
             begin_parts(dt, self.control, self.system)

@@ -133,6 +133,11 @@ def outer_forces(t: float, m: System) -> None:
 
 
 @hook
+def outer_blade_loads(m: System) -> None:
+    """Add forces of parts on the blades, by the present accelerations, to ``body``, before its section loads."""
+
+
+@hook
 def outer_section_loads(m: System, s: Outputs) -> None:
     """Compute section loads of parts after those of tower and blades."""
 
@@ -154,8 +159,8 @@ def part_rates(m: AnySystem) -> None:
 
 @control_hook
 def begin_parts(dt: float, c: Control, m: AnySystem) -> None:
-    """Bring parts into steady operation at the present motion and demands; ``dt`` [s] is that of the following steps,
-    0 for the limit of short ones."""
+    """Bring parts into steady operation at the present motion and demands; ``dt`` [s] is that of the steps of the run
+    that begins, 0 if none does: the limit of short ones."""
 
 
 @control_hook
@@ -221,6 +226,7 @@ def _(t: float, dt: float, m: System) -> None:
 @section_loads.variant
 @kernel
 def _(m: System, s: Outputs, everywhere: bool) -> None:
+    outer_blade_loads(m)
     blade_loads(m, s)
     chain_loads(m, s)
     if everywhere:

@@ -667,7 +667,7 @@ class Turbine(Machine):
     support: Support | None = None
     """Pile in the sea below the tower; then ``foundation`` is that of its foot."""
     mass_dampers: tuple[MassDamper, ...] = ()
-    """Tuned mass dampers in tower or nacelle; their mass is not part of what carries them."""
+    """Tuned mass dampers in tower, nacelle or blades; their mass is not part of what carries them."""
     platform: Platform | None = None
     """Floating platform below the tower; then ``foundation`` has the motions of its base."""
     pitch_actuator: PitchActuator
@@ -710,7 +710,8 @@ class Turbine(Machine):
     def blades_alike(self) -> bool:
         """Whether all blades are equal, including their ice."""
         iced = self.n_blades if self.icing is None else len(self.icing.on(self.n_blades))
-        return iced == self.n_blades and not any(deviations(self, n).any() for n in ("pitch", "mass"))
+        damped = not any(damper.blades for damper in self.mass_dampers)
+        return damped and iced == self.n_blades and not any(deviations(self, n).any() for n in ("pitch", "mass"))
 
     @property
     def flaps(self) -> tuple[Flap, ...]:

@@ -1,6 +1,7 @@
-"""Tuned mass dampers of tower and nacelle from ServoDyn's structural control (StC) files.
+"""Tuned mass dampers of tower, nacelle and blades from ServoDyn's structural control (StC) files.
 
-That positions are relative to the tower base, and in the nacelle to the tower top, is from memory of OpenFAST's source.
+Positions are relative to the tower base, in the nacelle to the tower top and in blades to the blade root, with the axes
+of its frame, without twist (ServoDyn.f90, ``InitRefPos`` and ``InitRefOrient``; for tower and nacelle from memory).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.report import ImportNote
 
 INDEPENDENT, OMNIDIRECTIONAL = 1, 2
-PLACES = (("nacelle_dampers", "NStCfiles", True), ("tower_dampers", "TStCfiles", False))
+PLACES = (("nacelle_dampers", "NStCfiles"), ("tower_dampers", "TStCfiles"), ("blade_dampers", "BStCfiles"))
 
 
 def read_mass_dampers(servo: InputFile, v: Values, length: float, notes: list[ImportNote]) -> list[dict[str, Any]]:
@@ -28,7 +29,7 @@ def read_mass_dampers(servo: InputFile, v: Values, length: float, notes: list[Im
       UnsupportedError: a liquid damper, prescribed or controlled forces, a table of the spring, motion along z.
     """
     found: list[dict[str, Any]] = []
-    for target, keyword, in_nacelle in PLACES:
+    for target, keyword in PLACES:
         count = int(v.given(target, 0))
         if count == 0:
             continue
@@ -39,11 +40,12 @@ def read_mass_dampers(servo: InputFile, v: Values, length: float, notes: list[Im
             path = servo.file(text, entry.line)
             if path is None:
                 raise InputError(f"{servo.at(entry.line)}: {keyword}: expected the name of a file, found {text!r}")
-            found += _dampers(read_input(path, "StC"), length if in_nacelle else 0.0, notes)
+            origin = length if target == "nacelle_dampers" else 0.0
+            found += _dampers(read_input(path, "StC"), origin, notes, in_blade=target == "blade_dampers")
     return found
 
 
-def _dampers(file: InputFile, origin: float, notes: list[ImportNote]) -> list[dict[str, Any]]:
+def _dampers(file: InputFile, origin: float, notes: list[ImportNote], in_blade: bool) -> list[dict[str, Any]]:
     v = Values(notes)
     v.read(file)
     mode = v["mode"]
@@ -63,9 +65,10 @@ def _dampers(file: InputFile, origin: float, notes: list[ImportNote]) -> list[di
         raise UnsupportedError(f"{file.path}: StC_Z_DOF: masses move along x and y only")
     for target in ("place_x", "place_y"):
         if v.given(target, 0.0):
-            v.note("approximated", target, "the mass is on the axis of the tower")
+            v.note("approximated", target, f"the mass is on the axis of the {'blade' if in_blade else 'tower'}")
+    place = {"span": v["place_z"], "angle": 0.0} if in_blade else {"height": origin + v["place_z"]}
     axes = [axis for axis in "xy" if mode == OMNIDIRECTIONAL or v.given(f"{axis}_on", False)]
-    each = {axis: _axis(v, axis, mode) | {"height": origin + v["place_z"]} for axis in axes}
+    each = {axis: _axis(v, axis, mode) | place for axis in axes}
     if mode == OMNIDIRECTIONAL:
         if each["x"] != each["y"]:
             raise UnsupportedError(

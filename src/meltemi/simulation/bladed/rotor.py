@@ -225,14 +225,9 @@ class BladedRotor:
             "tower_stations": np.array((0.0, *stations.tower), dtype=float),
         }
 
-    def share_memory(self, arrays: dict[str, Any]) -> None:
-        """Members of the records that show an array once more, node by node."""
-        arrays |= {name: arrays[of] for name, of in getattr(self.system, "SAME", {}).items()}
-
     def share_slopes(self, slopes: dict[str, Any]) -> None:
-        """The same of derivatives."""
+        """Derivatives of the members that show an array of the tower once more."""
         slopes["tower_lanes"], slopes["tower_drag"] = slopes["tower_flow"], slopes["tower_flow"][-3:]
-        self.share_memory(slopes)
 
     def shown(self, arrays: dict[str, Any]) -> dict[str, Any]:
         """The arrays without the nodes that pad the last lanes."""

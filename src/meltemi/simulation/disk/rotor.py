@@ -88,10 +88,8 @@ class DiskRotor:
             "flap_actuators": FlapActuators.zeros(flap=0),
         }
 
-    def share_memory(self, arrays: dict[str, Any]) -> None:
+    def share_slopes(self, slopes: dict[str, Any]) -> None:
         """No member shows an array twice."""
-
-    share_slopes = share_memory
 
     def shown(self, arrays: dict[str, Any]) -> dict[str, Any]:
         """All arrays."""
