@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi_reports.blocks import Table
 from meltemi_tuning.run_store import guarded
 
@@ -47,18 +48,25 @@ def listed(values: Iterable[float], form: str = "g") -> str:
     return ", ".join(format(x, form) for x in values)
 
 
+def with_interval(e: MeanEstimate, digits: int, sign: str = "", factor: float = 1.0) -> str:
+    """A mean, times a factor, and the half-width of its confidence interval, if it is one of several numbers."""
+    width = f" ± {abs(factor) * e.half_width:.{digits}f}" if e.n > 1 else ""
+    return f"{factor * e.mean:{sign}.{digits}f}{width}"
+
+
 def claims_of(study: str) -> Callable[..., Claim]:
     """Constructor of the claims that ``claims.csv`` in the folder of a study lists.
 
-    They are called with a key, ours, the verdict and words. A verdict is whether it holds, or in words how it differs;
-    words stand for what is in braces in the file.
+    They are called with a key, a verdict and words. A verdict is whether it holds, or in words how it differs; without
+    one, that of the file stands. Words stand for what is in braces in the file.
     """
     stated = rows_of(study, "claims.csv")
 
-    def claim(key: str, ours: str, verdict: object, **words: object) -> Claim:
-        found = verdict if isinstance(verdict, str) else "holds" if verdict else "differs"
+    def claim(key: str, verdict: object = None, **words: object) -> Claim:
         fields: dict[str, Any] = {name: text.format(**words) for name, text in stated[key].items()}
-        return Claim(ours=ours, verdict=found, **fields)
+        if verdict is not None:
+            fields["verdict"] = verdict if isinstance(verdict, str) else "holds" if verdict else "differs"
+        return Claim(**fields)
 
     return claim
 

@@ -9,7 +9,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import packages_of
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
@@ -30,7 +29,7 @@ from meltemi_papers.palanimuthu2022.run_claims import (
     percent,
     run_claims,
     schemes_table,
-    travel_ratio,
+    travel_change,
 )
 from meltemi_papers.palanimuthu2022.runs import PHYSICAL, PLAIN, QUICK, Runs, Setup, run_all
 from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, answered, applied, span, tabled, worded
@@ -122,18 +121,14 @@ def _lead(runs: Runs, loads: Bench) -> str:
     return (
         "For the mean gains of 58.2 and 71.3 kW in Figure 6 the usual power coefficient gives "
         f"{won[0]} and {won[1]} kW. To hold the pitch between two speeds (A2) instead of one (A0) changes pitch travel "
-        f"by {percent(travel_ratio(runs, PHYSICAL, 'A2'), 1.0)} at 15 MW; on an aeroelastic turbine, where it is "
+        f"by {percent(travel_change(runs, PHYSICAL, 'A2'))} at 15 MW; on an aeroelastic turbine, where it is "
         f"{percent(cost[PITCH])}, the damage-equivalent load of the blade root changes by {percent(cost[ROOT_LOAD])} "
         f"and that of the tower base by {percent(cost[TOWER_LOAD])}. Ours against A2: a yaw control that knows of the "
-        f"power to spare changes yaw travel by {percent(ours[TURNED])} and energy by {_fine(ours[ENERGY])}; with A0 "
-        f"beside it instead of A2 the blade root's load changes by {percent(gentle[ROOT_LOAD])}, the tower base's by "
-        f"{percent(gentle[TOWER_LOAD])}, pitch travel by {percent(gentle[PITCH])} and energy by "
-        f"{_fine(gentle[ENERGY])}."
+        f"power to spare changes yaw travel by {percent(ours[TURNED])} and energy by {percent(ours[ENERGY], 1)}; with "
+        f"A0 beside it instead of A2 the blade root's load changes by {percent(gentle[ROOT_LOAD])}, the tower base's "
+        f"by {percent(gentle[TOWER_LOAD])}, pitch travel by {percent(gentle[PITCH])} and energy by "
+        f"{percent(gentle[ENERGY], 1)}."
     )
-
-
-def _fine(change: MeanEstimate) -> str:
-    return f"{100.0 * change.mean:+.1f} ± {100.0 * change.half_width:.1f} %"
 
 
 def _readings(runs: Runs) -> Table:

@@ -17,6 +17,7 @@ from meltemi.report.palette import COLOURS, DIVERGING, GROWING, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import Turbine
+from meltemi_papers.claim import with_interval
 from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
 from meltemi_papers.wang2021 import lifetime
 from meltemi_papers.wang2021.gust import SIGNS
@@ -164,9 +165,8 @@ def costs(grid: Found, strategy: str, column: str, sign: int = 0) -> str:
 
 
 def _cost(found: Float, column: str) -> str:
-    factor, unit, sign = (-1.0 / KWH, " kWh", "") if column == "energy" else (100.0, " %", "+")
-    e = mean_interval(factor * found)
-    return f"{e.mean:{sign}.0f}" + (f" ± {e.half_width:.0f}" if e.n > 1 else "") + unit
+    sign, factor, unit = ("", -1.0 / KWH, "kWh") if column == "energy" else ("+", 100.0, "%")
+    return f"{with_interval(mean_interval(found), 0, sign, factor)} {unit}"
 
 
 def winds_of(grid: Found) -> int:
