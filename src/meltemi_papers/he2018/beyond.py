@@ -26,7 +26,6 @@ from meltemi_papers.he2018.runs import (
     SPEED,
     TRAVEL,
     Runs,
-    Variant,
 )
 from meltemi_reports.blocks import Table
 from meltemi_tuning.compare import BLADE_SLOPE, STEEL_SLOPE, WHOLE, Comparison
@@ -38,7 +37,6 @@ MEAN_WIND = 8.5
 """[m/s] yearly mean of class II, 0.2 V_ref."""
 LIFETIME_SPEEDS = (8.0, 12.0, 16.0, 20.0, 24.0)
 LOADS = {"RootMyc1 DEL": BLADE_SLOPE, "RootMxc1 DEL": BLADE_SLOPE, "TwrBsMyt DEL": STEEL_SLOPE}
-SECONDS_OF_A_YEAR = 365.25 * 86400.0
 
 
 def duty(c: Comparison, name: str, scheme: str) -> float:
@@ -202,10 +200,10 @@ def lifetime(runs: Runs) -> Table:
         for name, value in loads.items():
             base.setdefault(name, value)
             row += [number(value * 1e-3), "" if scheme == "cpc" else f"{100.0 * (value / base[name] - 1.0):+.1f} %"]
-        energy = lifetime_energy(runs, scheme)
+        energy = lifetime_mean(runs, scheme, "power mean")
         base.setdefault("energy", energy)
         row.append("" if scheme == "cpc" else f"{100.0 * (energy / base['energy'] - 1.0):+.2f} %")
-        pitch, flap = (lifetime_travel(runs, scheme, name) for name in ("pitch travel", "flap travel"))
+        pitch, flap = (lifetime_mean(runs, scheme, name) for name in ("pitch travel", "flap travel"))
         saved = 1.0 - loads["RootMyc1 DEL"] / base["RootMyc1 DEL"]
         base.setdefault("pitch", pitch)
         price = "" if saved <= 0.0 else f"{np.degrees(pitch - base['pitch']) / (100.0 * saved):.3f}"
@@ -231,43 +229,30 @@ def lifetime_load(runs: Runs, scheme: str, name: str) -> float:
     return lifetime_del(speeds, loads, slope=slope, mean_speed=MEAN_WIND)
 
 
-def lifetime_energy(runs: Runs, scheme: str) -> float:
-    """[J] annual energy."""
+def lifetime_mean(runs: Runs, scheme: str, name: str) -> float:
+    """Mean of a quantity [SI] over the wind speed distribution."""
     speeds = lifetime_speeds(runs)
-    means = [at_speed(runs, u).values("power mean", scheme).mean() for u in speeds]
-    return float(rayleigh_weights(speeds, MEAN_WIND) @ means) * SECONDS_OF_A_YEAR
-
-
-def lifetime_travel(runs: Runs, scheme: str, name: str) -> float:
-    """[rad/s] mean actuator travel over the wind speed distribution."""
-    speeds = lifetime_speeds(runs)
-    weights = rayleigh_weights(speeds, MEAN_WIND)
     values = [at_speed(runs, u).values(name, scheme).mean() for u in speeds]
-    return float(weights @ values / weights.sum())
+    return float(np.average(values, weights=rayleigh_weights(speeds, MEAN_WIND)))
 
 
 def winds(runs: Runs) -> Table:
     """Changes and ceilings in other winds and with a stiffer blade."""
-    rows = []
 
-    def row(study: Variant) -> list[str]:
-        c = study.comparison
-        std = [f"{float(change(c, 'RootMyc1 std', s).mean()):+.1f} %" for s in ("ipc", "cpfc")]
-        load = [f"{float(change(c, 'RootMyc1 DEL', s).mean()):+.1f} %" for s in ("ipc", "cpfc")]
-        limits = [
-            f"{100.0 * float(np.mean([run.ceilings[k].std_change for run in c.runs['cpc']])):+.1f} %" for k in (0, 1)
+    def row(name: str, c: Comparison) -> list[str]:
+        base = number(float(c.values("RootMyc1 std", "cpc").mean()) * 1e-3)
+        changes = [
+            float(change(c, quantity, scheme).mean())
+            for quantity in ("RootMyc1 std", "RootMyc1 DEL")
+            for scheme in ("ipc", "cpfc")
         ]
-        return [
-            study.name,
-            number(float(c.values("RootMyc1 std", "cpc").mean()) * 1e-3),
-            *std,
-            *load,
-            *limits,
-            likelihood(c),
-        ]
+        limits = [100.0 * c.ceiling_change(n, "std").mean for n in (1, 2)]
+        return [name, base, *(f"{x:+.1f} %" for x in (*changes, *limits)), likelihood(c)]
 
-    for study in (*(Variant(name, c) for name, c in runs.readings.items()), *runs.studies):
-        rows.append(guarded(partial(row, study), lambda why, name=study.name: [name, f"failed: {why}"]))  # type: ignore[misc]
+    rows = [
+        guarded(partial(row, name, c), lambda why, name=name: [name, f"failed: {why}"])  # type: ignore[misc]
+        for name, c in {**runs.readings, **runs.studies}.items()
+    ]
     head = ["wind or model", "CPC std\nkN m", "IPC std\n(-47.9 %)", "CPFC std\n(-55.3 %)", "IPC DEL\n(-42.2 %)"]
     head += ["CPFC DEL\n(-53.7 %)", "ceiling 1P\nstd", "ceiling 1P, 2P\nstd", "probability"]
     note = (
@@ -283,8 +268,8 @@ def verdict(runs: Runs) -> str:
     c = runs.readings[CLASS_B]
     loads = {s: lifetime_load(runs, s, "RootMyc1 DEL") for s in ALL_SPEEDS}
     saved = {s: 100.0 * (1.0 - loads[s] / loads["cpc"]) for s in ALL_SPEEDS}
-    travel = {s: np.degrees(lifetime_travel(runs, s, "pitch travel")) for s in ALL_SPEEDS}
-    energy = {s: lifetime_energy(runs, s) for s in ALL_SPEEDS}
+    travel = {s: np.degrees(lifetime_mean(runs, s, "pitch travel")) for s in ALL_SPEEDS}
+    energy = {s: lifetime_mean(runs, s, "power mean") for s in ALL_SPEEDS}
     cost = {s: 100.0 * (1.0 - energy[s] / energy["cpc"]) for s in ALL_SPEEDS}
     two = mean_interval(change(c, "RootMyc1 DEL", "ipc2"))
     flaps = mean_interval(change(c, "RootMyc1 DEL", "cpfc"))

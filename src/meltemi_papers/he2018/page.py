@@ -9,40 +9,32 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.controllers.names import SCHEMES
-from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.turbine.definition import Turbine
-from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
+from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines, with_interval
 from meltemi_papers.he2018 import beyond, search
-from meltemi_papers.he2018.claims import ceilings, change, claims, edgewise, likelihood, percent, reasons
+from meltemi_papers.he2018.claims import CEILINGS, change, claims, edgewise, likelihood, percent, reached, reasons
 from meltemi_papers.he2018.designs import WHOLE_LEAD
 from meltemi_papers.he2018.figures import FIGURES, over_speeds
-from meltemi_papers.he2018.runs import BEST, CLASS_B, PREVIEWS, Runs, run_all
+from meltemi_papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, Runs, run_all
 from meltemi_papers.study import Chapter, Content, Contents, Draw, Study, applied, tabled, worded
 from meltemi_reports.blocks import Table
+from meltemi_tuning.compare import WHOLE
 from meltemi_tuning.run_store import guarded
 from meltemi_tuning.tuning_plots import plot_tuning
 
 
 def ceiling_table(runs: Runs) -> Table:
     """Table of ceilings and of the fractions that are reached."""
-
-    def share(e: MeanEstimate) -> str:
-        return f"{100.0 * e.mean:.0f}" + (f" ± {100.0 * e.half_width:.0f}" if e.n > 1 else "") + " %"
-
-    rows = [
-        [
-            r.reading,
-            r.removed,
-            f"{r.std:+.1f} %",
-            f"{r.load:+.1f} %",
-            r.scheme.upper(),
-            share(r.std_share),
-            share(r.load_share),
-            f"{r.window_std:+.1f} %",
-            f"{r.window_load:+.1f} %",
-        ]
-        for r in ceilings(runs)
-    ]
+    rows = []
+    for reading, c in runs.readings.items():
+        for scheme, n in CEILINGS.items():
+            whole, window = (
+                [f"{100.0 * c.ceiling_change(n, name, part).mean:+.1f} %" for name in ("std", "load")]
+                for part in (WHOLE, PAPER)
+            )
+            shares = [f"{with_interval(reached(c, scheme, name), 0, factor=100.0)} %" for name in ("std", "load")]
+            removed = " and ".join(f"{k}P" for k in range(1, n + 1))
+            rows.append([reading, removed, *whole, scheme.upper(), *shares, *window])
     window = "{:g}-{:g} s".format(*runs.setup.window)
     head = ["wind", "removed ideally", "std", "DEL", "scheme", "share of std", "share of DEL"]
     head += [f"std\n{window}", f"DEL\n{window}"]
@@ -78,9 +70,9 @@ def gains_table(runs: Runs) -> Table:
 
 
 def _lead(runs: Runs, lines: list[Claim]) -> str:
-    found = {(r.reading, r.scheme): r for r in ceilings(runs)}
-    ipc, cpfc = found[CLASS_B, "ipc"], found[CLASS_B, "cpfc"]
     c = runs.readings[CLASS_B]
+    ceiling = {scheme: f"{100.0 * c.ceiling_change(n, 'std').mean:+.1f} %" for scheme, n in CEILINGS.items()}
+    share = {scheme: f"{100.0 * reached(c, scheme, 'std').mean:.0f} %" for scheme in CEILINGS}
     one, two, ideal, worst = (
         percent(change(c, "RootMyc1 std", scheme)) for scheme in ("ipc", "cpfc", BEST, PREVIEWS[-1])
     )
@@ -92,8 +84,8 @@ def _lead(runs: Runs, lines: list[Claim]) -> str:
         f"{count_held(lines)} In the class's wind IPC changes the standard deviation of the root moment by {one} and "
         f"CPFC by {two}; the paper has -47.9 and -55.3 % in one minute: the probability of its eight "
         f"changes together as one more minute of ours is {likelihood(c)}. {wind}Ideal removal of 1P would give "
-        f"{ipc.std:+.1f} %, of 1P and 2P {cpfc.std:+.1f} %: IPC reaches {100 * ipc.std_share.mean:.0f} % of that, CPFC "
-        f"{100 * cpfc.std_share.mean:.0f} %. In plane CPFC changes the equivalent load by {plane}. With loops whose "
+        f"{ceiling['ipc']}, of 1P and 2P {ceiling['cpfc']}: IPC reaches {share['ipc']} of that, CPFC "
+        f"{share['cpfc']}. In plane CPFC changes the equivalent load by {plane}. With loops whose "
         "proportional part takes back the whole delay of their filters, which do not keep the gain margin at the first "
         f"edgewise mode, it is {plane_whole}; there the standard deviation is {edge} kN m with CPC, CPFC and those "
         "loops. An ideal "

@@ -166,7 +166,7 @@ def costs(grid: Found, strategy: str, column: str, sign: int = 0) -> str:
 
 def _cost(found: Float, column: str) -> str:
     sign, factor, unit = ("", -1.0 / KWH, "kWh") if column == "energy" else ("+", 100.0, "%")
-    return f"{with_interval(mean_interval(found), 0, sign, factor)} {unit}"
+    return f"{with_interval(mean_interval(factor * found), 0, sign)} {unit}"
 
 
 def winds_of(grid: Found) -> int:
