@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi_reports.blocks import Table
 from meltemi_tuning.run_store import guarded
 
@@ -46,12 +45,6 @@ class Claim:
 def listed(values: Iterable[float], form: str = "g") -> str:
     """Numbers separated by commas."""
     return ", ".join(format(x, form) for x in values)
-
-
-def with_interval(e: MeanEstimate, digits: int, sign: str = "", factor: float = 1.0) -> str:
-    """A mean, times a factor, and the half-width of its confidence interval, if it is one of several numbers."""
-    width = f" ± {abs(factor) * e.half_width:.{digits}f}" if e.n > 1 else ""
-    return f"{factor * e.mean:{sign}.{digits}f}{width}"
 
 
 def claims_of(study: str) -> Callable[..., Claim]:

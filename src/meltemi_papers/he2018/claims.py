@@ -22,9 +22,10 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.flaps import naca64618_flap
-from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, enough, reasons_of, rows_of, with_interval
+from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, enough, reasons_of, rows_of
 from meltemi_papers.he2018.designs import ADDED, WHOLE_LEAD
 from meltemi_papers.he2018.runs import CLASS_B, FAST_MODEL, PAPER, SPEED, Runs
+from meltemi_reports.ensemble_tables import with_interval
 from meltemi_tuning.compare import WHOLE, Comparison
 
 Float = NDArray[np.float64]

@@ -10,7 +10,7 @@ import numpy as np
 
 from meltemi.controllers.names import SCHEMES
 from meltemi.turbine.definition import Turbine
-from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines, with_interval
+from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.he2018 import beyond, search
 from meltemi_papers.he2018.claims import CEILINGS, change, claims, edgewise, likelihood, percent, reached, reasons
 from meltemi_papers.he2018.designs import WHOLE_LEAD
@@ -18,6 +18,7 @@ from meltemi_papers.he2018.figures import FIGURES, over_speeds
 from meltemi_papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, Runs, run_all
 from meltemi_papers.study import Chapter, Content, Contents, Draw, Study, applied, tabled, worded
 from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import with_interval
 from meltemi_tuning.compare import WHOLE
 from meltemi_tuning.run_store import guarded
 from meltemi_tuning.tuning_plots import plot_tuning

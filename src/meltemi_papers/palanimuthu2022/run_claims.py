@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from meltemi.control.power_control.tables import NUMBER
 from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, mean_interval
 from meltemi.simulation.result import Result
-from meltemi_papers.claim import Claim, claim_group, enough, listed, with_interval
+from meltemi_papers.claim import Claim, claim_group, enough, listed
 from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.figure6 import temperature_claims
 from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
@@ -25,6 +25,7 @@ from meltemi_papers.palanimuthu2022.runs import (
     aero_power,
 )
 from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import with_interval
 from meltemi_studies.power_schemes.coordination import (
     PITCH,
     PITCH_STARTS,

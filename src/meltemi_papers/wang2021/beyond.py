@@ -17,13 +17,13 @@ from meltemi.report.palette import COLOURS, DIVERGING, GROWING, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import Turbine
-from meltemi_papers.claim import with_interval
 from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
 from meltemi_papers.wang2021 import lifetime
 from meltemi_papers.wang2021.gust import SIGNS
 from meltemi_papers.wang2021.lifetime import production
 from meltemi_papers.wang2021.winds import measured
 from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import with_interval
 from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi_studies.wind_year import FRONTS, WindSite, Year, a_year, power_curve
 from meltemi_studies.yaw_gusts import FAST, OURS, QUICK, WIND, Found, Grid, run_grid

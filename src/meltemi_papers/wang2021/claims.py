@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.postprocess.ensemble import mean_interval
-from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, claims_of, listed, reasons_of, with_interval
+from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, claims_of, listed, reasons_of
 from meltemi_papers.wang2021.gust import (
     DERATE,
     EMERGENCY,
@@ -28,6 +28,7 @@ from meltemi_papers.wang2021.gust import (
 from meltemi_papers.wang2021.runs import AS_SCALED, STOP_AT, Runs
 from meltemi_papers.wang2021.table2 import FITTED, MOMENT, POWER, Table2
 from meltemi_papers.wang2021.winds import measured
+from meltemi_reports.ensemble_tables import with_interval
 from meltemi_studies.machine_loads import TOP_SHEAR
 from meltemi_studies.yaw_gusts import transitions
 from meltemi_tuning.run_store import survivors
