@@ -197,7 +197,7 @@ def run_all(
             winds,
             duration=setup.duration,
             transient=setup.transient,
-            windows=setup.windows,
+            windows=setup.windows if turbine is None else None,
             workers=workers,
             progress=lambda share: progress((begin + share * size) / total, what),
         )

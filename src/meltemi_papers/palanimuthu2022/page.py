@@ -13,9 +13,6 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import packages_of
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.palanimuthu2022 import beyond
-from meltemi_papers.palanimuthu2022.beyond import climate as climates
-from meltemi_papers.palanimuthu2022.beyond import coordination as coordinated
-from meltemi_papers.palanimuthu2022.beyond import power
 from meltemi_papers.palanimuthu2022.beyond.coordination import bench, bench_chapter
 from meltemi_papers.palanimuthu2022.claims import BLADES_IN_RAIN, RAIN, REASONS, formula_claims
 from meltemi_papers.palanimuthu2022.figure6 import gains_table, mean_gains
@@ -32,14 +29,14 @@ from meltemi_papers.palanimuthu2022.run_claims import (
     travel_change,
 )
 from meltemi_papers.palanimuthu2022.runs import PHYSICAL, PLAIN, QUICK, Runs, Setup, run_all
-from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, answered, applied, span, tabled, worded
+from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, applied, span, tabled, worded
 from meltemi_reports.blocks import Table
-from meltemi_studies.climate.tables import energy_table, load_table
+from meltemi_studies.climate.tables import energy_table
 from meltemi_studies.power_schemes.coordination import ENERGY, PITCH, PROPOSAL, ROOT_LOAD, TOWER_LOAD, TURNED, Bench
 from meltemi_studies.power_schemes.costs import PITCH as TRAVEL
 from meltemi_studies.power_schemes.costs import TOWER_LOAD as TOWER
 from meltemi_studies.power_schemes.costs import efficient
-from meltemi_tuning.run_store import attempt, guarded
+from meltemi_tuning.run_store import attempt
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -177,31 +174,17 @@ def of_turbine(turbine: Turbine) -> Study[Mapping[str, Any]]:
         }
 
     def contents_of(found: Mapping[str, Any], out: Path, draw: Draw) -> Contents:
-        costs, coordination, years = (found[name] for name in beyond.PARTS)
-        headings = ("What each scheme of limited power costs", "Which coordination wins", "A year in three climates")
-        drawn = (
-            guarded(lambda: power.drawings(costs, draw), lambda why: []),
-            guarded(lambda: [coordinated.drawing(coordination, draw)], lambda why: []),
-            guarded(lambda: [climates.drawing(years, draw)], lambda why: []),
-        )
-        made: list[Callable[[], Sequence[Table]]] = [
-            lambda: power.tables(costs),
-            lambda: coordinated.tables(coordination),
-            lambda: [energy_table(years), load_table(years), climates.scenario_table(years)],
-        ]
-        chapters = {
-            name: answered(heading, lambda: "", pictures, of)
-            for name, heading, pictures, of in zip(beyond.PARTS, headings, drawn, made, strict=True)
-        }
-        lead = worded(lambda: _said_of(efficient(costs.front, (TRAVEL, TOWER))), "Limited power")
-        return Contents(lead, chapters, [("turbine", turbine.name)], [tabled("A year", lambda: energy_table(years))])
+        chapters = {name: _part(name).chapter(part, draw, applied=True) for name, part in found.items()}
+        lead = worded(lambda: _said_of(efficient(found["power"].front, (TRAVEL, TOWER))), "Limited power")
+        year = tabled("A year", lambda: energy_table(found["climate"]))
+        return Contents(lead, chapters, [("turbine", turbine.name)], [year])
 
     words = "Limited power, coordination and climates of Palanimuthu et al. (2022)"
     return applied(STUDY, turbine, words, run=run_parts, contents=contents_of, runs=lambda found: found, parts_need={})
 
 
 def _said_of(names: Sequence[str]) -> str:
-    return f"Not beaten in pitch travel and load of the tower base at 75 % of rated power: {', '.join(names)}."
+    return f"Not beaten in pitch travel and load of the tower base at 75 % of rated power: {'; '.join(names)}."
 
 
 STUDY: Study[Found] = Study(
