@@ -50,15 +50,16 @@ def listed(values: Iterable[float], form: str = "g") -> str:
 def claims_of(study: str) -> Callable[..., Claim]:
     """Constructor of the claims that ``claims.csv`` in the folder of a study lists.
 
-    They are called with a key, ours, the verdict and words. A verdict is whether it holds, or in words how it differs;
-    words stand for what is in braces in the file.
+    They are called with a key, a verdict and words. A verdict is whether it holds, or in words how it differs; without
+    one, that of the file stands. Words stand for what is in braces in the file.
     """
     stated = rows_of(study, "claims.csv")
 
-    def claim(key: str, ours: str, verdict: object, **words: object) -> Claim:
-        found = verdict if isinstance(verdict, str) else "holds" if verdict else "differs"
+    def claim(key: str, verdict: object = None, **words: object) -> Claim:
         fields: dict[str, Any] = {name: text.format(**words) for name, text in stated[key].items()}
-        return Claim(ours=ours, verdict=found, **fields)
+        if verdict is not None:
+            fields["verdict"] = verdict if isinstance(verdict, str) else "holds" if verdict else "differs"
+        return Claim(**fields)
 
     return claim
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from meltemi.app.options import TURBINES, completing
+from meltemi.app.options import TURBINES, WorkersOption, check_workers, completing
 from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import need, skipped
@@ -46,14 +46,13 @@ def reproduce(
             autocompletion=TURBINES,
         ),
     ] = None,
-    workers: Annotated[int | None, typer.Option("--workers", help="Runs at a time [one for each core].")] = None,
+    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Reproduce a published study: comparison of all claims, figures and page."""
     if study not in STUDIES:
         raise InputError(f"no study {study!r}: {did_you_mean(study, STUDIES)}")
-    if workers is not None and workers < 1:
-        raise InputError(f"--workers must be at least 1, found {workers}")
+    check_workers(workers)
     if turbine is not None and (rosco or beyond):
         raise InputError(f"--turbine runs all of {study} that applies to another turbine: without --rosco and --beyond")
     if rosco:

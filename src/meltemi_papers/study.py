@@ -30,6 +30,7 @@ Progress = Callable[[float, str], None]
 """Called with the completed fraction and the current step."""
 PACKAGE = "meltemi_papers"
 MADE_BY = f"meltemi {meltemi.__version__}, physics version {PHYSICS}"
+QUICK = "few, short runs, for a first impression only"
 
 
 class Drawing(NamedTuple):
@@ -156,14 +157,17 @@ class Study(Generic[Found]):
         """Text of one of its Markdown files."""
         return (Path(__file__).parent / self.name / name).read_text(encoding="utf-8")
 
-    def markdown(self, lead: str, chapters: Mapping[str, Chapter], figures: Chapter, out: Path) -> str:
+    def markdown(
+        self, lead: str, chapters: Mapping[str, Chapter], figures: Sequence[Chapter], out: Path, made_by: str = MADE_BY
+    ) -> str:
         """The page for the documentation."""
-        lines = [self.before, lead, "", f"*Computed by {MADE_BY}.*", ""]
+        lines = [self.before, lead, "", f"*Computed by {made_by}.*", ""]
         for name, chapter in chapters.items():
             lines += chapter.markdown() if name not in self.parts else []
         files = [out / f"{name}.md" for name in self.parts]
         lines += [file.read_text(encoding="utf-8") for file in files if file.is_file()]
-        return "\n".join([*lines, *figures.markdown(), *map(self.text, self.texts)])
+        lines += [line for chapter in figures for line in chapter.markdown()]
+        return "\n".join([*lines, *map(self.text, self.texts)])
 
 
 @dataclass(frozen=True)
@@ -216,19 +220,20 @@ def reproduce(
     def write(found: Any) -> Reproduction:
         runs = study.runs(found)
         pictures = [draw(name, caption, partial(of, runs)) for name, (caption, of) in study.figures.items()]
-        figures = Chapter("The paper's figures" if study.intro is None else "Figures", pictures)
+        figures = [Chapter("The paper's figures", pictures)] if pictures else []
         said = study.contents(found, out, draw)
         own = {name: chapter for name, chapter in said.chapters.items() if name not in study.parts}
         chapters = {**own, **failed_chapters(), **said.chapters}
         files = [drawing.file for drawing in drawings.values() if drawing.file]
         for name, chapter in chapters.items():
             files += (chapter.write if name in study.parts else chapter.write_tables)(name, out)
-        text = study.markdown(said.lead, chapters, figures, out)
+        made_by = MADE_BY + (f"; {QUICK}" if quick else "")
+        text = study.markdown(said.lead, chapters, figures, out, made_by)
         files.append(write_text(out / f"{study.name}.md", alone(text)))
-        parts = [chapter.section() for chapter in (*chapters.values(), figures)]
+        parts = [chapter.section() for chapter in (*chapters.values(), *figures)]
         before = sections(study.before, "Paper and reproduction")
         after = chain.from_iterable(sections(study.text(name), "Notes") for name in study.texts)
-        facts = [*said.facts, ("computed by", MADE_BY), ("computed in", f"{time.perf_counter() - began:.0f} s")]
+        facts = [*said.facts, ("computed by", made_by), ("computed in", f"{time.perf_counter() - began:.0f} s")]
         lead = result_first(plain(said.lead))
         page = Document(study.title, [*before, *parts, *after], facts=facts, lead=lead, footer=study.source)
         html = write_page(out / f"{study.name}.html", page)
@@ -275,11 +280,12 @@ def tabled(caption: str, of: Callable[[], Table]) -> Table:
 
 
 def answered(
-    heading: str, verdict: Callable[[], str], drawings: Sequence[Drawing], tables: Callable[[], Sequence[Table]]
+    heading: str, verdict: Callable[[], str] | None, drawings: Sequence[Drawing], tables: Callable[[], Sequence[Table]]
 ) -> Chapter:
-    """A chapter that begins with the answer in words."""
+    """A chapter that begins with the answer in words, if there is one."""
     made = guarded(tables, lambda why: [Table([heading], [[f"cannot be made: {why}"]], heading)])
-    return Chapter(heading, [*worded(verdict, "The answer").split("\n\n"), *drawings, *made])
+    words = worded(verdict, "The answer").split("\n\n") if verdict else []
+    return Chapter(heading, [*words, *drawings, *made])
 
 
 def drawn(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Drawing:

@@ -84,6 +84,12 @@ def scheme_rows(
     return head, rows, groups
 
 
+def with_interval(e: MeanEstimate, digits: int, sign: str = "", factor: float = 1.0) -> str:
+    """A mean, times a factor, and the half-width of its confidence interval, if it is one of several numbers."""
+    width = f" ± {abs(factor) * e.half_width:.{digits}f}" if e.n > 1 else ""
+    return f"{factor * e.mean:{sign}.{digits}f}{width}"
+
+
 def change_text(change: MeanEstimate | None) -> str:
     """A change in percent with the half-width of its interval, if available."""
     if change is None or isnan(change.mean):

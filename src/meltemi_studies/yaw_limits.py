@@ -252,8 +252,9 @@ def draw_limits(ax: Axes, found: YawLimits) -> None:
         angles = np.degrees(yaw_threshold(YawProtection.model_validate({"law": law}), fine))
         lines.append((f"Wang et al. (2021), {law}", fine, angles, colour, "-"))
     for label, x, y, colour, mark in lines:
-        ax.plot(x, y, mark, color=colour, label=label)
-        ax.plot(x, -y, mark, color=colour)
+        ax.plot(x, y, mark, color=colour, label=label, clip_on=False)  # it may be the largest error on the axis
+        ax.plot(x, -y, mark, color=colour, clip_on=False)
+    ax.set_ylim(both[0], both[-1])
     ax.set_title("allowed yaw error, and the loads there")
     ax.set_xlabel("wind speed [m/s]")
     ax.set_ylabel("yaw error [deg]")

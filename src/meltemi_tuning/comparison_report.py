@@ -12,7 +12,8 @@ from meltemi.controllers.schemes import SchemeDesign
 from meltemi.controllers.tuning import LoopTuning, TunedPoint
 from meltemi.core.errors import InputError
 from meltemi.postprocess.ensemble import CONFIDENCE
-from meltemi.report.plots import new_figure, plot, save
+from meltemi.report.palette import INK
+from meltemi.report.plots import ABOVE, new_figure, plot, readable_unit, save
 from meltemi.report.tables import number, write_csv
 from meltemi_reports.blocks import Code, Document, Picture, Section, Table
 from meltemi_reports.ensemble_tables import change_text, ensemble_rows, scheme_rows
@@ -263,7 +264,15 @@ def spectra_figure(comparison: Comparison) -> Figure:
 
 
 def series_figure(comparison: Comparison) -> Figure:
-    """Time series of all schemes over a minute of the first wind."""
+    """Time series of all schemes over a minute of the first wind, and the power reference if there is one."""
     begin, end = comparison.windows[WHOLE]
     results = [comparison.results(s).between(begin, min(begin + SERIES_LENGTH, end)) for s in comparison.schemes]
-    return plot(results, [name for name in SERIES if name in results[0]], comparison.schemes)
+    shown = [name for name in SERIES if name in results[0]]
+    figure = plot(results, shown, comparison.schemes)
+    if "power_reference" in results[0]:
+        ax = figure.axes[shown.index("generator_power")]
+        _, factor = readable_unit(results[0].channel("generator_power"), *(r["generator_power"] for r in results))
+        asked = results[0]["power_reference"] * factor
+        (line,) = ax.plot(results[0].time, asked, "--", color=INK, linewidth=0.9, label="power reference")
+        ax.legend(handles=[line], **ABOVE)
+    return figure

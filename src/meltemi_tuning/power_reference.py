@@ -12,6 +12,7 @@ from meltemi.controllers.specification import BaselineCase, FixedCase, Supervise
 from meltemi.core.errors import InputError
 from meltemi.core.files import text_of
 from meltemi.core.series import TimeSeries
+from meltemi.core.yamlfile import validated
 from meltemi.environment.grid import PowerGrid
 from meltemi.simulation.result import Result
 
@@ -37,7 +38,8 @@ def power_grid(text: str, rated_power: float) -> PowerGrid:
         time, share = zip(*((float(t), _share(x, str(path))) for t, x in rows), strict=True)
     except ValueError:
         raise InputError(f"{path}: expected two numbers in each row after {','.join(HEAD)}") from None
-    return PowerGrid(power_reference=TimeSeries(time=np.array(time), value=rated_power * np.array(share)))
+    series = {"time": np.array(time), "value": rated_power * np.array(share)}
+    return PowerGrid(power_reference=validated(series, TimeSeries, str(path)))
 
 
 def _share(text: str, where: str) -> float:

@@ -49,6 +49,13 @@ def test_a_year_of_hours(command: Command, tmp_path: Path, asked: list[Setup]) -
     assert all(float(row["mean power [kW]"]) > 0.0 for row in rows)
 
 
+def test_a_single_seed_has_no_interval(command: Command, tmp_path: Path, asked: list[Setup]) -> None:
+    ran = command("climate", "nrel5mw", "--climate", "north_sea", "--seeds", 1, "--out", tmp_path)
+    assert ran.status == 0 and len(asked[0].seeds) == 1
+    assert "nan" not in ran.out and "±" not in ran.out
+    assert "rated wind at 1.225 kg/m³ [m/s]" in ran.out
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -56,6 +63,7 @@ def test_a_year_of_hours(command: Command, tmp_path: Path, asked: list[Setup]) -
         (("--climate", "none.csv"), "none.csv: cannot be read"),
         (("--climate", "north_sea", "--altitude", 300), "the climate north_sea has its own"),
         (("--climate", "north_sea", "--seeds", 0), "--seeds 0: expected 1 to 1000"),
+        (("--climate", "north_sea", "--workers", 0), "--workers 0: expected a number of simultaneous runs"),
         (("--climate", "north_sea", "--duration", 1), "--duration 1: expected 20 to 100000"),
     ],
 )

@@ -28,9 +28,19 @@ def test_yaw_limits_write_the_settings_of_the_supervisor(command: Command, tmp_p
     protection = case.controller.protection  # type: ignore[union-attr]
     assert protection is not None and protection.strategy == "stop" and case.options.yaw == "driven"
     assert protection.wind_speeds.tolist() == [12.0, 20.0]
+    assert case.wind.speed == 12.0  # type: ignore[union-attr]
     allowed = [float(row["allowed [deg]"]) for row in rows]
     assert protection.thresholds * 57.29578 == pytest.approx(allowed, abs=0.06)
     assert allowed[0] >= allowed[1] and allowed[1] < 45.0
+
+
+def test_a_limit_that_is_not_reached_is_said(command: Command, tmp_path: Path) -> None:
+    """And the gust of the case ends at the cut-out wind speed, 15 m/s above 10."""
+    few = ("--wind-speeds", "8,10,12", "--yaw-errors", "0,30", "--seeds", 1, "--duration", 10)
+    ran = command("yaw-limits", "nrel5mw", *few, "--load-limits", "tower-top-shear=100", "--out", tmp_path)
+    assert (ran.status, ran.err) == (0, "")
+    assert "no limit is reached at 8, 10, 12 m/s: 30 deg is the largest of --yaw-errors" in ran.out
+    assert read_record(tmp_path / "yaw_limits.yaml", LoadCase).wind.speed == 10.0  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize(
@@ -44,6 +54,7 @@ def test_yaw_limits_write_the_settings_of_the_supervisor(command: Command, tmp_p
         (("--strategy", "halt"), "--strategy, --recheck: strategy: expected 'derate', 'stop' or 'ignore'"),
         (("--class", "IVB"), "IVB"),
         (("--seeds", 0), "--seeds 0: expected 1 to 1000"),
+        (("--workers", 0), "--workers 0: expected a number of simultaneous runs from 1 to 1000"),
         (("--duration", 1), "--duration 1: expected 10 to 100000"),
     ],
 )

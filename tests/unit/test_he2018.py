@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import pi
+from types import SimpleNamespace
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -18,7 +20,8 @@ from meltemi.wind.fields import WindBox
 from meltemi_papers.claim import rows_of
 from meltemi_papers.he2018.claims import KINDS, flap_slopes, probability, share_at, thin_airfoil
 from meltemi_papers.he2018.designs import LIDARS
-from meltemi_papers.he2018.runs import PAPER
+from meltemi_papers.he2018.page import _facts
+from meltemi_papers.he2018.runs import PAPER, QUICK, READINGS, paper_turbine
 from meltemi_studies.preview import Lidar, measured
 from meltemi_studies.wind_likelihood import Minutes, estimate_wind
 from meltemi_tuning.compare import WHOLE
@@ -62,6 +65,16 @@ def test_the_errors_of_a_lidar_act_as_they_say() -> None:
 
 def low_passed(x: NDArray[np.float64], length: int) -> NDArray[np.float64]:
     return np.convolve(x - x.mean(), np.ones(length) / length, "valid")
+
+
+def test_the_facts_are_those_of_the_turbine() -> None:
+    """Another one has its own pitch actuator; its edgewise mode is not at the paper's frequency."""
+    other = meltemi.load_turbine("iea15mw").pitch_actuator.natural_frequency
+    for turbine, frequency in ((paper_turbine(), 11.11), (paper_turbine(meltemi.load_turbine("iea15mw")), other)):
+        runs: Any = SimpleNamespace(bench=SimpleNamespace(model=SimpleNamespace(turbine=turbine)), readings=READINGS)
+        runs.setup = QUICK
+        words = f"{turbine.name}, flaps 66 to 96 % of the span, pitch actuator {frequency:g} rad/s"
+        assert _facts(runs)[0] == ("turbine", words)
 
 
 @dataclass

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi_papers.claim import UNCHECKED, reason_lines
 from meltemi_papers.palanimuthu2022 import page, paper
-from meltemi_papers.palanimuthu2022.beyond import coordination, power
+from meltemi_papers.palanimuthu2022.beyond import climate, coordination, power
 from meltemi_papers.palanimuthu2022.claims import REASONS, formula_claims
 from meltemi_papers.palanimuthu2022.figure6 import closed_gains, gain_claims, kinetic_gains, mean_gains
 from meltemi_papers.palanimuthu2022.figures.look import label
@@ -45,6 +46,7 @@ from meltemi_reports.blocks import Table
 from meltemi_reports.markdown import alone, documented
 from meltemi_studies.power_schemes import coordination as schemes
 from meltemi_studies.power_schemes import costs
+from meltemi_tuning.run_store import FailedResult
 
 DIFFER = {"pairs", "warm", "rating"}
 """Reasons of the lines that differ: contradictions in the paper, and what depends on a coefficient it does not give."""
@@ -148,6 +150,14 @@ def test_steps_follow_a_lead_in() -> None:
     assert steps.value.tolist() == [15.0, 15.0, 40.0, 40.0, 30.0, 30.0]
 
 
+def test_a_part_on_another_turbine_is_without_the_verdict_on_the_reviews() -> None:
+    lost: Any = FailedResult("climate: it diverged")
+    for part in (power, coordination, climate):
+        own, applied = (part.chapter(lost, lambda name, words, of: Drawing(words, None), applied=a) for a in (0, 1))
+        assert own.heading == f"Beyond the paper: {applied.heading[0].lower()}{applied.heading[1:]}"
+        assert len(applied.content) == len(own.content) - 1 and "cannot be judged" in str(own.content[0])
+
+
 def test_every_figure_of_the_paper_with_numbers_is_there() -> None:
     assert [int(name[3:5]) for name in FIGURES] == [k for k in range(2, 22) if k not in (15, 16)]  # drawings
 
@@ -178,7 +188,7 @@ def test_the_page_has_the_parts_that_lie_in_the_folder(tmp_path: Path) -> None:
     table = Table(["claim", "reason"], [["one", "pairs"], ["two", ""]])
     claims = Chapter("Claims", [table, *reason_lines({"pairs": REASONS["pairs"]})])
     figures = Chapter("Figures", [Drawing("the system", Path("fig01.png"))])
-    text = page.STUDY.markdown("All holds.", {"claims": claims, "climate": Chapter("Twice", [])}, figures, tmp_path)
+    text = page.STUDY.markdown("All holds.", {"claims": claims, "climate": Chapter("Twice", [])}, [figures], tmp_path)
     assert "## A year" in text and "## Twice" not in text
     assert text.count(f"*pairs:* {REASONS['pairs']}") == 1
     assert "![the system](fig01.png)" in text

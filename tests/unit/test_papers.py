@@ -49,14 +49,23 @@ def test_every_kind_of_claim_of_he2018_occurs() -> None:
 
 def test_a_claim_is_filled_and_judged() -> None:
     claim = claims_of("wang2021")
-    found = claim("power std", "110 kW in bin 8", True, name="as scaled")
-    words = "same bin, two standard errors over our seeds"
-    item, paper = "largest std of power, as scaled", "109 kW in bin 7"
-    assert found == Claim(item, paper, "110 kW in bin 8", "holds", "Table 2", tolerance=words, basis="surrogate")
-    assert claim("power std", "", False, name="").verdict == "differs"
-    assert claim("power std", "", "cannot be judged: why", name="").verdict == "cannot be judged: why"
+    words = {"name": "as scaled", "std": 110.2, "error": 4.6, "bin": 8}
+    found = claim("power std", True, **words)
+    tolerance = "same bin, two standard errors over our seeds"
+    item, paper, ours = "largest std of power, as scaled", "109 kW in bin 7", "110 ± 5 kW in bin 8"
+    assert found == Claim(item, paper, ours, "holds", "Table 2", tolerance=tolerance, basis="surrogate")
+    assert claim("power std", False, **words).verdict == "differs"
+    assert claim("power std", "cannot be judged: why", **words).verdict == "cannot be judged: why"
+    assert claim("V1 loads").verdict == "cannot be checked: the paper does not name these loads"
     with pytest.raises(KeyError, match="name"):
-        claim("power std", "", True)
+        claim("power std", True)
+
+
+def test_what_no_run_can_check_is_said_in_the_table() -> None:
+    """A claim that is judged has no verdict there."""
+    for study in STATED:
+        verdicts = [row["verdict"] for row in rows_of(study, "claims.csv").values()]
+        assert {v.partition(": ")[0] + ": " for v in verdicts if v} == {UNCHECKED}
 
 
 def test_the_summary_is_that_of_the_pages() -> None:

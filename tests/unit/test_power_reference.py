@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
 from meltemi import InputError
+from meltemi.simulation.channels import standard
+from meltemi.simulation.result import Result
+from meltemi_tuning.compare import WHOLE
+from meltemi_tuning.comparison_report import series_figure
 from meltemi_tuning.power_reference import power_grid
 
 
@@ -18,6 +25,18 @@ def test_a_share_and_a_series_of_rated_power(tmp_path: Path) -> None:
     assert series.time.tolist() == [0.0, 60.0] and series.value.tolist() == [4e6, 2e6]  # type: ignore[union-attr]
 
 
+def test_the_series_of_a_comparison_show_what_was_asked_for() -> None:
+    time = np.linspace(0.0, 90.0, 91)
+    asked = np.where(time < 60.0, 4e6, 2e6)
+    names = ("wind_x", "generator_power", "power_reference")
+    run = Result(time, np.stack([0.0 * time, 0.9 * asked, asked], axis=1), tuple(standard()[name] for name in names))
+    comparison: Any = SimpleNamespace(windows={WHOLE: (30.0, 90.0)}, schemes=("A0",), results=lambda scheme: run)
+    power = series_figure(comparison).axes[1]
+    assert power.get_ylabel() == "[kW]"
+    (line,) = (line for line in power.get_lines() if line.get_label() == "power reference")
+    assert (line.get_ydata()[0], line.get_ydata()[-1]) == (4000.0, 2000.0)  # type: ignore[index]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -27,6 +46,7 @@ def test_a_share_and_a_series_of_rated_power(tmp_path: Path) -> None:
         ("head.csv", "head.csv: expected the columns time,share"),
         ("word.csv", "word.csv: expected two numbers in each row after time,share"),
         ("much.csv", "a power reference of 1.5: expected a share"),
+        ("back.csv", "back.csv: time must not decrease, but entry 2 is 0 s"),
     ],
 )
 def test_what_is_no_reference(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, said: str) -> None:
@@ -34,5 +54,6 @@ def test_what_is_no_reference(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, t
     Path("head.csv").write_text("t,p\n0,1\n")
     Path("word.csv").write_text("time,share\n0,x\n")
     Path("much.csv").write_text("time,share\n0,1.5\n")
+    Path("back.csv").write_text("time,share\n9,1\n0,1\n")
     with pytest.raises(InputError, match=said):
         power_grid(text, 1e6)

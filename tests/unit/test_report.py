@@ -249,6 +249,14 @@ def test_tables_on_the_terminal() -> None:
     assert ends == {"5", "2"}
 
 
+def test_units_in_brackets_are_shown_on_the_terminal() -> None:
+    """Not taken for styles of text."""
+    console = Console(width=80, record=True, file=StringIO())
+    console.print(rich_table("at [hub]", ["wind [m/s]", "mean [kW]"], [["density [kg/m³]", "1.2"]]))
+    text = console.export_text()
+    assert all(words in text for words in ("at [hub]", "wind [m/s]", "mean [kW]", "density [kg/m³]"))
+
+
 def test_cells_of_a_markdown_table_stay_in_their_column() -> None:
     lines = markdown_table(["load\nkN m", "value"], [["a|b", "1"], ["", "2"]], text_columns=1)
     assert lines == ["| load kN m | value |", "|---|---:|", "| a\\|b | 1 |", "|  | 2 |"]

@@ -12,14 +12,17 @@ from typer.testing import CliRunner
 from meltemi import InputError, load_turbine
 from meltemi.app.cli import app
 from meltemi.control import YawProtection, yaw_threshold
+from meltemi.simulation.channels import standard
+from meltemi.simulation.result import Result
 from meltemi_loads.energy import YEAR
 from meltemi_papers.wang2021.beyond import recheck_table, relative, site
 from meltemi_papers.wang2021.claims import _loads, about_half
+from meltemi_papers.wang2021.figures import figure_10, gust_runs
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, STOP, Gust, Gusts, Setting, spread
 from meltemi_papers.wang2021.lifetime import change
 from meltemi_papers.wang2021.table2 import POWER, Calibration, SpeedLoop, Table2, calibrate
 from meltemi_papers.wang2021.winds import GUST_BEGIN, GUST_RISE, gust, measured
-from meltemi_studies.machine_loads import LOADS
+from meltemi_studies.machine_loads import CHANNELS, LOADS
 from meltemi_studies.wind_year import PowerCurve, a_year
 from meltemi_studies.yaw_gusts import LENGTH, Found, Grid
 from meltemi_tuning.run_store import FailedResult, FailedResultError
@@ -57,6 +60,17 @@ def test_the_laws_at_the_values_of_the_paper() -> None:
     assert np.abs(np.diff(fine)).max() < 0.04  # continuous
     steps = np.degrees(yaw_threshold(YawProtection(law="stepwise"), [0.0, 10.0, 10.1, 35.0, 35.1]))
     assert steps == pytest.approx([60.0, 60.0, 45.0, 45.0, 30.0], abs=1e-9)
+
+
+def test_the_papers_numbers_are_in_its_own_figure_only() -> None:
+    """The figure of another turbine has no letters of the paper's panels, and not its 18 s and 2,000 kW."""
+    names = ("pitch_1", "generator_power", "rotor_speed", *CHANNELS)
+    time = np.linspace(0.0, 100.0, 11)
+    run = Result(time, np.ones((11, len(names))), tuple(standard()[name] for name in names))
+    for draw, title, lines in ((gust_runs, "pitch", 1), (figure_10, "Fig. 10A: pitch", 2)):
+        axes = draw(Gust({STOP: run})).axes
+        assert axes[0].get_title(loc="left") == title
+        assert [len(ax.get_lines()) for ax in axes[:2]] == [lines, lines]
 
 
 def test_a_bin_without_a_run_is_not_judged() -> None:

@@ -132,13 +132,14 @@ def series_rows(found: SeriesStatistics) -> tuple[list[str], list[list[str]]]:
 def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], text_columns: int = 1) -> Table:
     """A terminal table; the first columns are text, the others numbers."""
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=title, title_justify="left", header_style="bold")
+    table = Table(title=Text(title), title_justify="left", header_style="bold")
     for i, name in enumerate(head):
         text = i < text_columns
-        table.add_column(name, justify="left" if text else "right", no_wrap=not text, overflow="fold")
+        table.add_column(Text(name), justify="left" if text else "right", no_wrap=not text, overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(Text, row))  # a string would be markup: [m/s] a style that does not exist
     return table
 
 

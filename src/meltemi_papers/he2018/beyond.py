@@ -26,7 +26,6 @@ from meltemi_papers.he2018.runs import (
     SPEED,
     TRAVEL,
     Runs,
-    Variant,
 )
 from meltemi_reports.blocks import Table
 from meltemi_tuning.compare import BLADE_SLOPE, STEEL_SLOPE, WHOLE, Comparison
@@ -38,7 +37,6 @@ MEAN_WIND = 8.5
 """[m/s] yearly mean of class II, 0.2 V_ref."""
 LIFETIME_SPEEDS = (8.0, 12.0, 16.0, 20.0, 24.0)
 LOADS = {"RootMyc1 DEL": BLADE_SLOPE, "RootMxc1 DEL": BLADE_SLOPE, "TwrBsMyt DEL": STEEL_SLOPE}
-SECONDS_OF_A_YEAR = 365.25 * 86400.0
 
 
 def duty(c: Comparison, name: str, scheme: str) -> float:
@@ -48,17 +46,18 @@ def duty(c: Comparison, name: str, scheme: str) -> float:
 
 def schemes_table(c: Comparison, schemes: Sequence[str], caption: str) -> Table:
     """Loads, rotor speed and actuator duty of schemes."""
+    shown = [(name, window) for name, window in _MAIN if window in c.windows]
     rows = [
         [
             scheme,
-            *(percent(change(c, name, scheme, window)) for name, window in _MAIN),
+            *(percent(change(c, name, scheme, window)) for name, window in shown),
             f"{duty(c, 'pitch travel', scheme):.2f}",
             f"{duty(c, 'flap travel', scheme):.2f}",
         ]
         for scheme in schemes
         if scheme in c.schemes
     ]
-    head = ["scheme", *(name if window == WHOLE else f"{name}\n{window}" for name, window in _MAIN)]
+    head = ["scheme", *(name if window == WHOLE else f"{name}\n{window}" for name, window in shown)]
     travel = f"Pitch travel of CPC: {duty(c, 'pitch travel', 'cpc'):.2f} deg/s."
     note = f"Changes against CPC, means over {len(c.winds)} seeds with 95 % intervals. {travel}"
     return Table([*head, "pitch travel\ndeg/s", "flap travel\ndeg/s"], rows, caption, note=note)
@@ -114,8 +113,13 @@ def not_detuned(runs: Runs) -> str:
     )
 
 
-def division(runs: Runs) -> Table:
-    """Designs that divide the frequencies in different ways: overlap, margins and loads."""
+def division(runs: Runs, *, edge: bool = True) -> Table:
+    """Designs that divide the frequencies in different ways: overlap, margins and loads.
+
+    Args:
+      runs: of the schemes.
+      edge: show the edgewise mode, which has the frequency of the paper's turbine.
+    """
     b, c = runs.bench, runs.readings[CLASS_B]
     dt, speed = default_step(b.model), b.linear[0].point.rotor_speed
     rows = []
@@ -131,11 +135,11 @@ def division(runs: Runs) -> Table:
             phase, gain = margins(b.linear, loops, sample_time=dt)
             reserve = f"{gain:.1f}, {np.degrees(phase):.0f}" if gain > 1.0 else "unstable"
         words = [percent(change(c, name, scheme)) for name in ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL")]
-        mode = f"{edgewise(c, scheme) * 1e-3:.0f}"
+        mode = [f"{edgewise(c, scheme) * 1e-3:.0f}"] if edge else []
         travel = (f"{duty(c, name, scheme):.2f}" for name in ("pitch travel", "flap travel"))
-        rows.append([scheme, passed, reserve, *(words if loops else [""] * 3), mode, *travel])
+        rows.append([scheme, passed, reserve, *(words if loops else [""] * 3), *mode, *travel])
     head = ["design", "1P filter at 2P,\n2P filter at 1P", "gain margin, phase\nmargin deg"]
-    head += ["RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "RootMxc1 std\n0.95 to 1.3 Hz\nkN m"]
+    head += ["RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", *(["RootMxc1 std\n0.95 to 1.3 Hz\nkN m"] if edge else [])]
     head += ["pitch travel\ndeg/s", "flap travel\ndeg/s"]
     note = f"{CLASS_B}, {len(c.winds)} seeds. Whole lead: proportional parts that take back all of the filters' delay."
     return Table(head, rows, f"Designs of the loops at {SPEED:g} m/s", note=note)
@@ -202,10 +206,10 @@ def lifetime(runs: Runs) -> Table:
         for name, value in loads.items():
             base.setdefault(name, value)
             row += [number(value * 1e-3), "" if scheme == "cpc" else f"{100.0 * (value / base[name] - 1.0):+.1f} %"]
-        energy = lifetime_energy(runs, scheme)
+        energy = lifetime_mean(runs, scheme, "power mean")
         base.setdefault("energy", energy)
         row.append("" if scheme == "cpc" else f"{100.0 * (energy / base['energy'] - 1.0):+.2f} %")
-        pitch, flap = (lifetime_travel(runs, scheme, name) for name in ("pitch travel", "flap travel"))
+        pitch, flap = (lifetime_mean(runs, scheme, name) for name in ("pitch travel", "flap travel"))
         saved = 1.0 - loads["RootMyc1 DEL"] / base["RootMyc1 DEL"]
         base.setdefault("pitch", pitch)
         price = "" if saved <= 0.0 else f"{np.degrees(pitch - base['pitch']) / (100.0 * saved):.3f}"
@@ -231,43 +235,30 @@ def lifetime_load(runs: Runs, scheme: str, name: str) -> float:
     return lifetime_del(speeds, loads, slope=slope, mean_speed=MEAN_WIND)
 
 
-def lifetime_energy(runs: Runs, scheme: str) -> float:
-    """[J] annual energy."""
+def lifetime_mean(runs: Runs, scheme: str, name: str) -> float:
+    """Mean of a quantity [SI] over the wind speed distribution."""
     speeds = lifetime_speeds(runs)
-    means = [at_speed(runs, u).values("power mean", scheme).mean() for u in speeds]
-    return float(rayleigh_weights(speeds, MEAN_WIND) @ means) * SECONDS_OF_A_YEAR
-
-
-def lifetime_travel(runs: Runs, scheme: str, name: str) -> float:
-    """[rad/s] mean actuator travel over the wind speed distribution."""
-    speeds = lifetime_speeds(runs)
-    weights = rayleigh_weights(speeds, MEAN_WIND)
     values = [at_speed(runs, u).values(name, scheme).mean() for u in speeds]
-    return float(weights @ values / weights.sum())
+    return float(np.average(values, weights=rayleigh_weights(speeds, MEAN_WIND)))
 
 
 def winds(runs: Runs) -> Table:
     """Changes and ceilings in other winds and with a stiffer blade."""
-    rows = []
 
-    def row(study: Variant) -> list[str]:
-        c = study.comparison
-        std = [f"{float(change(c, 'RootMyc1 std', s).mean()):+.1f} %" for s in ("ipc", "cpfc")]
-        load = [f"{float(change(c, 'RootMyc1 DEL', s).mean()):+.1f} %" for s in ("ipc", "cpfc")]
-        limits = [
-            f"{100.0 * float(np.mean([run.ceilings[k].std_change for run in c.runs['cpc']])):+.1f} %" for k in (0, 1)
+    def row(name: str, c: Comparison) -> list[str]:
+        base = number(float(c.values("RootMyc1 std", "cpc").mean()) * 1e-3)
+        changes = [
+            float(change(c, quantity, scheme).mean())
+            for quantity in ("RootMyc1 std", "RootMyc1 DEL")
+            for scheme in ("ipc", "cpfc")
         ]
-        return [
-            study.name,
-            number(float(c.values("RootMyc1 std", "cpc").mean()) * 1e-3),
-            *std,
-            *load,
-            *limits,
-            likelihood(c),
-        ]
+        limits = [100.0 * c.ceiling_change(n, "std").mean for n in (1, 2)]
+        return [name, base, *(f"{x:+.1f} %" for x in (*changes, *limits)), likelihood(c)]
 
-    for study in (*(Variant(name, c) for name, c in runs.readings.items()), *runs.studies):
-        rows.append(guarded(partial(row, study), lambda why, name=study.name: [name, f"failed: {why}"]))  # type: ignore[misc]
+    rows = [
+        guarded(partial(row, name, c), lambda why, name=name: [name, f"failed: {why}"])  # type: ignore[misc]
+        for name, c in {**runs.readings, **runs.studies}.items()
+    ]
     head = ["wind or model", "CPC std\nkN m", "IPC std\n(-47.9 %)", "CPFC std\n(-55.3 %)", "IPC DEL\n(-42.2 %)"]
     head += ["CPFC DEL\n(-53.7 %)", "ceiling 1P\nstd", "ceiling 1P, 2P\nstd", "probability"]
     note = (
@@ -278,26 +269,46 @@ def winds(runs: Runs) -> Table:
     return Table(head, rows, caption, note=note)
 
 
-def verdict(runs: Runs) -> str:
-    """Recommended scheme, from the results."""
-    c = runs.readings[CLASS_B]
+def lifetime_words(runs: Runs) -> str:
+    """What the schemes take of the blades' equivalent load, and the pitch travel for it."""
     loads = {s: lifetime_load(runs, s, "RootMyc1 DEL") for s in ALL_SPEEDS}
     saved = {s: 100.0 * (1.0 - loads[s] / loads["cpc"]) for s in ALL_SPEEDS}
-    travel = {s: np.degrees(lifetime_travel(runs, s, "pitch travel")) for s in ALL_SPEEDS}
-    energy = {s: lifetime_energy(runs, s) for s in ALL_SPEEDS}
-    cost = {s: 100.0 * (1.0 - energy[s] / energy["cpc"]) for s in ALL_SPEEDS}
-    two = mean_interval(change(c, "RootMyc1 DEL", "ipc2"))
-    flaps = mean_interval(change(c, "RootMyc1 DEL", "cpfc"))
+    travel = {s: lifetime_mean(runs, s, "pitch travel") for s in ALL_SPEEDS}
     return (
         f"Over a lifetime IPC takes {saved['ipc']:.1f} % of the equivalent root moment for "
         f"{travel['ipc'] / travel['cpc']:.1f} times the pitch travel, CPFC {saved['cpfc']:.1f} %, 2P individual pitch "
-        f"instead of flaps {saved['ipc2']:.1f} % at {travel['ipc2'] / travel['cpc']:.1f} times the travel. At "
+        f"instead of flaps {saved['ipc2']:.1f} % at {travel['ipc2'] / travel['cpc']:.1f} times the travel."
+    )
+
+
+def energy_words(runs: Runs) -> str:
+    """What the schemes cost of the energy."""
+    energy = {s: lifetime_mean(runs, s, "power mean") for s in ALL_SPEEDS}
+    names = {"ipc": "IPC", "cpfc": "CPFC", "flaps12": "flaps alone"}
+    return ", ".join(f"{name} {100.0 * (1.0 - energy[s] / energy['cpc']):.1f} %" for s, name in names.items())
+
+
+def found_words(runs: Runs) -> str:
+    """What the schemes do on any turbine, without a recommendation."""
+    changes = [percent(change(runs.readings[CLASS_B], "RootMyc1 DEL", scheme)) for scheme in ("ipc2", "cpfc")]
+    return (
+        f"{lifetime_words(runs)} At {SPEED:g} m/s 2P pitch changes it by {changes[0]}, 2P flaps by {changes[1]}. "
+        f"Energy over a lifetime: {energy_words(runs)} less than with CPC."
+    )
+
+
+def verdict(runs: Runs) -> str:
+    """Recommended scheme for the paper's turbine, from the results."""
+    c = runs.readings[CLASS_B]
+    two = mean_interval(change(c, "RootMyc1 DEL", "ipc2"))
+    flaps = mean_interval(change(c, "RootMyc1 DEL", "cpfc"))
+    return (
+        f"{lifetime_words(runs)} At "
         f"{SPEED:g} m/s 2P pitch ({two.mean:+.1f} %) and 2P flaps ({flaps.mean:+.1f} %) are equal in load. So on a "
         "turbine whose pitch bearings can take the 1P travel at all, the first step is 1P individual pitch: most of "
         "the gain, no new hardware. The second is preview of the wind, which relieves the tower and the speed and "
         "costs no travel. 2P is worth a flap only where the flap is there already, since 2P by pitch gives the same "
         "for more pitch travel and without a moving part in the blade. Flaps alone at 1P and 2P spare the pitch "
-        f"bearings altogether. All cost energy (IPC {cost['ipc']:.1f} %, CPFC {cost['cpfc']:.1f} %, flaps alone "
-        f"{cost['flaps12']:.1f} % over a lifetime), all of it below rated, where there is little load to save: there "
-        "the loops should fade out."
+        f"bearings altogether. All cost energy ({energy_words(runs)} over a lifetime), all of it below rated, where "
+        "there is little load to save: there the loops should fade out."
     )

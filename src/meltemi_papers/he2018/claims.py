@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from math import acos, nan, pi, sin, sqrt
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from meltemi.turbine.flaps import naca64618_flap
 from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, enough, reasons_of, rows_of
 from meltemi_papers.he2018.designs import ADDED, WHOLE_LEAD
 from meltemi_papers.he2018.runs import CLASS_B, FAST_MODEL, PAPER, SPEED, Runs
+from meltemi_reports.ensemble_tables import with_interval
 from meltemi_tuning.compare import WHOLE, Comparison
 
 Float = NDArray[np.float64]
@@ -52,9 +54,7 @@ def change(c: Comparison, quantity: str, scheme: str, window: str = WHOLE, base:
 
 def percent(values: Float) -> str:
     """Mean of changes and half-width of its 95 % confidence interval."""
-    e = mean_interval(values)
-    digits = 3 if np.abs(values).max() < 0.1 else 1
-    return f"{e.mean:+.{digits}f}" + (f" ± {e.half_width:.{digits}f}" if e.n > 1 else "") + " %"
+    return f"{with_interval(mean_interval(values), 3 if np.abs(values).max() < 0.1 else 1, '+')} %"
 
 
 def harmonic_amplitude(result: Result, channel: str, harmonic: int) -> float:
@@ -254,52 +254,15 @@ KINDS: Mapping[str, tuple[Kind | _Once, str]] = {
 """What judges a claim, and the tolerance."""
 
 
-@dataclass(frozen=True)
-class CeilingRow:
-    """Reduction by ideal removal of harmonics, and the fraction that a scheme reaches; means over seeds.
-
-    Attributes:
-      reading: of the wind.
-      scheme: whose share it is.
-      removed: harmonics.
-      std, load: change [%] of std and DEL of RootMyc1 after ideal removal.
-      std_share, load_share: change of the scheme over that, formed for each seed.
-      window_std, window_load: ceilings in the paper's window.
-    """
-
-    reading: str
-    scheme: str
-    removed: str
-    std: float
-    load: float
-    std_share: MeanEstimate
-    load_share: MeanEstimate
-    window_std: float
-    window_load: float
+CEILINGS = {"ipc": 1, "cpfc": 2}
+"""Multiples of the rotor speed up to which the ideal removal goes that a scheme is compared with."""
 
 
-def ceilings(runs: Runs) -> list[CeilingRow]:
-    """Ceiling of the controlled harmonics, for each reading and scheme."""
-    rows = []
-    for reading, c in runs.readings.items():
-        for scheme, which, removed in (("ipc", 0, "1P"), ("cpfc", 1, "1P and 2P")):
-            limits = [run.ceilings[which] for run in c.runs["cpc"]]
-            window = [run.ceilings_window[PAPER][which] for run in c.runs["cpc"]]
-            std, load = np.array([x.std_change for x in limits]), np.array([x.load_change for x in limits])
-            rows.append(
-                CeilingRow(
-                    reading=reading,
-                    scheme=scheme,
-                    removed=removed,
-                    std=100.0 * float(std.mean()),
-                    load=100.0 * float(load.mean()),
-                    std_share=mean_interval(change(c, "RootMyc1 std", scheme) / (100.0 * std)),
-                    load_share=mean_interval(change(c, "RootMyc1 DEL", scheme) / (100.0 * load)),
-                    window_std=100.0 * float(np.mean([x.std_change for x in window])),
-                    window_load=100.0 * float(np.mean([x.load_change for x in window])),
-                )
-            )
-    return rows
+def reached(c: Comparison, scheme: str, quantity: Literal["std", "load"]) -> MeanEstimate:
+    """Change of RootMyc1 by a scheme over that by ideal removal of its harmonics, formed for each seed."""
+    name = {"std": "RootMyc1 std", "load": "RootMyc1 DEL"}[quantity]
+    removed = [getattr(run.ceilings[CEILINGS[scheme] - 1], f"{quantity}_change") for run in c.runs["cpc"]]
+    return mean_interval(change(c, name, scheme) / (100.0 * np.array(removed)))
 
 
 def reasons(runs: Runs) -> dict[str, str]:

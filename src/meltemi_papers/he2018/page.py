@@ -9,43 +9,36 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.controllers.names import SCHEMES
-from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.he2018 import beyond, search
-from meltemi_papers.he2018.claims import ceilings, change, claims, edgewise, likelihood, percent, reasons
+from meltemi_papers.he2018.claims import CEILINGS, change, claims, edgewise, likelihood, percent, reached, reasons
 from meltemi_papers.he2018.designs import WHOLE_LEAD
 from meltemi_papers.he2018.figures import FIGURES, over_speeds
-from meltemi_papers.he2018.runs import BEST, CLASS_B, PREVIEWS, Runs, run_all
+from meltemi_papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, Runs, run_all
 from meltemi_papers.study import Chapter, Content, Contents, Draw, Study, applied, tabled, worded
 from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import with_interval
+from meltemi_tuning.compare import WHOLE
 from meltemi_tuning.run_store import guarded
 from meltemi_tuning.tuning_plots import plot_tuning
 
 
 def ceiling_table(runs: Runs) -> Table:
     """Table of ceilings and of the fractions that are reached."""
-
-    def share(e: MeanEstimate) -> str:
-        return f"{100.0 * e.mean:.0f}" + (f" ± {100.0 * e.half_width:.0f}" if e.n > 1 else "") + " %"
-
-    rows = [
-        [
-            r.reading,
-            r.removed,
-            f"{r.std:+.1f} %",
-            f"{r.load:+.1f} %",
-            r.scheme.upper(),
-            share(r.std_share),
-            share(r.load_share),
-            f"{r.window_std:+.1f} %",
-            f"{r.window_load:+.1f} %",
-        ]
-        for r in ceilings(runs)
-    ]
-    window = "{:g}-{:g} s".format(*runs.setup.window)
+    rows, window = [], False
+    for reading, c in runs.readings.items():
+        window = PAPER in c.windows
+        for scheme, n in CEILINGS.items():
+            whole, part = (
+                [f"{100.0 * c.ceiling_change(n, name, of).mean:+.1f} %" for name in ("std", "load")]
+                for of in (WHOLE, PAPER if window else WHOLE)
+            )
+            shares = [f"{with_interval(reached(c, scheme, name), 0, factor=100.0)} %" for name in ("std", "load")]
+            removed = " and ".join(f"{k}P" for k in range(1, n + 1))
+            rows.append([reading, removed, *whole, scheme.upper(), *shares, *(part if window else [])])
     head = ["wind", "removed ideally", "std", "DEL", "scheme", "share of std", "share of DEL"]
-    head += [f"std\n{window}", f"DEL\n{window}"]
+    head += [f"std\n{PAPER}", f"DEL\n{PAPER}"] if window else []
     note = "RootMyc1 of CPC with the bands of a quarter of 1P about 1P, or 1P and 2P, taken out."
     return Table(head, rows, "Ceilings", text_columns=2, note=note)
 
@@ -78,9 +71,9 @@ def gains_table(runs: Runs) -> Table:
 
 
 def _lead(runs: Runs, lines: list[Claim]) -> str:
-    found = {(r.reading, r.scheme): r for r in ceilings(runs)}
-    ipc, cpfc = found[CLASS_B, "ipc"], found[CLASS_B, "cpfc"]
     c = runs.readings[CLASS_B]
+    ceiling = {scheme: f"{100.0 * c.ceiling_change(n, 'std').mean:+.1f} %" for scheme, n in CEILINGS.items()}
+    share = {scheme: f"{100.0 * reached(c, scheme, 'std').mean:.0f} %" for scheme in CEILINGS}
     one, two, ideal, worst = (
         percent(change(c, "RootMyc1 std", scheme)) for scheme in ("ipc", "cpfc", BEST, PREVIEWS[-1])
     )
@@ -92,8 +85,8 @@ def _lead(runs: Runs, lines: list[Claim]) -> str:
         f"{count_held(lines)} In the class's wind IPC changes the standard deviation of the root moment by {one} and "
         f"CPFC by {two}; the paper has -47.9 and -55.3 % in one minute: the probability of its eight "
         f"changes together as one more minute of ours is {likelihood(c)}. {wind}Ideal removal of 1P would give "
-        f"{ipc.std:+.1f} %, of 1P and 2P {cpfc.std:+.1f} %: IPC reaches {100 * ipc.std_share.mean:.0f} % of that, CPFC "
-        f"{100 * cpfc.std_share.mean:.0f} %. In plane CPFC changes the equivalent load by {plane}. With loops whose "
+        f"{ceiling['ipc']}, of 1P and 2P {ceiling['cpfc']}: IPC reaches {share['ipc']} of that, CPFC "
+        f"{share['cpfc']}. In plane CPFC changes the equivalent load by {plane}. With loops whose "
         "proportional part takes back the whole delay of their filters, which do not keep the gain margin at the first "
         f"edgewise mode, it is {plane_whole}; there the standard deviation is {edge} kN m with CPC, CPFC and those "
         "loops. An ideal "
@@ -102,12 +95,15 @@ def _lead(runs: Runs, lines: list[Claim]) -> str:
     )
 
 
-def _chapters(runs: Runs, draw: Draw) -> dict[str, Chapter]:
-    """What does not depend on the paper's numbers."""
+def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Chapter]:
+    """What does not depend on the paper's numbers; with what holds for its turbine only, if it is that."""
+    divided = "Division of frequencies and the edgewise mode" if paper else "Division of frequencies"
+    built = ["### Which scheme we would build", worded(partial(beyond.verdict, runs), "Which scheme to build")]
+    not_detuned = worded(partial(beyond.not_detuned, runs), "CPFC that is not detuned")
     wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
         "ceilings": ("How much was there to gain", [ceiling_table]),
         "gains": ("Gains", [gains_table]),
-        "division": ("Division of frequencies and the edgewise mode", [beyond.division]),
+        "division": (divided, [partial(beyond.division, edge=paper)]),
         "best": ("The best combination beside the paper's", [partial(beyond.best, reading=r) for r in runs.readings]),
         "rivals": ("Rivals and parts", [beyond.rivals]),
         "travel": ("Flap loops at equal travel", [beyond.equal_travel]),
@@ -119,12 +115,11 @@ def _chapters(runs: Runs, draw: Draw) -> dict[str, Chapter]:
     loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in tunings}
     below: dict[str, list[Content]] = {
         "gains": [draw("bode", "Loops of CPFC", lambda: plot_tuning(loops))],
-        "division": [worded(partial(beyond.not_detuned, runs), "CPFC that is not detuned"), beyond.DIVISION],
+        "division": [not_detuned, *([beyond.DIVISION] if paper else [])],
         "best": [beyond.LIDAR],
         "lifetime": [
             draw("beyond_speeds", "Beyond the paper: changes over wind speed", lambda: over_speeds(runs)),
-            "### Which scheme we would build",
-            worded(partial(beyond.verdict, runs), "Which scheme to build"),
+            *(built if paper else []),
         ],
     }
     return {
@@ -135,8 +130,10 @@ def _chapters(runs: Runs, draw: Draw) -> dict[str, Chapter]:
 
 def _facts(runs: Runs) -> list[tuple[str, str]]:
     turbine, setup = runs.bench.model.turbine, runs.setup
+    flaps = ", ".join(f"{100.0 * flap.begin:.0f} to {100.0 * flap.end:.0f} %" for flap in turbine.blade.flaps)
+    actuator = f"{turbine.pitch_actuator.natural_frequency:g} rad/s"
     return [
-        ("turbine", f"{turbine.name}, flaps 66 to 96 % of the span, pitch actuator 11.11 rad/s"),
+        ("turbine", f"{turbine.name}, flaps {flaps} of the span, pitch actuator {actuator}"),
         ("wind", "20 m/s, von Karman, shear exponent 0.2; " + "; ".join(runs.readings)),
         ("seeds", ", ".join(str(seed) for seed in setup.seeds)),
         ("runs", f"{setup.duration:g} s, the first {setup.transient:g} s not judged"),
@@ -162,7 +159,7 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
         chapters={
             "claims": Chapter("Claim by claim", [claims_table(lines), words, *why]),
             "winds": Chapter("In which wind the paper's figures hold", [*winds, *likely]),
-            **_chapters(runs, draw),
+            **_chapters(runs, draw, paper=True),
         },
         facts=_facts(runs),
         shown=[brief(claims_table(lines)), tabled("Ceilings", lambda: ceiling_table(runs))],
@@ -173,8 +170,8 @@ def of_turbine(turbine: Turbine) -> Study[Runs]:
     """The schemes on another turbine, in the wind of the class."""
 
     def contents_of(runs: Runs, out: Path, draw: Draw) -> Contents:
-        lead = worded(partial(beyond.verdict, runs), "Which scheme to build")
-        return Contents(lead, _chapters(runs, draw), _facts(runs), [tabled("Schemes", partial(beyond.rivals, runs))])
+        lead, rivals = worded(partial(beyond.found_words, runs), "The schemes"), partial(beyond.rivals, runs)
+        return Contents(lead, _chapters(runs, draw, paper=False), _facts(runs), [tabled("Schemes", rivals)])
 
     words = "Combined pitch and flap control of He et al. (2018)"
     return applied(STUDY, turbine, words, run=partial(run_all, turbine=turbine), contents=contents_of)

@@ -143,19 +143,6 @@ def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> B
 
 
 @dataclass(frozen=True)
-class Variant:
-    """A wind or model for which the schemes are compared.
-
-    Attributes:
-      name: what is different.
-      comparison: of cpc, ipc and cpfc.
-    """
-
-    name: str
-    comparison: Comparison = field(repr=False)
-
-
-@dataclass(frozen=True)
 class Runs:
     """Results of all simulations.
 
@@ -164,7 +151,7 @@ class Runs:
       bench: turbine and controllers.
       readings: at the paper's wind speed, by the reading of its wind; the class has the rivals, too.
       speeds: in the class's wind at other speeds.
-      studies: other winds, and other models.
+      studies: cpc, ipc and cpfc in other winds, and with another model, by what is different.
       shares: of the flap gains at 1P and 2P that came out best at equal travel.
       travel: candidates, by their shares: DEL of RootMyc1 [N m] and flap travel [rad/s], means over the tuning seeds.
     """
@@ -173,7 +160,7 @@ class Runs:
     bench: Bench = field(repr=False)
     readings: Mapping[str, Comparison] = field(repr=False)
     speeds: Mapping[float, Comparison] = field(repr=False)
-    studies: tuple[Variant, ...] = field(repr=False)
+    studies: Mapping[str, Comparison] = field(repr=False)
     shares: tuple[float, float]
     travel: Mapping[str, tuple[float, float]] = field(repr=False)
 
@@ -210,7 +197,7 @@ def run_all(
             winds,
             duration=setup.duration,
             transient=setup.transient,
-            windows=setup.windows,
+            windows=setup.windows if turbine is None else None,
             workers=workers,
             progress=lambda share: progress((begin + share * size) / total, what),
         )
@@ -229,29 +216,27 @@ def run_all(
         controllers |= {} if isinstance(previews, FailedResult) else previews
         readings[name] = run(name, controllers, [wind_of(seed, SPEED, **reading) for seed in setup.seeds])
     later: Any = FailedResult("not run yet")
-    partly(Runs(setup, b, readings, dict.fromkeys(setup.speeds, later), (), shares, travel))
-    speeds = {}
+    partly(Runs(setup, b, readings, dict.fromkeys(setup.speeds, later), {}, shares, travel))
+    speeds, studies = {}, {}
     at_all: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ALL_SPEEDS}
     for u in setup.speeds:
         winds = [wind_of(seed, u, **READINGS[CLASS_B]) for seed in setup.seeds]
         speeds[u] = run(f"{u:g} m/s", at_all, winds)
-    studies = []
     three: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ("cpc", "ipc", "cpfc")}
     for name, make in _STUDIES.items() if turbine is None else ():
         model, controllers = b.model, three
         if name == NO_TORSION:
             other = attempt(name, bench, build(b.model.turbine, FAST_MODEL), ("cpc", "ipc", "cpfc"))
             if isinstance(other, FailedResult):
-                missing: Any = other
-                studies.append(Variant(name, missing))
+                studies[name] = other
                 continue
             model, controllers = other.model, {s: other.controller(s) for s in three}
         winds = [make(seed) for seed in setup.study_seeds]
         if isinstance(winds[0], SteadyWind):
             winds = winds[:1]
-        studies.append(Variant(name, run(name, controllers, winds, model)))
+        studies[name] = run(name, controllers, winds, model)
     progress(1.0, "done")
-    return Runs(setup, b, readings, speeds, tuple(studies), shares, travel)
+    return Runs(setup, b, readings, speeds, studies, shares, travel)
 
 
 def wind_of(seed: int, speed: float, **more: Any) -> AnyWind:

@@ -33,8 +33,7 @@ def minutes_of(name: str, intensity: float, length: float, c: Comparison) -> Min
 
 def winds_of(runs: Runs) -> list[Minutes]:
     """Minutes of all winds that differ in intensity and length scale only."""
-    found = {study.name: study.comparison for study in runs.studies if study.name in GRID}
-    cells = [minutes_of(name, *GRID[name], c) for name, c in found.items()]
+    cells = [minutes_of(name, *GRID[name], c) for name, c in runs.studies.items() if name in GRID]
     return [*cells, minutes_of(CLASS_B, *READ_AS[CLASS_B], runs.readings[CLASS_B])]
 
 

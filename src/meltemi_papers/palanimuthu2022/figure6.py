@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.site import STANDARD
-from meltemi_papers.claim import UNCHECKED, Claim, listed
+from meltemi_papers.claim import Claim, listed
 from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.machine import CALIBRATED, density, rotor
 from meltemi_papers.palanimuthu2022.paper import claim
@@ -42,24 +42,16 @@ def closed_gains(steps: Steps) -> Float:
     return np.array(best) - np.array(fixed)
 
 
-def kilo(values: Float, digits: int = 1) -> str:
-    """[kW] values separated by commas."""
-    return ", ".join(f"{x * 1e-3:.{digits}f}" for x in values)
-
-
 def temperature_claims(runs: Runs) -> list[Claim]:
     """Claims on tip-speed ratios and power coefficients of both cases and on gains of case ii."""
     plain = runs.temperature[PLAIN]
-    best = plain.settled("ii", "", ratio), plain.settled("ii", "", power_ratio)
+    best, power = plain.settled("ii", "", ratio), plain.settled("ii", "", power_ratio)
     fixed = plain.settled("i", "", ratio)
-    off = np.abs(best[0] - paper.TIP_SPEED_RATIO).max(), np.abs(best[1] - paper.POWER_COEFFICIENT).max()
+    off = np.abs(best - paper.TIP_SPEED_RATIO).max(), np.abs(power - paper.POWER_COEFFICIENT).max()
+    ends = [(x.min(), x.max()) for x in (best, power)]
     return [
-        claim(
-            "adapted ratios",
-            f"{best[0].min():.4f} to {best[0].max():.4f}, {best[1].min():.4f} to {best[1].max():.4f}",
-            off[0] <= 5e-5 and off[1] <= 5e-3,
-        ),
-        claim("fixed ratios", listed(fixed, ".2f"), bool(np.all(np.diff(fixed) > 0.0))),
+        claim("adapted ratios", off[0] <= 5e-5 and off[1] <= 5e-3, ratio=ends[0], power=ends[1]),
+        claim("fixed ratios", np.all(np.diff(fixed) > 0.0), ratios=listed(fixed, ".2f")),
         *gain_claims({reading: mean_gains(steps)[[0, -1]] for reading, steps in runs.temperature.items()}),
     ]
 
@@ -73,23 +65,12 @@ def gain_claims(won: dict[Reading, Float]) -> list[Claim]:
     needed = 100.0 * float(np.interp(STATED[0], hot, humidity))
     reached = hot.min() <= STATED[0] <= hot.max()
     cold = {r.model: gains[1] for r, gains in every.items() if r.humidity == 0.0 and r.inertia == PLAIN.inertia}
-    none = (
-        f"; none of {len(cold)} published curves with the paper's best point reaches it"
-        if max(cold.values()) < STATED[1]
-        else ""
-    )
+    none = f"; none of {len(cold)} published curves with the paper's best point reaches it"
+    moist = ", ".join(f"{x * 1e-3:.1f} kW at {100 * h:g} %" for h, x in zip(humidity, hot, strict=True))
+    curves = ", ".join(f"{name} {x * 1e-3:.1f}" for name, x in cold.items())
     return [
-        claim(
-            "gain hot",
-            f"M1: {', '.join(f'{x * 1e-3:.1f} kW at {100 * h:g} %' for h, x in zip(humidity, hot, strict=True))} of "
-            + (f"humidity; 58.2 kW need {needed:.0f} %" if reached else "humidity"),
-            f"{UNCHECKED}the humidity is not given",
-        ),
-        claim(
-            "gain cold",
-            ", ".join(f"{name} {x * 1e-3:.1f}" for name, x in cold.items()) + " kW in dry air",
-            f"{UNCHECKED}the power coefficient is not given{none}",
-        ),
+        claim("gain hot", gains=moist, needed=f"; 58.2 kW need {needed:.0f} %" if reached else ""),
+        claim("gain cold", gains=curves, none=none if max(cold.values()) < STATED[1] else ""),
     ]
 
 

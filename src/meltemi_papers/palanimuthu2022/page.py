@@ -9,14 +9,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import packages_of
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.palanimuthu2022 import beyond
-from meltemi_papers.palanimuthu2022.beyond import climate as climates
-from meltemi_papers.palanimuthu2022.beyond import coordination as coordinated
-from meltemi_papers.palanimuthu2022.beyond import power
 from meltemi_papers.palanimuthu2022.beyond.coordination import bench, bench_chapter
 from meltemi_papers.palanimuthu2022.claims import BLADES_IN_RAIN, RAIN, REASONS, formula_claims
 from meltemi_papers.palanimuthu2022.figure6 import gains_table, mean_gains
@@ -30,17 +26,17 @@ from meltemi_papers.palanimuthu2022.run_claims import (
     percent,
     run_claims,
     schemes_table,
-    travel_ratio,
+    travel_change,
 )
 from meltemi_papers.palanimuthu2022.runs import PHYSICAL, PLAIN, QUICK, Runs, Setup, run_all
-from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, answered, applied, span, tabled, worded
+from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, applied, span, tabled, worded
 from meltemi_reports.blocks import Table
-from meltemi_studies.climate.tables import energy_table, load_table
+from meltemi_studies.climate.tables import energy_table
 from meltemi_studies.power_schemes.coordination import ENERGY, PITCH, PROPOSAL, ROOT_LOAD, TOWER_LOAD, TURNED, Bench
 from meltemi_studies.power_schemes.costs import PITCH as TRAVEL
 from meltemi_studies.power_schemes.costs import TOWER_LOAD as TOWER
 from meltemi_studies.power_schemes.costs import efficient
-from meltemi_tuning.run_store import attempt, guarded
+from meltemi_tuning.run_store import attempt
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -122,18 +118,14 @@ def _lead(runs: Runs, loads: Bench) -> str:
     return (
         "For the mean gains of 58.2 and 71.3 kW in Figure 6 the usual power coefficient gives "
         f"{won[0]} and {won[1]} kW. To hold the pitch between two speeds (A2) instead of one (A0) changes pitch travel "
-        f"by {percent(travel_ratio(runs, PHYSICAL, 'A2'), 1.0)} at 15 MW; on an aeroelastic turbine, where it is "
+        f"by {percent(travel_change(runs, PHYSICAL, 'A2'))} at 15 MW; on an aeroelastic turbine, where it is "
         f"{percent(cost[PITCH])}, the damage-equivalent load of the blade root changes by {percent(cost[ROOT_LOAD])} "
         f"and that of the tower base by {percent(cost[TOWER_LOAD])}. Ours against A2: a yaw control that knows of the "
-        f"power to spare changes yaw travel by {percent(ours[TURNED])} and energy by {_fine(ours[ENERGY])}; with A0 "
-        f"beside it instead of A2 the blade root's load changes by {percent(gentle[ROOT_LOAD])}, the tower base's by "
-        f"{percent(gentle[TOWER_LOAD])}, pitch travel by {percent(gentle[PITCH])} and energy by "
-        f"{_fine(gentle[ENERGY])}."
+        f"power to spare changes yaw travel by {percent(ours[TURNED])} and energy by {percent(ours[ENERGY], 1)}; with "
+        f"A0 beside it instead of A2 the blade root's load changes by {percent(gentle[ROOT_LOAD])}, the tower base's "
+        f"by {percent(gentle[TOWER_LOAD])}, pitch travel by {percent(gentle[PITCH])} and energy by "
+        f"{percent(gentle[ENERGY], 1)}."
     )
-
-
-def _fine(change: MeanEstimate) -> str:
-    return f"{100.0 * change.mean:+.1f} ± {100.0 * change.half_width:.1f} %"
 
 
 def _readings(runs: Runs) -> Table:
@@ -182,31 +174,17 @@ def of_turbine(turbine: Turbine) -> Study[Mapping[str, Any]]:
         }
 
     def contents_of(found: Mapping[str, Any], out: Path, draw: Draw) -> Contents:
-        costs, coordination, years = (found[name] for name in beyond.PARTS)
-        headings = ("What each scheme of limited power costs", "Which coordination wins", "A year in three climates")
-        drawn = (
-            guarded(lambda: power.drawings(costs, draw), lambda why: []),
-            guarded(lambda: [coordinated.drawing(coordination, draw)], lambda why: []),
-            guarded(lambda: [climates.drawing(years, draw)], lambda why: []),
-        )
-        made: list[Callable[[], Sequence[Table]]] = [
-            lambda: power.tables(costs),
-            lambda: coordinated.tables(coordination),
-            lambda: [energy_table(years), load_table(years), climates.scenario_table(years)],
-        ]
-        chapters = {
-            name: answered(heading, lambda: "", pictures, of)
-            for name, heading, pictures, of in zip(beyond.PARTS, headings, drawn, made, strict=True)
-        }
-        lead = worded(lambda: _said_of(efficient(costs.front, (TRAVEL, TOWER))), "Limited power")
-        return Contents(lead, chapters, [("turbine", turbine.name)], [tabled("A year", lambda: energy_table(years))])
+        chapters = {name: _part(name).chapter(part, draw, applied=True) for name, part in found.items()}
+        lead = worded(lambda: _said_of(efficient(found["power"].front, (TRAVEL, TOWER))), "Limited power")
+        year = tabled("A year", lambda: energy_table(found["climate"]))
+        return Contents(lead, chapters, [("turbine", turbine.name)], [year])
 
     words = "Limited power, coordination and climates of Palanimuthu et al. (2022)"
     return applied(STUDY, turbine, words, run=run_parts, contents=contents_of, runs=lambda found: found, parts_need={})
 
 
 def _said_of(names: Sequence[str]) -> str:
-    return f"Not beaten in pitch travel and load of the tower base at 75 % of rated power: {', '.join(names)}."
+    return f"Not beaten in pitch travel and load of the tower base at 75 % of rated power: {'; '.join(names)}."
 
 
 STUDY: Study[Found] = Study(

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from meltemi.control.power_control.tables import NUMBER
 from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, mean_interval
 from meltemi.simulation.result import Result
-from meltemi_papers.claim import UNCHECKED, Claim, claim_group, enough
+from meltemi_papers.claim import Claim, claim_group, enough, listed
 from meltemi_papers.palanimuthu2022 import paper
-from meltemi_papers.palanimuthu2022.figure6 import kilo, temperature_claims
+from meltemi_papers.palanimuthu2022.figure6 import temperature_claims
 from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
 from meltemi_papers.palanimuthu2022.paper import claim
 from meltemi_papers.palanimuthu2022.runs import (
@@ -25,6 +25,7 @@ from meltemi_papers.palanimuthu2022.runs import (
     aero_power,
 )
 from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import with_interval
 from meltemi_studies.power_schemes.coordination import (
     PITCH,
     PITCH_STARTS,
@@ -62,18 +63,11 @@ def _humidity(runs: Runs) -> list[Claim]:
     one, two, three = (steps.settled(case, "", aero_power) for case in ("i", "ii", "iii"))
     air = density(35.0, np.array(steps.levels))
     wet, warm = (100.0 * float(a / b - 1.0) for a, b in ((air[-1], air[0]), (density(40.0), density(-10.0))))
+    first, second = listed(1e-3 * (three - one), ".1f"), listed(1e-3 * (three - two), ".2f")
+    power, won = (100.0 * (three[-1] / base - 1.0) for base in (three[0], two[-1]))
     return [
-        claim(
-            "moist power",
-            f"iii - i {kilo(three - one)} kW; iii - ii {kilo(three - two, 2)} kW",
-            bool(np.all(three > one) and np.all(three[1:] > two[1:])),
-        ),
-        claim(
-            "moist impact",
-            f"density {wet:+.1f} %, power {100 * (three[-1] / three[0] - 1):+.1f} %; -10 to 40 °C makes {warm:+.1f} %; "
-            f"to know the humidity in the torque law wins {100 * (three[-1] / two[-1] - 1):.3f} %",
-            f"{UNCHECKED}it has no number",
-        ),
+        claim("moist power", np.all(three > one) and np.all(three[1:] > two[1:]), first=first, second=second),
+        claim("moist impact", wet=wet, power=power, warm=warm, won=won),
     ]
 
 
@@ -87,18 +81,10 @@ def _climates(runs: Runs) -> list[Claim]:
     )
     pitch = [float(np.degrees(r["pitch_1"][(r.time > 270.0) & (r.time < 300.0)].mean())) for r in (one, two)]
     begins = [float(r.time[np.argmax(np.degrees(r["pitch_1"]) > 0.5)]) for r in (one, two)]
+    near = abs(power - expected) <= 0.2 and abs(torque - expected) <= 0.2
     return [
-        claim(
-            "climate power",
-            f"{power:+.2f}, {torque:+.2f} %",
-            abs(power - expected) <= 0.2 and abs(torque - expected) <= 0.2,
-            change=expected,
-        ),
-        claim(
-            "climate pitch",
-            f"at {begins[0]:.1f} and {begins[1]:.1f} s; {pitch[0]:.2f} and {pitch[1]:.2f}°",
-            begins[1] > begins[0] and pitch[1] < pitch[0],
-        ),
+        claim("climate power", near, power=power, torque=torque, change=expected),
+        claim("climate pitch", begins[1] > begins[0] and pitch[1] < pitch[0], begins=begins, pitch=pitch),
     ]
 
 
@@ -137,14 +123,9 @@ def range_of_speed(part: Result, ahead: Result) -> Claim:
     low, high = rotor(BLADES).speed_for(paper.REFERENCE), paper.SPEED
     under, over = float(speeds.min()) - low, float(speeds.max()) - high
     beyond = float(np.sum(speeds > high + 0.005) * (part.time[1] - part.time[0]))
-    return claim(
-        "range of A2",
-        f"{speeds.min():.3f} to {speeds.max():.3f} rad/s ({100 * under / low:+.1f}, {100 * over / high:+.1f} %); "
-        f"{beyond:.1f} s more than 0.005 rad/s above ω_r; at most {ours:.3f} with a pitch loop that anticipates (ours)",
-        under >= -0.005 and over <= 0.005,
-        low=low,
-        high=high,
-    )
+    ends = {"least": speeds.min(), "most": speeds.max(), "under": 100 * under / low, "over": 100 * over / high}
+    inside = under >= -0.005 and over <= 0.005
+    return claim("range of A2", inside, low=low, high=high, beyond=beyond, ours=ours, **ends)
 
 
 def _limited(runs: Runs) -> list[Claim]:
@@ -152,43 +133,27 @@ def _limited(runs: Runs) -> list[Claim]:
     for scheme, case in (("A0", "i"), ("A2", "ii")):
         parts = [judged(r) for (m, j, _, s), r in runs.limited.items() if (m, j, s) == (BLADES, PHYSICAL, scheme)]
         power = mean_interval([float(p["generator_power"][p["wind_x"] > ENOUGH].mean()) * 1e-6 for p in parts])
-        found.append(
-            claim(
-                "limited power",
-                f"{power.mean:.2f} ± {power.half_width:.2f} MW ({power.n} winds)",
-                enough(len(runs.setup.seeds), abs(power.mean * 1e6 - paper.REFERENCE) <= 0.5e6),
-                scheme=scheme,
-                case=case,
-            )
-        )
+        near = enough(len(runs.setup.seeds), abs(power.mean * 1e6 - paper.REFERENCE) <= 0.5e6)
+        found.append(claim("limited power", near, power=with_interval(power, 2), n=power.n, scheme=scheme, case=case))
     low, speed = rotor(FORMULA).speed_for(paper.REFERENCE), mean_speed(runs, FORMULA, "A0")
     change = 100.0 * (speed / low - 1.0)
-    found.append(claim("limited speed", f"{speed:.4f} rad/s ({change:+.2f} %)", abs(change) <= 0.35, low=low))
+    found.append(claim("limited speed", abs(change) <= 0.35, speed=speed, change=change, low=low))
     held, ahead = (judged(runs.limited[BLADES, PHYSICAL, RAMPS, scheme]) for scheme in ("A2", AHEAD))
     found.append(range_of_speed(held, ahead))
-    saved = {inertia: travel_ratio(runs, inertia, "A2") for inertia in runs.setup.inertias}
-    words = [f"{percent(x, 1.0)} ({inertia:.4g} kg m²)" for inertia, x in saved.items()]
-    found.append(
-        claim(
-            "limited travel",
-            ", ".join(words),
-            enough(len(runs.setup.seeds), all(below(x, 1.0) for x in saved.values())),
-        )
-    )
-    return found
+    saved = {inertia: travel_change(runs, inertia, "A2") for inertia in runs.setup.inertias}
+    words = ", ".join(f"{percent(x)} ({inertia:.4g} kg m²)" for inertia, x in saved.items())
+    less = enough(len(runs.setup.seeds), all(falls(x) for x in saved.values()))
+    return [*found, claim("limited travel", less, changes=words)]
 
 
-def percent(change: MeanEstimate, base: float = 0.0) -> str:
-    """A change against a base, with the half-width of its interval if there are several seeds."""
-    if np.isnan(change.mean):
-        return "not defined"
-    width = f" ± {100.0 * change.half_width:.0f}" if change.n > 1 else ""
-    return f"{100.0 * (change.mean - base):+.0f}{width} %"
+def percent(change: MeanEstimate, digits: int = 0) -> str:
+    """A change, with the half-width of its interval if there are several seeds."""
+    return "not defined" if np.isnan(change.mean) else f"{with_interval(change, digits, '+', 100.0)} %"
 
 
-def below(change: MeanEstimate, limit: float = 0.0) -> bool:
-    """Whether the interval lies below a limit; of a single seed the value."""
-    return (change.high if change.n > 1 else change.mean) < limit
+def falls(change: MeanEstimate) -> bool:
+    """Whether the interval lies below zero; of a single seed the value."""
+    return (change.high if change.n > 1 else change.mean) < 0.0
 
 
 def changes_of(table: EnsembleTable, scheme: str) -> dict[str, MeanEstimate]:
@@ -203,28 +168,25 @@ def bench_claims(bench: Bench) -> list[Claim]:
     loads, travels, servo = (TOWER_LOAD, ROOT_LOAD), (PITCH, TURNED), (PITCH, PITCH_STARTS, SWING)
 
     def judged_by(names: tuple[str, ...], changes: dict[str, MeanEstimate]) -> object:
-        return enough(bench.conventional.seeds, all(below(changes[name]) for name in names))
+        return enough(bench.conventional.seeds, all(falls(changes[name]) for name in names))
 
     def said(changes: dict[str, MeanEstimate], names: tuple[str, ...]) -> str:
         return ", ".join(f"{name} {percent(changes[name])}" for name in names)
 
     drives = (*servo, TURNED, STARTS)
+    less = judged_by(drives, together)
     return [
-        claim("fatigue", f"{said(alone, servo)}; loads: {said(alone, loads)}", judged_by(servo, alone)),
-        claim("coordination", said(together, travels), judged_by(travels, together)),
-        claim(
-            "coordinated loads",
-            f"{said(together, drives)}; loads: {said(together, loads)}",
-            judged_by(drives, together),
-        ),
+        claim("fatigue", judged_by(servo, alone), servo=said(alone, servo), loads=said(alone, loads)),
+        claim("coordination", judged_by(travels, together), travels=said(together, travels)),
+        claim("coordinated loads", less, drives=said(together, drives), loads=said(together, loads)),
     ]
 
 
-def travel_ratio(runs: Runs, inertia: float, scheme: str) -> MeanEstimate:
-    """Ratio of the pitch travel of a scheme to that of A0 in the turbulent winds, with an inertia [kg m^2]."""
+def travel_change(runs: Runs, inertia: float, scheme: str) -> MeanEstimate:
+    """Change of the pitch travel of a scheme against A0 in the turbulent winds, with an inertia [kg m^2]."""
     winds = [w for m, j, w, s in runs.limited if (m, j, s) == (BLADES, inertia, "A0") and w != RAMPS]
     pairs = [(runs.limited[BLADES, inertia, w, scheme], runs.limited[BLADES, inertia, w, "A0"]) for w in winds]
-    return mean_interval(np.array([pitch_travel(a) / pitch_travel(b) for a, b in pairs]))
+    return mean_interval([pitch_travel(a) / pitch_travel(b) - 1.0 for a, b in pairs])
 
 
 def schemes_table(runs: Runs) -> Table:

@@ -23,6 +23,7 @@ from meltemi_papers.wang2021.gust import SIGNS
 from meltemi_papers.wang2021.lifetime import production
 from meltemi_papers.wang2021.winds import measured
 from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import with_interval
 from meltemi_studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi_studies.wind_year import FRONTS, WindSite, Year, a_year, power_curve
 from meltemi_studies.yaw_gusts import FAST, OURS, QUICK, WIND, Found, Grid, run_grid
@@ -164,9 +165,8 @@ def costs(grid: Found, strategy: str, column: str, sign: int = 0) -> str:
 
 
 def _cost(found: Float, column: str) -> str:
-    factor, unit, sign = (-1.0 / KWH, " kWh", "") if column == "energy" else (100.0, " %", "+")
-    e = mean_interval(factor * found)
-    return f"{e.mean:{sign}.0f}" + (f" ± {e.half_width:.0f}" if e.n > 1 else "") + unit
+    sign, factor, unit = ("", -1.0 / KWH, "kWh") if column == "energy" else ("+", 100.0, "%")
+    return f"{with_interval(mean_interval(factor * found), 0, sign)} {unit}"
 
 
 def winds_of(grid: Found) -> int:

@@ -120,17 +120,25 @@ def gust_wind(gusts: Gusts) -> Figure:
     return figure
 
 
-def gust_runs(gust: Gust) -> Figure:
-    """Figure 10: pitch, power, loads under the strategies; dotted: the paper's 18 s and 2,000 kW."""
+def gust_runs(gust: Gust, letters: str = "") -> Figure:
+    """Pitch, power, rotor speed and loads under the strategies; with the letters of the paper's panels, if given."""
     panels: list[Panel] = [
-        ("Fig. 10A: pitch", "deg", lambda r: np.degrees(r["pitch_1"])),
-        ("Fig. 10B: electrical power", "kW", channel("generator_power", 1e-3)),
+        ("pitch", "deg", lambda r: np.degrees(r["pitch_1"])),
+        ("electrical power", "kW", channel("generator_power", 1e-3)),
         ("rotor speed", "rpm", lambda r: r["rotor_speed"] * 30.0 / np.pi),
     ]
-    for letter, name in (("C", YAW_BENDING), ("C", YAW_TORSION), ("D", TOP_SHEAR)):
+    for name in (YAW_BENDING, YAW_TORSION, TOP_SHEAR):
         load = LOADS[name]
-        panels.append((f"Fig. 10{letter}: {name}", load.unit, lambda r, load=load: load.size(r) * load.factor))  # type: ignore[misc]
-    figure = series(panels, dict(gust.results), height=1.8, rest=0.6)
+        panels.append((name, load.unit, lambda r, load=load: load.size(r) * load.factor))  # type: ignore[misc]
+    if letters:
+        own = zip(letters, panels, strict=True)
+        panels = [(f"Fig. 10{a}: {what}" if a.strip() else what, *rest) for a, (what, *rest) in own]  # type: ignore[misc]
+    return series(panels, dict(gust.results), height=1.8, rest=0.6)
+
+
+def figure_10(gust: Gust) -> Figure:
+    """Figure 10; dotted: the paper's 18 s and 2,000 kW."""
+    figure = gust_runs(gust, "AB CCD")
     pitch, power, *_ = figure.axes
     pitch.axvline(18.0, color=INK, linestyle=":", linewidth=1.0)
     power.axhline(2000.0, color=INK, linestyle=":", linewidth=1.0)

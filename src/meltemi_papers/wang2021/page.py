@@ -82,11 +82,11 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
     "fig09_wind": ("Figure 9: the gust with direction change, both directions", lambda r: figures.gust_wind(r.gusts)),
     "fig10_strategies": (
         "Figure 10: the strategies, clockwise change, 12.6 rpm, default yaw control; dotted: the paper's numbers",
-        lambda runs: figures.gust_runs(runs.gusts.first(1)),
+        lambda runs: figures.figure_10(runs.gusts.first(1)),
     ),
     "fig10_counter": (
         "Figure 10 with the counter-clockwise change",
-        lambda runs: figures.gust_runs(runs.gusts.first(-1)),
+        lambda runs: figures.figure_10(runs.gusts.first(-1)),
     ),
 }
 
@@ -323,7 +323,11 @@ def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
         g, more = found.gusts, found.more
         ratios = tabled("Ratios of loads", lambda: ratios_table(g))
         drawn = [
-            draw(f"gust_{words.replace('-', '_')}", f"The strategies, {words} change", partial(_shown, g, sign))
+            draw(
+                f"gust_{words.replace('-', '_')}",
+                f"The strategies, {words} change",
+                lambda sign=sign: figures.gust_runs(g.first(sign)),  # type: ignore[misc]
+            )
             for sign, words in SIGNS.items()
         ]
         slower = worded(lambda: slowed_words(g), "Derating by speed")
@@ -332,14 +336,15 @@ def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
             "beyond": beyond.chapter(more, draw),
         }
         lead = " ".join((worded(lambda: gust_words(g), "The gust"), worded(lambda: grid_words(more), "The grid")))
-        return Contents(lead, chapters, [("turbine", turbine.name)], [ratios])
+        facts = [
+            ("turbine", turbine.name),
+            ("turbulence", f"class {beyond.WIND_CLASS}, for limits and production"),
+            ("year", f"the paper's site: mean wind {beyond.site().mean:g} m/s, intensities of its Table 2"),
+        ]
+        return Contents(lead, chapters, facts, [ratios])
 
     words = "Yaw-error limits and derating of Wang et al. (2021)"
     return applied(STUDY, turbine, words, run=run_both, contents=contents_of, runs=lambda found: found)
-
-
-def _shown(g: Gusts, sign: int) -> Figure:
-    return figures.gust_runs(g.first(sign))
 
 
 STUDY: Study[Found] = Study(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import with_interval
 from meltemi_studies.climate.response import ICED, IN_PLANE, ROOT, SHED, SIDE, SLOPES, TOWER, WET
 from meltemi_studies.climate.year import SHED_SHARE, STEPS, Year, Years
 
@@ -46,8 +48,8 @@ def share(part: Float, whole: Float) -> MeanEstimate:
 
 def said(estimate: MeanEstimate, digits: int = 2) -> str:
     """Mean and confidence interval with sign."""
-    mean = round(estimate.mean, digits) + 0.0  # no minus before a zero
-    return f"{mean:+.{digits}f} ± {estimate.half_width:.{digits}f}"
+    no_minus_before_zero = round(estimate.mean, digits) + 0.0
+    return with_interval(replace(estimate, mean=no_minus_before_zero), digits, "+")
 
 
 def of_standard(year: Year, what: str) -> MeanEstimate:
@@ -70,7 +72,7 @@ def energy_table(found: Years) -> Table:
     row("rated wind at 1.225 kg/m³ [m/s]", [f"{standard:.2f}"] * len(all_))
     row("rated wind, least and most [m/s]", [f"{y.rated_wind.min():.2f}, {y.rated_wind.max():.2f}" for y in all_])
     plain = [mean_interval(y.reference / GWH) for y in all_]
-    row("energy at 1.225 kg/m³, dry, no ice [GWh]", [f"{e.mean:.2f} ± {e.half_width:.2f}" for e in plain])
+    row("energy at 1.225 kg/m³, dry, no ice [GWh]", [with_interval(e, 2) for e in plain])
     row("capacity factor of it [%]", [f"{100.0 * e.mean * GWH / (rated * HOURS * 3600.0):.1f}" for e in plain])
     for what in STEPS:
         row(f"{what} [%]", [said(of_standard(y, what), 3 if what == "rain" else 2) for y in all_])
@@ -102,7 +104,7 @@ def load_table(found: Years) -> Table:
     for name in SLOPES:
         loads = [year.loads[name] for year in found.years.values()]
         base = [mean_interval(each["reference"] / 1e6) for each in loads]
-        rows.append([f"{NAMES[name]} at 1.225 kg/m³ [MN m]", *(f"{e.mean:.2f} ± {e.half_width:.2f}" for e in base)])
+        rows.append([f"{NAMES[name]} at 1.225 kg/m³ [MN m]", *(with_interval(e, 2) for e in base)])
         for before, what in zip(("reference", *STEPS), STEPS, strict=False):
             changes = [share(each[what] - each[before], each["reference"]) for each in loads]
             rows.append([f"- {what} [%]", *(said(change, 3 if what == "rain" else 2) for change in changes)])

@@ -30,7 +30,7 @@ Effect = Literal["altitude", "temperature", "humidity"]
 COLUMNS = {
     "time": "ISO 8601; without it the rows are the hours of a year",
     "temperature": "degC",
-    "humidity": "0 to 1",
+    "humidity": "relative",
     "pressure": "Pa; without it that of the altitude",
     "wind_speed": "m/s",
     "rain": "mm/h",
@@ -179,7 +179,7 @@ def _check(path: Path, name: str, values: Float) -> None:
     low, high = RANGES[name]
     wrong = np.flatnonzero((values < low) | (values > high))
     if len(wrong):
-        more = "; percent are divided by 100" if name == "humidity" and values.max() <= 100.0 else ""
+        more = "; divide percent by 100" if name == "humidity" and values.max() <= 100.0 else ""
         raise InputError(
             f"{path}: {name} of {values[wrong[0]]:g} in hour {wrong[0] + 1}: expected {low:g} to {high:g} "
             f"({COLUMNS[name]}){more}"

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from meltemi.app.options import TurbineArgument, WorkersOption
+from meltemi.app.options import TurbineArgument, WorkersOption, check_workers
 from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 
@@ -30,6 +30,7 @@ def climate(
     out: OutOption = Path("out"),
 ) -> None:
     """Compute energy and loads of a year of weather against standard air: tables, plot, hourly or monthly CSV."""
+    check_workers(workers)
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
     from meltemi.wind.iec.classes import as_class

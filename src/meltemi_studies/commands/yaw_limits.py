@@ -6,15 +6,15 @@ from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 
-from meltemi.app.options import TurbineArgument, WorkersOption
+from meltemi.app.options import TurbineArgument, WorkersOption, check_workers
 from meltemi.app.scans import angles_of, speeds_of
 from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     Float = NDArray[np.float64]
@@ -48,6 +48,7 @@ def yaw_limits(
     out: OutOption = Path("out"),
 ) -> None:
     """Find the yaw errors that load limits allow over wind speed: table, plot, a case with these settings."""
+    check_workers(workers)
     from meltemi.core.yamlfile import validated, write_record
     from meltemi.simulation.options import ModelOptions
     from meltemi.simulation.rotors import build
@@ -96,9 +97,13 @@ def yaw_limits(
     head, rows = study.limit_rows(found)
     print_table(f"{described.name}: largest load over its limit, over the yaw error", head, rows)
     print(f"limits: {study.limit_words(found)}")
+    if len(free := found.speeds[found.use.max(axis=1) <= 1.0]):
+        words, most = ", ".join(f"{v:g}" for v in free), np.degrees(found.errors[-1])
+        print(f"no limit is reached at {words} m/s: {most:g} deg is the largest of --yaw-errors")
     name = turbine if turbine in list_turbines() else str(Path(turbine).resolve())
     write_record(
-        validated(_case(name, *found.base_points, settings), LoadCase, "yaw_limits.yaml"), out / "yaw_limits.yaml"
+        validated(_case(name, described.cut_out, *found.base_points, settings), LoadCase, "yaw_limits.yaml"),
+        out / "yaw_limits.yaml",
     )
     wrote(
         write_csv(out / "yaw_limits.csv", head, rows),
@@ -118,12 +123,18 @@ def _ascending(option: str, values: list[float]) -> list[float]:
     return values
 
 
-def _case(turbine: str, speeds: Float, thresholds: Float, settings: dict[str, Any]) -> dict[str, Any]:
-    """A case with these base points, in a gust with direction change at the middle wind speed."""
+def _case(turbine: str, cut_out: float, speeds: Float, thresholds: Float, settings: dict[str, Any]) -> dict[str, Any]:
+    """A case with these base points, in the gust with direction change that does not exceed the cut-out wind speed.
+
+    It begins at the highest of their wind speeds from which that is so, at the lowest if there is none.
+    """
+    from meltemi.wind.iec.gusts import COHERENT_GUST
+
+    speed = max((v for v in speeds if v + COHERENT_GUST <= cut_out), default=speeds[0])
     protection = settings | {"wind_speeds": speeds.tolist(), "thresholds": thresholds.round(4).tolist()}
     return {
         "turbine": turbine,
-        "wind": {"kind": "iec", "model": "ECD", "speed": float(speeds[len(speeds) // 2]), "begin": 20.0},
+        "wind": {"kind": "iec", "model": "ECD", "speed": float(speed), "begin": 20.0},
         "duration": 200.0,
         "options": {"yaw": "driven"},
         "controller": {"kind": "supervised", "yaw": {}, "protection": protection},

@@ -18,7 +18,8 @@ from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi_papers.study import Chapter, Draw, Drawing, Progress, answered
+from meltemi_papers.palanimuthu2022.beyond import part_chapter
+from meltemi_papers.study import Chapter, Draw, Progress
 from meltemi_reports.blocks import Table
 from meltemi_studies.climate import response
 from meltemi_studies.climate.response import ICED, SIDE, Response, Setup, respond
@@ -92,21 +93,16 @@ def scenario_table(found: Found) -> Table:
     return Table(head, rows, "Scenarios", note="Change of the year's energy with all effects in.")
 
 
-def chapter(found: Found, draw: Draw) -> Chapter:
-    """Chapter of a year in three climates."""
-    heading = "Beyond the paper: a year in three climates"
-    return answered(heading, lambda: verdict(found), [drawing(found, draw)], lambda: tables(found))
-
-
-def drawing(found: Found, draw: Draw) -> Drawing:
-    """The figure of the years."""
+def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Chapter:
+    """Chapter of a year in three climates; on the review's turbine with the review's numbers."""
     caption = "A year in three climates: the turbine, the air, and what weather adds; bars with 95 % intervals"
-    return draw("climate", caption, lambda: years_figure(found))
+    figure = draw("climate", caption, lambda: years_figure(found))
 
+    def tables() -> list[Table]:
+        beside = [] if applied else [review_table(found)]
+        return [energy_table(found), *beside, load_table(found), scenario_table(found)]
 
-def tables(found: Found) -> list[Table]:
-    """Energy, the review beside it, loads, scenarios."""
-    return [energy_table(found), review_table(found), load_table(found), scenario_table(found)]
+    return part_chapter("a year in three climates", lambda: verdict(found), [figure], tables, applied=applied)
 
 
 def iced_loss(found: Found) -> tuple[float, float]:

@@ -6,8 +6,9 @@ from meltemi.postprocess.ensemble import EnsembleTable
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
+from meltemi_papers.palanimuthu2022.beyond import part_chapter
 from meltemi_papers.palanimuthu2022.beyond.power import TURBINE, slow_base
-from meltemi_papers.study import Chapter, Draw, Drawing, Progress, answered
+from meltemi_papers.study import Chapter, Draw, Progress, answered
 from meltemi_reports.blocks import Table
 from meltemi_reports.ensemble_tables import scheme_rows
 from meltemi_studies.power_schemes import coordination
@@ -64,17 +65,12 @@ BENCH_WORDS = (
 )
 
 
-def chapter(found: Tables, draw: Draw) -> Chapter:
+def chapter(found: Tables, draw: Draw, *, applied: bool = False) -> Chapter:
     """Chapter of the coordination schemes."""
-    figure = drawing(found, draw)
-    heading = "Beyond the paper: which coordination wins"
-    return answered(heading, lambda: verdict(found), [figure], lambda: tables(found))
-
-
-def drawing(found: Tables, draw: Draw) -> Drawing:
-    """The figure of the changes."""
     words = "Coordination on an aeroelastic turbine in hours of turbulent wind that turns; bars: 95 % intervals"
-    return draw("coordination_changes", words, lambda: coordination_figure(found))
+    figure = draw("coordination_changes", words, lambda: coordination_figure(found))
+    heading = "which coordination wins"
+    return part_chapter(heading, lambda: verdict(found), [figure], lambda: tables(found), applied=applied)
 
 
 def tables(found: Tables) -> list[Table]:

@@ -6,7 +6,8 @@ from meltemi.postprocess.ensemble import EnsembleTable
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
-from meltemi_papers.study import Chapter, Draw, Drawing, Progress, answered
+from meltemi_papers.palanimuthu2022.beyond import part_chapter
+from meltemi_papers.study import Chapter, Draw, Progress
 from meltemi_reports.blocks import Table
 from meltemi_reports.ensemble_tables import scheme_rows
 from meltemi_studies.power_schemes import costs as schemes
@@ -39,20 +40,16 @@ def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, p
     return schemes.study(turbine, quick, workers=workers, progress=progress)
 
 
-def chapter(found: Costs, draw: Draw) -> Chapter:
+def chapter(found: Costs, draw: Draw, *, applied: bool = False) -> Chapter:
     """Chapter of the active-power schemes."""
-    heading = "Beyond the paper: what each scheme of limited power costs"
-    return answered(heading, lambda: verdict(found), drawings(found, draw), lambda: tables(found))
-
-
-def drawings(found: Costs, draw: Draw) -> list[Drawing]:
-    """Figures of the schemes and of the upper speed."""
     words = "Cost of the schemes on an aeroelastic turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
     front = f"A2 with upper speeds of so many percent of rated, at {100.0 * FRONT_LEVEL:.0f} % of rated power"
-    return [
+    drawings = [
         draw("power_costs", words, lambda: costs_figure(found.tables)),
         draw("power_front", front, lambda: front_figure(found.front)),
     ]
+    heading = "what each scheme of limited power costs"
+    return part_chapter(heading, lambda: verdict(found), drawings, lambda: tables(found), applied=applied)
 
 
 def tables(found: Costs) -> list[Table]:
@@ -121,7 +118,7 @@ def verdict(costs: Costs) -> str:
     front = {q: efficient(costs.front, (PITCH, ENERGY, q)) for q in (TOWER_LOAD, ROOT_LOAD)}
     lines.append(
         "The speed at which A2 holds the speed again is a choice between pitch travel and loads. Not beaten in pitch "
-        f"travel, energy and the load of the tower base are {', '.join(front[TOWER_LOAD])}; with the load of the blade "
-        f"root in its place {', '.join(front[ROOT_LOAD])}."
+        f"travel, energy and the load of the tower base are {'; '.join(front[TOWER_LOAD])}. With the load of the blade "
+        f"root in its place they are {'; '.join(front[ROOT_LOAD])}."
     )
     return "\n\n".join(lines)
