@@ -217,7 +217,8 @@ def run_all(
         readings[name] = run(name, controllers, [wind_of(seed, SPEED, **reading) for seed in setup.seeds])
     later: Any = FailedResult("not run yet")
     partly(Runs(setup, b, readings, dict.fromkeys(setup.speeds, later), {}, shares, travel))
-    speeds, studies = {}, {}
+    speeds: dict[float, Comparison] = {}
+    studies: dict[str, Any] = {}
     at_all: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ALL_SPEEDS}
     for u in setup.speeds:
         winds = [wind_of(seed, u, **READINGS[CLASS_B]) for seed in setup.seeds]
