@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import meltemi
-from meltemi.core.files import file_name, write_text
+from meltemi.core.files import write_text
 from meltemi.core.physics import PHYSICS
 from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
@@ -261,7 +262,8 @@ def applied(study: Study[Any], turbine: Turbine, words: str, **changes: Any) -> 
     title = f"{words}, applied to {turbine.name}"
     intro = f"# {title}\n\nMethods of: {study.source} Nothing here is a claim of the paper.\n"
     own: dict[str, Any] = {"figures": {}, "texts": (), "parts": (), "applied": None, "intro": intro, "title": title}
-    return replace(study, name=f"{study.name}_{file_name(turbine.name)}", **own | changes)
+    name = re.sub(r"[^\w.-]+", "_", turbine.name)  # of files
+    return replace(study, name=f"{study.name}_{name}", **own | changes)
 
 
 def told(progress: Progress, what: str) -> Callable[[float], None]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import stat
 import unicodedata
 from collections.abc import Iterator
@@ -101,11 +100,6 @@ def write_text(path: Path, text: str) -> Path:
     with replacing(path) as (partial,):
         partial.write_text(text, encoding="utf-8")
     return path
-
-
-def file_name(text: str) -> str:
-    """A name as part of a file name: what is not a letter, digit, dot or dash becomes an underscore."""
-    return re.sub(r"[^\w.-]+", "_", text)
 
 
 def check_name(path: Path) -> None:

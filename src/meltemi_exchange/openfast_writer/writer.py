@@ -12,7 +12,7 @@ import numpy as np
 
 from meltemi.aero.stall_tables import zero_lift_angle
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi.core.files import file_name, replacing
+from meltemi.core.files import replacing
 from meltemi.core.series import TimeSeries
 from meltemi.core.threads import one_blas_thread
 from meltemi.environment.site import Environment
@@ -178,7 +178,7 @@ class _Deck:
         self.turbine, self.options, self.environment = turbine, options, environment
         self.modes = blade_modes(turbine, options)
         self.notes: list[ImportNote] = []
-        self.name = file_name(turbine.name)
+        self.name = re.sub(r"[^\w.-]+", "_", turbine.name)
         self.title = turbine.description or turbine.name
         self.model: BladedModel = build(turbine)
         counts = {"flap": 1, "edge": 1, "torsion": int(turbine.blade.structure.twists)}
