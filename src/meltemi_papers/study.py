@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -261,7 +262,8 @@ def applied(study: Study[Any], turbine: Turbine, words: str, **changes: Any) -> 
     title = f"{words}, applied to {turbine.name}"
     intro = f"# {title}\n\nMethods of: {study.source} Nothing here is a claim of the paper.\n"
     own: dict[str, Any] = {"figures": {}, "texts": (), "parts": (), "applied": None, "intro": intro, "title": title}
-    return replace(study, name=f"{study.name}_{turbine.name}", **own | changes)
+    name = re.sub(r"[^\w.-]+", "_", turbine.name)  # of files
+    return replace(study, name=f"{study.name}_{name}", **own | changes)
 
 
 def told(progress: Progress, what: str) -> Callable[[float], None]:

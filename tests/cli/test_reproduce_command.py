@@ -15,9 +15,10 @@ import pytest
 from terminal import Command
 from typer.testing import CliRunner
 
-from meltemi import InputError
+from meltemi import InputError, load_turbine
 from meltemi.app.cli import app
 from meltemi.core.errors import Status
+from meltemi.core.yamlfile import write_record
 from meltemi.simulation.channels import catalogue
 from meltemi.simulation.result import Result
 from meltemi.turbine.definition import Turbine
@@ -66,12 +67,13 @@ def test_a_study_is_applied_to_another_turbine(
         return replace(found, run=lambda **_: 0, contents=lambda *_: said)
 
     monkeypatch.setattr(page, "STUDY", replace(page.STUDY, applied=short))
-    ran = command("reproduce", study, "--turbine", "nrel5mw", "--quick", "--out", tmp_path)
+    write_record(load_turbine("nrel5mw").replace(name="V 90/3"), tmp_path / "mine.yaml")
+    ran = command("reproduce", study, "--turbine", tmp_path / "mine.yaml", "--quick", "--out", tmp_path)
     assert (ran.status, ran.err) == (0, "")
-    name = f"{study}_nrel5mw"
+    name = f"{study}_V_90_3"
     assert {path.name for path in ran.files} == {"loads.csv", f"{name}.md", f"{name}.html"}
     text = (tmp_path / f"{name}.md").read_text(encoding="utf-8")
-    assert "applied to nrel5mw" in text and "Nothing here is a claim of the paper" in text and "verdict" not in text
+    assert "applied to V 90/3" in text and "Nothing here is a claim of the paper" in text and "verdict" not in text
     assert "few, short runs, for a first impression only" in text and "Figures" not in text
 
 

@@ -97,9 +97,11 @@ def yaw_limits(
     head, rows = study.limit_rows(found)
     print_table(f"{described.name}: largest load over its limit, over the yaw error", head, rows)
     print(f"limits: {study.limit_words(found)}")
-    if len(free := found.speeds[found.use.max(axis=1) <= 1.0]):
-        words, most = ", ".join(f"{v:g}" for v in free), np.degrees(found.errors[-1])
-        print(f"no limit is reached at {words} m/s: {most:g} deg is the largest of --yaw-errors")
+    least, *_, most = np.degrees(found.errors)
+    if free := _listed(found.speeds[found.use.max(axis=1) <= 1.0]):
+        print(f"no limit is reached at {free} m/s: {most:g} deg is the largest of --yaw-errors")
+    if over := _listed(found.speeds[found.use[:, 0] > 1.0]):
+        say(f"warning: at {over} m/s loads exceed their limits at {least:g} deg already: no yaw error is allowed")
     name = turbine if turbine in list_turbines() else str(Path(turbine).resolve())
     write_record(
         validated(_case(name, described.cut_out, *found.base_points, settings), LoadCase, "yaw_limits.yaml"),
@@ -115,6 +117,10 @@ def yaw_limits(
         say(f"failed: {cell}: {why}")
     if failed:
         raise typer.Exit(1)
+
+
+def _listed(speeds: Float) -> str:
+    return ", ".join(f"{v:g}" for v in speeds)
 
 
 def _ascending(option: str, values: list[float]) -> list[float]:
