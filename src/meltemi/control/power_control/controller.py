@@ -204,8 +204,8 @@ def power_warnings(x: PowerControlState) -> list[str]:
 def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -> float:
     """Frequency [rad/s] of the speed loop of the turbine's collective law at rated power (C-86a).
 
-    At the pitch where its gains are halved, with the sensitivity that the rotor has there; where the rotor is known at
-    one pitch only, in proportion to rated speed as for the NREL 5 MW.
+    At the pitch where its gains are halved, with the sensitivity that the rotor has there, at most the one that has a
+    damping ratio of 0.7 with these gains (C-9b); of a rotor known at one pitch only, as rated speed of the NREL 5 MW.
 
     Raises:
       InputError: power there does not fall with pitch.
@@ -225,7 +225,8 @@ def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -
             "its own; correct control.pitch.gain_halving_pitch, or give the frequency of the settings"
         )
     own = math.sqrt(0.5 * pitch.integral_gain * ratio * slope / inertia)
-    return min(own, FILTERED * turbine.control.filter_frequency)
+    made_for = 2.0 * 0.7 * pitch.integral_gain / max(pitch.proportional_gain, 1e-9 * pitch.integral_gain)
+    return min(own, made_for, FILTERED * turbine.control.filter_frequency)
 
 
 def shaft_inertia(turbine: AnyTurbine) -> float:
