@@ -245,6 +245,12 @@ def test_bad_arguments(model: Model, change: dict[str, Any]) -> None:
         simulate_batch([], **change)
 
 
+@pytest.mark.parametrize("cases", [{"a": {}}, [{"wind": 8.0}], [None]])
+def test_what_is_no_run_is_named(cases: Any) -> None:
+    with pytest.raises(InputError, match="cases: expected meltemi.Run.*as number 1"):
+        simulate_batch(cases)
+
+
 def test_no_cases_no_outcomes() -> None:
     assert simulate_batch([]) == []
 

@@ -86,10 +86,8 @@ class Batch:
         if self.device != "cpu":
             card.check()
             self.workers = 2  # one group is prepared or evaluated while another one marches
-        files = None if self.out is None else ResultFiles(self.out, rerun=self.rerun)
-        self.kept: Store = self.store or files or Nothing()
-        if isinstance(self.cases, Sized):
-            self.total = len(self.cases)
+        self.kept: Store = self.store or (Nothing() if self.out is None else ResultFiles(self.out, rerun=self.rerun))
+        self.total = len(self.cases) if isinstance(self.cases, Sized) else self.total
         self.waiting: Iterator[tuple[int, Run]] = enumerate(self.cases)
         self.stop = threading.Event()
         self.next_lock, self.first_lock, self.card_lock = threading.Lock(), threading.Lock(), threading.Lock()
@@ -174,6 +172,8 @@ class Batch:
                 self.total, self.exhausted = self.asked, True
                 return None
             i, case = following
+            if not isinstance(case, Run):
+                raise InputError(f"simulate_batch: cases: expected meltemi.Run, found {case!r:.60} as number {i + 1}")
             name = case.name or f"case_{i + 1:04d}"
             taken, self.asked = name in self.names, i + 1
             if case.name or self.out is not None:  # a million names would need 0.1 GB
@@ -252,7 +252,7 @@ def simulate_batch(batch: Batch) -> list[Outcome]:
       One outcome a case, in their order; after Ctrl-C those that were begun. None with ``done``.
 
     Raises:
-      InputError: ``workers`` or ``out`` is not valid.
+      InputError: ``workers`` or ``out`` is not valid, or one of ``cases`` is no run.
     """
     return batch.run()
 
