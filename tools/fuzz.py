@@ -28,6 +28,7 @@ import tempfile
 import time
 import traceback
 import urllib.request
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -399,7 +400,8 @@ def surrogate(chance: random.Random, good: Path) -> Call:
         if name != "surrogate.json":
             return read_surrogate_campaign(Path())
         made = loads.load_surrogate(name)
-        made(outside=outside, **at)
+        with warnings.catch_warnings(category=UserWarning, action="ignore"):  # of points outside, in our words
+            made(outside=outside, **at)
         return loads.site_suitability(made, loads.class_table("IB"), loads.class_table("IIIC"))
 
     return Call([name, repr(at)[:200], outside], evaluated)

@@ -97,8 +97,9 @@ def test_what_is_refused(model: Model) -> None:
     run.reset()
     with pytest.raises(InputError, match=r"no 'pich'.*pitch"):
         run.step({"pich": 0.1})
-    with pytest.raises(InputError, match="expected 25 demands"):
-        run.step([0.0, 1.0])
+    for wrong in ([0.0, 1.0], [[0.0], [0.0, 1.0]]):
+        with pytest.raises(InputError, match="expected 25 demands"):
+            run.step(wrong)
     run.step({"pitch": np.nan})
     assert run.finished
     assert run.status is Status.CONTROLLER_DEMAND

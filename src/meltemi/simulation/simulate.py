@@ -343,7 +343,10 @@ class Simulation:
                     n = now[rows].size
                     raise InputError(f"step: {name}: expected {n} number{'s' * (n > 1)}, found {value!r}") from None
             return
-        given = np.asarray(demands)
+        try:
+            given = np.asarray(demands)
+        except ValueError:  # sequences of several lengths
+            given = np.zeros(0)
         if given.shape != now.shape or given.dtype.kind not in "fiu":
             raise InputError(f"step: expected {len(now)} demands ({', '.join(Demands.names)}), found {demands!r:.80}")
         now[:] = given

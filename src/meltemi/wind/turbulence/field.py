@@ -73,7 +73,7 @@ def generate_field(
         n,
         wind.seed,
         mean=mean,
-        sigmas=_targets(wind),
+        sigmas=sigmas(wind) if wind.scaled else (None, None, None),
         measured=measured,
         progress=progress,
     )
@@ -100,10 +100,6 @@ def mean_profile(wind: TurbulentWind, grid: WindGrid) -> Float:
         speed = wind.speed * (z / grid.hub_height) ** wind.shear_exponent
     turned = wind.veer * (z - grid.hub_height)
     return np.stack([speed * np.cos(turned), -speed * np.sin(turned), speed * math.tan(wind.upflow)], axis=1)
-
-
-def _targets(wind: TurbulentWind) -> tuple[float | None, float | None, float | None]:
-    return sigmas(wind) if wind.scaled else (None, None, None)
 
 
 def spectrum_of(wind: TurbulentWind, grid: WindGrid, n: int) -> Spectrum:
