@@ -35,6 +35,8 @@ from meltemi_verification.measure import decay, extremes, harmonic, undershoot
 from meltemi_verification.offshore import CASES as SEA_CASES
 from meltemi_verification.offshore import CHANNELS as SEA_CHANNELS
 from meltemi_verification.offshore import STEP as SEA_STEP
+from meltemi_verification.offshore_wind import CHANNELS as SEA_WIND_CHANNELS
+from meltemi_verification.offshore_wind import STEADY as SEA_WINDS
 from meltemi_verification.stops import BEGIN, FIGURE, OUTPUT, SHOWN, STOPS, gust_cases, measured
 from meltemi_verification.stops import CHANNELS as STOP_CHANNELS
 from meltemi_verification.turbulent import CHANNELS, SHORT
@@ -263,6 +265,12 @@ def offshore(runs: Path) -> None:
             SEA_STEP,
             "deck of ROSCO 2.10.6 with monopile; wave and current along x",
         ),
+        "offshore_wind_runs": (
+            SEA_WINDS,
+            SEA_WIND_CHANNELS,
+            SEA_STEP,
+            "deck of ROSCO 2.10.6 with monopile, and its library, steady wind",
+        ),
         "floating_runs": (
             FLOAT_CASES,
             FLOAT_CHANNELS,
@@ -286,13 +294,13 @@ def offshore(runs: Path) -> None:
             series = data[::every, [names.index(name) for name in channels]] * factors
             content[f"{case}_steps"], content[f"{case}_counts"] = rounded(series)
             assert np.allclose(np.diff(data[::every, 0]), step, atol=1e-3)
-            if not case.startswith(("F2", "F5")):
+            if not case.startswith(("F2", "F5", "M4")):
                 waves = np.atleast_2d(np.genfromtxt(runs / f"waves/{case}.csv", delimiter=",", skip_header=1))
                 some = [1, 3, 4] if file == "offshore_runs" else [1, 3, 4, 5]
                 content[f"{case}_waves"] = waves[waves[:, 3] > 1e-6][:, some]
                 if file == "floating_runs":
                     content[f"{case}_waves"][:, 3] *= np.pi / 180.0
-        air = "" if file == "floating_wind_runs" else ", parked, no air"
+        air = "" if "wind" in file else ", parked, no air"
         about = f"OpenFAST v5.0.0, {deck}{air}; value = step * count, every {step:g} s; "
         about += "waves: frequency [rad/s], amplitude [m], phase [rad], direction [rad]"
         pack(file, about, **content)

@@ -38,8 +38,8 @@ Float = NDArray[np.float64]
 
 FINE, GROWTH, LONGEST = 0.4, 0.1, 2.0
 """[m] length of pieces at still water and mudline, their growth with the distance, and that of the longest."""
-TOP_MOTIONS = [0, 1, 3, 4]
-"""Surge, sway, roll and pitch of the top of the pile."""
+TOP_MOTIONS = [0, 1, 3, 4, 5]
+"""Surge, sway, roll, pitch and yaw of the top of the pile; heave is far stiffer."""
 KINDS = ("fore-aft", "side-side", "torsion")
 FREE = 1e-8
 """Stiffness of a free foot over the bending stiffness of the pile [1/m and 1/m^3]."""
@@ -69,13 +69,13 @@ def pile_beam(support: Support) -> Beam:
     K = np.zeros((len(z), 6, 6))
     for i, values in enumerate((shear, shear, s.elastic_modulus * area, EI, EI, 2.0 * s.shear_modulus * bending)):
         K[:, i, i] = values
-    mass, tilting = s.density * area, s.density * bending
+    mass, tilting, twisting = s.density * area, s.density * bending, 2.0 * s.density * bending
     for each in s.masses:
-        on = (inside > each.height - each.length) & (inside < each.height)
-        mass, tilting = mass + on * each.mass / each.length, tilting + on * each.inertia / each.length
+        on = ((inside > each.height - each.length) & (inside < each.height)) / each.length
+        mass, tilting, twisting = mass + on * each.mass, tilting + on * each.inertia, twisting + on * each.about_axis
     lateral = mass + carried(s, inside, outer, hole)
     M = np.zeros((len(z), 6, 6))
-    for i, values in enumerate((lateral, lateral, mass, tilting, tilting, 2.0 * tilting)):
+    for i, values in enumerate((lateral, lateral, mass, tilting, tilting, twisting)):
         M[:, i, i] = values
     keep = slice(1, -1)
     z = z[keep] - foot

@@ -22,9 +22,16 @@ class PointMass(Record):
     mass: float = Field(gt=0.0)
     """[kg]."""
     inertia: float = Field(default=0.0, ge=0.0)
-    """[kg m^2] about a horizontal axis through its centre; twice that about the vertical one."""
+    """[kg m^2] about a horizontal axis through its centre."""
+    yaw_inertia: float | None = Field(default=None, ge=0.0)
+    """[kg m^2] about the pile's axis; by default twice ``inertia``."""
     length: float = Field(default=0.5, gt=0.0)
     """[m] over which the mass is spread."""
+
+    @property
+    def about_axis(self) -> float:
+        """[kg m^2] about the pile's axis."""
+        return 2.0 * self.inertia if self.yaw_inertia is None else self.yaw_inertia
 
 
 class Growth(Record):

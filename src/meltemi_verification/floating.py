@@ -6,6 +6,7 @@ iea15mw-volturnus. The rotor is parked with blades at 90 degrees without air, or
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import distribution
 from pathlib import Path
@@ -38,7 +39,7 @@ from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.files import read_bts
 from meltemi_sea.given import ComponentSea
-from meltemi_verification.offshore import PARKED
+from meltemi_verification.offshore import AIR, PARKED
 from meltemi_verification.table import Comparison, Row, at_least, relative
 from meltemi_verification.turbulent import thinned
 
@@ -75,10 +76,6 @@ CASES = {
     "F4_Hs6Tp12": Float(begin=100.0),
     "F4_Hs6Tp12_qtf": Float(begin=100.0, drift="full"),
 }
-AIR = {
-    "inflow": "quasi_steady", "stall": "static", "axial_drag": True, "tangential_drag": True,
-    "advanced.chord_angle": "openfast",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -212,11 +209,7 @@ def wind_run(case: str, duration: float, folder: Path | None) -> Result:
         wind: Any = SteadyWind(speed=settings.wind)
     else:
         assert folder is not None
-        wind = read_bts(folder / "wind" / settings.wind)
-        _, frequency, _, amplitude, phase, direction = np.genfromtxt(
-            folder / f"waves/{case}.csv", delimiter=",", skip_header=1
-        ).T
-        sea = ComponentSea(frequency=frequency, amplitude=amplitude, phase=phase, direction=-np.radians(direction[0]))
+        wind, sea = read_bts(folder / "wind" / settings.wind), sea_of(folder, case)
     locked = ("drivetrain", "yaw", *(() if settings.rosco else ("generator",)))
     model = floating_model("none" if sea is None else "full", air=True, locked=locked)
     with TemporaryDirectory() as scratch:
@@ -225,6 +218,14 @@ def wind_run(case: str, duration: float, folder: Path | None) -> Result:
             model, wind, duration=duration, sea=sea, controller=rosco, start=start, channels=WIND_CHANNELS,
             output_step=STEP,
         )  # fmt: skip
+
+
+def sea_of(folder: Path, case: str) -> ComponentSea:
+    """The waves of a reference run."""
+    _, frequency, _, amplitude, phase, direction = np.genfromtxt(
+        folder / f"waves/{case}.csv", delimiter=",", skip_header=1
+    ).T
+    return ComponentSea(frequency=frequency, amplitude=amplitude, phase=phase, direction=-np.radians(direction[0]))
 
 
 def in_wind(folder: Path | None = None) -> Comparison:
@@ -240,25 +241,40 @@ def in_wind(folder: Path | None = None) -> Comparison:
             reference = data[f"{case}_counts"] * data[f"{case}_steps"]
         else:
             assert folder is not None
-            reference = full_series(folder / f"series/{case}.npz")
+            reference = full_series(folder / f"series/{case}.npz", WIND_CHANNELS, STEP)
         time = STEP * np.arange(float(len(reference)))
         ours = wind_run(case, float(time[-1]), folder)
         inside = time >= WIND_BEGIN - 1e-6
         for name, series in zip(WIND_CHANNELS, reference.T, strict=True):
-            x, y, channel = ours[name][: len(time)][inside], series[inside], ours.channel(name)
-            if y.std() <= 1e-6 * abs(y.mean()):
-                continue
-            rows.append(relative(f"{name} std", case, channel.unit, float(y.std()), float(x.std()), WIND_STD))
-            if (slope := usual_slope(channel)) and not name.startswith("Hydro"):
-                span = float(time[-1]) - WIND_BEGIN
-                theirs, found = (damage_equivalent_load(s, duration=span, slope=slope) for s in (y, x))
-                rows.append(relative(f"{name} DEL", case, channel.unit, theirs, found, WIND_DEL))
+            rows += spread(name, case, ours, series[inside], inside, STEP, (WIND_STD, WIND_DEL))
     source = "OpenFAST v5.0.0 with SeaState, HydroDyn, MoorDyn and ROSCO 2.10.6, the same wind and waves (F5, F6, F7)"
     return Comparison("floating wind", "IEA 15 MW on the VolturnUS-S in wind, under ROSCO", source, rows)
 
 
-def full_series(path: Path) -> Float64:
-    """(T, C) channels of a reference run with wind, in SI, every ``STEP``; zeros for those that it lacks.
+def spread(
+    name: str, case: str, ours: Result, reference: Float64, inside: NDArray[np.bool_], step: float,
+    bands: tuple[float, float],
+) -> list[Row]:  # fmt: skip
+    """Standard deviation and, of a load, equivalent load of a channel that varies.
+
+    Args:
+      reference: (T,) compared part of the series, every ``step`` [s].
+      inside: the part of ours.
+      bands: [%] of both.
+    """
+    y, channel = reference, ours.channel(name)
+    if y.std() <= 1e-6 * abs(y.mean()):
+        return []
+    x = ours[name][: len(inside)][inside]
+    rows = [relative(f"{name} std", case, channel.unit, float(y.std()), float(x.std()), bands[0])]
+    if (slope := usual_slope(channel)) and not name.startswith("Hydro"):
+        theirs, found = (damage_equivalent_load(s, duration=step * (len(y) - 1), slope=slope) for s in (y, x))
+        rows.append(relative(f"{name} DEL", case, channel.unit, theirs, found, bands[1]))
+    return rows
+
+
+def full_series(path: Path, channels: Sequence[str], step: float) -> Float64:
+    """(T, C) channels of a reference run with wind, in SI, every ``step`` [s]; zeros for those that it lacks.
 
     Raises:
       InputError: the file is missing.
@@ -267,9 +283,9 @@ def full_series(path: Path) -> Float64:
         raise InputError(f"--reference: {path} is missing")
     with np.load(path) as z:
         names, units, series = z["channels"].tolist(), z["units"].tolist(), z["data"].astype(float)
-    every = round(STEP / (series[1, 0] - series[0, 0]))
+    every = round(step / (series[1, 0] - series[0, 0]))
     known = {name: series[::every, i] * si_unit(units[i])[1] for i, name in enumerate(names)}
-    return np.stack([known.get(name, 0.0 * known["Time"]) for name in WIND_CHANNELS], axis=1)
+    return np.stack([known.get(name, 0.0 * known["Time"]) for name in channels], axis=1)
 
 
 def swings(time: Float64, x: Float64, period: float) -> tuple[float, float]:

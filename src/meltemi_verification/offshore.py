@@ -55,6 +55,15 @@ PARKED: dict[str, Any] = {
     "tower_drag": False,
 }
 """Degrees of freedom of the turbine as in the runs of OpenFAST without air."""
+AIR = {
+    "inflow": "quasi_steady", "stall": "static", "axial_drag": True, "tangential_drag": True,
+    "advanced.chord_angle": "openfast",
+}  # fmt: skip
+"""Aerodynamics of the runs of OpenFAST at sea."""
+YAW_INERTIA = 2.5e6 + 1e8
+"""[kg m^2] of the transition piece, and PtfmYIner, which the deck adds there to slow the pile's torsion."""
+RELEASED = {"tower 1st fore-aft": -0.37, "pile surge": -0.016, "pile pitch": np.radians(-0.0438)}
+"""[m], [rad] at the start of all runs."""
 
 
 @dataclass(frozen=True)
@@ -83,15 +92,24 @@ FREQUENCY_BAND, FORCE_BAND, PHASE_BAND, STD_BAND, CORRELATION = 0.3, 0.5, 1.0, 0
 """[%] of frequencies; [%] and [deg] of first harmonics in regular waves; [%] and [-] of an irregular sea."""
 
 
-def monopile_model(*, water: bool = True, **changes: Any) -> BladedModel:
-    """The turbine of the deck on its monopile, with degrees of freedom as in the runs of OpenFAST."""
+def monopile_model(*, water: bool = True, air: bool = False, **changes: Any) -> BladedModel:
+    """The turbine of the deck on its monopile, with degrees of freedom as in the runs of OpenFAST.
+
+    Args:
+      water: whether there is any.
+      air: with aerodynamics as there (set A with drag in the induction).
+      changes: of the options.
+    """
     turbine = read_openfast(Path(str(distribution("rosco").locate_file(DECK))))
     support = load_turbine("iea15mw-monopile").support
     assert support is not None
-    pile = support.replace(damping=0.0, **({} if water else {"flooded": None}))
-    options = ModelOptions(**PARKED | {"time_step": 0.005} | changes)
-    model = build(turbine.replace(foundation=None, support=pile), options, Environment(gravity=9.81))
-    still = {"aerodynamics.air_density": 0.0} | ({} if water else {"water.density": 0.0})
+    piece = support.masses[0].replace(yaw_inertia=YAW_INERTIA)
+    pile = support.replace(damping=0.0, masses=(piece,), **({} if water else {"flooded": None}))
+    nodes = {"blade_nodes": tuple(turbine.blade.aerodynamics.position.tolist()), **AIR} if air else {}
+    options = ModelOptions().replace(**PARKED | {"time_step": 0.005} | nodes | changes)
+    parts: dict[str, Any] = {"foundation": None, "support": pile, "pitch_actuator.kind": "ideal"}
+    model = build(turbine.replace(**parts), options, Environment(gravity=9.81))
+    still = ({} if air else {"aerodynamics.air_density": 0.0}) | ({} if water else {"water.density": 0.0})
     return model.with_parameters(**still)
 
 
@@ -100,7 +118,7 @@ def frequencies() -> Comparison:
     rows = []
     for where, values in FREQUENCIES.items():
         for shapes, band in (("given", FREQUENCY_BAND), ("computed", None)):
-            changes = {} if shapes == "given" else {"fore_aft_modes": 4, "side_side_modes": 4}
+            changes: dict[str, Any] = {} if shapes == "given" else {"fore_aft_modes": 4, "side_side_modes": 4}
             model = monopile_model(water=where == "water", mode_shapes=shapes, **changes)
             modes = natural_modes(model, 0.0, pitch=0.5 * np.pi)
             for name, reference in values.items():
@@ -125,14 +143,13 @@ def sea_run(case: str, duration: float, **changes: Any) -> Result:
     sea = ComponentSea(
         frequency=frequency, amplitude=amplitude, phase=angle, stretching=waves.stretching, current=current
     )
-    initial = {"tower 1st fore-aft": -0.37, "pile surge": -0.016, "pile pitch": np.radians(-0.0438)}
     return simulate(
         monopile_model(**changes),
         0.1,
         duration=duration,
         sea=sea,
         controller=ConstantController(),
-        start=Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates=initial),
+        start=Start(rotor_speed=0.0, pitch=0.5 * np.pi, coordinates=RELEASED),
         channels=CHANNELS,
         output_step=STEP,
     )

@@ -17,6 +17,7 @@ from meltemi_verification import (
     modes,
     momentum,
     offshore,
+    offshore_wind,
     parked,
     published,
     rigid,
@@ -76,6 +77,7 @@ FULL: tuple[Study, ...] = (
 OFFSHORE: tuple[Study, ...] = (
     Study(60.0, offshore.frequencies, "frequencies on the monopile", ("rosco", *WINDIO)),
     Study(30.0, offshore.waves, "monopile in waves", ("rosco", *WINDIO)),
+    Study(15.0, offshore_wind.steady, "monopile under ROSCO", ("rosco", *WINDIO)),
     Study(60.0, floating.floating, "floating platform", ("rosco",)),
     Study(40.0, floating.in_wind, "floating platform under ROSCO", ("rosco",)),
 )
@@ -98,7 +100,7 @@ def verification(
       measured: only the comparison with measured loads.
       at_sea: only the comparisons of turbines at sea.
       reference: folder with the series and wind boxes of the reference runs, for turbulence over ten minutes beside
-        the 45 s that come with the package, and for a stop in turbulence; with ``at_sea`` a floater in turbulence.
+        the 45 s that come with the package, and for a stop in turbulence; with ``at_sea`` for turbulence and sea.
       progress: called with the completed fraction.
       say: called at the start with what is skipped.
       done: called with each comparison as soon as it is made, with verdicts.
@@ -116,11 +118,15 @@ def verification(
     if reference is not None and at_sea:
         further = partial(floating.in_wind, reference / needed)
         studies = [s._replace(compare=further) if s.compare is floating.in_wind else s for s in studies]
+        windy = partial(offshore_wind.turbulent, reference / needed)
+        studies.insert(3, Study(10.0, windy, "monopile in turbulence", ("rosco", *WINDIO)))
     elif reference is not None:
         studies += [Study(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
         if (reference / "openfast_dlc").is_dir():
             studies.append(Study(2.0, partial(parked.turbulent, reference)))
         studies.append(Study(1.0, partial(stops.stops, reference)))
+    elif at_sea:
+        say("turbulence and sea under ROSCO: skipped, their wind boxes need --reference")
     absent = skipped({study.what: study.needs for study in studies if study.needs})
     for words in absent.values():
         say(words)

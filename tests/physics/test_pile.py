@@ -187,9 +187,24 @@ def test_given_shapes_on_static_shapes_of_the_pile(turbine: Turbine) -> None:
         top = member.modes.shape[:, -1, :3]
         mass = member.modes.mass_alone + 3.5e5 * top @ top.T
         first.append(scipy.linalg.eigh(member.modes.stiffness, mass, eigvals_only=True)[:2])
-    assert member.names[4:] == ("pile surge", "pile sway", "pile roll", "pile pitch")
+    assert member.names[4:] == ("pile surge", "pile sway", "pile roll", "pile pitch", "pile yaw")
     np.testing.assert_allclose(first[1], first[0], rtol=0.03)
     assert np.all(first[1] > first[0])  # fewer shapes are stiffer
+
+
+def test_a_mass_turns_with_the_pile_by_an_inertia_of_its_own(turbine: Turbine) -> None:
+    """The pile's static shape for yaw of its top carries it whole; twice the other inertia by default."""
+    shapes = {"fore_aft": [[1.0], [12.0, -16.0, 5.0]], "side_side": [[1.0], [12.0, -16.0, 5.0]]}
+    tower = turbine.replace(**{"tower.mode_shapes": shapes}).tower
+    layout, counts = points(np.linspace(0.0, tower.length, 11)), {"fore_aft": 2, "side_side": 2, "torsion": 0}
+    assert turbine.support is not None
+    piece = {"height": float(turbine.support.position[-1]), "mass": 1e5, "length": 0.1}
+    found = []
+    for own in ({}, {"inertia": 1e8}, {"inertia": 1e8, "yaw_inertia": 5e8}):
+        support = turbine.support.replace(masses=(piece | own,))
+        member = supported_tower(support, tower, counts, np.zeros((6, 6)), None, layout, given=True)
+        found.append(member.modes.mass_alone[-1, -1])
+    assert np.diff(found) == pytest.approx([2e8, 3e8], rel=0.01)
 
 
 def test_the_steel_of_the_pile_damps_alike_in_given_and_natural_shapes(turbine: Turbine) -> None:

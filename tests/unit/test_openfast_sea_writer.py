@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
@@ -110,6 +111,42 @@ def test_rayleigh_damping_is_that_of_the_first_mode(tmp_path: Path) -> None:
     assert damping(f"0.01  {of_stiffness}  RayleighDamp", kind=0) == 0.0
     with pytest.raises(InputError, match=r"SubDyn.dat: RayleighDamp: expected factors of mass and stiffness"):
         damping("0.01  RayleighDamp")
+
+
+def test_a_jacket_and_members_off_the_axis_are_refused(tmp_path: Path) -> None:
+    turbine = load(PILE)
+    main = written(turbine, tmp_path).main
+    sub, hydro = (main.with_name(f"{name}.dat") for name in ("SubDyn", "HydroDyn"))
+    good, remedy = sub.read_text(), "only upright monopiles are modelled; fixed_base=True (--fixed-base) clamps"
+
+    def refused(file: Path, old: str, new: str, words: str) -> None:
+        text = file.read_text()
+        assert old in text
+        file.write_text(text.replace(old, new, 1))
+        with pytest.raises(UnsupportedError, match=re.escape(f"{file}: {words}; {remedy}")):
+            read_deck(main, control_of=turbine)
+        assert read_deck(main, control_of=turbine, fixed_base=True).turbine.support is None
+        file.write_text(text)
+
+    def row(text: str, column: str, n: int) -> str:
+        lines = text.splitlines()
+        return lines[next(i for i, line in enumerate(lines) if line.split()[:1] == [column]) + 2 + n]
+
+    joint, member = row(good, "JointID", 2), row(good, "MemberID", 0)
+    words = joint.split()
+    moved = " ".join([words[0], "2.0", *words[2:]])
+    refused(sub, joint, moved, "JointXss, JointYss: joint 3 is 2 m off the axis of the lowest joint")
+    count = next(line for line in good.splitlines() if "NMembers" in line)
+    n = int(count.split()[0])
+    braced = good.replace(count, count.replace(str(n), str(n + 1), 1), 1).replace(member, f"{member}\n{member}", 1)
+    refused(sub, good, braced, f"NMembers: {n + 1} members between {n + 1} joints are not one pile")
+    joint = row(hydro.read_text(), "JointID", 1)
+    words = joint.split()
+    refused(
+        hydro, joint, " ".join([words[0], "2.0", *words[2:]]), "Jointxi, Jointyi: joints that are not above each other"
+    )
+    sub.write_text(good.replace("NPropSets ", "NPropSetsCyl ", 1))
+    assert read_deck(main, control_of=turbine).turbine.support is not None
 
 
 def test_coefficients_growth_and_springs_of_a_pile(tmp_path: Path) -> None:

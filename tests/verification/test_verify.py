@@ -117,6 +117,8 @@ def test_every_known_deviation_belongs_to_a_table() -> None:
         "parked stall",
         "parked turbulence*",
         "offshore waves",
+        "offshore wind",
+        "offshore turbulence",
         "floating",
         "floating wind",
     }

@@ -130,17 +130,22 @@ def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
     joints = _subdyn(file, "NJoints", {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"})
     wanted = {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
     members = _subdyn(file, "NMembers", wanted)
+    order = np.argsort(joints["z"], kind="stable")
+    height, foot = joints["z"][order], order[0]
+    off = np.hypot(joints["x"] - joints["x"][foot], joints["y"] - joints["y"][foot])
+    far, why = int(np.argmax(off)), ""
+    if off[far] > 0.01:
+        why = f"JointXss, JointYss: joint {joints['id'][far]:g} is {off[far]:.3g} m off the axis of the lowest joint"
+    elif len(members["a"]) != len(height) - 1 or np.any(np.diff(height) <= 0.0):
+        why = f"NMembers: {len(members['a'])} members between {len(height)} joints are not one pile"
+    if why:
+        raise UnsupportedError(
+            f"{file.path}: {why}; only upright monopiles are modelled; fixed_base=True (--fixed-base) clamps the tower "
+            "base instead"
+        )
     shear = "ShearG1" if file.has_word("ShearG1") else "ShearG"
     wanted = {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": shear, "density": "MatDens"}
     sets = _subdyn(file, "NPropSets", wanted)
-    order = np.argsort(joints["z"], kind="stable")
-    height = joints["z"][order]
-    upright = np.ptp(joints["x"]) < 0.01 and np.ptp(joints["y"]) < 0.01 and len(members["a"]) == len(height) - 1
-    if not upright or np.any(np.diff(height) <= 0.0):
-        raise UnsupportedError(
-            f"{file.path}: the substructure has {len(height)} joints and {len(members['a'])} members that are not one "
-            "upright pile; only monopiles are modelled, or a fixed base (fixed_base=True, --fixed-base)"
-        )
     joint_height = {int(j): float(z) for j, z in zip(joints["id"], joints["z"], strict=True)}
     which = {int(i): k for k, i in enumerate(sets["id"])}
     stations: list[tuple[float, int]] = []
@@ -160,7 +165,7 @@ def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
 
 
 def _subdyn(file: InputFile, count: str, wanted: dict[str, str]) -> dict[str, Float]:
-    return file.table(file.require([count], "a number of lines"), wanted)
+    return file.table(file.require([count, f"{count}Cyl"], "a number of lines"), wanted)
 
 
 def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
@@ -223,15 +228,18 @@ def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNot
             keep.append(i)
     found: dict[str, Any] = {"position": z[keep], "diameter": d[keep], "thickness": t[keep], "source": file.path.name}
     found |= {"elastic_modulus": at["E"][0], "shear_modulus": at["G"][0], "density": at["density"][0]}
-    masses = []
+    masses: list[tuple[float, ...]] = []
     if own.given("lumped_masses", 0):
-        lumps = _subdyn(file, "NCmass", {"id": "CMJointID", "mass": "JMass", "inertia": "JMXX"})
+        lumps = _subdyn(file, "NCmass", {"id": "CMJointID", "m": "JMass", "x": "JMXX", "z": "JMZZ"})
         joints = _subdyn(file, "NJoints", {"id": "JointID", "z": "JointZss"})
         heights = dict(zip(joints["id"], joints["z"], strict=True))
-        masses = [(heights.get(j, z[0]), m, i) for j, m, i in zip(*lumps.values(), strict=True)]
-    masses.append((z[-1], v.given("platform_mass", 0.0), v.given("platform_inertia_R", 0.0)))
+        masses = [(heights.get(joint, z[0]), *own) for joint, *own in zip(*lumps.values(), strict=True)]
+    about = v.given("platform_inertia_R", 0.0)
+    masses.append((z[-1], v.given("platform_mass", 0.0), about, 2.0 * about))
     found["masses"] = [
-        {"height": h, "mass": m, "inertia": max(i, 0.0)} for h, m, i in masses if m > 0.0 and h > z[0] + 0.5
+        {"height": h, "mass": m, "inertia": max(x, 0.0)} | ({} if twist == 2.0 * x else {"yaw_inertia": twist})
+        for h, m, x, twist in masses
+        if m > 0.0 and h > z[0] + 0.5
     ]
     if own.given("guyan_damping", 0) == 1:
         found["rayleigh"] = own.given("rayleigh", [])

@@ -155,9 +155,12 @@ class Water:
             raise InputError("WtrDpth: the depth of the water is needed, in the main file or in SeaState")
         if v.given("potential", 0):
             raise UnsupportedError(f"{file.path}: PotMod {v['potential']}: a pile has Morison's equation; set it to 0")
-        joints = self.table("NJoints", {"x": "Jointxi", "y": "Jointyi", "z": "Jointzi"})
+        joints = self.table("NJoints", {"x": "Jointxi", "y": "Jointyi"})
         if np.ptp(joints["x"]) > 0.01 or np.ptp(joints["y"]) > 0.01:
-            raise UnsupportedError(f"{file.path}: joints of HydroDyn are not above each other; a pile is upright")
+            raise UnsupportedError(
+                f"{file.path}: Jointxi, Jointyi: joints that are not above each other; only upright monopiles are "
+                "modelled; fixed_base=True (--fixed-base) clamps the tower base instead"
+            )
         which = self.table("NMembers", {"model": "MCoefMod" if file.has_word("MCoefMod") else "CoefMod"})
         model = int(which["model"][0])
         water: dict[str, Any] = {}

@@ -223,7 +223,7 @@ def pile_structure(
             for i, x in enumerate(joints)
         ),
         "masses": rows_of(
-            [joint, each.mass, each.inertia, each.inertia, 2.0 * each.inertia, *[0.0] * 6]
+            [joint, each.mass, each.inertia, each.inertia, each.about_axis, *[0.0] * 6]
             for joint, each in zip(near[len(pile.load_stations) :], pile.masses, strict=True)
         ),
         "outputs_of": rows_of([joint, 1, 1] for joint in outputs),
