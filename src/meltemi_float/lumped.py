@@ -16,14 +16,11 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Sym, Vec
 from meltemi.maths.records import Record, Single
 from meltemi.maths.rotations import angular_velocity, rotation
-from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, View, number, symmetric, xyz
+from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import begin_parts_step
 from meltemi_float.catenary import span
@@ -38,8 +35,6 @@ from meltemi_float.floater import (
 )
 from meltemi_float.floater import part_of as static_part
 from meltemi_float.mooring import NONE, dyad, hang_all, holds, inverse, is_held, line_of, pulls
-
-Float = NDArray[np.float64]
 
 THETA = 0.5
 """Weight of the end of a step: second order, without damping of its own (W-27)."""
@@ -74,20 +69,12 @@ class Elimination(Table, axes="line node"):
     right: Vectors = xyz("kg m/s", "reduced right-hand side")
 
 
-class Lump(Table, axes="line"):
-    """Constants of a line of points."""
-
-    damping: Numbers = number("N s", "axial damping force over rate of strain")
-    diameter: Numbers = number("m", "of the line, by which the bed carries it")
-
-
 class LumpedSystem(FloaterSystem):
     """A floating turbine on moving lines."""
 
     line_point: Single[LinePoint]
     line_state: Single[LineState]
     elimination: Single[Elimination]
-    lump: Single[Lump]
 
 
 @kernel
@@ -109,7 +96,7 @@ def segment(i: int, d: Vec, change: Vec, m: LumpedSystem) -> tuple[Vec, float, f
     length, size = m.line.length[i] / m.line_point.nodes, sqrt(dot(d, d))
     e = (1.0 / size) * d
     taut = max(m.line.stiffness[i] * (size / length - 1.0), 0.0)
-    return e, size, taut, taut + m.lump.damping[i] / length * dot(change, e)
+    return e, size, taut, taut + m.line.damping[i] / length * dot(change, e)
 
 
 @kernel
@@ -123,7 +110,7 @@ def halves(i: int, j: int, m: LumpedSystem) -> tuple[float, float, float, float,
         a * line.inertia[i] + b * line.inertia[j],
         a * line.axial_inertia[i] + b * line.axial_inertia[j],
         a * line.mass[i] + b * line.mass[j],
-        a * m.lump.diameter[i] + b * m.lump.diameter[j],
+        a * line.diameter[i] + b * line.diameter[j],
     )
 
 
@@ -152,7 +139,7 @@ def eliminate(first: int, h: float, theta: float, m: LumpedSystem) -> tuple[Sym,
             across = taut / size
             length = line.length[j] / n
             along = (line.stiffness[j] / length if taut > 0.0 else 0.0 * taut) - across
-            S = dyad(b * across, b * along + a * m.lump.damping[j] / length, e)
+            S = dyad(b * across, b * along + a * m.line.damping[j] / length, e)
         if i >= 0:
             other = i
             if not last:
@@ -400,17 +387,6 @@ class LumpedPart(FloaterPart):
         "line_point": LinePoint,
         "line_state": LineState,
     }
-    lump: Float
-    segments: int
-
-    def sizes(self) -> dict[str, int]:
-        """Lengths of the axes of the signals."""
-        return {**super().sizes(), "node": self.segments}
-
-    def arrays(self) -> dict[str, Any]:
-        """Constants of the platform and its lines, and still water."""
-        work = Elimination.zeros(line=self.sizes()["line"], node=self.segments)
-        return {**super().arrays(), "lump": self.lump.copy(), "elimination": work}
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
@@ -419,11 +395,9 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     Raises:
       InputError: as of :func:`meltemi_float.floater.part_of`.
     """
-    found, lines, n = static_part(turbine, options, rotor), turbine.platform.lines, turbine.platform.segments
-    if turbine.platform.line_model == "static":
-        return found
-    lump = Lump.zeros(line=len(lines))
-    v = View(Lump, lump)
-    v["damping"] = [x.damping_ratio * x.length / n * np.sqrt(x.stiffness * x.mass) for x in lines]
-    v["diameter"] = [x.diameter for x in lines]
-    return LumpedPart(**vars(found), lump=lump, segments=n)
+    part = static_part(turbine, options, rotor)
+    if part.platform.line_model == "static":
+        return part
+    sizes = part.sizes | {"node": part.platform.segments}
+    work = {"elimination": Elimination.zeros(line=sizes["line"], node=sizes["node"])}
+    return LumpedPart(sizes, part.constants | work, part.coefficients, part.platform)

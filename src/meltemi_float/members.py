@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 
 from meltemi.core.record import Record, Vector
 from meltemi_float.coefficients import Coefficients
-from meltemi_sea.airy import Components, profiles, wave_number
+from meltemi_sea.airy import profiles, wave_number
 from meltemi_sea.field import summed, times
 
 Float = NDArray[np.float64]
@@ -200,11 +200,6 @@ def _velocity(place: Float, frequency: Float, k: Float, direction: Float, depth:
     return np.stack([along * phase * x, along * phase * y, 1j * up * phase], axis=-1)
 
 
-def instants(waves: Components, duration: float, sums: bool) -> tuple[float, int, int | None]:
-    """As ``times``, for waves and, if wanted, the sums of their frequencies."""
-    return times(replace(waves, frequency=(1.0 + sums) * waves.frequency), duration)
-
-
 def flow_at(
     place: Float,
     sea: Any,
@@ -216,7 +211,7 @@ def flow_at(
 ) -> Float:
     """(T, 3 P) [m/s] velocity of waves and current at places (P, 3), at the times of the forces of the waves (W-20)."""
     waves = sea.components(depth, duration, gravity)
-    dt, count, total = instants(waves, duration, sums)
+    dt, count, total = times(waves, duration, sums)
     k = wave_number(waves.frequency, depth, gravity)
     there = place + np.array([*origin, 0.0])
     velocity = waves.amplitude[:, None] * _velocity(there, waves.frequency, k, waves.direction, depth)

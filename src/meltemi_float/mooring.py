@@ -48,6 +48,8 @@ class Line(Table, axes="line"):
     inertia: Numbers = number("kg/m", "mass with that of the water that moves with it across")
     axial_inertia: Numbers = number("kg/m", "the same along")
     on_bed: Numbers = number("-", "1 if it may lie on the sea bed, else 0")
+    damping: Numbers = number("N s", "axial damping force over rate of strain, of a moving line")
+    diameter: Numbers = number("m", "of the line, by which the bed carries it")
     reach: Numbers = number("m", "unstretched length of it and of the lines below it in its string")
 
 
