@@ -83,8 +83,8 @@ class FloaterSystem(System, Moorings):
       float_flow: (T, 3 P) velocity of the water at the strips.
       tower_air: (3, N) forces of the wind on the nodes of the tower, while loads are in the axes of the base.
       base_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
-      base_six: (4, 6) velocity in platform axes, load of the water, further load, position and then velocity against
-        the current.
+      base_six: (6, 6) velocity in platform axes, load of the water, further load, position, velocity against the
+        current, drag in platform axes.
     """
 
     floater: Floater
@@ -125,17 +125,11 @@ def column(k: int, m: FloaterSystem) -> tuple[Vec, Vec]:
 
 
 @kernel
-def orientation(m: FloaterSystem) -> Rot:
-    """Of the base."""
-    q, first = m.q, m.top_shape.modes - 3
-    return rotation(Vec(q[first], q[first + 1], q[first + 2]))
-
-
-@kernel
-def base_motion(R: Rot, m: FloaterSystem) -> None:
+def base_motion(m: FloaterSystem) -> None:
     """Position and velocity of the platform's point, and its partial velocities (W-7)."""
     p, first, q, v = m.platform, m.top_shape.modes - 6, m.q, m.v
     theta, rate = Vec(q[first + 3], q[first + 4], q[first + 5]), Vec(v[first + 3], v[first + 4], v[first + 5])
+    R = rotation(theta)
     down = Vec(0.0, 0.0, -m.structure.tower_base)
     arm, w, known = R @ down, angular_velocity(theta, rate), angular_acceleration(theta, rate)
     p.arm = arm
@@ -221,10 +215,10 @@ def base_column(m: FloaterSystem, R: Rot, k: int) -> tuple[Vec, Vec]:
 
 
 @kernel
-def tower_body(R: Rot, m: FloaterSystem) -> None:
+def tower_body(m: FloaterSystem) -> None:
     """Inertia and weight of the tower turn with its base, in place of what is linear in the angles (W-31, W-32)."""
     p, q, matrix, first = m.platform, m.q, m.tower_matrix, m.top_shape.modes - 6
-    gravity = m.structure.gravity
+    R, gravity = rotation(Vec(q[first + 3], q[first + 4], q[first + 5])), m.structure.gravity
     for i in range(first + 6):
         if i >= first:
             m.core_force[i] -= gravity * m.tower_weight[i]

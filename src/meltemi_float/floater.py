@@ -20,6 +20,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Rot, Sym, Vec
 from meltemi.maths.records import Record
+from meltemi.maths.rotations import rotation
 from meltemi.maths.tables import Table, View
 from meltemi.maths.vectors import cross, dot, turn
 from meltemi.numbers.dispatch import by_record
@@ -39,7 +40,6 @@ from meltemi_float.base import (
     base_motion,
     column,
     keep_six,
-    orientation,
     six,
     tower_body,
     turned_tower_loads,
@@ -59,7 +59,6 @@ from meltemi_float.mooring import (
     moved_string,
     pulls,
     settle,
-    silence,
     string_forces,
 )
 from meltemi_float.moorings import mooring_tables
@@ -97,27 +96,31 @@ def strip_drag(now: Instant, R: Rot, m: FloaterSystem) -> tuple[Vec, Vec]:
 
 
 @kernel
-def water_load(t: float, R: Rot, m: FloaterSystem) -> None:
+def water_load(t: float, m: FloaterSystem) -> None:
     """Loads of the water but for added mass, in the second row of ``base_six``; further ones in the third (W-8 to
     W-10)."""
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
     now = cubic(t, f.step, f.period)
-    a, i, angle = m.float_waves, now.row, p.angle
+    a, i, angle, first = m.float_waves, now.row, p.angle, m.top_shape.modes - 3
+    R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
     own, turning = R.T @ p.velocity, R.T @ p.spin
-    keep_six(3, p.displacement, angle, m)
     keep_six(0, own, turning, m)
+    keep_six(3, p.displacement, angle, m)
+    keep_six(4, own - R.T @ f.current, turning, m)
     p.elevation = now.a * a[i, 0] + now.b * a[i + 1, 0] + now.c * a[i + 2, 0] + now.d * a[i + 3, 0]
     for k in range(6):
         c = k + 1
         water = now.a * a[i, c] + now.b * a[i + 1, c] + now.c * a[i + 2, c] + now.d * a[i + 3, c]
         water -= p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2]
         water -= p.spin_bias.x * K[k, 3] + p.spin_bias.y * K[k, 4] + p.spin_bias.z * K[k, 5]
-        other = 0.0 * water
+        other, drag = 0.0 * water, 0.0 * water
         for j in range(6):
             other -= K[FURTHER + k, j] * x[3, j]
+            drag -= K[LINEAR + k, j] * x[0, j]
+            drag -= K[QUADRATIC + k, j] * (x[4, j] * abs(x[4, j]))
         for n in range(m.radiation.modes):
             water -= m.float_output[n, k] * m.radiation.real[n] - m.float_output[n, 6 + k] * m.radiation.imaginary[n]
-        x[1, k], x[2, k] = water, other
+        x[1, k], x[2, k], x[5, k] = water, other, drag
     # lift and moments of the water turn with the heading
     lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
     for j in range(2, 5):
@@ -126,17 +129,8 @@ def water_load(t: float, R: Rot, m: FloaterSystem) -> None:
     x[1, 2] += g * lift.x
     x[1, 3] += g * (cz * lift.y - sz * lift.z)
     x[1, 4] += g * (sz * lift.y + cz * lift.z)
-    keep_six(3, own - R.T @ f.current, turning, m)
-    drag, drag_moment = Vec(0.0 * t, 0.0 * t, 0.0 * t), Vec(0.0 * t, 0.0 * t, 0.0 * t)
-    for j in range(6):
-        s, s2 = x[0, j], x[3, j] * abs(x[3, j])
-        drag -= s * Vec(K[LINEAR, j], K[LINEAR + 1, j], K[LINEAR + 2, j])
-        drag -= s2 * Vec(K[QUADRATIC, j], K[QUADRATIC + 1, j], K[QUADRATIC + 2, j])
-        drag_moment -= s * Vec(K[LINEAR + 3, j], K[LINEAR + 4, j], K[LINEAR + 5, j])
-        drag_moment -= s2 * Vec(K[QUADRATIC + 3, j], K[QUADRATIC + 4, j], K[QUADRATIC + 5, j])
-    strips, strip_moment = strip_drag(now, R, m)
-    F, M = six(1, m)
-    keep_six(1, F + (R @ drag + strips), M + (R @ drag_moment + strip_moment), m)
+    (F, M), (own_drag, own_moment), (strips, strip_moment) = six(1, m), six(5, m), strip_drag(now, R, m)
+    keep_six(1, F + (R @ own_drag + strips), M + (R @ own_moment + strip_moment), m)
 
 
 @kernel
@@ -199,13 +193,12 @@ def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
     """Of a string in its static shape, with drag and inertia of its motion (W-12 to W-15)."""
     ends, load, n = m.line_end, m.line_load, m.line_order.foot[i]
     v = ends.velocity[i]
+    low = m.line.anchor[i] if n < 0 else m.point_state.place[n]
+    d = ends.upper[i] - low
+    e, across = string_forces(i, d, m)
     if n < 0:
-        d = ends.upper[i] - m.line.anchor[i]
-        e, across = string_forces(i, d, m)
         pull, M = moved_string(i, e, d, across, v, m)
     else:
-        d = ends.upper[i] - m.point_state.place[n]
-        e, across = string_forces(i, d, m)
         mass, drag = half_of(i, m)
         M = dyad(mass, 0.0, v)
         pull = ends.stiffness[i] @ (m.point_state.flexibility[n] @ m.point_state.load[n])
@@ -234,9 +227,10 @@ def settle_junctions(m: FloaterSystem) -> None:
 
 
 @kernel
-def mooring(R: Rot, m: FloaterSystem) -> None:
+def mooring(m: FloaterSystem) -> None:
     """Forces of the lines on the platform."""
-    p, order, ends = m.platform, m.line_order, m.line_end
+    p, order, ends, load, first = m.platform, m.line_order, m.line_end, m.line_load, m.top_shape.modes - 3
+    R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
     for i in range(order.lines):  # type: ignore[attr-defined]
         if order.head[i] == NONE:
             r = R @ m.line.fairlead[i]
@@ -248,14 +242,16 @@ def mooring(R: Rot, m: FloaterSystem) -> None:
         if order.head[i] == INNER:
             continue
         if not pulls(i, m):
-            silence(i, m)
+            k = i
+            while k >= 0:
+                load.fairlead[k], load.anchor[k] = 0.0, 0.0
+                k = order.below[k]
         elif order.head[i] == NONE:
             r = ends.upper[i] - p.displacement
             pull = line_pull(i, r, m)
             F += pull
             M += cross(r, pull)
-    p.mooring_force = F
-    p.mooring_moment = M
+    p.mooring_force, p.mooring_moment = F, M
 
 
 @outer_forces.variant
@@ -263,11 +259,11 @@ def mooring(R: Rot, m: FloaterSystem) -> None:
 def floater_forces(t: float, m: FloaterSystem) -> None:
     """Forces on the motions of the base, with inertia of the platform and added mass of the water (W-7)."""
     p, f, J, K, first = m.platform, m.floater, m.base_columns, m.float_matrices, m.top_shape.modes - 6
-    R = orientation(m)
-    base_motion(R, m)
-    tower_body(R, m)
-    water_load(t, R, m)
-    mooring(R, m)
+    base_motion(m)
+    tower_body(m)
+    water_load(t, m)
+    mooring(m)
+    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
     c = R @ f.centre
     own = turn(R, Sym(f.inertia.x, f.inertia.y, f.inertia.z, 0.0, 0.0, 0.0))
     w, known = p.spin, p.spin_bias
@@ -346,7 +342,7 @@ def floater_loads(m: FloaterSystem, s: Outputs) -> None:
                 total -= K[ADDED + i, j] * J[k, j] * m.a[first + k]
         x[0, i] = total
     p.force, p.moment = six(0, m)
-    R = orientation(m)
+    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
     base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
     p.tilt = atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
@@ -486,6 +482,6 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * strip.shape[1])),
         "tower_air": np.zeros((3, rotor.tower_flow.shape[1])),
         "base_columns": np.zeros((6, 6)),
-        "base_six": np.zeros((4, 6)),
+        "base_six": np.zeros((6, 6)),
     }
     return FloaterPart(sizes, constants, c, platform)

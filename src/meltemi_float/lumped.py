@@ -141,10 +141,7 @@ def eliminate(first: int, h: float, theta: float, m: LumpedSystem) -> tuple[Sym,
             along = (line.stiffness[j] / length if taut > 0.0 else 0.0 * taut) - across
             S = dyad(b * across, b * along + a * m.line.damping[j] / length, e)
         if i >= 0:
-            other = i
-            if not last:
-                other = j
-            cn, ca, heavy, light, mass, area = halves(i, other, m)
+            cn, ca, heavy, light, mass, area = halves(i, i if last else j, m)
             if last:
                 cn, ca, heavy, light, mass, area = 0.5 * cn, 0.5 * ca, 0.5 * heavy, 0.5 * light, 0.5 * mass, 0.5 * area
             way = up - low
@@ -254,9 +251,7 @@ def hang(m: LumpedSystem) -> None:
         H, V, leg = load.horizontal[i], load.vertical[i], m.line_order.foot[i] >= 0
         d = ends.upper[i] - ends.lower[i]
         across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
-        m.line_state.start[i] = m.line.anchor[i]
-        if leg:
-            m.line_state.start[i] = ends.upper[i]
+        m.line_state.start[i] = ends.upper[i] if leg else m.line.anchor[i]
         lying = on_bed * max(L - V / w, 0.0)
         for k in range(n):
             part = L * (k + 1.0) / n
@@ -268,9 +263,7 @@ def hang(m: LumpedSystem) -> None:
                 x, z = e.x, e.z
             s.position[i, k] = ends.lower[i] + Vec(x * d.x / across, x * d.y / across, z)
         # from one line to the next without a gap
-        s.position[i, n - 1] = ends.lower[i]
-        if not leg:
-            s.position[i, n - 1] = ends.upper[i]
+        s.position[i, n - 1] = ends.lower[i] if leg else ends.upper[i]
     for step in range(RELAXATIONS + 1):
         for i in range(m.line_order.lines):  # type: ignore[attr-defined]
             for k in range(n):
@@ -316,20 +309,15 @@ def follow(i: int, begun: float, speed: Vec, m: LumpedSystem) -> None:
 
 
 @kernel
-def first_segment(i: int, m: LumpedSystem) -> tuple[Vec, Vec]:
-    """Ends of the first segment of a line on the way to the last point of its string, and their rate, apart."""
+def ends_apart(i: int, k: int, m: LumpedSystem) -> tuple[Vec, Vec]:
+    """Ends of segment ``k`` of a line, counted on the way to the last point of its string, and their rate, apart."""
     s, x, j = m.line_point, m.line_state, m.line_order.back[i]
-    if j >= 0:
-        last = s.nodes - 1
-        return s.position[i, 0] - s.position[j, last], s.velocity[i, 0] - s.velocity[j, last]
-    return s.position[i, 0] - x.start[i], s.velocity[i, 0] - x.start_velocity[i]
-
-
-@kernel
-def last_segment(i: int, m: LumpedSystem) -> tuple[Vec, Vec]:
-    """The same of the last one."""
-    s, last = m.line_point, m.line_point.nodes - 1
-    return s.position[i, last] - s.position[i, last - 1], s.velocity[i, last] - s.velocity[i, last - 1]
+    low, v_low = x.start[i], x.start_velocity[i]
+    if k > 0:
+        low, v_low = s.position[i, k - 1], s.velocity[i, k - 1]
+    elif j >= 0:
+        low, v_low = s.position[j, s.nodes - 1], s.velocity[j, s.nodes - 1]
+    return s.position[i, k] - low, s.velocity[i, k] - v_low
 
 
 @settle_points.variant
@@ -340,9 +328,9 @@ def lumped_tensions(m: LumpedSystem) -> None:
     for i in range(m.line_state.lines):  # type: ignore[attr-defined]
         begun = m.line_state.begun[i]
         if begun > 0.0:
-            d, change = first_segment(i, m)
+            d, change = ends_apart(i, 0, m)
             lower = segment(i, d, change, m)[2]
-            d, change = last_segment(i, m)
+            d, change = ends_apart(i, m.line_point.nodes - 1, m)
             upper = segment(i, d, change, m)[2]
             if m.line_order.foot[i] >= 0:
                 lower, upper = upper, lower
@@ -360,9 +348,9 @@ def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
         return static_pull(i, r, m)
     p, line = m.platform, m.line
     half = 0.5 * line.length[i] / m.line_point.nodes
-    d, change = last_segment(i, m)
+    d, change = ends_apart(i, m.line_point.nodes - 1, m)
     if m.line_order.foot[i] >= 0:
-        d, change = first_segment(i, m)
+        d, change = ends_apart(i, 0, m)
         d, change = -d, -change
     e, _, _, T = segment(i, d, change, m)
     v = p.velocity + cross(p.spin, r)

@@ -141,12 +141,10 @@ def at_rest(members: Sequence[Member]) -> tuple[float, Float, Float]:
     x, y, z = centre = p.volume @ p.place / max(V, 1e-300)
     C = np.zeros((6, 6))
     for each in members:
-        rise = each.end[2] - each.start[2]
-        if each.start[2] * each.end[2] < 0.0:
-            s = -each.start[2] / rise
-            cut, d = each.start + s * (each.end - each.start), each.diameters
-            slope = float(np.linalg.norm(each.end - each.start)) / abs(rise)
-            radius = 0.5 * (d[0] + s * (d[1] - d[0]))
+        if each.start[2] * each.end[2] < 0.0 and (wet := _wet(each)):
+            top = int(each.end[2] > 0.0)
+            cut, radius = wet[top], 0.5 * wet[2][top]
+            slope = float(np.linalg.norm(each.end - each.start)) / abs(each.end[2] - each.start[2])
             A, own = np.pi * radius**2 * slope, 0.25 * np.pi * radius**4 * slope
             arm = np.array([1.0, cut[1], -cut[0]])
             C[2:5, 2:5] += A * np.outer(arm, arm) + np.diag([0.0, own, own])

@@ -178,31 +178,27 @@ def mooring_tables(
     v["damping"] = of_lines("damping_ratio") * v["length"] / segments * np.sqrt(v["stiffness"] * dry)
     junctions = set()
     for row in strings(lines, points):
-        first, last, reach, floats = row[0], row[-1], 0.0, False
-        head, foot = lines[first].fairlead, lines[last].anchor
-        o["head"][row[1:]] = INNER
+        head, foot = lines[row[0]].fairlead, lines[row[-1]].anchor
+        upper, lower = (number[end] if isinstance(end, str) else NONE for end in (head, foot))
+        o["head"][row[0]], o["head"][row[1:]], o["foot"][row] = upper, INNER, lower
+        junctions |= {upper, lower}
         ends = [number[end] for end in (lines[k].anchor for k in row[:-1]) if isinstance(end, str)]
         o["below"][row[:-1]], o["point"][row[:-1]] = row[1:], ends
-        if isinstance(head, str):
-            o["head"][first] = number[head]
-        if isinstance(foot, str):
-            o["foot"][row] = number[foot]
-        junctions |= {number[end] for end in (head, foot) if isinstance(end, str)}
         # on the way to the last point: from the anchor upwards, or from the platform down to a junction
         way = row if isinstance(foot, str) else row[::-1]
         o["start"][row], o["finish"][row] = way[0], way[-1]
         o["onward"][way[:-1]], o["back"][way[1:]] = way[1:], way[:-1]
         o["knot"][way[:-1]] = ends if isinstance(foot, str) else ends[::-1]
-        for k in reversed(row):
-            reach += lines[k].length
-            if isinstance(end := lines[k].anchor, str):
-                floats = floats or points[end].wet_mass(water_density) < 0.0
-            v["reach"][k] = reach
-            v["on_bed"][k] = 0.0 if isinstance(foot, str) or floats else foot[2] < -depth + ON_BED
-            if not isinstance(foot, str):
-                v["anchor"][:, k] = foot
-            if not isinstance(head, str):
-                v["fairlead"][:, k] = head
+        v["reach"][row] = np.cumsum(v["length"][row[::-1]])[::-1]
+        if not isinstance(head, str):
+            v["fairlead"][:, row] = head[:, None]
+        if not isinstance(foot, str):
+            v["anchor"][:, row] = foot[:, None]
+            clear = foot[2] >= -depth + ON_BED
+            for k in reversed(row):
+                if isinstance(end := lines[k].anchor, str):
+                    clear = clear or points[end].wet_mass(water_density) < 0.0
+                v["on_bed"][k] = not clear
     point = FreePoint.zeros(point=len(points))
     v = View(FreePoint, point)
     v["mass"] = [each.wet_mass(water_density) for each in points.values()]
