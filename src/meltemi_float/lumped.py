@@ -309,15 +309,20 @@ def follow(i: int, begun: float, speed: Vec, m: LumpedSystem) -> None:
 
 
 @kernel
-def ends_apart(i: int, k: int, m: LumpedSystem) -> tuple[Vec, Vec]:
-    """Ends of segment ``k`` of a line, counted on the way to the last point of its string, and their rate, apart."""
+def first_segment(i: int, m: LumpedSystem) -> tuple[Vec, Vec]:
+    """Ends of the first segment of a line on the way to the last point of its string, and their rate, apart."""
     s, x, j = m.line_point, m.line_state, m.line_order.back[i]
-    low, v_low = x.start[i], x.start_velocity[i]
-    if k > 0:
-        low, v_low = s.position[i, k - 1], s.velocity[i, k - 1]
-    elif j >= 0:
-        low, v_low = s.position[j, s.nodes - 1], s.velocity[j, s.nodes - 1]
-    return s.position[i, k] - low, s.velocity[i, k] - v_low
+    if j >= 0:
+        last = s.nodes - 1
+        return s.position[i, 0] - s.position[j, last], s.velocity[i, 0] - s.velocity[j, last]
+    return s.position[i, 0] - x.start[i], s.velocity[i, 0] - x.start_velocity[i]
+
+
+@kernel
+def last_segment(i: int, m: LumpedSystem) -> tuple[Vec, Vec]:
+    """The same of the last one."""
+    s, last = m.line_point, m.line_point.nodes - 1
+    return s.position[i, last] - s.position[i, last - 1], s.velocity[i, last] - s.velocity[i, last - 1]
 
 
 @settle_points.variant
@@ -328,9 +333,9 @@ def lumped_tensions(m: LumpedSystem) -> None:
     for i in range(m.line_state.lines):  # type: ignore[attr-defined]
         begun = m.line_state.begun[i]
         if begun > 0.0:
-            d, change = ends_apart(i, 0, m)
+            d, change = first_segment(i, m)
             lower = segment(i, d, change, m)[2]
-            d, change = ends_apart(i, m.line_point.nodes - 1, m)
+            d, change = last_segment(i, m)
             upper = segment(i, d, change, m)[2]
             if m.line_order.foot[i] >= 0:
                 lower, upper = upper, lower
@@ -348,9 +353,9 @@ def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
         return static_pull(i, r, m)
     p, line = m.platform, m.line
     half = 0.5 * line.length[i] / m.line_point.nodes
-    d, change = ends_apart(i, m.line_point.nodes - 1, m)
+    d, change = last_segment(i, m)
     if m.line_order.foot[i] >= 0:
-        d, change = ends_apart(i, 0, m)
+        d, change = first_segment(i, m)
         d, change = -d, -change
     e, _, _, T = segment(i, d, change, m)
     v = p.velocity + cross(p.spin, r)
