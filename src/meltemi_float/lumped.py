@@ -23,10 +23,10 @@ from meltemi.maths.rotations import angular_velocity, rotation
 from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import begin_parts_step
+from meltemi_float.base import FloaterSystem
 from meltemi_float.catenary import span
 from meltemi_float.floater import (
     FloaterPart,
-    FloaterSystem,
     add_mass,
     line_pull,
     settle_junctions,
