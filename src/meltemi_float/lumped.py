@@ -25,14 +25,7 @@ from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import begin_parts_step
 from meltemi_float.base import FloaterSystem
 from meltemi_float.catenary import span
-from meltemi_float.floater import (
-    FloaterPart,
-    add_mass,
-    line_pull,
-    settle_junctions,
-    settle_points,
-    static_pull,
-)
+from meltemi_float.floater import FloaterPart, add_mass, line_pull, settle_junctions, settle_points, static_pull
 from meltemi_float.floater import part_of as static_part
 from meltemi_float.mooring import NONE, dyad, hang_all, holds, inverse, is_held, line_of, pulls
 
