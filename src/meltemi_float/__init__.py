@@ -3,4 +3,5 @@
 The public name is in ``meltemi.turbine`` (platform).
 """
 
-KERNELS = ("floater.py", "catenary.py", "lumped.py", "mooring.py")
+FEATURE = "the floating platform"
+KERNELS = ("base.py", "floater.py", "catenary.py", "lumped.py", "mooring.py")

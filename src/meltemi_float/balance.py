@@ -104,10 +104,10 @@ def turbine_weight(turbine: Any) -> tuple[float, float]:
     share = weights[:, 0] * tower.at(z, "mass")[:, 0, 0]
     s, along = blade.pieces(blade.position[[0, -1]])
     rotor = turbine.hub.mass + turbine.n_blades * float(along[:, 0] @ blade.at(s, "mass")[:, 0, 0])
-    base = turbine.tower.base_height
-    top = base + float(turbine.tower.position[-1])
+    base, fixed = turbine.tower.base_height, turbine.tower.top_mass
+    top = base + turbine.tower.length
     moment = float(share @ (base + z)) + nacelle.mass * (top + nacelle.mass_centre[2]) + rotor * turbine.hub_height
-    return float(share.sum()) + nacelle.mass + rotor, moment
+    return float(share.sum()) + nacelle.mass + rotor + fixed, moment + fixed * top
 
 
 def lines_load(platform: Platform, motion: Float) -> Float:

@@ -74,16 +74,13 @@ def read_coefficients(name: str) -> Coefficients:
     try:
         with np.load(path, allow_pickle=False) as data:
             names = [f.name for f in fields(Coefficients) if f.name in data or not f.name.startswith("sums")]
-            found: dict[str, Any] = {name: np.asarray(data[name], dtype=_kind(data[name])) for name in names}
+            single: dict[str, Any] = {name: data[name] for name in names}
+            found = {name: a.astype(np.result_type(a.dtype, np.float64)) for name, a in single.items()}
             if found["drift"].ndim == 3:  # files of one heading, or none
                 found["drift"] = found["drift"][None][: len(found["drift_heading"])]
             return Coefficients(**found)
     except (KeyError, ValueError, OSError) as error:
         raise InputError(f"{path}: not a file of coefficients: {error}") from None
-
-
-def _kind(array: Float) -> type:
-    return np.complex128 if np.iscomplexobj(array) else np.float64
 
 
 def write_coefficients(coefficients: Coefficients, path: Path) -> None:
@@ -99,30 +96,28 @@ def read_wamit(path: Path) -> Coefficients:
     Raises:
       InputError: a file is missing or is not one of WAMIT's.
     """
-    radiation, waves, rest = (_table(path, end, least) for end, least in ((".1", 4), (".3", 7), (".hst", 3)))
-    hydrostatic = np.zeros((6, 6))
-    i, j = _modes(rest[:, :2], path, ".hst").T
-    hydrostatic[i, j] = rest[:, 2]
+    radiation, (i, j) = _table(path, ".1", 4, slice(1, 3))
+    waves, (k,) = _table(path, ".3", 7, slice(2, 3))
+    rest, stiff = _table(path, ".hst", 3, slice(0, 2))
+    infinite, hydrostatic = np.zeros((6, 6)), np.zeros((6, 6))
+    hydrostatic[*stiff] = rest[:, 2]
     # period -1 is zero frequency, 0 infinite frequency: no damping there
-    finite = radiation[radiation[:, 0] > 0.0]
-    period, where = np.unique(finite[:, 0], return_inverse=True)
-    added, damping = np.zeros((len(period), 6, 6)), np.zeros((len(period), 6, 6))
-    i, j = _modes(finite[:, 1:3], path, ".1").T
-    added[where, i, j], damping[where, i, j] = finite[:, 3], finite[:, 4]
-    frequency = 2.0 * np.pi / period
-    damping *= frequency[:, None, None]
-    limit = radiation[radiation[:, 0] == 0.0]
-    if not len(limit):
+    finite, limit = radiation[:, 0] > 0.0, radiation[:, 0] == 0.0
+    if not limit.any():
         raise InputError(f"{path}.1: no rows of period 0, the added mass at infinite frequency; let WAMIT compute them")
-    infinite = np.zeros((6, 6))
-    i, j = _modes(limit[:, 1:3], path, ".1").T
-    infinite[i, j] = limit[:, 3]
+    infinite[i[limit], j[limit]] = radiation[limit, 3]
+    period, where = np.unique(radiation[finite, 0], return_inverse=True)
+    frequency = 2.0 * np.pi / period
+    added, damping = np.zeros((2, len(period), 6, 6))
+    added[where, i[finite], j[finite]] = radiation[finite, 3]
+    damping[where, i[finite], j[finite]] = radiation[finite, 4]
+    damping *= frequency[:, None, None]
     periods, at = np.unique(waves[:, 0], return_inverse=True)
     if len(periods) != len(period) or not np.allclose(periods, period, rtol=1e-5):
         raise InputError(f"{path}.3: its periods are not those of {path.name}.1; the files do not belong together")
     heading, along = np.unique(waves[:, 1], return_inverse=True)
     excitation = np.zeros((len(period), len(heading), 6), dtype=np.complex128)
-    excitation[at, along, _modes(waves[:, 2:3], path, ".3")[:, 0]] = waves[:, 5] + 1j * waves[:, 6]
+    excitation[at, along, k] = waves[:, 5] + 1j * waves[:, 6]
     back = slice(None, None, -1)  # by rising frequency
     return Coefficients(
         frequency[back], added[back], damping[back], infinite, heading, excitation[back], hydrostatic,
@@ -135,20 +130,21 @@ def _pairs(path: Path, end: str, sign: float) -> tuple[Float, Complex, Float]:
     one; by exchange of the waves forces are conjugate (sign -1) or equal (1)."""
     if not path.with_name(path.name + end).is_file():
         return NONE, NO_FORCE, NONE
-    q = _table(path, end, 9)
-    q = q[q[:, 2] == q[:, 3]]
+    q, (k,) = _table(path, end, 9, slice(4, 5))
+    one = q[:, 2] == q[:, 3]
+    q, k = q[one], k[one]
     period, place = np.unique(q[:, :2], return_inverse=True)
     heading, h = np.unique(q[:, 2], return_inverse=True)
     a, b = len(period) - 1 - place.reshape(-1, 2).T  # by rising frequency
-    k = _modes(q[:, 4:5], path, end)[:, 0]
     force = np.zeros((len(heading), len(period), len(period), 6), dtype=np.complex128)
     force[h, b, a, k] = q[:, 7] + sign * 1j * q[:, 8]
     force[h, a, b, k] = q[:, 7] + 1j * q[:, 8]
     return 2.0 * np.pi / period[::-1], force, heading
 
 
-def _table(path: Path, end: str, least: int) -> Float:
-    """(N, C) numbers of a file; lines of text are skipped, rows without the last columns have zeros there."""
+def _table(path: Path, end: str, least: int, modes: slice) -> tuple[Float, NDArray[np.int64]]:
+    """(N, C) numbers of a file, and (M, N) modes of some columns, counted from 0; lines of text are skipped, rows with
+    fewer columns have zeros there."""
     name = path.with_name(path.name + end)
     rows = []
     for line in bytes_of(name, LARGEST).decode("latin-1").splitlines():
@@ -160,14 +156,8 @@ def _table(path: Path, end: str, least: int) -> Float:
     if not rows:
         raise InputError(f"{name}: expected at least {least} numbers in a row, found none; is it a file of WAMIT?")
     width = max(map(len, rows))
-    return np.array([row + [0.0] * (width - len(row)) for row in rows])
-
-
-def _modes(columns: Float, path: Path, end: str) -> NDArray[np.int64]:
-    """Modes counted from 0."""
-    found = columns.astype(np.int64) - 1
+    table = np.array([row + [0.0] * (width - len(row)) for row in rows])
+    found = table[:, modes].T.astype(np.int64) - 1
     if found.min() < 0 or found.max() > 5:
-        raise InputError(
-            f"{path}{end}: modes must be from 1 to 6 (one body), found {found.min() + 1} to {found.max() + 1}"
-        )
-    return found
+        raise InputError(f"{name}: modes must be from 1 to 6 (one body), found {found.min() + 1} to {found.max() + 1}")
+    return table, found

@@ -56,19 +56,12 @@ def rao(
     folder_for(out)
     files = [write_columns(out / f"rao_{label}.csv", *columns(found, coherence)) for label, found, coherence in both]
     files.append(save(plot_operators(turbine, both), out / "rao.png"))
-    head = [
-        "period [s]",
-        *(f"{c.removeprefix('platform_')} [{u}/m]" for c, (u, _) in zip(linear.channels, linear.shown, strict=True)),
-    ]
-    rows = []
-    for period in LISTED:
-        at = 2.0 * np.pi / period
-        sizes = [
-            np.interp(at, linear.frequency, np.abs(v)) * f
-            for v, (_, f) in zip(linear.value.T, linear.shown, strict=True)
-        ]
-        rows.append([f"{period:g}", *(f"{size:.4g}" for size in sizes)])
-    print_table(f"{turbine}, linear", head, rows)
+    head, table = ["period [s]"], [[f"{period:g}" for period in LISTED]]
+    for channel, value, (unit, factor) in zip(linear.channels, linear.value.T, linear.shown, strict=True):
+        sizes = factor * np.interp(2.0 * np.pi / np.array(LISTED), linear.frequency, np.abs(value))
+        head.append(f"{channel.removeprefix('platform_')} [{unit}/m]")
+        table.append([f"{size:.4g}" for size in sizes])
+    print_table(f"{turbine}, linear", head, [[*row] for row in zip(*table, strict=True)])
     wrote(*files)
     suggest("run", turbine, "--wind-speed", wind_speed or 12, "--sea", "3,9", "--out", out)
 

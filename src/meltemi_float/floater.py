@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import atan2, cos, exp, sin, sqrt
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,19 +19,31 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Rot, Sym, Vec
-from meltemi.maths.records import Array2, Constant, Record, Single
-from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
-from meltemi.maths.tables import Numbers, Table, Vectors, View, number, xyz
+from meltemi.maths.records import Record
+from meltemi.maths.rotations import rotation
+from meltemi.maths.tables import Table, View
 from meltemi.maths.vectors import cross, dot, turn
 from meltemi.numbers.dispatch import by_record
 from meltemi.simulation.channels import Channel, channels_of_group
 from meltemi.simulation.parts import ParameterTables, Part, StateRows
 from meltemi.simulation.step import begin_parts_step, outer_forces, outer_section_loads, part_rates
-from meltemi.simulation.system import Outputs, System
-from meltemi.structure.dynamics import MASS, WEIGHT, inertia_about
-from meltemi.structure.kinematics import tower_top
-from meltemi.structure.section_loads import tower_loads
+from meltemi.simulation.system import Outputs
+from meltemi.structure.dynamics import inertia_about
+from meltemi.turbine.definition import BaseMotion
 from meltemi_float.balance import check_balance, check_reach
+from meltemi_float.base import (
+    Floater,
+    FloaterSystem,
+    PlatformState,
+    RadiationState,
+    Strip,
+    base_motion,
+    column,
+    keep_six,
+    six,
+    tower_body,
+    turned_tower_loads,
+)
 from meltemi_float.coefficients import Coefficients, read_coefficients
 from meltemi_float.members import flow_at, pieces, with_members
 from meltemi_float.mooring import (
@@ -39,7 +51,6 @@ from meltemi_float.mooring import (
     NONE,
     Line,
     LineLoad,
-    Moorings,
     PointState,
     dyad,
     half_of,
@@ -48,229 +59,20 @@ from meltemi_float.mooring import (
     moved_string,
     pulls,
     settle,
-    silence,
     string_forces,
 )
 from meltemi_float.moorings import mooring_tables
 from meltemi_float.platform import Platform
-from meltemi_float.radiation import Radiation, fit_radiation
+from meltemi_float.radiation import fit_radiation
 from meltemi_float.waves import mean_drift, wave_forces
 from meltemi_sea.airy import GRAVITY
 from meltemi_sea.field import AHEAD, BEHIND
 from meltemi_sea.pile import Instant, cubic
 
 Float = NDArray[np.float64]
-FEATURE = "the floating platform"
-
-
-class Floater(Table):
-    """Constants of the platform."""
-
-    mass: float = number("kg", "of the platform with ballast")
-    centre: Vec = xyz("m", "of mass, from the platform's point")
-    inertia: Vec = xyz("kg m^2", "about the centre of mass")
-    displaced: float = number("kg", "of water at rest")
-    buoyancy_x: float = number("m", "x of its centre")
-    buoyancy_y: float = number("m", "y of its centre")
-    step: float = number("s", "between the samples of the waves")
-    period: float = number("s", "after which the waves repeat")
-    bed: float = number("m", "height of the sea bed")
-    current: Vec = xyz("m/s", "velocity of the water at the height of the centre of mass, without waves")
-
-
-class RadiationState(Table, axes="mode"):
-    """Memory of radiated waves: complex amplitudes of decaying oscillations."""
-
-    real: Numbers = number("m", "state: real part")
-    imaginary: Numbers = number("m", "state: imaginary part")
-
-
-class Strip(Table, axes="strip"):
-    """Constants of the pieces of members that have drag."""
-
-    place: Vectors = xyz("m", "on the platform")
-    axis: Vectors = xyz("-", "of the member")
-    drag: Numbers = number("kg/m", "force across over velocity squared")
-    plate: Numbers = number("kg/m", "force along over velocity squared")
-
-
-class PlatformState(Table):
-    """Motion of the platform's point, and loads about it."""
-
-    elevation: float = number("m", "of the surface at the origin")
-    displacement: Vec = xyz("m", "of the platform's point")
-    angle: Vec = xyz("rad", "roll, pitch, yaw: rotations about x, then y, then z")
-    velocity: Vec = xyz("m/s", "of the platform's point")
-    spin: Vec = xyz("rad/s", "angular velocity")
-    arm: Vec = xyz("m", "from the tower base to the platform's point")
-    bias: Vec = xyz("m/s^2", "acceleration of the point without that of coordinates")
-    spin_bias: Vec = xyz("rad/s^2", "angular acceleration without that of coordinates")
-    force: Vec = xyz("N", "of the water: buoyancy, waves, radiation with added mass, drag")
-    moment: Vec = xyz("N m", "of the water about the platform's point")
-    mooring_force: Vec = xyz("N", "of the lines")
-    mooring_moment: Vec = xyz("N m", "of the lines about the platform's point")
-    offset: float = number("m", "horizontal distance of the point from its place at rest")
-    tilt: float = number("rad", "of the platform's vertical axis")
-
-
-class FloaterSystem(System, Moorings):
-    """A floating turbine.
-
-    Attributes:
-      float_matrices: (5, 6, 6) as rows of (30, 6): added mass, stiffness of the water, further stiffness, linear and
-        quadratic damping; that of the water over gravity.
-      float_waves: (T, 7) elevation, and forces and moments of the waves.
-      float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
-      float_flow: (T, 3 P) velocity of the water at the strips.
-      tower_air: (3, N) forces of the wind on the nodes of the tower, while loads are in the axes of the base.
-      base_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
-      base_six: (4, 6) velocity in platform axes, load of the water, further load, position and
-        then velocity against the current.
-    """
-
-    floater: Floater
-    platform: PlatformState
-    radiation: Single[RadiationState]
-    d_radiation: Single[RadiationState]
-    strip: Single[Strip]
-    float_flow: Constant[Array2]
-    float_matrices: Constant[Array2]
-    float_waves: Constant[Array2]
-    float_pole: Constant[Array2]
-    float_input: Constant[Array2]
-    float_output: Constant[Array2]
-    tower_air: Array2
-    base_columns: Array2
-    base_six: Array2
-
-
+MOTIONS = tuple(f"platform_{motion}" for motion in get_args(BaseMotion))
 ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
 """First rows of the matrices."""
-
-
-@kernel
-def base_motion(m: FloaterSystem) -> None:
-    """Position and velocity of the platform's point, and its partial velocities (W-7)."""
-    p, first, q, v = m.platform, m.top_shape.modes - 6, m.q, m.v
-    theta, rate = Vec(q[first + 3], q[first + 4], q[first + 5]), Vec(v[first + 3], v[first + 4], v[first + 5])
-    R = rotation(theta)
-    down = Vec(0.0, 0.0, -m.structure.tower_base)
-    arm, w, known = R @ down, angular_velocity(theta, rate), angular_acceleration(theta, rate)
-    p.arm = arm
-    p.displacement = Vec(q[first], q[first + 1], q[first + 2]) + arm - down
-    p.angle = Vec(atan2(R.zy, R.zz), atan2(-R.zx, sqrt(R.xx * R.xx + R.yx * R.yx)), atan2(R.yx, R.xx))
-    p.velocity = Vec(v[first], v[first + 1], v[first + 2]) + cross(w, arm)
-    p.spin = w
-    p.bias = cross(known, arm) + cross(w, cross(w, arm))
-    p.spin_bias = known
-    J = m.base_columns
-    for k in range(6):
-        e = Vec(1.0 * (k % 3 == 0), 1.0 * (k % 3 == 1), 1.0 * (k % 3 == 2))
-        T, W = e, 0.0 * e
-        if k >= 3:
-            W = angular_velocity(theta, e)
-            T = cross(W, arm)
-        J[k, 0], J[k, 1], J[k, 2] = T.x, T.y, T.z
-        J[k, 3], J[k, 4], J[k, 5] = W.x, W.y, W.z
-
-
-@tower_top.variant
-@kernel
-def floating_top(m: FloaterSystem) -> None:
-    """Motion of the tower top: modes of the tower, turned with its base (W-30)."""
-    q, v, top, machine, C, first = m.q, m.v, m.top_shape, m.machine, m.columns, m.top_shape.modes - 6
-    turned, turning = Vec(q[first + 3], q[first + 4], q[first + 5]), Vec(v[first + 3], v[first + 4], v[first + 5])
-    R, w, known = rotation(turned), angular_velocity(turned, turning), angular_acceleration(turned, turning)
-    nothing = Vec(0.0, 0.0, 0.0)
-    u, du, bias, theta, rate = nothing, nothing, nothing, nothing, nothing
-    for k in range(first):
-        z, zd = nothing, nothing
-        for j in range(first):
-            Z = Vec(m.top_second[0, k, j], m.top_second[1, k, j], m.top_second[2, k, j])
-            z += q[j] * Z
-            zd += v[j] * Z
-        phi, psi = top.displacement[k], top.rotation[k]
-        C.linear[k] = R @ (phi + z)
-        u += q[k] * (phi + 0.5 * z)
-        du += v[k] * (phi + z)
-        bias += v[k] * zd
-        theta += q[k] * psi
-        rate += v[k] * psi
-    for k in range(first):
-        C.angular[k] = R @ angular_velocity(theta, top.rotation[k])
-    r, du = R @ (u + Vec(0.0, 0.0, m.structure.tower_length)), R @ du
-    for k in range(6):
-        e = Vec(1.0 * (k % 3 == 0), 1.0 * (k % 3 == 1), 1.0 * (k % 3 == 2))
-        W = nothing if k < 3 else angular_velocity(turned, e)
-        C.linear[first + k] = e if k < 3 else cross(W, r)
-        C.angular[first + k] = W
-    own = R @ angular_velocity(theta, rate)
-    machine.top_position = Vec(q[first], q[first + 1], q[first + 2] + m.structure.tower_base) + r
-    machine.top_velocity = Vec(v[first], v[first + 1], v[first + 2]) + cross(w, r) + du
-    machine.top_acceleration = cross(known, r) + cross(w, cross(w, r) + 2.0 * du) + R @ bias
-    machine.top_spin = w + own
-    machine.top_spin_rate = known + cross(w, own) + R @ angular_acceleration(theta, rate)
-    machine.top = R @ rotation(theta)
-
-
-@kernel
-def momentum(m: FloaterSystem, k: int) -> tuple[Vec, Vec]:
-    """Linear and angular momentum [kg, kg m, kg m^2] of the tower about its base by unit rate of a coordinate, axes of
-    the base."""
-    M, b = m.tower_matrix, m.top_shape.modes - 6
-    linear = Vec(M[MASS, b, k], M[MASS, b + 1, k], M[MASS, b + 2, k])
-    return linear, Vec(M[MASS, b + 3, k], M[MASS, b + 4, k], M[MASS, b + 5, k])
-
-
-@kernel
-def momentum_of(m: FloaterSystem, v: Vec, w: Vec) -> tuple[Vec, Vec]:
-    """The same for a base that moves with ``v`` and ``w``."""
-    b = m.top_shape.modes - 6
-    mass, arm = m.tower_matrix[MASS, b, b], Vec(0.0, 0.0, m.tower_matrix[MASS, b, b + 4])
-    (px, hx), (py, hy), (pz, hz) = momentum(m, b + 3), momentum(m, b + 4), momentum(m, b + 5)
-    return mass * v + w.x * px + w.y * py + w.z * pz, cross(arm, v) + w.x * hx + w.y * hy + w.z * hz
-
-
-@kernel
-def base_column(m: FloaterSystem, R: Rot, k: int) -> tuple[Vec, Vec]:
-    """Velocity and angular velocity of the base by unit rate of its motion ``k``, in its own axes."""
-    J = m.base_columns
-    e = Vec(1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2))
-    return R.T @ e, R.T @ Vec(J[k, 3], J[k, 4], J[k, 5])
-
-
-@kernel
-def tower_body(m: FloaterSystem) -> None:
-    """Inertia and weight of the tower turn with its base, in place of what is linear in the angles (W-31, W-32)."""
-    p, q, matrix, first = m.platform, m.q, m.tower_matrix, m.top_shape.modes - 6
-    R, gravity = rotation(Vec(q[first + 3], q[first + 4], q[first + 5])), m.structure.gravity
-    for i in range(first + 6):
-        if i >= first:
-            m.core_force[i] -= gravity * m.tower_weight[i]
-        for j in range(first + 6):
-            if max(i, j) >= first:
-                m.core_force[i] += gravity * matrix[WEIGHT, i, j] * q[j]
-                if j <= i:
-                    m.core_mass[i, j] -= matrix[MASS, i, j]
-    g, w, known = R.T @ Vec(0.0, 0.0, -gravity), R.T @ p.spin, R.T @ p.spin_bias
-    mass, s, flow = matrix[MASS, first, first], Vec(0.0, 0.0, matrix[MASS, first, first + 4]), 0.0 * g
-    for k in range(first):
-        P, H = momentum(m, k)
-        m.core_force[k] += dot(P, g) - dot(H, known) - w.z * (w.x * H.y - w.y * H.x)
-        s += q[k] * P
-        flow += m.v[k] * P
-    F = mass * g - cross(known, s) - cross(w, cross(w, s) + 2.0 * flow)
-    M = cross(s, g) - momentum_of(m, 0.0 * g, known)[1] - cross(w, momentum_of(m, 0.0 * g, w)[1])
-    for k in range(6):
-        T, W = base_column(m, R, k)
-        P, H = momentum_of(m, T, W)
-        m.core_force[first + k] += dot(T, F) + dot(W, M)
-        for j in range(first):
-            Pj, Hj = momentum(m, j)
-            m.core_mass[first + k, j] += dot(T, Pj) + dot(W, Hj)
-        for j in range(k + 1):
-            Tj, Wj = base_column(m, R, j)
-            m.core_mass[first + k, first + j] += dot(Tj, P) + dot(Wj, H)
 
 
 @kernel
@@ -299,25 +101,26 @@ def water_load(t: float, m: FloaterSystem) -> None:
     W-10)."""
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
     now = cubic(t, f.step, f.period)
-    a, i = m.float_waves, now.row
-    u, angle, dq, w = p.displacement, p.angle, p.velocity, p.spin
-    x[3, 0], x[3, 1], x[3, 2], x[3, 3], x[3, 4], x[3, 5] = u.x, u.y, u.z, angle.x, angle.y, angle.z
-    theta = Vec(m.q[m.top_shape.modes - 3], m.q[m.top_shape.modes - 2], m.q[m.top_shape.modes - 1])
-    R = rotation(theta)
-    own, turning = R.T @ dq, R.T @ w
-    x[0, 0], x[0, 1], x[0, 2], x[0, 3], x[0, 4], x[0, 5] = own.x, own.y, own.z, turning.x, turning.y, turning.z
+    a, i, angle, first = m.float_waves, now.row, p.angle, m.top_shape.modes - 3
+    R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
+    own, turning = R.T @ p.velocity, R.T @ p.spin
+    keep_six(0, own, turning, m)
+    keep_six(3, p.displacement, angle, m)
+    keep_six(4, own - R.T @ f.current, turning, m)
     p.elevation = now.a * a[i, 0] + now.b * a[i + 1, 0] + now.c * a[i + 2, 0] + now.d * a[i + 3, 0]
     for k in range(6):
         c = k + 1
         water = now.a * a[i, c] + now.b * a[i + 1, c] + now.c * a[i + 2, c] + now.d * a[i + 3, c]
         water -= p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2]
         water -= p.spin_bias.x * K[k, 3] + p.spin_bias.y * K[k, 4] + p.spin_bias.z * K[k, 5]
-        other = 0.0 * water
+        other, drag = 0.0 * water, 0.0 * water
         for j in range(6):
             other -= K[FURTHER + k, j] * x[3, j]
+            drag -= K[LINEAR + k, j] * x[0, j]
+            drag -= K[QUADRATIC + k, j] * (x[4, j] * abs(x[4, j]))
         for n in range(m.radiation.modes):
             water -= m.float_output[n, k] * m.radiation.real[n] - m.float_output[n, 6 + k] * m.radiation.imaginary[n]
-        x[1, k], x[2, k] = water, other
+        x[1, k], x[2, k], x[5, k] = water, other, drag
     # lift and moments of the water turn with the heading
     lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
     for j in range(2, 5):
@@ -326,35 +129,20 @@ def water_load(t: float, m: FloaterSystem) -> None:
     x[1, 2] += g * lift.x
     x[1, 3] += g * (cz * lift.y - sz * lift.z)
     x[1, 4] += g * (sz * lift.y + cz * lift.z)
-    against = own - R.T @ f.current
-    x[3, 0], x[3, 1], x[3, 2] = against.x, against.y, against.z
-    x[3, 3], x[3, 4], x[3, 5] = turning.x, turning.y, turning.z
-    drag, drag_moment = Vec(0.0 * t, 0.0 * t, 0.0 * t), Vec(0.0 * t, 0.0 * t, 0.0 * t)
-    for j in range(6):
-        s, s2 = x[0, j], x[3, j] * abs(x[3, j])
-        drag -= s * Vec(K[LINEAR, j], K[LINEAR + 1, j], K[LINEAR + 2, j])
-        drag -= s2 * Vec(K[QUADRATIC, j], K[QUADRATIC + 1, j], K[QUADRATIC + 2, j])
-        drag_moment -= s * Vec(K[LINEAR + 3, j], K[LINEAR + 4, j], K[LINEAR + 5, j])
-        drag_moment -= s2 * Vec(K[QUADRATIC + 3, j], K[QUADRATIC + 4, j], K[QUADRATIC + 5, j])
-    strips, strip_moment = strip_drag(now, R, m)
-    drag, drag_moment = R @ drag + strips, R @ drag_moment + strip_moment
-    x[1, 0] += drag.x
-    x[1, 1] += drag.y
-    x[1, 2] += drag.z
-    x[1, 3] += drag_moment.x
-    x[1, 4] += drag_moment.y
-    x[1, 5] += drag_moment.z
+    (F, M), (own_drag, own_moment), (strips, strip_moment) = six(1, m), six(5, m), strip_drag(now, R, m)
+    keep_six(1, F + (R @ own_drag + strips), M + (R @ own_moment + strip_moment), m)
 
 
 @kernel
 def add_mass(M: Sym, r: Vec, m: FloaterSystem) -> None:
     """Add a mass [kg], by direction, that moves with the platform at ``r`` [m] to the mass matrix."""
-    J, first = m.base_columns, m.top_shape.modes - 6
+    first = m.top_shape.modes - 6
     for k in range(6):
-        own = M @ (Vec(J[k, 0], J[k, 1], J[k, 2]) + cross(Vec(J[k, 3], J[k, 4], J[k, 5]), r))
+        T, W = column(k, m)
+        own = M @ (T + cross(W, r))
         for j in range(k + 1):
-            other = Vec(J[j, 0], J[j, 1], J[j, 2]) + cross(Vec(J[j, 3], J[j, 4], J[j, 5]), r)
-            m.core_mass[first + k, first + j] += dot(own, other)
+            T, W = column(j, m)
+            m.core_mass[first + k, first + j] += dot(own, T + cross(W, r))
 
 
 @kernel
@@ -370,7 +158,7 @@ def joint_motion(n: int, v: Vec, w: Vec, m: FloaterSystem) -> Vec:
 @kernel
 def move_junction(n: int, m: FloaterSystem) -> None:
     """Drag and inertia of a junction, of the strings below it, and of half of those above (W-33)."""
-    p, s, order, J, first = m.platform, m.point_state, m.line_order, m.base_columns, m.top_shape.modes - 6
+    p, s, order, first = m.platform, m.point_state, m.line_order, m.top_shape.modes - 6
     v = joint_motion(n, p.velocity, p.spin, m)
     M, drag = dyad(m.point.inertia[n], 0.0, v), m.point.drag[n]
     F = Vec(0.0, 0.0, 0.0)
@@ -386,10 +174,11 @@ def move_junction(n: int, m: FloaterSystem) -> None:
                 F, M = F + force, M + below
     s.load[n] = F - (drag * sqrt(dot(v, v))) * v
     for k in range(6):
-        own = M @ joint_motion(n, Vec(J[k, 0], J[k, 1], J[k, 2]), Vec(J[k, 3], J[k, 4], J[k, 5]), m)
+        T, W = column(k, m)
+        own = M @ joint_motion(n, T, W, m)
         for j in range(k + 1):
-            other = joint_motion(n, Vec(J[j, 0], J[j, 1], J[j, 2]), Vec(J[j, 3], J[j, 4], J[j, 5]), m)
-            m.core_mass[first + k, first + j] += dot(own, other)
+            T, W = column(j, m)
+            m.core_mass[first + k, first + j] += dot(own, joint_motion(n, T, W, m))
 
 
 @by_record
@@ -398,18 +187,18 @@ def line_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
     raise NotImplementedError
 
 
+@line_pull.variant
 @kernel
 def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
     """Of a string in its static shape, with drag and inertia of its motion (W-12 to W-15)."""
     ends, load, n = m.line_end, m.line_load, m.line_order.foot[i]
     v = ends.velocity[i]
+    low = m.line.anchor[i] if n < 0 else m.point_state.place[n]
+    d = ends.upper[i] - low
+    e, across = string_forces(i, d, m)
     if n < 0:
-        d = ends.upper[i] - m.line.anchor[i]
-        e, across = string_forces(i, d, m)
         pull, M = moved_string(i, e, d, across, v, m)
     else:
-        d = ends.upper[i] - m.point_state.place[n]
-        e, across = string_forces(i, d, m)
         mass, drag = half_of(i, m)
         M = dyad(mass, 0.0, v)
         pull = ends.stiffness[i] @ (m.point_state.flexibility[n] @ m.point_state.load[n])
@@ -421,15 +210,13 @@ def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
     return pull
 
 
-line_pull.variant(static_pull)
-
-
 @by_record
 def settle_points(m: FloaterSystem) -> None:
     """Bring free points into equilibrium, where they do not move by themselves."""
     raise NotImplementedError
 
 
+@settle_points.variant
 @kernel
 def settle_junctions(m: FloaterSystem) -> None:
     """Of lines in their static shapes."""
@@ -439,14 +226,10 @@ def settle_junctions(m: FloaterSystem) -> None:
             move_junction(n, m)
 
 
-settle_points.variant(settle_junctions)
-
-
 @kernel
 def mooring(m: FloaterSystem) -> None:
-    """Forces of the lines on the platform, which are added to the third row of ``base_six``."""
-    p, order, ends, x = m.platform, m.line_order, m.line_end, m.base_six
-    first = m.top_shape.modes - 3
+    """Forces of the lines on the platform."""
+    p, order, ends, load, first = m.platform, m.line_order, m.line_end, m.line_load, m.top_shape.modes - 3
     R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
     for i in range(order.lines):  # type: ignore[attr-defined]
         if order.head[i] == NONE:
@@ -459,32 +242,27 @@ def mooring(m: FloaterSystem) -> None:
         if order.head[i] == INNER:
             continue
         if not pulls(i, m):
-            silence(i, m)
+            k = i
+            while k >= 0:
+                load.fairlead[k], load.anchor[k] = 0.0, 0.0
+                k = order.below[k]
         elif order.head[i] == NONE:
             r = ends.upper[i] - p.displacement
             pull = line_pull(i, r, m)
             F += pull
             M += cross(r, pull)
-    p.mooring_force = F
-    p.mooring_moment = M
-    x[2, 0] += F.x
-    x[2, 1] += F.y
-    x[2, 2] += F.z
-    x[2, 3] += M.x
-    x[2, 4] += M.y
-    x[2, 5] += M.z
+    p.mooring_force, p.mooring_moment = F, M
 
 
 @outer_forces.variant
 @kernel
 def floater_forces(t: float, m: FloaterSystem) -> None:
     """Forces on the motions of the base, with inertia of the platform and added mass of the water (W-7)."""
-    p, f, J, K, x = m.platform, m.floater, m.base_columns, m.float_matrices, m.base_six
+    p, f, J, K, first = m.platform, m.floater, m.base_columns, m.float_matrices, m.top_shape.modes - 6
     base_motion(m)
     tower_body(m)
     water_load(t, m)
     mooring(m)
-    first = m.top_shape.modes - 6
     R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
     c = R @ f.centre
     own = turn(R, Sym(f.inertia.x, f.inertia.y, f.inertia.z, 0.0, 0.0, 0.0))
@@ -492,14 +270,16 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
     G = f.mass * (Vec(0.0, 0.0, -m.structure.gravity) - (p.bias + cross(known, c) + cross(w, cross(w, c))))
     N = cross(c, G) - (own @ known + cross(w, own @ w))
     s, inertia = f.mass * c, inertia_about(own, f.mass, Vec(0.0, 0.0, 0.0), c)
-    F, M = G + Vec(x[1, 0] + x[2, 0], x[1, 1] + x[2, 1], x[1, 2] + x[2, 2]), N
-    M += Vec(x[1, 3] + x[2, 3], x[1, 4] + x[2, 4], x[1, 5] + x[2, 5])
+    water, water_moment = six(1, m)
+    further, further_moment = six(2, m)
+    F, M = G + (water + (further + p.mooring_force)), N + (water_moment + (further_moment + p.mooring_moment))
     for k in range(6):
-        T, W = Vec(J[k, 0], J[k, 1], J[k, 2]), Vec(J[k, 3], J[k, 4], J[k, 5])
+        T, W = column(k, m)
         m.core_force[first + k] += dot(T, F) + dot(W, M)
         P, H = f.mass * T + cross(W, s), inertia @ W + cross(s, T)
         for j in range(k + 1):
-            added = dot(Vec(J[j, 0], J[j, 1], J[j, 2]), P) + dot(Vec(J[j, 3], J[j, 4], J[j, 5]), H)
+            T, W = column(j, m)
+            added = dot(T, P) + dot(W, H)
             for a in range(6):
                 if J[j, a] != 0.0:
                     for b in range(6):
@@ -561,8 +341,7 @@ def floater_loads(m: FloaterSystem, s: Outputs) -> None:
             for k in range(6):
                 total -= K[ADDED + i, j] * J[k, j] * m.a[first + k]
         x[0, i] = total
-    p.force = Vec(x[0, 0], x[0, 1], x[0, 2])
-    p.moment = Vec(x[0, 3], x[0, 4], x[0, 5])
+    p.force, p.moment = six(0, m)
     R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
     base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
@@ -572,44 +351,14 @@ def floater_loads(m: FloaterSystem, s: Outputs) -> None:
     turned_tower_loads(R, place, m, s)
 
 
-@kernel
-def turned_tower_loads(R: Rot, place: Vec, m: FloaterSystem, s: Outputs) -> None:
-    """Loads of the tower in the axes of its base, on which it stands as on one at rest that accelerates (W-33).
-
-    Args:
-      R: orientation of the base; place: [m] of the tower top from the base, in its axes.
-    """
-    q, a, x, first, nodes, drag = m.q, m.a, m.base_six, m.top_shape.modes - 6, s.tower_nodes, s.tower_drag
-    force, moment, top, up = s.apex.force, s.apex.moment, m.machine.top_position, Vec(0.0, 0.0, 1.0)
-    g, rate, spin = m.structure.gravity * up, m.platform.spin_bias, R.T @ m.platform.spin
-    for k in range(6):
-        x[0, k], x[3, k] = q[first + k], a[first + k]
-        rate += x[3, k] * Vec(m.base_columns[k, 3], m.base_columns[k, 4], m.base_columns[k, 5])
-        q[first + k] = 0.0 * x[0, k]
-    rising, rate = R.T @ (Vec(x[3, 0], x[3, 1], x[3, 2]) + g) - g, R.T @ rate
-    a[first], a[first + 1], a[first + 2] = rising.x, rising.y, rising.z
-    a[first + 3], a[first + 4], a[first + 5] = rate.x, rate.y, rate.z
-    for n in range(nodes.nodes):
-        own = drag.force[n]
-        m.tower_air[0, n], m.tower_air[1, n], m.tower_air[2, n] = own.x, own.y, own.z
-        flow = cross(spin, nodes.height[n] * up)
-        for k in range(first):
-            flow += (2.0 * m.v[k]) * m.tower_shape.displacement[k, n]
-        drag.force[n] = R.T @ own - nodes.mass[n] * cross(spin, flow)
-    turning = cross(spin, cross(spin, m.structure.tower_length * up))
-    s.apex.force, s.apex.moment = R.T @ force - m.structure.top_mass * turning, R.T @ moment
-    m.machine.top_position = place + m.structure.tower_base * up
-    tower_loads(m, s)
-    s.apex.force, s.apex.moment, m.machine.top_position = force, moment, top
-    for n in range(nodes.nodes):
-        drag.force[n] = Vec(m.tower_air[0, n], m.tower_air[1, n], m.tower_air[2, n])
-    for k in range(6):
-        q[first + k], a[first + k] = x[0, k], x[3, k]
-
-
 @dataclass(frozen=True)
 class FloaterPart(Part):
-    """The platform of a model, in still water."""
+    """The platform of a model, in still water.
+
+    Attributes:
+      sizes: lengths of the axes of the signals.
+      constants: all other arrays of the records.
+    """
 
     system: ClassVar[type[Record] | None] = FloaterSystem
     signals: ClassVar[dict[str, type[Table]]] = {
@@ -619,58 +368,28 @@ class FloaterPart(Part):
         "point_state": PointState,
     }
     parameter_tables: ClassVar[ParameterTables] = ((Floater, "floater", Floater.names),)
-    shown: ClassVar[tuple[str, ...]] = (
-        "wave_elevation",
-        "platform_surge",
-        "platform_sway",
-        "platform_heave",
-        "platform_roll",
-        "platform_pitch",
-        "platform_yaw",
-    )
-    floater: Float
-    moorings: dict[str, Any]
-    strip: Float
-    float_matrices: Float
-    float_pole: Float
-    float_input: Float
-    float_output: Float
-    wind_nodes: int
+    shown: ClassVar[tuple[str, ...]] = ("wave_elevation", *MOTIONS)
+    sizes: dict[str, int]
+    constants: dict[str, Any]
     coefficients: Coefficients
     platform: Platform
 
-    def sizes(self) -> dict[str, int]:
-        """Lengths of the axes of the signals."""
-        lines, points = self.moorings["line"].shape[1], self.moorings["point"].shape[1]
-        return {"mode": len(self.float_pole), "line": lines, "point": points}
-
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the signals."""
-        sizes = self.sizes()
-        return {name: table.shape(**{a: sizes[a] for a in table.axes}) for name, table in self.signals.items()}
+        return {name: table.shape(**self.sizes) for name, table in self.signals.items()}
 
     def arrays(self) -> dict[str, Any]:
         """Constants of the platform, and still water."""
-        own = ("floater", "strip", "float_matrices", "float_pole", "float_input", "float_output")
-        return {
-            **{name: getattr(self, name).copy() for name in own},
-            "tower_air": np.zeros((3, self.wind_nodes)),
-            **{name: array.copy() for name, array in self.moorings.items()},
-            "d_radiation": RadiationState.zeros(mode=len(self.float_pole)),
-            "float_waves": np.zeros((AHEAD + BEHIND + 2, 7)),
-            "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * self.strip.shape[1])),
-            "base_columns": np.zeros((6, 6)),
-            "base_six": np.zeros((4, 6)),
-        }
+        return {name: array.copy() for name, array in self.constants.items()}
 
     def channels(self) -> Sequence[Channel]:
         """Motion of the platform, loads of the water and of the lines."""
-        lines = channels_of_group("line", self.sizes()["line"])
+        lines = channels_of_group("line", self.sizes["line"])
         return (*channels_of_group("platform"), *(replace(c, index=(c.index[0] - 1,)) for c in lines))
 
     def states(self) -> Sequence[StateRows]:
         """The memory of radiated waves."""
-        n = len(self.float_pole)
+        n = self.sizes["mode"]
         names = tuple(f"radiation {part} {i + 1}" for part in ("real", "imaginary") for i in range(n))
         return (StateRows("radiation", "d_radiation", names, ("m",) * (2 * n)),)
 
@@ -680,19 +399,18 @@ class FloaterPart(Part):
         Raises:
           InputError: the waves, or a part of them, are not in the coefficients.
         """
-        n, platform = self.strip.shape[1], self.platform.replace(depth=self.platform.depth + sea.level)
+        place = View(Strip, self.constants["strip"])["place"].T
+        n, platform = len(place), self.platform.replace(depth=self.platform.depth + sea.level)
         check_reach(self.platform, f"sea.level: with {sea.level:g} m", sea.level)
         if sea.current is not None and not n and platform.quadratic_damping is None:
             raise InputError("sea: current acts on platform.quadratic_damping and on members with drag; give either")
         dt, period, waves = wave_forces(sea, self.coefficients, platform, duration, origin, gravity)
-        floater = self.floater.copy()
+        floater, line = self.constants["floater"].copy(), self.constants["line"].copy()
         v = View(Floater, floater)
         v["step"], v["period"], v["bed"] = dt, period, -platform.depth
-        line = self.moorings["line"].copy()
         View(Line, line)["anchor"][2] -= sea.level
         if sea.current is not None:
             v["current"][:2] = sea.current.at(platform.centre[2:], platform.depth)[0]
-        place = View(Strip, self.strip)["place"].T
         flow = np.zeros((len(waves), 0))
         if n:
             flow = flow_at(place, sea, platform.depth, duration, origin, gravity, platform.sum_forces)
@@ -720,8 +438,7 @@ class FloatingSea(Part):
 
     def arrays(self) -> dict[str, Any]:
         """Those that replace the ones of still water."""
-        own = {"floater": self.floater.copy(), "line": self.line.copy()}
-        return {**own, "float_waves": self.float_waves, "float_flow": self.float_flow}
+        return {**vars(self), "floater": self.floater.copy(), "line": self.line.copy()}
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
@@ -734,13 +451,9 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     potential = read_coefficients(platform.coefficients) if platform.coefficients else None
     c = with_members(potential, platform.members, platform.depth, GRAVITY)
     check_balance(turbine, c)
-    radiation = fit_radiation(c) if potential is not None else Radiation.none()
-    rho = platform.water_density
-    matrices = np.zeros((5, 6, 6))
-    matrices[0], matrices[1] = rho * c.infinite, rho * c.hydrostatic
-    for i, name in enumerate(("stiffness", "linear_damping", "quadratic_damping")):
-        value = getattr(platform, name)
-        matrices[2 + i] = 0.0 if value is None else value
+    radiation, rho = fit_radiation(c), platform.water_density
+    given = platform.stiffness, platform.linear_damping, platform.quadratic_damping
+    further = [np.zeros((6, 6)) if each is None else each for each in given]
     floater = Floater.zeros()
     v = View(Floater, floater)
     v["mass"], v["centre"], v["inertia"] = platform.mass, platform.centre, platform.inertia
@@ -751,21 +464,24 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     has = (some.drag > 0.0) | (some.plate > 0.0)
     strip = Strip.zeros(strip=int(has.sum()))
     v = View(Strip, strip)
-    for name, value in (("place", some.place.T), ("axis", some.axis.T), ("drag", rho * some.drag)):
-        v[name] = value[..., has]
-    v["plate"] = rho * some.plate[has]
-    parts = [
-        np.concatenate([getattr(radiation, n).real, getattr(radiation, n).imag], axis=1) for n in ("input", "output")
-    ]
-    return FloaterPart(
-        wind_nodes=rotor.tower_flow.shape[1],
-        floater=floater,
-        moorings=mooring_tables(platform.lines, platform.points, platform.depth, rho),
-        strip=strip,
-        float_matrices=np.ascontiguousarray(matrices.reshape(30, 6)),
-        float_pole=np.stack([radiation.pole.real, radiation.pole.imag], axis=1),
-        float_input=np.ascontiguousarray(parts[0]),
-        float_output=np.ascontiguousarray(rho * parts[1]),
-        coefficients=c,
-        platform=platform,
+    v["place"], v["axis"], v["drag"], v["plate"] = (
+        each[has].T for each in (some.place, some.axis, rho * some.drag, rho * some.plate)
     )
+    fitted = [np.concatenate([each.real, each.imag], axis=1) for each in (radiation.input, radiation.output)]
+    sizes = {"mode": len(radiation.pole), "line": len(platform.lines), "point": len(platform.points)}
+    constants = {
+        "floater": floater,
+        "strip": strip,
+        **mooring_tables(platform.lines, platform.points, platform.depth, rho, platform.segments),
+        "float_matrices": np.concatenate([rho * c.infinite, rho * c.hydrostatic, *further]),
+        "float_pole": np.stack([radiation.pole.real, radiation.pole.imag], axis=1),
+        "float_input": fitted[0],
+        "float_output": rho * fitted[1],
+        "d_radiation": RadiationState.zeros(mode=sizes["mode"]),
+        "float_waves": np.zeros((AHEAD + BEHIND + 2, 7)),
+        "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * strip.shape[1])),
+        "tower_air": np.zeros((3, rotor.tower_flow.shape[1])),
+        "base_columns": np.zeros((6, 6)),
+        "base_six": np.zeros((6, 6)),
+    }
+    return FloaterPart(sizes, constants, c, platform)

@@ -16,30 +16,18 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Sym, Vec
 from meltemi.maths.records import Record, Single
 from meltemi.maths.rotations import angular_velocity, rotation
-from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, View, number, symmetric, xyz
+from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import begin_parts_step
+from meltemi_float.base import FloaterSystem
 from meltemi_float.catenary import span
-from meltemi_float.floater import (
-    FloaterPart,
-    FloaterSystem,
-    add_mass,
-    line_pull,
-    settle_junctions,
-    settle_points,
-    static_pull,
-)
+from meltemi_float.floater import FloaterPart, add_mass, line_pull, settle_junctions, settle_points, static_pull
 from meltemi_float.floater import part_of as static_part
 from meltemi_float.mooring import NONE, dyad, hang_all, holds, inverse, is_held, line_of, pulls
-
-Float = NDArray[np.float64]
 
 THETA = 0.5
 """Weight of the end of a step: second order, without damping of its own (W-27)."""
@@ -74,20 +62,12 @@ class Elimination(Table, axes="line node"):
     right: Vectors = xyz("kg m/s", "reduced right-hand side")
 
 
-class Lump(Table, axes="line"):
-    """Constants of a line of points."""
-
-    damping: Numbers = number("N s", "axial damping force over rate of strain")
-    diameter: Numbers = number("m", "of the line, by which the bed carries it")
-
-
 class LumpedSystem(FloaterSystem):
     """A floating turbine on moving lines."""
 
     line_point: Single[LinePoint]
     line_state: Single[LineState]
     elimination: Single[Elimination]
-    lump: Single[Lump]
 
 
 @kernel
@@ -109,7 +89,7 @@ def segment(i: int, d: Vec, change: Vec, m: LumpedSystem) -> tuple[Vec, float, f
     length, size = m.line.length[i] / m.line_point.nodes, sqrt(dot(d, d))
     e = (1.0 / size) * d
     taut = max(m.line.stiffness[i] * (size / length - 1.0), 0.0)
-    return e, size, taut, taut + m.lump.damping[i] / length * dot(change, e)
+    return e, size, taut, taut + m.line.damping[i] / length * dot(change, e)
 
 
 @kernel
@@ -123,7 +103,7 @@ def halves(i: int, j: int, m: LumpedSystem) -> tuple[float, float, float, float,
         a * line.inertia[i] + b * line.inertia[j],
         a * line.axial_inertia[i] + b * line.axial_inertia[j],
         a * line.mass[i] + b * line.mass[j],
-        a * m.lump.diameter[i] + b * m.lump.diameter[j],
+        a * line.diameter[i] + b * line.diameter[j],
     )
 
 
@@ -152,12 +132,9 @@ def eliminate(first: int, h: float, theta: float, m: LumpedSystem) -> tuple[Sym,
             across = taut / size
             length = line.length[j] / n
             along = (line.stiffness[j] / length if taut > 0.0 else 0.0 * taut) - across
-            S = dyad(b * across, b * along + a * m.lump.damping[j] / length, e)
+            S = dyad(b * across, b * along + a * m.line.damping[j] / length, e)
         if i >= 0:
-            other = i
-            if not last:
-                other = j
-            cn, ca, heavy, light, mass, area = halves(i, other, m)
+            cn, ca, heavy, light, mass, area = halves(i, i if last else j, m)
             if last:
                 cn, ca, heavy, light, mass, area = 0.5 * cn, 0.5 * ca, 0.5 * heavy, 0.5 * light, 0.5 * mass, 0.5 * area
             way = up - low
@@ -267,9 +244,7 @@ def hang(m: LumpedSystem) -> None:
         H, V, leg = load.horizontal[i], load.vertical[i], m.line_order.foot[i] >= 0
         d = ends.upper[i] - ends.lower[i]
         across = sqrt(d.x * d.x + d.y * d.y + 1e-12)
-        m.line_state.start[i] = m.line.anchor[i]
-        if leg:
-            m.line_state.start[i] = ends.upper[i]
+        m.line_state.start[i] = ends.upper[i] if leg else m.line.anchor[i]
         lying = on_bed * max(L - V / w, 0.0)
         for k in range(n):
             part = L * (k + 1.0) / n
@@ -281,9 +256,7 @@ def hang(m: LumpedSystem) -> None:
                 x, z = e.x, e.z
             s.position[i, k] = ends.lower[i] + Vec(x * d.x / across, x * d.y / across, z)
         # from one line to the next without a gap
-        s.position[i, n - 1] = ends.lower[i]
-        if not leg:
-            s.position[i, n - 1] = ends.upper[i]
+        s.position[i, n - 1] = ends.lower[i] if leg else ends.upper[i]
     for step in range(RELAXATIONS + 1):
         for i in range(m.line_order.lines):  # type: ignore[attr-defined]
             for k in range(n):
@@ -400,17 +373,6 @@ class LumpedPart(FloaterPart):
         "line_point": LinePoint,
         "line_state": LineState,
     }
-    lump: Float
-    segments: int
-
-    def sizes(self) -> dict[str, int]:
-        """Lengths of the axes of the signals."""
-        return {**super().sizes(), "node": self.segments}
-
-    def arrays(self) -> dict[str, Any]:
-        """Constants of the platform and its lines, and still water."""
-        work = Elimination.zeros(line=self.sizes()["line"], node=self.segments)
-        return {**super().arrays(), "lump": self.lump.copy(), "elimination": work}
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
@@ -419,11 +381,9 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     Raises:
       InputError: as of :func:`meltemi_float.floater.part_of`.
     """
-    found, lines, n = static_part(turbine, options, rotor), turbine.platform.lines, turbine.platform.segments
-    if turbine.platform.line_model == "static":
-        return found
-    lump = Lump.zeros(line=len(lines))
-    v = View(Lump, lump)
-    v["damping"] = [x.damping_ratio * x.length / n * np.sqrt(x.stiffness * x.mass) for x in lines]
-    v["diameter"] = [x.diameter for x in lines]
-    return LumpedPart(**vars(found), lump=lump, segments=n)
+    part = static_part(turbine, options, rotor)
+    if part.platform.line_model == "static":
+        return part
+    sizes = part.sizes | {"node": part.platform.segments}
+    work = {"elimination": Elimination.zeros(line=sizes["line"], node=sizes["node"])}
+    return LumpedPart(sizes, part.constants | work, part.coefficients, part.platform)

@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 
 from meltemi.core.record import Record, Vector
 from meltemi_float.coefficients import Coefficients
-from meltemi_sea.airy import Components, profiles, wave_number
+from meltemi_sea.airy import profiles, wave_number
 from meltemi_sea.field import summed, times
 
 Float = NDArray[np.float64]
@@ -141,12 +141,10 @@ def at_rest(members: Sequence[Member]) -> tuple[float, Float, Float]:
     x, y, z = centre = p.volume @ p.place / max(V, 1e-300)
     C = np.zeros((6, 6))
     for each in members:
-        rise = each.end[2] - each.start[2]
-        if each.start[2] * each.end[2] < 0.0:
-            s = -each.start[2] / rise
-            cut, d = each.start + s * (each.end - each.start), each.diameters
-            slope = float(np.linalg.norm(each.end - each.start)) / abs(rise)
-            radius = 0.5 * (d[0] + s * (d[1] - d[0]))
+        if each.start[2] * each.end[2] < 0.0 and (wet := _wet(each)):
+            top = int(each.end[2] > 0.0)
+            cut, radius = wet[top], 0.5 * wet[2][top]
+            slope = float(np.linalg.norm(each.end - each.start)) / abs(each.end[2] - each.start[2])
             A, own = np.pi * radius**2 * slope, 0.25 * np.pi * radius**4 * slope
             arm = np.array([1.0, cut[1], -cut[0]])
             C[2:5, 2:5] += A * np.outer(arm, arm) + np.diag([0.0, own, own])
@@ -200,11 +198,6 @@ def _velocity(place: Float, frequency: Float, k: Float, direction: Float, depth:
     return np.stack([along * phase * x, along * phase * y, 1j * up * phase], axis=-1)
 
 
-def instants(waves: Components, duration: float, sums: bool) -> tuple[float, int, int | None]:
-    """As ``times``, for waves and, if wanted, the sums of their frequencies."""
-    return times(replace(waves, frequency=(1.0 + sums) * waves.frequency), duration)
-
-
 def flow_at(
     place: Float,
     sea: Any,
@@ -216,7 +209,7 @@ def flow_at(
 ) -> Float:
     """(T, 3 P) [m/s] velocity of waves and current at places (P, 3), at the times of the forces of the waves (W-20)."""
     waves = sea.components(depth, duration, gravity)
-    dt, count, total = instants(waves, duration, sums)
+    dt, count, total = times(waves, duration, sums)
     k = wave_number(waves.frequency, depth, gravity)
     there = place + np.array([*origin, 0.0])
     velocity = waves.amplitude[:, None] * _velocity(there, waves.frequency, k, waves.direction, depth)

@@ -48,6 +48,8 @@ class Line(Table, axes="line"):
     inertia: Numbers = number("kg/m", "mass with that of the water that moves with it across")
     axial_inertia: Numbers = number("kg/m", "the same along")
     on_bed: Numbers = number("-", "1 if it may lie on the sea bed, else 0")
+    damping: Numbers = number("N s", "axial damping force over rate of strain, of a moving line")
+    diameter: Numbers = number("m", "of the line, by which the bed carries it")
     reach: Numbers = number("m", "unstretched length of it and of the lines below it in its string")
 
 
@@ -137,11 +139,22 @@ def line_of(i: int, m: Moorings) -> tuple[float, float, float, float, float]:
 
 
 @kernel
+def more(a: Ends, b: Ends) -> Ends:
+    """Span of two rows of lines, end to end."""
+    return Ends(a.x + b.x, a.z + b.z, a.xh + b.xh, a.xv + b.xv, a.zh + b.zh, a.zv + b.zv, b.anchor_h, b.anchor_v)
+
+
+@kernel
+def less(a: Ends, b: Ends) -> Ends:
+    """Span of a row of lines without that of its upper part."""
+    return more(a, Ends(-b.x, -b.z, -b.xh, -b.xv, -b.zh, -b.zv, a.anchor_h, a.anchor_v))
+
+
+@kernel
 def string_span(i: int, H: float, V: float, m: Moorings) -> Ends:
     """Span of a string with forces H, V [N] on its upper end; leaves the forces of each of its lines (W-31)."""
     load, order, zero = m.line_load, m.line_order, 0.0 * H
-    x, z, xh, xv, zh, zv = zero, zero, zero, zero, zero, zero
-    e = Ends(zero, zero, zero, zero, zero, zero, H, V)
+    whole = Ends(zero, zero, zero, zero, zero, zero, H, V)
     # derivatives of the forces on the upper end of a line by those on that of the string
     hh, hv, vv = zero + 1.0, zero, zero + 1.0
     k = i
@@ -150,16 +163,11 @@ def string_span(i: int, H: float, V: float, m: Moorings) -> Ends:
         load.horizontal[k] = H
         load.vertical[k] = V
         lies = on_bed > 0.0 and w * L > V
+        e = Ends(L + zero, zero, zero, zero, zero, zero, zero, zero)
         if H > 0.0:
             e = span(H, V, L, w, EA, friction, on_bed)
-        else:
-            e = Ends(L + zero, zero, zero, zero, zero, zero, zero, zero)
-        x += e.x
-        z += e.z
-        xh += e.xh * hh
-        xv += e.xh * hv + e.xv * vv
-        zh += e.zh * hh
-        zv += e.zh * hv + e.zv * vv
+        xv, zv = e.xh * hv + e.xv * vv, e.zh * hv + e.zv * vv
+        whole = more(whole, Ends(e.x, e.z, e.xh * hh, xv, e.zh * hh, zv, e.anchor_h, e.anchor_v))
         load.fairlead[k] = sqrt(H * H + V * V)
         load.anchor[k] = sqrt(e.anchor_h * e.anchor_h + e.anchor_v * e.anchor_v)
         if lies:
@@ -174,7 +182,7 @@ def string_span(i: int, H: float, V: float, m: Moorings) -> Ends:
         if lies or (on_bed > 0.0 and V < 0.0):
             V, vv = zero, zero
         k = order.below[k]
-    return Ends(x, z, xh, xv, zh, zv, e.anchor_h, e.anchor_v)
+    return whole
 
 
 @kernel
@@ -257,16 +265,6 @@ def pulls(i: int, m: Moorings) -> bool:
 
 
 @kernel
-def silence(i: int, m: Moorings) -> None:
-    """No tension in the lines of a string."""
-    k = i
-    while k >= 0:
-        m.line_load.fairlead[k] = 0.0
-        m.line_load.anchor[k] = 0.0
-        k = m.line_order.below[k]
-
-
-@kernel
 def half_of(i: int, m: Moorings) -> tuple[float, float]:
     """Half the inertia [kg] of a string and half its drag across [kg/m]."""
     mass, drag, k = 0.0 * m.line.length[i], 0.0 * m.line.length[i], i
@@ -324,12 +322,6 @@ def settle(n: int, m: Moorings) -> None:
         s.place[n] = x + min(1.0, longest / (size + 1e-30)) * step
         if size < SETTLED * longest:
             break
-
-
-@kernel
-def more(a: Ends, b: Ends) -> Ends:
-    """Span of two rows of lines, end to end."""
-    return Ends(a.x + b.x, a.z + b.z, a.xh + b.xh, a.xv + b.xv, a.zh + b.zh, a.zv + b.zv, b.anchor_h, b.anchor_v)
 
 
 @kernel
@@ -424,19 +416,14 @@ def moved_string(i: int, e: Ends, d: Vec, across: float, velocity: Vec, m: Moori
             )
         k = order.below[k]
     rest, F, M = e, Vec(zero, zero, zero), Sym(zero, zero, zero, zero, zero, zero)
-    none = Ends(zero, zero, zero, zero, zero, zero, zero, zero)
     k = i
     while k >= 0:
         if load.horizontal[k] > 0.0:
-            below = none
+            own = rest
             if order.below[k] >= 0:
                 L, w, EA, friction, on_bed = line_of(k, m)
                 own = span(load.horizontal[k], load.vertical[k], L, w, EA, friction, on_bed)
-                below = Ends(
-                    rest.x - own.x, rest.z - own.z, rest.xh - own.xh, rest.xv - own.xv, rest.zh - own.zh,
-                    rest.zv - own.zv, zero, zero,
-                )  # fmt: skip
-            rest = below
+            rest = less(rest, own)
             force, mass = moved_line(k, e, rest, ground, across, v, m)
             F += force
             M += mass

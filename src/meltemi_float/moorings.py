@@ -99,13 +99,14 @@ class MooringLine(Record):
                 raise ValueError(f"{name} must have 3 entries, x, y, z [m], found {len(place)}")
         if isinstance(self.fairlead, str) or isinstance(self.anchor, str):
             return self
-        if self.fairlead[2] <= self.anchor[2]:
+        x, y, down = self.fairlead - self.anchor
+        if down <= 0.0:
             raise ValueError("anchor must be below the fairlead")
-        across = float(np.hypot(*(self.fairlead - self.anchor)[:2]))
-        if self.length >= across + self.fairlead[2] - self.anchor[2]:
+        most = np.hypot(x, y) + down
+        if self.length >= most:
             raise ValueError(
-                f"length {self.length:g} m hangs straight down at the fairlead; expected less than "
-                f"{across + self.fairlead[2] - self.anchor[2]:.5g} m (use a shorter line)"
+                f"length {self.length:g} m hangs straight down at the fairlead; expected less than {most:.5g} m (use a "
+                "shorter line)"
             )
         return self
 
@@ -119,11 +120,9 @@ def strings(lines: Sequence[MooringLine], points: Mapping[str, MooringPoint]) ->
     ends = [[end if isinstance(end, str) else None for end in (line.fairlead, line.anchor)] for line in lines]
     above = {name: [i for i, (_, low) in enumerate(ends) if low == name] for name in points}
     below = {name: [i for i, (up, _) in enumerate(ends) if up == name] for name in points}
-    for i, both in enumerate(ends):
-        for end in both:
-            if end is not None and end not in points:
-                known = ", ".join(points) or "none"
-                raise ValueError(f"lines: line {i + 1} ends at {end!r}, which is not one of points ({known})")
+    for i, end in ((i, end) for i, both in enumerate(ends) for end in both if end not in (None, *points)):
+        known = ", ".join(points) or "none"
+        raise ValueError(f"lines: line {i + 1} ends at {end!r}, which is not one of points ({known})")
     for name in points:
         if not above[name] or len(above[name]) + len(below[name]) < 2:
             raise ValueError(
@@ -152,52 +151,54 @@ def strings(lines: Sequence[MooringLine], points: Mapping[str, MooringPoint]) ->
 
 
 def mooring_tables(
-    lines: Sequence[MooringLine], points: Mapping[str, MooringPoint], depth: float, water_density: float
+    lines: Sequence[MooringLine],
+    points: Mapping[str, MooringPoint],
+    depth: float,
+    water_density: float,
+    segments: int = 1,
 ) -> dict[str, Any]:
     """Arrays of the constants, and of the work, of the kernels of ``mooring``.
 
     Args:
-      depth: [m]; water_density: [kg/m^3].
+      depth: [m]; water_density: [kg/m^3]; segments: of a moving line.
     """
     line, order = Line.zeros(line=len(lines)), np.full(LineOrder.shape(line=len(lines)), NONE)
     v, o, number = View(Line, line), View(LineOrder, order), {name: n for n, name in enumerate(points)}
-    for name in ("length", "stiffness", "friction"):
-        v[name] = [getattr(each, name) for each in lines]
-    v["mass"] = [each.wet_mass(water_density) for each in lines]
-    across = water_density * np.array([each.diameter for each in lines])
-    section = water_density * np.array([each.section for each in lines])
-    dry = np.array([each.mass for each in lines])
-    v["drag"] = 0.5 * across * [each.drag for each in lines]
-    v["axial_drag"] = 0.5 * np.pi * across * [each.axial_drag for each in lines]
-    v["inertia"] = dry + section * [each.added_mass for each in lines]
-    v["axial_inertia"] = dry + section * [each.axial_added_mass for each in lines]
+
+    def of_lines(name: str) -> Float:
+        return np.array([getattr(each, name) for each in lines])
+
+    for name in ("length", "stiffness", "friction", "diameter"):
+        v[name] = of_lines(name)
+    across, displaced, dry = water_density * of_lines("diameter"), water_density * of_lines("section"), of_lines("mass")
+    v["mass"] = dry - displaced
+    v["drag"], v["axial_drag"] = 0.5 * across * of_lines("drag"), 0.5 * np.pi * across * of_lines("axial_drag")
+    v["inertia"] = dry + displaced * of_lines("added_mass")
+    v["axial_inertia"] = dry + displaced * of_lines("axial_added_mass")
+    v["damping"] = of_lines("damping_ratio") * v["length"] / segments * np.sqrt(v["stiffness"] * dry)
     junctions = set()
     for row in strings(lines, points):
-        first, last, reach, floats = row[0], row[-1], 0.0, False
-        head, foot = lines[first].fairlead, lines[last].anchor
-        o["head"][row[1:]] = INNER
+        head, foot = lines[row[0]].fairlead, lines[row[-1]].anchor
+        upper, lower = (number[end] if isinstance(end, str) else NONE for end in (head, foot))
+        o["head"][row[0]], o["head"][row[1:]], o["foot"][row] = upper, INNER, lower
+        junctions |= {upper, lower}
         ends = [number[end] for end in (lines[k].anchor for k in row[:-1]) if isinstance(end, str)]
         o["below"][row[:-1]], o["point"][row[:-1]] = row[1:], ends
-        if isinstance(head, str):
-            o["head"][first] = number[head]
-        if isinstance(foot, str):
-            o["foot"][row] = number[foot]
-        junctions |= {number[end] for end in (head, foot) if isinstance(end, str)}
         # on the way to the last point: from the anchor upwards, or from the platform down to a junction
         way = row if isinstance(foot, str) else row[::-1]
         o["start"][row], o["finish"][row] = way[0], way[-1]
         o["onward"][way[:-1]], o["back"][way[1:]] = way[1:], way[:-1]
         o["knot"][way[:-1]] = ends if isinstance(foot, str) else ends[::-1]
-        for k in reversed(row):
-            reach += lines[k].length
-            if isinstance(end := lines[k].anchor, str):
-                floats = floats or points[end].wet_mass(water_density) < 0.0
-            v["reach"][k] = reach
-            v["on_bed"][k] = 0.0 if isinstance(foot, str) or floats else foot[2] < -depth + ON_BED
-            if not isinstance(foot, str):
-                v["anchor"][:, k] = foot
-            if not isinstance(head, str):
-                v["fairlead"][:, k] = head
+        v["reach"][row] = np.cumsum(v["length"][row[::-1]])[::-1]
+        if not isinstance(head, str):
+            v["fairlead"][:, row] = head[:, None]
+        if not isinstance(foot, str):
+            v["anchor"][:, row] = foot[:, None]
+            clear = foot[2] >= -depth + ON_BED
+            for k in reversed(row):
+                if isinstance(end := lines[k].anchor, str):
+                    clear = clear or points[end].wet_mass(water_density) < 0.0
+                v["on_bed"][k] = not clear
     point = FreePoint.zeros(point=len(points))
     v = View(FreePoint, point)
     v["mass"] = [each.wet_mass(water_density) for each in points.values()]
@@ -241,35 +242,21 @@ def at_rest(
       depth: [m]; water_density: [kg/m^3].
       fairleads: (L, 3) [m] places of upper ends on the platform; by default those at rest.
     """
-    tables = mooring_tables(lines, points, depth, water_density)
-    arrays = {
-        "structure": StructureParameters.zeros(),
-        "faults": healthy(),
-        "line_load": LineLoad.zeros(line=len(lines)),
-        "point_state": PointState.zeros(point=len(points)),
-        **tables,
-    }
+    arrays = mooring_tables(lines, points, depth, water_density)
+    arrays |= {"structure": StructureParameters.zeros(), "faults": healthy()}
+    arrays |= {"line_load": LineLoad.zeros(line=len(lines)), "point_state": PointState.zeros(point=len(points))}
     View(StructureParameters, arrays["structure"])["gravity"] = GRAVITY
-    ends, load, order = (
-        View(table, arrays[name])
-        for table, name in ((LineEnd, "line_end"), (LineLoad, "line_load"), (LineOrder, "line_order"))
-    )
-    ends["upper"] = View(Line, tables["line"])["fairlead"] if fairleads is None else fairleads.T
+    ends, load = View(LineEnd, arrays["line_end"]), View(LineLoad, arrays["line_load"])
+    line = View(Line, arrays["line"])
+    ends["upper"] = line["fairlead"] if fairleads is None else fairleads.T
     hang_all(Moorings("floats", arrays))
     upper, lower, H, V = ends["upper"].T, ends["lower"].T, load["horizontal"], load["vertical"]
     way = upper - lower
     across = np.hypot(way[:, 0], way[:, 1])
     force = np.column_stack([-H * way[:, 0] / across, -H * way[:, 1] / across, -V])
-    force[order["head"] != NONE] = 0.0
-    return AtRest(
-        upper,
-        lower,
-        H,
-        V,
-        np.stack([load["fairlead"], load["anchor"]], axis=1),
-        force,
-        View(Line, tables["line"])["on_bed"] > 0.0,
-    )
+    force[View(LineOrder, arrays["line_order"])["head"] != NONE] = 0.0
+    tension = np.stack([load["fairlead"], load["anchor"]], axis=1)
+    return AtRest(upper, lower, H, V, tension, force, line["on_bed"] > 0.0)
 
 
 def shapes(rest: AtRest, lines: Sequence[MooringLine], water_density: float, count: int = 40) -> list[Float]:
@@ -281,12 +268,8 @@ def shapes(rest: AtRest, lines: Sequence[MooringLine], water_density: float, cou
     """
     found = []
     for i, line in enumerate(lines):
-        H, V, w, bed = (
-            max(rest.horizontal[i], 1.0),
-            rest.vertical[i],
-            GRAVITY * line.wet_mass(water_density),
-            rest.on_bed[i],
-        )
+        H, V, bed = max(rest.horizontal[i], 1.0), rest.vertical[i], rest.on_bed[i]
+        w = GRAVITY * line.wet_mass(water_density)
         x, z = np.zeros(count), np.zeros(count)
         for k, s in enumerate(np.linspace(line.length, 0.0, count)[:-1]):
             up = V - w * (line.length - s)

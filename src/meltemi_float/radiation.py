@@ -5,7 +5,7 @@ Reference: docs/theory/floating.md (W-3 to W-6); Cummins (1962); Juang & Pappa (
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -49,26 +49,16 @@ class Radiation:
     error: float
     negative: float
 
-    @classmethod
-    def none(cls) -> Radiation:
-        """No memory."""
-        empty = np.zeros((0, 6), dtype=np.complex128)
-        return cls(np.zeros(0, dtype=np.complex128), empty, empty, 0.0, 0.0)
-
     def kernel(self, t: Float) -> Float:
         """(T, 6, 6) kernel over density at times (T,)."""
         return np.einsum("pi,pj,pt->tij", self.output, self.input, np.exp(np.outer(self.pole, t))).real
 
     def damping(self, frequency: Float) -> Float:
-        """(F, 6, 6) radiation damping over density."""
-        return self._transfer(frequency).real
-
-    def _transfer(self, frequency: Float) -> Complex:
-        """(F, 6, 6) of the pairs of poles."""
+        """(F, 6, 6) radiation damping over density, of the pairs of poles."""
         s = 1j * frequency[:, None]
         one = np.einsum("pi,pj,fp->fij", self.output, self.input, 0.5 / (s - self.pole))
         other = np.einsum("pi,pj,fp->fij", self.output.conj(), self.input.conj(), 0.5 / (s - self.pole.conj()))
-        return np.asarray(one + other)
+        return np.asarray((one + other).real)
 
 
 def damping_at(coefficients: Coefficients, frequency: Float) -> Float:
@@ -90,6 +80,8 @@ def kernel(coefficients: Coefficients, t: Float) -> Float:
 def fit_radiation(coefficients: Coefficients) -> Radiation:
     """Fit the kernel by realisation of its Hankel matrix, with the lowest order that is accurate (W-5, W-6).
 
+    Without damping there is no memory.
+
     Raises:
       InputError: no fit is accurate and passive.
     """
@@ -97,10 +89,12 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     K = kernel(coefficients, t)
     # unit motions are those with equal damping
     size = np.sqrt(np.abs(coefficients.damping).max(axis=0).diagonal())
-    size[size < 1e-6 * size.max()] = np.inf
-    found = [_group(K, t, size, motions, coefficients) for motions in GROUPS if np.isfinite(size[list(motions)]).all()]
-    pole, inputs, outputs = (np.concatenate([each[i] for each in found]) for i in range(3))
-    error, negative = (max(float(each[i]) for each in found) for i in (3, 4))
+    size[size <= 1e-6 * size.max()] = np.inf
+    none = np.zeros((0, 6), dtype=np.complex128)
+    found = [Radiation(none[:, 0], none, none, 0.0, 0.0)]
+    found += [_group(K, t, size, motions, coefficients) for motions in GROUPS if np.isfinite(size[list(motions)]).all()]
+    pole, inputs, outputs = (np.concatenate([getattr(e, n) for e in found]) for n in ("pole", "input", "output"))
+    error, negative = max(each.error for each in found), max(each.negative for each in found)
     if error > WORST or negative > PASSIVE:
         raise InputError(
             f"platform.coefficients: no model of the radiation fits: error {error:.2g} of the kernel, negative damping "
@@ -109,24 +103,24 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     return Radiation(pole, inputs, outputs, error, negative)
 
 
-Group = tuple[Complex, Complex, Complex, float, float]
-"""Poles, inputs, outputs, error and negative damping of a group of motions."""
-
-
-def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficients: Coefficients) -> Group:
-    """The lowest order that is accurate, made passive."""
+def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficients: Coefficients) -> Radiation:
+    """A group of motions with the lowest order that is accurate, made passive."""
     some, n = list(motions), len(motions)
     scale = np.outer(size[some], size[some])
-    h = K[:, some][:, :, some] / scale
+
+    def own(matrices: Float) -> Float:
+        return matrices[:, some][:, :, some] / scale
+
+    h = own(K)
     half = len(t) // 2
     rows = np.arange(half)[:, None] + np.arange(half)
     H = h[rows].transpose(0, 2, 1, 3).reshape(half * n, half * n)
     H1 = h[rows + 1].transpose(0, 2, 1, 3).reshape(half * n, half * n)
     U, s, Vt = scipy.linalg.svd(H, full_matrices=False)
-    slow = damping_at(coefficients, SLOW)[:, some][:, :, some] / scale
+    slow = own(damping_at(coefficients, SLOW))
     wide = np.linspace(0.0, 2.0 * coefficients.frequency[-1], 400)
 
-    def fit(poles: Complex, cuts: int) -> Group:
+    def fit(poles: Complex, cuts: int) -> Radiation:
         residue = _residues(poles, h, t, slow, wide, cuts)
         u, sv, vh = np.linalg.svd(residue)
         # residues of any rank as sums of products
@@ -134,19 +128,18 @@ def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficien
         B, C = np.zeros((len(p), 6), dtype=complex), np.zeros((len(p), 6), dtype=complex)
         B[:, some], C[:, some] = vh[p, r] * size[some], u[p, :, r] * sv[p, r, None] * size[some]
         trial = Radiation(poles[p], B, C, 0.0, 0.0)
-        fitted = trial.kernel(t)[:, some][:, :, some] / scale
-        error = float(np.sqrt(np.mean((fitted - h) ** 2) / np.mean(h**2)))
-        least = np.linalg.eigvalsh(trial.damping(wide)[:, some][:, :, some] / scale)
-        return poles[p], B, C, error, max(0.0, -float(least.min()) / float(least.max()))
+        error = float(np.sqrt(np.mean((own(trial.kernel(t)) - h) ** 2) / np.mean(h**2)))
+        least = np.linalg.eigvalsh(own(trial.damping(wide)))
+        return replace(trial, error=error, negative=max(0.0, -float(least.min()) / float(least.max())))
 
-    best: tuple[float, Complex] = (np.inf, np.zeros(0, dtype=np.complex128))
+    best = np.inf, np.zeros(0, dtype=np.complex128)
     for order in ORDERS:
         root = np.sqrt(s[:order])
         A = (U[:, :order] / root).T @ H1 @ (Vt[:order].T / root)
         z = np.linalg.eigvals(A)
         poles = np.log(z[(np.abs(z) < 1.0) & (np.abs(z) > 1e-6)].astype(complex)) / STEP
         poles = poles[poles.imag >= -1e-9]
-        error = fit(poles, 1)[3]
+        error = fit(poles, 1).error
         best = min(best, (error, poles), key=lambda each: each[0])
         if error < ACCURATE:
             break

@@ -19,7 +19,7 @@ from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.rotors import operating_point
 from meltemi.simulation.simulate import simulate
-from meltemi_float.floater import FloaterPart
+from meltemi_float.floater import MOTIONS, FloaterPart
 from meltemi_float.waves import excitation
 from meltemi_sea.airy import Components
 from meltemi_sea.irregular import IrregularSea
@@ -27,7 +27,6 @@ from meltemi_sea.irregular import IrregularSea
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-MOTIONS = tuple(f"platform_{name}" for name in ("surge", "sway", "heave", "roll", "pitch", "yaw"))
 CHANNELS = (*MOTIONS, "tower_base_moment_fore_aft")
 STILL = 0.1
 """[m/s] wind of a turbine out of operation, its rotor at nearly no speed and its blades feathered."""
@@ -107,7 +106,7 @@ def wave_driven(linear: LinearModel, part: FloaterPart) -> LinearModel:
     place = [i for i, name in enumerate(linear.states) if name.startswith("radiation")]
     if not place:
         raise UnsupportedError("rao: the platform has no potential flow; its linear model has no force of the water")
-    out = part.float_output
+    out = part.constants["float_output"]
     G = np.concatenate([-out[:, :6], out[:, 6:]]).T  # (6, states) by unit states
     size = np.abs(G).max(axis=1, keepdims=True)
     some = size[:, 0] > 1e-9 * size.max()
@@ -147,22 +146,22 @@ def random_operators(
     part = _floater(model)
     limits = (0.1, min(float(part.coefficients.frequency[-1]), 2.0))
     sea = IrregularSea(height=height, spectrum="white", frequencies=limits, direction=direction, seed=seed)
+    names = ("wave_elevation", *channels)
     result = simulate(
         model,
         wind_speed or STILL,
         duration=1.1 * duration,
         controller=ConstantController(),
-        channels=("wave_elevation", *channels),
+        channels=names,
         output_step=0.25,
         start=steady_point(model, wind_speed),
         sea=sea,
         progress=progress,
     )
     first = int(0.1 * duration / 0.25)
-    series = np.stack([np.asarray(result[name])[first:] for name in ("wave_elevation", *channels)])
+    series = np.stack([np.asarray(result[name])[first:] for name in names])
     n = series.shape[1]
-    window = np.hanning(n)
-    F = np.fft.rfft(window * (series - series.mean(axis=1, keepdims=True)))
+    F = np.fft.rfft(np.hanning(n) * (series - series.mean(axis=1, keepdims=True)))
     w = 2.0 * np.pi * np.fft.rfftfreq(n, 0.25)
     inside = np.flatnonzero((w > limits[0]) & (w < limits[1]))
     groups = inside[: len(inside) // BINS * BINS].reshape(-1, BINS)

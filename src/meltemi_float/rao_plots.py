@@ -26,8 +26,7 @@ def plot_operators(title: str, found: Sequence[tuple[str, Operators, Any]]) -> F
     for i, (name, (unit, factor)) in enumerate(zip(names, found[0][1].shown, strict=True)):
         ax = axes[i, 0]
         for label, each, coherence in found:
-            size = np.abs(each.value[:, i]) * factor
-            f = each.frequency / (2.0 * np.pi)
+            f, size = each.frequency / (2.0 * np.pi), np.abs(each.value[:, i]) * factor
             if coherence is None:
                 ax.plot(f, size, color=COLOURS[0], lw=1.0, label=label)
             else:

@@ -6,7 +6,6 @@ Reference: docs/theory/floating.md (W-9, W-11, W-38); Pinkster (1980); Standing,
 
 from __future__ import annotations
 
-import math
 from typing import Any, Literal
 
 import numpy as np
@@ -15,10 +14,9 @@ from scipy.spatial.transform import Rotation
 
 from meltemi.core.errors import InputError
 from meltemi_float.coefficients import Coefficients
-from meltemi_float.members import instants
 from meltemi_float.platform import Platform
 from meltemi_sea.airy import Components, wave_number
-from meltemi_sea.field import summed
+from meltemi_sea.field import amplitudes_at, repeats, summed, times
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -35,11 +33,8 @@ def wave_forces(
       InputError: waves or their directions are not in the coefficients.
     """
     waves = sea.components(platform.depth, duration, gravity)
-    dt, count, total = instants(waves, duration, platform.sum_forces)
-    period = dt if not len(waves.frequency) else math.inf if waves.period is None else waves.period
-    k = wave_number(waves.frequency, platform.depth, gravity)
-    place = origin[0] * np.cos(waves.direction) + origin[1] * np.sin(waves.direction)
-    amplitude = waves.amplitude * np.exp(-1j * k * place)
+    dt, count, total = times(waves, duration, platform.sum_forces)
+    amplitude = amplitudes_at(waves, wave_number(waves.frequency, platform.depth, gravity), origin)
     scale = platform.water_density * gravity
     lines = np.concatenate([amplitude[None], scale * amplitude * excitation(c, waves).T])
     series = summed(waves, lines, dt, count, total)
@@ -47,7 +42,7 @@ def wave_forces(
     for kind in kinds if len(waves.frequency) else ():
         mean, further, pairs = second_order(kind, c, platform, waves, amplitude)
         series[1:] += scale * (mean[:, None] + summed(further, pairs, dt, count, total))
-    return dt, period if math.isfinite(period) else 1e30, np.ascontiguousarray(series.T)
+    return dt, repeats(waves, dt), np.ascontiguousarray(series.T)
 
 
 def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) -> Float:

@@ -30,7 +30,7 @@ class SeaField:
 
     Attributes:
       dt: [s] between samples; the first is ``AHEAD`` samples before time 0.
-      period: [s] after which they repeat, infinite if they do not.
+      period: [s] after which they repeat, 1e30 if they do not.
       elevation: (T,) [m] at the origin.
       velocity: (T, P, 2) [m/s] along x and y.
       acceleration: (T, P, 2) [m/s^2], including the factors of diffraction.
@@ -70,12 +70,10 @@ def sea_field(
     """
     w, k = waves.frequency, wave_number(waves.frequency, depth, gravity)
     dt, count, total = times(waves, duration)
-    period = dt if not len(w) else math.inf if waves.period is None else waves.period
     columns = 1 + 4 * (len(z) + slope)
     if 8.0 * columns * count > MOST_BYTES:
         raise InputError(f"sea: {count} samples at {len(z)} points are too many; shorten sea.repeat or the run")
-    place = origin[0] * np.cos(waves.direction) + origin[1] * np.sin(waves.direction)
-    amplitude = waves.amplitude * np.exp(-1j * k * place)
+    amplitude = amplitudes_at(waves, k, origin)
     across, _, _ = profiles(k, z, depth)
     diffracted: Complex = np.ones((len(z), len(w)), dtype=np.complex128)
     if radius is not None:
@@ -89,20 +87,32 @@ def sea_field(
     lines = np.concatenate([amplitude[None], velocity * x, velocity * y, acceleration * x, acceleration * y])
     series = summed(waves, lines, dt, count, total)
     u, v, a, b = series[1:].reshape(4, -1, count)
-    return SeaField(
-        dt,
-        period,
-        np.ascontiguousarray(series[0]),
-        np.stack([u.T, v.T], axis=-1),
-        np.stack([a.T, b.T], axis=-1),
-    )
+    velocities, accelerations = np.stack([u.T, v.T], axis=-1), np.stack([a.T, b.T], axis=-1)
+    return SeaField(dt, repeats(waves, dt), np.ascontiguousarray(series[0]), velocities, accelerations)
 
 
-def times(waves: Components, duration: float) -> tuple[float, int, int | None]:
-    """Step [s], number of samples, and samples in a period; None where the waves are summed one by one."""
+def amplitudes_at(waves: Components, k: Float, origin: tuple[float, float]) -> Complex:
+    """(M,) [m] complex amplitudes of waves with wave numbers k (M,) [rad/m] at a place (x, y) [m]."""
+    place = origin[0] * np.cos(waves.direction) + origin[1] * np.sin(waves.direction)
+    return np.asarray(waves.amplitude * np.exp(-1j * k * place))
+
+
+def repeats(waves: Components, dt: float) -> float:
+    """[s] after which samples in steps of ``dt`` [s] repeat; 1e30 if they do not."""
+    if not len(waves.frequency):
+        return dt
+    return 1e30 if waves.period is None else waves.period
+
+
+def times(waves: Components, duration: float, sums: bool = False) -> tuple[float, int, int | None]:
+    """Step [s], number of samples, and samples in a period; None where the waves are summed one by one.
+
+    Args:
+      duration: [s]; sums: whether there are sums of two of the frequencies, too.
+    """
     if not len(waves.frequency):
         return 1.0, AHEAD + BEHIND + 1, None
-    longest = min(STEP, PHASE / float(waves.frequency.max()))
+    longest = min(STEP, PHASE / ((1.0 + sums) * float(waves.frequency.max())))
     if waves.period is None:
         return longest, math.ceil(duration / longest) + AHEAD + BEHIND + 1, None
     from scipy.fft import next_fast_len

@@ -5,7 +5,6 @@ Reference: docs/theory/sea.md (H-21 to H-23).
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any, get_args
 
@@ -97,7 +96,7 @@ def sea_part(sea: Sea, model: Model[Any], duration: float, origin: tuple[float, 
     v = View(Water, water)
     v["depth"], v["level"] = depth, sea.level
     v["stretching"] = float(get_args(Stretching).index(sea.stretching))
-    v["step"], v["period"] = field.dt, field.period if math.isfinite(field.period) else 1e30
+    v["step"], v["period"] = field.dt, field.period
     current = np.zeros((2, len(z))) if sea.current is None else sea.current.at(z, depth).T
     return SeaPart(
         water=water,

@@ -148,6 +148,14 @@ def test_the_spar_is_in_balance() -> None:
     assert abs(lift) < 1e-3 * 1025.0 * read_coefficients("nrel5mw-spar").hydrostatic[2, 2]
 
 
+def test_the_mass_at_the_tower_top_weighs_on_the_platform() -> None:
+    turbine = meltemi.load_turbine("nrel5mw-spar")
+    mass, moment = turbine_weight(turbine)
+    top = turbine.tower.base_height + turbine.tower.length
+    more = turbine_weight(turbine.replace(**{"tower.top_mass": 5e4}))
+    assert more == pytest.approx((mass + 5e4, moment + 5e4 * top), rel=1e-12)
+
+
 @pytest.mark.slow
 def test_the_spar_has_the_periods_of_its_report() -> None:
     """Jonkman & Musial (2010), OC3 phase IV: surge 0.0080, heave 0.0324, pitch 0.0342, yaw 0.121 Hz."""

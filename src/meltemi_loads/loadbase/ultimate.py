@@ -254,11 +254,12 @@ def ultimate_tables(
         return _no_matrix(), pd.DataFrame(columns=BY_ROW).set_index(BY_ROW[:3])
     order = pd.Index([case.name for case in evaluation.results.present]).get_indexer(kept["case"])
     kept = kept.iloc[np.argsort(order, kind="stable")]
+    of_interface = kept.groupby("interface").indices
     matrices: list[pd.DataFrame] = []
     lines: dict[tuple[str, str, str], tuple[float, tuple[Any, ...]]] = {}
     for name, members in blade_groups(interfaces).items():
         plane = members[0].plane
-        loads, times, blades = worst_member(kept, members, plane)
+        loads, times, blades = worst_member([kept.iloc[of_interface[each.name]] for each in members], plane)
         tables = []
         for runs in evaluation.runs:
             rows = _rows(evaluation, runs, name, loads[runs.places], plane)
@@ -347,16 +348,14 @@ OF_BLADES = ("blade_", "root_", "station_", "tip_", "pitch_")
 """Begins of the names of interfaces and channels of single blades."""
 
 
-def worst_member(kept: pd.DataFrame, members: Sequence[Interface], plane: str) -> tuple[Float, Float, NDArray[np.intp]]:
+def worst_member(parts: Sequence[pd.DataFrame], plane: str) -> tuple[Float, Float, NDArray[np.intp]]:
     """Loads (R, 14, 6), times (R, 14) and blade (R, 14) of the extremes of each run at the worst of several interfaces.
 
     Args:
-      kept: extremes of all runs, in their order.
-      members: one interface, or that of each blade.
+      parts: extremes of all runs, in their order, at one interface, or at that of each blade.
       plane: transverse axes.
     """
-    parts = [kept[(kept["interface"] == each.name).to_numpy()] for each in members]
-    shape = (len(members), -1, len(DRIVERS))
+    shape = (len(parts), -1, len(DRIVERS))
     loads = np.stack([part[list("Fx Fy Fz Mx My Mz".split())].to_numpy(float) for part in parts])
     loads = loads.reshape(*shape, 6)
     times = np.stack([part["time"].to_numpy(float) for part in parts]).reshape(shape)
@@ -365,7 +364,7 @@ def worst_member(kept: pd.DataFrame, members: Sequence[Interface], plane: str) -
     values = signs * driver_values(loads, plane)[..., k, k]
     worst = values.argmax(axis=0)
     runs = np.arange(loads.shape[1])[:, None]
-    blades = worst + 1 if len(members) > 1 else np.zeros_like(worst)
+    blades = worst + 1 if len(parts) > 1 else np.zeros_like(worst)
     return loads[worst, runs, k], times[worst, runs, k], blades
 
 
