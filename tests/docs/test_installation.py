@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -31,6 +32,18 @@ def test_versions_that_messages_name_are_those_of_the_extras() -> None:
     assert set(REQUIREMENTS) <= stated
     for name in ("control", "windIO", "rosco"):
         assert any(f'"{BY_NAME[name]}"' in path.read_text(encoding="utf-8") for path in TEXTS if path.suffix == ".md")
+
+
+def test_packages_that_are_needed_can_be_named() -> None:
+    calls = [
+        call
+        for path in (ROOT / "src").rglob("*.py")
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "need"
+    ]
+    names = {a.value for call in calls for a in call.args[1:] if isinstance(a, ast.Constant)}
+    assert names >= {"pettingzoo", "gymnasium"}
+    assert names <= set(BY_NAME)
 
 
 def test_only_one_module_says_how_to_install_a_package() -> None:

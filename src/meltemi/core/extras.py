@@ -19,6 +19,7 @@ REQUIREMENTS = (
     "numba-cuda[cu12]>=0.28,<0.31",
     "openpyxl>=3.1,<4",
     "pandas>=2.2,<4",
+    "pettingzoo>=1.24,<2",
     "pyarrow>=18",
     "pythonfmu3>=0.3.4,<0.4",
     "pythonfmu>=0.7,<0.8",

@@ -267,7 +267,7 @@ def in_turn(kernels: Sequence[Callable[..., Any]], parameters: int) -> Any:
     """A kernel that calls several, which take up to three parameters, one after the other; without a cache."""
     if not kernels:
         nothing: Any = (lambda a: None, lambda a, b: None, lambda a, b, c: None)[parameters - 1]
-        return _compiled(nothing, cached=False)
+        return _compiled(nothing)
     first, following = kernels[0], in_turn(kernels[1:], parameters)
 
     def one(a: Any) -> None:
