@@ -81,7 +81,8 @@ def plot_farm(result: FarmResult, alone: FarmResult | None = None, title: str = 
     if result.view is not None:
         x, y, speed = result.view
         image = above.pcolormesh(x, y, speed.T, shading="gouraud", cmap="viridis", rasterized=True)
-        figure.colorbar(image, ax=above, label="wind [m/s]", pad=0.01)
+        figure.colorbar(image, cax=above.inset_axes((1.01, 0.0, 0.01, 1.0)), label="wind [m/s]")
+        above.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     for i, ((x0, y0), yaw, diameter) in enumerate(zip(result.positions, result.yaw, result.diameters, strict=True)):
         across = 0.5 * diameter * np.array([-np.sin(yaw), np.cos(yaw)])
         above.plot([x0 - across[0], x0 + across[0]], [y0 - across[1], y0 + across[1]], color="white", linewidth=3.0)
@@ -90,18 +91,14 @@ def plot_farm(result: FarmResult, alone: FarmResult | None = None, title: str = 
         if len(wake.planes):
             above.plot(*wake.planes[-1][:2], color="white", linewidth=0.8, linestyle="--")
     above.set_aspect("equal", adjustable="box")
-    if result.view is not None:
-        above.set_xlim(x[0], x[-1])
-        above.set_ylim(y[0], y[-1])
-    above.set_xlabel("x [m], downwind for direction 0")
-    above.set_ylabel("y [m]")
+    above.set(xlabel="x [m], downwind for direction 0", ylabel="y [m]")
     heading(above, f"Wind at {result.hubs[0]:.0f} m at the end, rotors, centres of the wakes")
     both = [result.turbines, () if alone is None else alone.turbines]
     for k, (of, what) in enumerate(((_power, "mean power [MW]"), (_load, "DEL of the blade root out of plane [MN m]"))):
         now, before = ([of(each) for each in turbines] for turbines in both)
         _bars(figure.add_subplot(grid[1, k]), now, before, what)
     if title:
-        figure_title(figure, title)
+        figure_title(figure, title, longest=120)
     return figure
 
 
