@@ -3,7 +3,8 @@
     python tools/farm_study.py OUT [--quick]
 
 writes ``runs.csv`` (a row a run and turbine; runs that it has are not repeated) and ``tables.md``, the tables of
-``docs/verification/farm-control.md``. NREL 5 MW, six seeds, 600 s after 240 s; about half an hour of a core.
+``docs/verification/farm-control.md``. NREL 5 MW, six seeds of the row and four of the farm, 600 s after 240 s; about
+20 minutes of a core, seed by seed.
 """
 
 from __future__ import annotations
