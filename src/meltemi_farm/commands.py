@@ -48,7 +48,8 @@ def farm(
     """Simulate turbines in each other's wakes: power and loads by turbine, and what the wakes cost."""
     from time import perf_counter
 
-    from meltemi_farm.layout import read_farm
+    from meltemi.core.yamlfile import read_record, write_record
+    from meltemi_farm.layout import FarmCase
 
     options: dict[str, Any] = {"--row": row, "--spacing": spacing, "--layout": layout, "--wind-speed": wind_speed}
     options |= {"--turbulence": turbulence, "--direction": direction, "--seed": seed, "--duration": duration}
@@ -58,12 +59,11 @@ def farm(
     if path.suffix in (".yaml", ".yml") and (is_case(path) or not path.exists()):
         if given:
             raise InputError(f"{path} is the file of a farm, which defines its own run; remove {', '.join(given)}")
-        case, folder = read_farm(path), path.parent
+        case, folder = read_record(path, FarmCase), path.parent
     else:
         case, folder = _row_case(target, given), Path()
     if seen:
         case = case.replace(view=True)
-    from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import self_contained
     from meltemi.postprocess.files import write_netcdf
     from meltemi.report.plots import save
@@ -76,8 +76,7 @@ def farm(
     seconds = perf_counter() - began
     head, rows = cost_rows(result, before)
     label = f"{case.turbine}, wakes {case.wakes.model}: {result[0].meta['wind']}"
-    shown = cost_rows(result, before, SHOWN)
-    print_table(label, *shown, all_rows=(head, rows))
+    print_table(label, *cost_rows(result, before, SHOWN), all_rows=(head, rows))
     print(
         "DEL: damage-equivalent load, 1 Hz, of the blade root out of plane (slope 10) and the tower base fore-aft (4); "
         "%: change by the wakes"
@@ -115,12 +114,10 @@ def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
     from meltemi_farm.report import CHANNELS
 
     positions, settings = _positions(given, load_turbine(target).rotor_diameter)
-    intensity = given.get("--turbulence", INTENSITY)
-    wind = {"--wind-speed": given.get("--wind-speed", SPEED)}
-    if intensity:
-        wind |= {"--turbulence": intensity, "--seed": given.get("--seed", 1)}
-    if "--direction" in given:
-        wind["--direction"] = given["--direction"]
+    wind: dict[str, Any] = {"--wind-speed": SPEED, "--turbulence": INTENSITY, "--seed": 1}
+    wind |= {name: given[name] for name in (*wind, "--direction") if name in given}
+    if not wind["--turbulence"]:
+        del wind["--turbulence"], wind["--seed"]
     duration = given.get("--duration", DURATION)
     data: dict[str, Any] = {
         "turbine": str(Path(target).absolute()) if Path(target).is_file() else target,
@@ -139,20 +136,23 @@ def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
 
 def _positions(given: dict[str, Any], diameter: float) -> tuple[Any, dict[str, Any]]:
     """Positions [m] of a layout or of a row, and wake settings of the layout."""
+    from meltemi_farm.layout import CLOSEST, MOST_TURBINES
+
     if "--layout" in given:
         from meltemi_farm.sources import read_layout
 
-        for name in ("--row", "--spacing"):
-            if name in given:
-                raise InputError(f"give one of {name}, --layout")
+        if other := sorted(given.keys() & {"--row", "--spacing"}):
+            raise InputError(f"give one of {other[0]}, --layout")
         found = read_layout(given["--layout"], diameter)
         for words in found.notes:
             say(f"{given['--layout']}: {words}")
         return found.positions, found.wakes
-    count, step = given.get("--row", 3), round(given.get("--spacing", 5.0) * diameter, 1)
-    if not 1 <= count <= 200:
-        raise InputError(f"--row {count}: expected 1 to 200 turbines")
-    return [(i * step, 0.0) for i in range(count)], {}
+    count, spacing = given.get("--row", 3), given.get("--spacing", 5.0)
+    if not 1 <= count <= MOST_TURBINES:
+        raise InputError(f"--row {count}: expected 1 to {MOST_TURBINES} turbines")
+    if not spacing >= CLOSEST:
+        raise InputError(f"--spacing {spacing:g}: expected {CLOSEST:g} rotor diameters or more, behind the near wake")
+    return [(round(i * spacing * diameter, 1), 0.0) for i in range(count)], {}
 
 
 def _simulated(case: FarmCase, folder: Path, alone: bool) -> tuple[FarmResult, FarmResult | None]:
@@ -178,4 +178,5 @@ def _next(case: FarmCase, target: str, given: dict[str, Any], out: Path) -> tupl
         return ("run", target, "--wind-speed", SPEED, "--turbulence", INTENSITY)
     if given.keys() & {"--yaw", "--row", "--layout"} or Path(target).suffix in (".yaml", ".yml"):
         return ("diff", out / "turbine_1.nc", out / "turbine_2.nc", "--out", out)
-    return ("farm", target, "--yaw", "20" + ",0" * (count - 1), "--out", f"{out}-yawed")
+    options = [word for option in given.items() for word in option]
+    return ("farm", target, *options, "--yaw", "20" + ",0" * (count - 1), "--out", f"{out}-yawed")

@@ -91,8 +91,7 @@ class FarmEnv(ParallelEnv[str, Float, Float]):  # type: ignore[misc]
         self.close()
         self.wind = self.wind.replace(seed=self.wind.seed + 1 if seed is None else seed)
         runs = farm_runs(self.farm, self.wind, self.duration, self.controllers, None)
-        places, yaw = np.array(self.farm.positions, dtype=np.float64), self.farm.angles()
-        self.march = FarmMarch(runs, places, self.farm.settings, yaw, self.pool)
+        self.march = FarmMarch(runs, self.farm.places(), self.farm.settings, self.farm.angles(), self.pool)
         self.agents = list(self.possible_agents)
         return self._observed()[0], {agent: {} for agent in self.agents}
 

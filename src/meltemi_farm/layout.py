@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import model_validator
+from pydantic import BeforeValidator, model_validator
 
 from meltemi.core.errors import InputError
-from meltemi.core.yamlfile import read_record, validated
+from meltemi.core.yamlfile import validated
 from meltemi.loadcases.case import LoadCase
 from meltemi.simulation.model import Model
 from meltemi.simulation.options import ModelOptions
@@ -31,10 +30,26 @@ LARGEST = 1e5
 MOST_YAW = math.radians(60.0)
 
 
+def _pairs(given: Any) -> Any:
+    """Positions as they are; a ValueError for a turbine whose position is not two values."""
+    for i, each in enumerate(given if isinstance(given, list | tuple) else ()):
+        if np.shape(each) != (2,):
+            raise ValueError(f"turbine {i + 1}: expected two numbers, x and y in m, such as [630, 0], found {each}")
+    return given
+
+
+def _numbers(given: Any, what: str, checked: Callable[[Any], Any] = lambda values: values) -> Float:
+    """What Python gives, as an array; an InputError where it is not numbers."""
+    try:
+        return np.array(checked(given), dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"farm: {what}: {error}") from None
+
+
 class FarmCase(LoadCase):
     """Complete description of the simulation of a farm: a load case with positions and wakes."""
 
-    positions: tuple[tuple[float, float], ...]
+    positions: Annotated[tuple[tuple[float, float], ...], BeforeValidator(_pairs)]
     """(x, y) [m] of the turbines: x downwind for wind direction 0, y to the left."""
     yaw: tuple[float, ...] = ()
     """[rad] constant yaw angle of each nacelle, counter-clockwise from above; by default 0."""
@@ -42,24 +57,11 @@ class FarmCase(LoadCase):
 
     @model_validator(mode="after")
     def _check_layout(self) -> Self:
-        if self.yaw and len(self.yaw) != len(self.positions):
-            raise ValueError(
-                f"yaw: expected one angle for each of {len(self.positions)} turbines, found {len(self.yaw)}"
-            )
         try:
-            check_layout(np.array(self.positions), (), self.yaw)
+            check_layout(np.array(self.positions), (), self.yaw or [0.0] * len(self.positions))
         except InputError as error:
             raise ValueError(str(error)) from None
         return self
-
-
-def read_farm(path: str | Path) -> FarmCase:
-    """Read a farm from a YAML file.
-
-    Raises:
-      InputError: with file, line, key and remedy.
-    """
-    return read_record(path, FarmCase)
 
 
 @dataclass(frozen=True)
@@ -99,15 +101,17 @@ class Farm:
                 made[id(one)] = one if isinstance(one, Model) else build(load_turbine(one), options or ModelOptions())  # type: ignore[arg-type]
         return [made[id(one)] for one in each]
 
+    def places(self) -> Float:
+        """(turbines, 2) [m] positions."""
+        return _numbers(list(self.positions), "positions", _pairs)
+
     def angles(self) -> Float:
         """(turbines,) [rad] yaw angles."""
-        angles = np.asarray(self.yaw, dtype=np.float64)
-        if angles.ndim and len(angles) != len(self.positions):
-            raise InputError(f"farm: yaw: expected {len(self.positions)} angles [rad], found {len(angles)}")
-        return np.broadcast_to(angles, len(self.positions)).copy()
+        angles = _numbers(self.yaw, "yaw [rad]")
+        return angles if angles.ndim else np.full(len(self.positions), angles)
 
 
-def check_layout(positions: Float, diameters: Sequence[float], yaw: Sequence[float] | Float = ()) -> None:
+def check_layout(positions: Float, diameters: Sequence[float], yaw: Sequence[float] | Float) -> None:
     """Refuse positions that are not finite or too far away, turbines that are too close, and yaw beyond any use.
 
     Args:
@@ -118,12 +122,12 @@ def check_layout(positions: Float, diameters: Sequence[float], yaw: Sequence[flo
     Raises:
       InputError: naming the two turbines, their distance and the least one.
     """
-    if positions.ndim != 2 or positions.shape[1:] != (2,) or not len(positions):
-        raise InputError("farm: positions: expected (x, y) in m for each turbine, found none or others")
-    if len(positions) > MOST_TURBINES:
-        raise InputError(f"farm: positions: expected {MOST_TURBINES} turbines at most, found {len(positions)}")
+    if not 1 <= len(positions) <= MOST_TURBINES:
+        raise InputError(f"farm: positions: expected 1 to {MOST_TURBINES} turbines, found {len(positions)}")
+    if len(yaw) != len(positions):
+        raise InputError(f"farm: yaw: expected an angle for each of {len(positions)} turbines, found {len(yaw)}")
     if not np.all(np.abs(positions) <= LARGEST):
-        raise InputError(f"farm: positions must be numbers within {LARGEST:g} m")
+        raise InputError(f"farm: positions: expected numbers within {LARGEST:g} m")
     for i, angle in enumerate(yaw):
         if not abs(angle) <= MOST_YAW:
             raise InputError(

@@ -28,6 +28,7 @@ LOADS = {
     "yaw_moment_z": "yaw bearing torsion",
 }
 """Loads of the table by channel, and their names."""
+LABEL = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.7}
 CHANNELS = ("wind_x", "rotor_speed", "pitch_1", "generator_power", "rotor_aero_thrust", "nacelle_yaw", *LOADS)
 """Channels that the table needs, and usual ones."""
 
@@ -49,8 +50,7 @@ def cost_rows(
     rows, powers = [], []
     for i, each in enumerate(result.turbines):
         both = [turbine.evaluated for turbine in ([each] if alone is None else [each, alone.turbines[i]])]
-        x, y = result.positions[i]
-        cells = [f"T{i + 1}", number(x), number(y), number(float(np.degrees(result.yaw[i])))]
+        cells = [f"T{i + 1}", *map(number, result.positions[i]), number(float(np.degrees(result.yaw[i])))]
         powers.append([float(turbine["generator_power"].mean()) for turbine in both])
         cells += [number(float(both[0]["wind_x"].mean())), *_compared(powers[-1])]
         found = [equivalent_loads(turbine, loads) for turbine in both]
@@ -74,34 +74,32 @@ def plot_farm(result: FarmResult, alone: FarmResult | None = None, title: str = 
       result: with wakes.
       alone: the same without wakes.
     """
-    figure, _ = new_figure(1, size=(12.0, 6.0))
+    figure = new_figure(1, size=(12.0, 6.0))[0]
     figure.clear()
     grid = figure.add_gridspec(2, 2, height_ratios=(1.5, 1.0))
     above = figure.add_subplot(grid[0, :])
     if result.view is not None:
         x, y, speed = result.view
         image = above.pcolormesh(x, y, speed.T, shading="gouraud", cmap="viridis", rasterized=True)
-        figure.colorbar(image, ax=above, label="wind [m/s]", pad=0.01)
+        bar = above.inset_axes((1.01, 0.0, 0.01, 1.0), axes_class=type(above))  # as high as they are
+        figure.colorbar(image, cax=bar, label="wind [m/s]")
+        above.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     for i, ((x0, y0), yaw, diameter) in enumerate(zip(result.positions, result.yaw, result.diameters, strict=True)):
         across = 0.5 * diameter * np.array([-np.sin(yaw), np.cos(yaw)])
         above.plot([x0 - across[0], x0 + across[0]], [y0 - across[1], y0 + across[1]], color="white", linewidth=3.0)
-        above.annotate(f"T{i + 1}", (x0, y0 + 0.6 * diameter), color="white", ha="center", fontsize=9)
+        above.annotate(f"T{i + 1}", (x0, y0 + 0.6 * diameter), ha="center", fontsize=9, bbox=LABEL)
     for wake in result.wakes:
         if len(wake.planes):
             above.plot(*wake.planes[-1][:2], color="white", linewidth=0.8, linestyle="--")
     above.set_aspect("equal", adjustable="box")
-    if result.view is not None:
-        above.set_xlim(x[0], x[-1])
-        above.set_ylim(y[0], y[-1])
-    above.set_xlabel("x [m], downwind for direction 0")
-    above.set_ylabel("y [m]")
+    above.set(xlabel="x [m], downwind for direction 0", ylabel="y [m]")
     heading(above, f"Wind at {result.hubs[0]:.0f} m at the end, rotors, centres of the wakes")
     both = [result.turbines, () if alone is None else alone.turbines]
     for k, (of, what) in enumerate(((_power, "mean power [MW]"), (_load, "DEL of the blade root out of plane [MN m]"))):
         now, before = ([of(each) for each in turbines] for turbines in both)
         _bars(figure.add_subplot(grid[1, k]), now, before, what)
     if title:
-        figure_title(figure, title)
+        figure_title(figure, title, longest=120)
     return figure
 
 
@@ -110,8 +108,7 @@ def _power(result: Result) -> float:
 
 
 def _load(result: Result) -> float:
-    name = next(iter(LOADS))
-    return equivalent_loads(result, [name])[name] * 1e-6 if name in result else 0.0
+    return equivalent_loads(result, SHOWN[:1])[SHOWN[0]] * 1e-6 if SHOWN[0] in result else 0.0
 
 
 def _bars(ax: Axes, now: list[float], before: list[float], title: str) -> None:

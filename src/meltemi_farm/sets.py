@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,10 +169,6 @@ class WakeSet:
         kinds = (self.deficit_turbulence, self.gradient_turbulence)
         return np.array([each[0] * power_filter(*each[1:])(x) for each in kinds])
 
-    def changed(self, **constants: Any) -> WakeSet:
-        """The set with other constants."""
-        return replace(self, **constants)
-
 
 _IEC = WakeSet(
     source="IEC 61400-1:2019, Annex E.2",
@@ -205,10 +200,11 @@ SETS: dict[str, WakeSet] = {
         gradient_turbulence=(3.0, 0.0, 0.0, 12.0, 0.65),
     ),
     "iec": _IEC,
-    "madsen": _IEC.changed(
-        source="Madsen et al. (2010)", inlet=madsen_inlet, ambient=0.07, power=1.0, ambient_filter=linear_filter
+    "madsen": replace(
+        _IEC, source="Madsen et al. (2010)", inlet=madsen_inlet, ambient=0.07, power=1.0, ambient_filter=linear_filter
     ),
-    "keck": _IEC.changed(
+    "keck": replace(
+        _IEC,
         source="Keck et al. (2015)",
         inlet=keck_inlet,
         ambient=0.0914,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 from pydantic import Field
@@ -41,4 +42,4 @@ class WakeSettings(Record):
     def constants(self) -> WakeSet:
         """The named set, with the constants that are given."""
         chosen = SETS[self.model]
-        return chosen if self.cut_off is None else chosen.changed(cut_off=self.cut_off)
+        return chosen if self.cut_off is None else replace(chosen, cut_off=self.cut_off)

@@ -262,8 +262,7 @@ def simulate_farm(  # noqa: PLR0913 - options of a simulation, each with a defau
       RunError: a turbine's run ended early; ``error.result`` is that turbine's.
     """
     runs = farm_runs(farm, wind, duration, controllers, start, **options)
-    places = np.array(farm.positions, dtype=np.float64)
-    return march_farm(runs, places, farm.settings, farm.angles(), control, threads, progress, watch)
+    return march_farm(runs, farm.places(), farm.settings, farm.angles(), control, threads, progress, watch)
 
 
 def farm_runs(farm: Farm, wind: Any, duration: float, controllers: Any, start: Any, **options: Any) -> list[Run]:
@@ -304,6 +303,8 @@ def march_farm(
     watch: Watch | None = None,
 ) -> FarmResult:
     """Simulate a farm whose turbines are runs with one wind; arguments and errors as of :func:`simulate_farm`."""
+    if threads is not None and not (isinstance(threads, int) and threads > 0):
+        raise InputError(f"farm: threads: expected an integer of 1 or more, or None for all cores, found {threads!r}")
     with ThreadPoolExecutor(threads or available_cores()) as pool:
         march = FarmMarch(runs, positions, settings, yaw, pool, control, watch)
         march.to_end(progress)

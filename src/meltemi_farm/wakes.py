@@ -194,7 +194,7 @@ class FarmWakes:
             for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
         ]
         self.boxes = np.full((n, 2, 2), np.inf)
-        disk, rings = self.model.changed(windowed=False), settings.rings
+        disk, rings = replace(self.model, windowed=False), settings.rings
         self.fields, self._reach = list[PlaneField](), list[float]()
         for hub, diameter, members in zip(hubs, diameters, own, strict=True):
             drifting = average_points(self.model, diameter, settings.rings)

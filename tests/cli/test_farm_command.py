@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from terminal import Command
 
+from meltemi_farm.commands import _next, _row_case
+
 LAYOUT = """\
 turbine: nrel5mw
 positions: [[0, 0], [630, 0]]
@@ -33,12 +35,22 @@ def test_a_farm_of_a_file_writes_table_figure_and_results(command: Command, tmp_
     assert change[1] < -40.0 < change[2] < -15.0
 
 
+def test_the_next_command_keeps_the_options_of_the_row() -> None:
+    """So that it differs by the yaw angle alone."""
+    given = {"--row": 3, "--spacing": 7.0}
+    assert _next(_row_case("nrel5mw", given), "nrel5mw", given, Path("out"))[0] == "diff"
+    given = {"--spacing": 7.0}
+    words = _next(_row_case("nrel5mw", given), "nrel5mw", given, Path("out"))
+    assert words == ("farm", "nrel5mw", "--spacing", 7.0, "--yaw", "20,0,0", "--out", "out-yawed")
+
+
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
         ("[630, 0]", "[600, 0], [700, 0]", "turbines 2 and 3 are 100 m apart, expected at least 252 m"),
         ("added_turbulence: false", "model: fast-farm", "fast.farm"),
         ("positions", "position", "positions"),
+        ("[0, 0]", "[0, 0, 5]", "layout.yaml:2: positions: turbine 1: expected two numbers, x and y in m"),
         ("[630, 0]]", "[630, 0]]\nyaw: [20, 0]", "20 deg"),
     ],
 )
@@ -55,9 +67,10 @@ def test_mistakes_are_answered_in_words(command: Command, tmp_path: Path, before
     ("options", "words"),
     [
         (("--row", "0"), "--row 0: expected 1 to 200 turbines"),
-        (("--spacing", "1.5"), "189 m apart"),
+        (("--spacing", "1.5"), "--spacing 1.5: expected 2 rotor diameters or more"),
+        (("--spacing", "nan"), "--spacing nan: expected 2 rotor diameters or more"),
         (("--wakes", "frandsen"), "fast.farm"),
-        (("--yaw", "20"), "expected one angle for each of 3 turbines"),
+        (("--yaw", "20"), "expected an angle for each of 3 turbines"),
     ],
 )
 def test_options_are_checked(command: Command, tmp_path: Path, options: tuple[str, str], words: str) -> None:

@@ -15,6 +15,7 @@ from meltemi_farm.simulation import FarmResult, SetPoint
 D = 126.0
 CHANNELS = ("generator_power", "wind_x", "root_moment_out_of_plane_1")
 ROW = [(0.0, 0.0), (5.0 * D, 0.0)]
+PAIR = r"positions: turbine 1: expected two numbers, x and y in m, such as \[630, 0\], found "
 
 pytestmark = pytest.mark.slow  # kernels with the wind of wakes
 
@@ -121,12 +122,14 @@ def test_wakes_in_calm_air_are_refused(model: Any, speed: float) -> None:
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"positions": []}, "positions"),
-        ({"yaw": [0.0]}, "expected one angle for each of 2 turbines, found 1"),
+        ({"positions": []}, "positions: expected 1 to 200 turbines, found 0"),
+        ({"positions": [[0.0, 0.0, 5.0], [630.0, 0.0]]}, PAIR + r"\[0.0, 0.0, 5.0\]"),
+        ({"positions": [0.0, 630.0]}, PAIR + "0.0"),
+        ({"yaw": [0.0]}, "yaw: expected an angle for each of 2 turbines, found 1"),
         ({"wakes": {"model": "fastfarm"}}, "fast.farm"),
         ({"wakes": {"merging": "square"}}, "quadratic"),
         ({"positions": [[0.0, 0.0], [1e9, 0.0]]}, "within 100000 m"),
-        ({"positions": [[1e3 * i, 0.0] for i in range(201)]}, "expected 200 turbines at most, found 201"),
+        ({"positions": [[1e3 * i, 0.0] for i in range(201)]}, "expected 1 to 200 turbines, found 201"),
         ({"yaw": [20.0, 0.0]}, r"1146 deg \(20 rad\), expected within 60 deg"),
     ],
 )
@@ -140,15 +143,25 @@ def test_files_with_mistakes_are_refused_in_words(keys: dict[str, Any], words: s
     ("farm", "words"),
     [
         ({"wakes": "frandsen"}, "fast.farm"),
-        ({"yaw": [0.1]}, "expected 2 angles"),
+        ({"yaw": [0.1]}, "yaw: expected an angle for each of 2 turbines, found 1"),
+        ({"yaw": []}, "yaw: expected an angle for each of 2 turbines, found 0"),
+        ({"yaw": ["20 deg", 0.0]}, r"farm: yaw \[rad\]: could not convert"),
         ({"turbine": ["nrel5mw"]}, "a turbine for each of 2 positions"),
-        ({"positions": [(0.0, 0.0, 0.0)]}, "positions"),
+        ({"positions": [(0.0, 0.0, 5.0), (630.0, 0.0)]}, PAIR + r"\(0.0, 0.0, 5.0\)"),
+        ({"positions": [0.0, 630.0]}, PAIR + "0.0"),
+        ({"positions": []}, "positions: expected 1 to 200 turbines, found 0"),
     ],
 )
 def test_farms_with_mistakes_are_refused_in_words(farm: dict[str, Any], words: str) -> None:
     given: dict[str, Any] = {"turbine": "nrel5mw", "positions": ROW} | farm
     with pytest.raises(meltemi.InputError, match=words):
         meltemi.simulate_farm(meltemi.Farm(**given), 9.0, duration=1.0)
+
+
+@pytest.mark.parametrize("threads", [-1, 0, 1.5])
+def test_a_number_of_threads_below_one_is_refused(model: Any, threads: Any) -> None:
+    with pytest.raises(meltemi.InputError, match=f"threads: expected an integer of 1 or more.*, found {threads}"):
+        meltemi.simulate_farm(meltemi.Farm(model, ROW), 9.0, duration=1.0, threads=threads)
 
 
 def test_runs_import_no_wakes() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -123,7 +124,7 @@ def test_sets_of_the_iec_family_have_the_deficits_of_jdwm(name: str, intensity: 
             y = np.clip(x / 4.0, 0.0, 1.0) ** 1.5
             return np.where(x >= 4.0, 1.0, y - np.sin(2.0 * np.pi * y) / 2.0**np.pi)
 
-        model = model.changed(ambient_filter=typed)
+        model = replace(model, ambient_filter=typed)
     if name == "keck":
         points, tolerance = 101, 0.01
     spacing = 2.0 * D / (points - 1)
@@ -137,7 +138,7 @@ def test_sets_of_the_iec_family_have_the_deficits_of_jdwm(name: str, intensity: 
 def test_small_deficits_diffuse_as_in_the_closed_form() -> None:
     """At small thrust with a constant viscosity the deficit is the diffusion of a disk: at the centre
     1 - exp(-R^2 / (4 nu x / U))."""
-    model = SETS["fast.farm"].changed(shear=0.0, ambient_filter=np.ones_like)
+    model = replace(SETS["fast.farm"], shear=0.0, ambient_filter=np.ones_like)
     x, _, V, _ = steady_wake(
         model, 1e-4, 0.3, speed=U, diameter=D, length=20.0 * D, spacing=D / 100.0, way=2.0, points=400
     )
