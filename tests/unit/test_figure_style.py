@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, partial
+from io import BytesIO
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
@@ -201,6 +202,12 @@ def test_thousands_stand_apart_on_all_axes() -> None:
     axes[0, 0].plot([0.0, 1.0], [0.0, 5e4])
     figure.canvas.draw()
     assert "40\u2009000" in [label.get_text() for label in axes[0, 0].get_yticklabels()]
+
+
+def test_names_in_other_scripts_warn_of_nothing() -> None:
+    figure, axes = new_figure(1, size=(3.0, 2.0))
+    axes[0, 0].set_title("\u98ce\u673a \x07")
+    figure.savefig(BytesIO(), dpi=100.0)
 
 
 def test_the_style_is_the_same_for_every_user() -> None:

@@ -271,6 +271,15 @@ def test_mistakes_are_named(written: Path, old: str, new: str, kind: type[Except
         meltemi.io.import_hawc2(wrong)
 
 
+def test_an_airfoil_without_angles_is_named(written: Path) -> None:
+    polars = written.parents[1] / "pc.dat"
+    text = polars.read_text()
+    polars.write_text(re.sub(r"^1 \d+ ", "1 0 ", text, count=1, flags=re.M))
+    with pytest.raises(InputError, match=r"pc.dat:3: expected the number of rows that follow, found 0"):
+        meltemi.io.import_hawc2(written)
+    polars.write_text(text)
+
+
 def test_command_line(written: Path, tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["import", str(written), "--out", str(tmp_path)])
     assert done.exit_code == 0, done.output

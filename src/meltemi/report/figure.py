@@ -7,6 +7,7 @@ them.
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable
 from functools import wraps
 from io import BytesIO
@@ -100,7 +101,8 @@ def _styled(method: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(method)
     def within(*arguments: P.args, **keywords: P.kwargs) -> R:
-        with rc_context(STYLE):  # type: ignore[arg-type]
+        with rc_context(STYLE), warnings.catch_warnings():  # type: ignore[arg-type]
+            warnings.filterwarnings("ignore", "Glyph .* missing from font")  # names may be in any script
             return method(*arguments, **keywords)
 
     return within

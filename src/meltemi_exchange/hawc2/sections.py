@@ -60,6 +60,8 @@ def _index(line: str, path: Path, i: int) -> int:
 
 
 def _numbers(path: Path, lines: list[str], begin: int, rows: int, width: int) -> Float:
+    if rows < 1:
+        raise InputError(f"{path}:{begin}: expected the number of rows that follow, found {rows}")
     found = []
     for i in range(begin, begin + rows):
         words = lines[i].split(";")[0].split()[:width] if i < len(lines) else []

@@ -126,12 +126,8 @@ _TEXT = """
 """
 
 
-def _parse(line: str) -> SwapRecord:
-    number, unit, way, source, meaning = (part.strip() for part in line.split("|"))
-    return SwapRecord(int(number), unit, way, source, meaning)
-
-
-RECORDS: tuple[SwapRecord, ...] = tuple(_parse(line) for line in _TEXT.splitlines() if line.strip())
+_LINES = [[part.strip() for part in line.split("|")] for line in _TEXT.splitlines() if line.strip()]
+RECORDS: tuple[SwapRecord, ...] = tuple(SwapRecord(int(number), *rest) for number, *rest in _LINES)
 """Every record that Bladed-style libraries and ROSCO 2.x use below 130; the others are zero."""
 
 CONSTANTS: dict[str, Callable[[AnyTurbine], float]] = {
