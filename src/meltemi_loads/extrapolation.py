@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, nan, pi, sqrt
+from numbers import Integral, Real
 from typing import Literal
 
 import numpy as np
@@ -140,6 +141,10 @@ def extrapolate(
         raise InputError(f"{where}: extremes are lists of numbers, one for each wind speed, found {extremes!r:.60}")
     if p.shape != (len(extremes),) or not len(p) or not np.all(p >= 0.0) or not p.sum() <= 1.0 + 1e-9:
         raise InputError(f"{where}: {len(extremes)} wind speeds need as many probabilities, with a sum up to 1")
+    numbers: dict[str, object] = {"probability": probability, "confidence": confidence, "resamples": resamples}
+    for name, value in numbers.items():
+        if not isinstance(value, Integral if name == "resamples" else Real):
+            raise InputError(f"{where}: {name}: expected a number, found {value!r:.60}")
     if not 0.0 < probability < p.sum():
         raise InputError(f"{where}: probability must lie between 0 and {p.sum():g}, found {probability!r}")
     if not 0.0 < confidence < 1.0 or resamples < 1:

@@ -192,6 +192,8 @@ def test_bands_repeat_and_follow_their_confidence() -> None:
         ([0.7, 0.6], {}, "with a sum up to 1"),
         ([0.1, 0.1], {"probability": 0.3}, "probability must lie between 0 and 0.2"),
         ([0.5, 0.5], {"resamples": 0}, "resamples must be positive"),
+        ([0.5, 0.5], {"confidence": {}}, "confidence: expected a number"),
+        ([0.5, 0.5], {"resamples": 2.5}, "resamples: expected a number"),
     ],
 )
 def test_impossible_weights_are_refused(p: list[float], more: dict[str, float], words: str) -> None:
