@@ -369,7 +369,9 @@ def _other_table(table: Any, chance: random.Random) -> Any:
         junk = chance.choice([None, 1.5, "x", b"\xff", [1.0], {"a": 1}, float("nan"), -1])
         return table.set_column(at, name, pa.array([junk] * n))
     other = table.column(chance.randrange(table.num_columns))
-    return table.set_column(at, name, other if how == "other" else column.take(list(range(n))[::-1]))
+    return table.set_column(
+        at, name, other if how == "other" else column.take(pa.array(range(n - 1, -1, -1), pa.int64()))
+    )
 
 
 def surrogate(chance: random.Random, good: Path) -> Call:

@@ -346,6 +346,15 @@ def test_matrices_in_other_axes_are_refused(changed: Changed) -> None:
     assert "turn the matrices" in text
 
 
+def test_numbers_without_sense_warn_of_nothing(changed: Changed, data: dict[str, Any]) -> None:
+    path = "components.blade.structure.elastic_properties"
+    n = len(at(data, f"{path}.inertia_matrix")["mass"])
+    huge = (put(f"{path}.inertia_matrix.{name}", [1e200] * n) for name in ("mass", "cm_x"))
+    assert "must be a finite number" in message(changed(*huge))
+    zeros = put(f"{path}.stiffness_matrix.K55", [0.0] * len(at(data, f"{path}.stiffness_matrix")["K55"]))
+    assert "positive definite" in message(changed(zeros))
+
+
 def test_options_that_make_no_sense_are_refused(path: Path) -> None:
     assert "needs mudline" in message(path, foundation="pile")
     assert "outside the monopile" in message(path, foundation="pile", mudline=-100.0)

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from meltemi.core.errors import InputError
 from meltemi.core.record import set_keys
 from meltemi.core.yamlfile import merged, read_mapping, validated
@@ -51,6 +53,7 @@ def read_windio(
     return import_windio(path, extra, foundation=foundation, mudline=mudline, reynolds=reynolds).turbine
 
 
+@np.errstate(all="ignore")  # the record names what is no finite number
 def import_windio(
     path: str | Path,
     extra: Extra = None,
