@@ -316,9 +316,8 @@ def test_anticipation_lessens_the_overshoot_over_rated_speed(machine: PowerTurbi
         return 9.0 + 3.0 * min(max((time - 60.0) / 30.0, 0.0), 1.0)
 
     over = [
-        Run(machine, PowerControl(anticipation=ahead), ramp, 180.0, reference=15e6, begin=(0.64, 22e6, 0.0)).speed.max()
-        - 0.75
-        for ahead in (0.0, 2.0)
+        Run(machine, settings, ramp, 180.0, reference=15e6, begin=(0.64, 22e6, 0.0)).speed.max() - 0.75
+        for settings in (PowerControl(anticipation=ahead, frequency=0.7) for ahead in (0.0, 2.0))
     ]
     assert over[0] > 0.007 and over[1] < 0.25 * over[0]
 
@@ -623,21 +622,29 @@ def test_the_inertia_is_the_turbine_s(machine: PowerTurbine, turbine: meltemi.Tu
 
 def test_the_speed_loop_is_as_fast_as_the_turbines_own(machine: PowerTurbine) -> None:
     """C-86a: at rated power, where its own gains are halved, the default integral gain is the turbine's own."""
-    at = machine.control.pitch.gain_halving_pitch
+    pitch = machine.control.pitch
+    at, omega = pitch.gain_halving_pitch, 1.4 * pitch.integral_gain / pitch.proportional_gain
 
-    def frequency(turbine: PowerTurbine) -> float:
+    def frequency(**gains: float) -> float:
+        turbine = machine.replace(**{f"control.pitch.{name}": value for name, value in gains.items()})
         return float(power_settings(turbine, BLADED, PowerControl()).frequency)
 
-    slow = machine.replace(**{"control.pitch.integral_gain": 0.25 * machine.control.pitch.integral_gain})
-    assert frequency(slow) == pytest.approx(0.5 * frequency(machine), rel=1e-12)
-    quick = machine.replace(**{"control.pitch.integral_gain": 4.0 * machine.control.pitch.integral_gain})
-    assert frequency(quick) == 0.5 * machine.control.filter_frequency  # as much as the filter lets through
+    # two gains say what they are made for (C-9b), whatever this rotor's sensitivity
+    assert frequency() == pytest.approx(omega, rel=1e-12)
+    assert frequency(integral_gain=0.5 * pitch.integral_gain) == pytest.approx(0.5 * omega, rel=1e-12)
+    own = frequency(proportional_gain=0.0)
+    assert own > 1.5 * omega
+    assert frequency(integral_gain=0.25 * pitch.integral_gain, proportional_gain=0.0) == pytest.approx(
+        0.5 * own, rel=1e-12
+    )
+    quick = frequency(integral_gain=4.0 * pitch.integral_gain, proportional_gain=0.0)
+    assert quick == 0.5 * machine.control.filter_frequency  # as much as the filter lets through
     rotor = rotor_tables(BLADED, 0.0)
-    speed = machine.control.pitch.reference_speed
+    speed = pitch.reference_speed
     power = 0.5 * RHO * AREA * RADIUS**3 * rotor.best[1] / rotor.best[0] ** 3 * speed**3
     row = np.array([np.interp((RATED / power) ** (1.0 / 3.0), rotor.share, line) for line in rotor.sensitivity])
-    own = shaft_inertia(machine) * frequency(machine) ** 2 / (power / speed * np.interp(at, rotor.pitch, row))
-    assert own == pytest.approx(0.5 * machine.control.pitch.integral_gain, rel=1e-9)
+    gain = shaft_inertia(machine) * own**2 / (power / speed * np.interp(at, rotor.pitch, row))
+    assert gain == pytest.approx(0.5 * pitch.integral_gain, rel=1e-9)
 
 
 def test_a_rotor_whose_power_grows_with_pitch_is_refused_in_words(machine: PowerTurbine) -> None:
