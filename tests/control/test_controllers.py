@@ -331,8 +331,9 @@ def test_writing_a_wrong_shape_ends_the_run(model: Model, write: Any, words: str
 
 
 def test_a_state_that_is_no_vector_is_refused(model: Model) -> None:
-    with pytest.raises(InputError, match="'hold': init must give a vector"):
-        simulate(model, WIND, duration=1.0, controller=Controller(hold, init=lambda start: np.zeros((2, 2))))
+    for state in (np.zeros((2, 2)), np.array([1j]), ["a"]):
+        with pytest.raises(InputError, match="'hold': init must give a vector"):
+            simulate(model, WIND, duration=1.0, controller=Controller(hold, init=lambda start, state=state: state))
 
 
 def test_a_torque_no_generator_has_ends_the_run(model: Model) -> None:

@@ -347,6 +347,8 @@ def test_damaged_files_are_refused(tmp_path: Path) -> None:
     cases = {"no load surrogate": {}, "version 7": data | {"version": 7}, "damaged": data | {"variables": 3}}
     cases["coefficients of tower"] = data | {"loads": [data["loads"][0] | {"coefficients": [[1.0]]}]}
     cases["OverflowError"] = data | {"loads": [data["loads"][0] | {"coefficients": [[10**400] * 3]}]}
+    first = data["variables"][1] | {"upper": data["variables"][1]["lower"]}
+    cases["ValueError: bounds"] = data | {"variables": [data["variables"][0], first, *data["variables"][2:]]}
     for words, content in cases.items():
         path.write_text(json.dumps(content | {"checksum": _checksum(content)}))
         with pytest.raises(InputError, match=words) as error:

@@ -172,7 +172,7 @@ class Controller:
     def initial_state(self, start: StartPoint) -> Vector:
         """The controller's state vector, checked."""
         try:
-            state = np.atleast_1d(np.array(self.init(start), dtype=np.float64))
+            state = np.atleast_1d(np.array(self.init(start))).astype(np.float64, casting="same_kind")
         except (TypeError, ValueError, OverflowError):
             state = np.array([np.nan])
         if state.ndim != 1 or not np.all(np.isfinite(state)):

@@ -325,13 +325,17 @@ def _read(path: str | Path) -> Surrogate:
             tuple(
                 Variable(
                     str(name),
-                    tuple(map(float, low)),
-                    tuple(map(float, high)),
+                    tuple(map(float, lower)),
+                    tuple(map(float, upper)),
                     *(e if m is None else float(m) for m, e in zip(limits, INFINITE, strict=True)),
                 )
-                for name, low, high, *limits in zip(*known.values(), strict=True)
+                for name, lower, upper, *limits in zip(*known.values(), strict=True)
             )
         )
+        with np.errstate(all="ignore"):
+            low, high = space.bounds(np.linspace(*space.ends, 9))
+        if not np.all(low < high):
+            raise ValueError("bounds")
         loads = {}
         for each in data["loads"]:
             basis: Polynomials | Kernels
