@@ -252,5 +252,6 @@ def test_extremes_of_the_first_seconds_are_told(result: Result) -> None:
 
 def test_times_that_are_none_are_told() -> None:
     series = Result(np.arange(3.0), np.zeros((3, 0)), ())
-    with pytest.raises(InputError, match="between: expected two numbers"):
-        series.between("1", 2.0)  # type: ignore[arg-type]
+    for begin in ("1", [], np.zeros(0), np.zeros(3)):
+        with pytest.raises(InputError, match="between: expected two numbers"):
+            series.between(begin, 2.0)  # type: ignore[arg-type]

@@ -109,8 +109,8 @@ class Result(Shown, Viewed):
     def between(self, begin: float, end: float) -> Result:
         """The part of the series from ``begin`` to ``end`` [s], both included; none of it counts as transient."""
         try:
-            inside = (self.time >= begin - 1e-9) & (self.time <= end + 1e-9)
-        except TypeError:
+            inside = (self.time >= float(begin - 1e-9)) & (self.time <= float(end + 1e-9))
+        except (TypeError, ValueError):
             raise InputError(f"between: expected two numbers [s], found {begin!r} and {end!r}") from None
         meta = {name: value for name, value in self.meta.items() if name != "transient"}
         return Result(self.time[inside], self.data[inside], self.channels, self.status, self.message, meta)
