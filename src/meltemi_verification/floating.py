@@ -169,15 +169,20 @@ def floating_run(case: str, duration: float, **changes: Any) -> Result:
     )
 
 
+def rosco_of(deck: str, turbine: Any, folder: Path) -> Controller:
+    """ROSCO with the settings of a deck, which are written into the folder."""
+    name = Path(deck).relative_to("Examples").with_suffix("")
+    settings = edit_discon(rosco_example(f"{name}_DISCON.IN"), folder / "DISCON.IN", LoggingLevel=0)
+    return BladedController(turbine, find_rosco(), settings, sample_time=CALL)
+
+
 def rosco_at(turbine: Any, folder: Path, step: float) -> Controller:
     """ROSCO with the settings of the deck, which sees the nodding acceleration of the instant of its call.
 
     Ours is that of the step [s] before. The undeflected tower is released with 0.42 rad/s^2, of which ROSCO's feedback
     keeps the sum: half a call earlier is 0.05 rad of pitch, for 100 s.
     """
-    name = Path(DECK).relative_to("Examples").with_suffix("")
-    settings = edit_discon(rosco_example(f"{name}_DISCON.IN"), folder / "DISCON.IN", LoggingLevel=0)
-    library = BladedController(turbine, find_rosco(), settings, sample_time=CALL)
+    library = rosco_of(DECK, turbine, folder)
     assert library.fresh is not None
     kept = library.fresh
 
@@ -204,12 +209,7 @@ def wind_run(case: str, duration: float, folder: Path | None) -> Result:
         pitch=np.radians(settings.pitch),
         coordinates=base_at(surge, heave, pitch, yaw, sway=sway, roll=roll),
     )
-    sea = None
-    if isinstance(settings.wind, float):
-        wind: Any = SteadyWind(speed=settings.wind)
-    else:
-        assert folder is not None
-        wind, sea = read_bts(folder / "wind" / settings.wind), sea_of(folder, case)
+    wind, sea = wind_and_sea(case, settings, folder)
     locked = ("drivetrain", "yaw", *(() if settings.rosco else ("generator",)))
     model = floating_model("none" if sea is None else "full", air=True, locked=locked)
     with TemporaryDirectory() as scratch:
@@ -220,12 +220,16 @@ def wind_run(case: str, duration: float, folder: Path | None) -> Result:
         )  # fmt: skip
 
 
-def sea_of(folder: Path, case: str) -> ComponentSea:
-    """The waves of a reference run."""
+def wind_and_sea(case: str, settings: Wind, folder: Path | None) -> tuple[Any, ComponentSea | None]:
+    """Steady wind over still water, or the box and the waves of a reference run."""
+    if isinstance(settings.wind, float):
+        return SteadyWind(speed=settings.wind), None
+    assert folder is not None
     _, frequency, _, amplitude, phase, direction = np.genfromtxt(
         folder / f"waves/{case}.csv", delimiter=",", skip_header=1
     ).T
-    return ComponentSea(frequency=frequency, amplitude=amplitude, phase=phase, direction=-np.radians(direction[0]))
+    sea = ComponentSea(frequency=frequency, amplitude=amplitude, phase=phase, direction=-np.radians(direction[0]))
+    return read_bts(folder / "wind" / settings.wind), sea
 
 
 def in_wind(folder: Path | None = None) -> Comparison:

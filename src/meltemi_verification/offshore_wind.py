@@ -11,14 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.control.bladed.controller import BladedController
-from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
-from meltemi.wind.fields import SteadyWind
-from meltemi.wind.files import read_bts
-from meltemi_verification.floating import CALL, TIME_STEP, Wind, full_series, sea_of, spread
+from meltemi_verification.floating import TIME_STEP, Wind, full_series, rosco_of, spread, wind_and_sea
 from meltemi_verification.offshore import DECK, RELEASED, STEP, monopile_model
 from meltemi_verification.table import Comparison, Row, at_least, relative
 from meltemi_verification.turbulent import thinned
@@ -37,23 +33,17 @@ STEADY_BEGIN, BEGIN = 30.0, 40.0
 
 def wind_run(case: str, duration: float, folder: Path | None = None, **changes: Any) -> Result:
     """Our run of a case, which for a box needs the folder of the reference runs, with its sea."""
-    settings, sea = (STEADY | TURBULENT)[case], None
-    if isinstance(settings.wind, float):
-        wind: Any = SteadyWind(speed=settings.wind)
-    else:
-        assert folder is not None
-        wind, sea = read_bts(folder / "wind" / settings.wind), sea_of(folder, case)
+    settings = (STEADY | TURBULENT)[case]
+    wind, sea = wind_and_sea(case, settings, folder)
     options: dict[str, Any] = {"time_step": TIME_STEP, "locked": ("drivetrain", "yaw")} | changes
     model = monopile_model(air=True, **options)
-    name = Path(DECK).relative_to("Examples").with_suffix("")
     with TemporaryDirectory() as scratch:
-        discon = edit_discon(rosco_example(f"{name}_DISCON.IN"), Path(scratch) / "DISCON.IN", LoggingLevel=0)
         return simulate(
             model,
             wind,
             duration=duration,
             sea=sea,
-            controller=BladedController(model.turbine, find_rosco(), discon, sample_time=CALL),
+            controller=rosco_of(DECK, model.turbine, Path(scratch)),
             start=Start(settings.rotor_speed * np.pi / 30.0, np.radians(settings.pitch), coordinates=RELEASED),
             channels=CHANNELS,
             output_step=STEP,
@@ -70,12 +60,9 @@ def steady() -> Comparison:
         ours, inside = wind_run(case, float(time[-1])), time >= STEADY_BEGIN - 1e-6
         for name, series in zip(CHANNELS, reference[inside].T, strict=True):
             if not name.startswith("Hydro"):
-                found, unit, least = (
-                    float(ours[name][: len(time)][inside].mean()),
-                    ours.channel(name).unit,
-                    series.std(),
-                )
-                rows.append(relative(f"{name} mean", case, unit, float(series.mean()), found, MEAN, floor=float(least)))
+                unit, mean, floor = ours.channel(name).unit, float(series.mean()), float(series.std())
+                found = float(ours[name][: len(time)][inside].mean())
+                rows.append(relative(f"{name} mean", case, unit, mean, found, MEAN, floor=floor))
                 rows += spread(name, case, ours, series, inside, STEP, BANDS)
     source = "OpenFAST v5.0.0 with HydroDyn, SubDyn and ROSCO 2.10.6 (cases M4), 30 to 60 s after the release"
     return Comparison("offshore wind", "IEA 15 MW on its monopile in steady wind, under ROSCO", source, rows)
