@@ -28,7 +28,7 @@ def rounded_march(sample: meltemi.Simulation) -> Callable[[meltemi.Simulation], 
     loop, update = loose(step.advance), numba.njit(**OPTIONS)(of_vectors(sample.controller.update))
 
     def whole(n, controller, run, c, m, one, plain, sections):
-        loop(n, controller, run, c, m, one, plain, sections)
+        loop(n, controller, step.evaluate, step.observe, run, c, m, one, plain, sections)
 
     kinds = [numba.types.int64, numba.typeof(update), *map(numba.typeof, sample.loop.records)]
     code, name = linked_code(whole, kinds)

@@ -202,7 +202,7 @@ def _whole(gears: Any) -> Any:
         sections: Any,
     ) -> None:
         if n_steps > 0:
-            _march(n_steps, controller, run, c, m, one, plain, sections)
+            _march(n_steps, controller, step.evaluate, step.observe, run, c, m, one, plain, sections)
             return
         for _ in range(sweeps):
             step.evaluate(0.0, 0.0, m)

@@ -339,8 +339,9 @@ class Fleet:
             self.episodes[i].close()
         episode = self.episodes[i] = Episode(machine, rng, options or {})
         if self._functions is None:
-            step, entry_words, loop_words = compiled(*(numba.typeof(record) for record in episode.records))
             run = episode.simulation
+            kinds = (tuple(map(numba.typeof, each)) for each in (run.loop.physics, episode.records))
+            step, entry_words, loop_words = compiled(*kinds)
             self._functions = step, [*entry_words(run.loop.controller), *loop_words(run.loop.function)]
         self.words[i] = [*self._functions[1], *(record.address for record in episode.records)]
         self._noise(i, rng)
@@ -377,8 +378,9 @@ class Fleet:
     def _march(self, which: NDArray[np.int64], actions: NDArray[np.float32], steps: int, first: bool) -> None:
         if len(which):
             filled = (self.observations, self.rewards, self.terms, self.ended)
-            records = self.episodes[which[0]].records
-            self._functions[0](self.words, which, actions, self.noise, steps, first, *filled, *records)
+            one = self.episodes[which[0]]
+            given = (*one.simulation.loop.physics, *one.records)
+            self._functions[0](self.words, which, actions, self.noise, steps, first, *filled, *given)
 
     def components(self, i: int) -> dict[str, float]:
         """Weighted components of the last reward of a turbine."""

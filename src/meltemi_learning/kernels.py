@@ -8,6 +8,7 @@ each, and fills the rows of their observations and rewards. The damage of an epi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from math import cos, exp, sin
 from typing import Any
@@ -313,23 +314,34 @@ def _record_at(typing_context: Any, like: Any, address: Any) -> Any:
     return like(like, types.int64), generate
 
 
-def loop_type(*records: Any) -> Any:
-    """Type of the time loop for records of given types."""
-    return types.FunctionType(types.void(types.int64, ENTRY, *records))
+def loop_type(physics: Sequence[Any], records: Sequence[Any]) -> Any:
+    """Type of the time loop for evaluation, observation and records of given types."""
+    return types.FunctionType(types.void(types.int64, ENTRY, *physics, *records))
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _loop_at(  # noqa: PLR0913 - the time loop's own arguments
-    typing_context: Any, c: Any, py: Any, jit: Any, run: Any, control: Any, m: Any, one: Any, plain: Any, sections: Any
+    typing_context: Any,
+    c: Any,
+    py: Any,
+    jit: Any,
+    evaluation: Any,
+    observation: Any,
+    run: Any,
+    control: Any,
+    m: Any,
+    one: Any,
+    plain: Any,
+    sections: Any,
 ) -> Any:
-    """The time loop for records of the types of these, from its three addresses."""
-    records = (run, control, m, one, plain, sections)
-    kind = loop_type(*records)
+    """The time loop for arguments of the types of these, from its three addresses."""
+    given = (evaluation, observation, run, control, m, one, plain, sections)
+    kind = loop_type(given[:2], given[2:])
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return _function(context, builder, kind, arguments[:3])
 
-    return kind(types.int64, types.int64, types.int64, *records), generate
+    return kind(types.int64, types.int64, types.int64, *given), generate
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -364,6 +376,8 @@ def step_turbines(  # noqa: PLR0913 - called by its address: no records
     rewards: Any,
     terms: Any,
     ended: Any,
+    evaluation: Any,
+    observation: Any,
     run: Any,
     control: Any,
     m: Any,
@@ -381,6 +395,7 @@ def step_turbines(  # noqa: PLR0913 - called by its address: no records
       steps: time steps; 0 for those of the episode.
       first: no action, and a new episode from the observation on.
       observations, rewards, terms, ended: (n, sensors), (n,), (n, TERMS), (n,) 1 for terminated, 2 for truncated.
+      evaluation, observation: physics of the time loop.
       run, control, m, one, plain, sections, slot: records of any of them, for their types.
     """
     for i in which:
@@ -390,10 +405,12 @@ def step_turbines(  # noqa: PLR0913 - called by its address: no records
         s, clock = _record_at(slot, w[12]), _record_at(run, w[6]).clock
         if not first:
             act(s, actions[i])
-        loop = _loop_at(w[3], w[4], w[5], run, control, m, one, plain, sections)
+        loop = _loop_at(w[3], w[4], w[5], evaluation, observation, run, control, m, one, plain, sections)
         loop(
             steps if steps > 0 else whole(s.episode.substeps),
             _entry_at(w[0], w[1], w[2]),
+            evaluation,
+            observation,
             _record_at(run, w[6]),
             _record_at(control, w[7]),
             _record_at(m, w[8]),
@@ -414,8 +431,8 @@ _FILLED = (_F32[:, ::1], _F64[::1], _F64[:, ::1], _I64[::1])
 
 
 @cache
-def compiled(*records: Any) -> tuple[Any, Any, Any]:
-    """:func:`step_turbines`, and :func:`addresses` of entries and of time loops, for records of given types."""
+def compiled(physics: tuple[Any, ...], records: tuple[Any, ...]) -> tuple[Any, Any, Any]:
+    """:func:`step_turbines`, and :func:`addresses` of entries and of time loops, for given types."""
     three = types.UniTuple(_I64, 3)
-    step = kernel_for(types.void(*_ROWS, *_FILLED, *records))(step_turbines)
-    return step, kernel_for(three(ENTRY))(addresses), kernel_for(three(loop_type(*records[:-1])))(addresses)
+    step = kernel_for(types.void(*_ROWS, *_FILLED, *physics, *records))(step_turbines)
+    return step, kernel_for(three(ENTRY))(addresses), kernel_for(three(loop_type(physics, records[:-1])))(addresses)

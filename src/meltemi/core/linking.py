@@ -8,6 +8,9 @@ them. Both are compiled, and cached, independently, so that machine code does no
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from inspect import signature
+from itertools import zip_longest
 from typing import Any
 
 import llvmlite.binding
@@ -15,7 +18,12 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
 from numba.core.typed_passes import NativeLowering
+from numba.core.types import FunctionType
 from numba.core.types.misc import unliteral
+
+
+NARROWER: dict[type, Callable[[Any, Any, str], Any]] = {}
+"""For a class of Numba types: the type that a function takes as its parameter of a name if one of them is passed."""
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
@@ -93,14 +101,23 @@ def from_bytes(context: Any, kept: tuple[Any, ...]) -> Any:
 def link_from(dispatcher: Any, linked: Any) -> None:
     """Make kernels that call ``dispatcher`` link ``linked``, the same function compiled by :class:`LinkedCompiler`.
 
-    Calls with different constants share one compilation: Numba separates f(A, 3) and f(A, 6).
+    Calls with different constants share one compilation: Numba separates f(A, 3) and f(A, 6). So do calls with records
+    of which it takes a part, unless a function is passed, which may take all of it.
     """
+    names = list(signature(dispatcher.py_func).parameters)
 
     def add_overload(cres: Any) -> None:  # without an entry point for calls from Python
         linked.overloads[tuple(cres.signature.args)] = cres
 
     def get_call_template(arguments: Any, keywords: Any) -> Any:
-        return resolve(tuple(unliteral(a) for a in arguments), {k: unliteral(a) for k, a in keywords.items()})
+        narrower = {} if any(isinstance(kind, FunctionType) for kind in arguments) else NARROWER
+
+        def taken(name: str, kind: Any) -> Any:
+            narrow = narrower.get(type(kind))
+            return narrow(kind, dispatcher.py_func, name) if narrow else unliteral(kind)
+
+        positional = zip_longest(names[: len(arguments)], arguments, fillvalue="")
+        return resolve(tuple(taken(*each) for each in positional), {name: taken(name, kind) for name, kind in keywords.items()})
 
     linked.add_overload, resolve = add_overload, linked.get_call_template
     dispatcher.get_call_template, dispatcher.get_overload = get_call_template, linked.get_overload

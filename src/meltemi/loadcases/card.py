@@ -182,7 +182,8 @@ def _compiled(
 ) -> Any:
     from meltemi.loadcases.card_kernel import march_kernel
 
-    kernel = march_kernel(_loop(), on_card(of_vectors(update)), classes, first, max_registers=registers)
+    functions = _loop(), on_card(of_vectors(update)), step.evaluate, step.observe
+    kernel = march_kernel(functions, classes, first, max_registers=registers)
     if single:
         with single_precision.on_card():
             kernel.compile(SIGNATURE)
@@ -202,7 +203,7 @@ def kernel_of(run: Simulation, registers: int | None = None, *, single: bool = F
     if numba.config.ENABLE_CUDASIM:  # it cannot compile: the loop of the processor takes the same words
         from meltemi.loadcases.card_kernel import march_kernel
 
-        return march_kernel(run.loop.function, run.loop.controller, classes, first)
+        return march_kernel((run.loop.function, run.loop.controller, *run.loop.physics), classes, first)
     return _compiled(compiled_update(run.case.controller), classes, first, registers, single)
 
 

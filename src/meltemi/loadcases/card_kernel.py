@@ -11,15 +11,16 @@ from meltemi.numbers.records import record_at
 from meltemi.postprocess.counting import add_samples
 
 
-def march_kernel(loop: Any, update: Any, classes: Sequence[type], first: Sequence[int], **options: Any) -> Any:
+def march_kernel(functions: Sequence[Any], classes: Sequence[type], first: Sequence[int], **options: Any) -> Any:
     """Kernel that marches each run by its count of time steps, and adds its samples to its statistics if it has them.
 
     Args:
-      loop, update: the time loop and the update of the controller.
+      functions: time loop, update of the controller, evaluation, observation.
       classes: of the records, whose words begin at ``first``.
       options: of ``numba.cuda.jit``.
     """
     run, control, system, one, plain, sections, *tally = (record_at(cls) for cls in classes)
+    loop, update, evaluate, observe = functions
     of_run, of_control, of_system, of_one, of_plain, of_sections, *of_tally = first
 
     def march(counts: Any, words: Any) -> None:
@@ -28,6 +29,8 @@ def march_kernel(loop: Any, update: Any, classes: Sequence[type], first: Sequenc
             loop(
                 counts[i],
                 update,
+                evaluate,
+                observe,
                 run(words, i, of_run),
                 control(words, i, of_control),
                 system(words, i, of_system),

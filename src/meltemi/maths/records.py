@@ -61,8 +61,10 @@ class Member(NamedTuple):
 
 @cache
 def members(record: Any) -> dict[str, Member]:
-    """Members of a record by name, from its annotations."""
+    """Members of a record by name, from its annotations: those of its first base come first, in their order."""
     found: dict[str, Member] = {}
+    for base in record.__bases__ if record is not object else ():
+        found |= members(base)
     for name, hint in get_type_hints(record, include_extras=True).items():
         kind, *marks = get_args(hint) if get_origin(hint) is Annotated else (hint,)
         if isinstance(kind, type) and issubclass(kind, Table):
@@ -113,8 +115,9 @@ class Record:
 
 @cache
 def joined(*classes: Any) -> Any:
-    """The class of records with the members of several; a kernel of any of them takes it."""
+    """The class of records with the members of several, of the first before others; a kernel of any takes it."""
     kept = [each for each in classes if not any(each is not other and issubclass(other, each) for other in classes)]
+    kept.sort(key=lambda each: not issubclass(each, classes[0]))
     if len(kept) == 1:
         return kept[0]
     name = "+".join(f"{each.__module__}:{each.__qualname__}".replace(".", "/") for each in kept)

@@ -16,15 +16,18 @@ there the parts of a machine act.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cache
 from inspect import signature
+from types import CodeType, ModuleType
 from typing import Any, Generic, ParamSpec, TypeVar, get_type_hints
 
 from numba import types
 from numba.core.typing.templates import AbstractTemplate, infer, infer_global
 
 from meltemi.core.kernel import in_turn
-from meltemi.numbers.records import Record
+from meltemi.core.linking import NARROWER
+from meltemi.numbers.records import Record, RecordType
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -47,15 +50,18 @@ class Variants(Generic[P, R]):
         self.texts[get_type_hints(text)[self.on]] = text
         return text
 
+    def called(self, record: type[Record]) -> list[Callable[..., R]]:
+        """What a call with a class of records calls."""
+        return [self.texts[each] for each in record.__mro__ if each in self.texts][:1]
+
     def of(self, record: type[Record]) -> Callable[..., R]:
         """The variant for a class of records.
 
         Raises:
           TypeError: no variant is registered.
         """
-        for each in record.__mro__:
-            if each in self.texts:
-                return self.texts[each]
+        for variant in self.called(record):
+            return variant
         raise TypeError(f"{self.__name__} has no variant for {record.__name__}")
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -70,10 +76,14 @@ class Hook(Variants[P, None]):
         super().__init__(function, on)
         self.chains: dict[type[Record], Callable[..., None]] = {}
 
+    def called(self, record: type[Record]) -> list[Callable[..., None]]:
+        """What a call with a class of records calls."""
+        return [self.texts[each] for each in record.__mro__ if each in self.texts]
+
     def of(self, record: type[Record]) -> Callable[..., None]:
         """The variants for a class of records, one after the other."""
         if record not in self.chains:
-            found = [self.texts[each] for each in record.__mro__ if each in self.texts]
+            found = self.called(record)
             self.chains[record] = found[0] if len(found) == 1 else in_turn(found, self.parameters)
         return self.chains[record]
 
@@ -114,3 +124,62 @@ def hook(function: Callable[P, None]) -> Hook[P]:
 def control_hook(function: Callable[P, None]) -> Hook[P]:
     """Make a function the place at which parts of the control, its record ``c``, act."""
     return Hook(function, "c")
+
+
+# machine code that several classes of records share -----------------------------------------------------------
+
+
+def narrowed(kind: RecordType, function: Callable[..., Any], parameter: str) -> RecordType:
+    """The record that a kernel takes as a parameter, where one with further members is passed.
+
+    It is the record with the fewest members at which the kernel does the same. So kernels that no part of a machine
+    changes are compiled once for machines with and without parts.
+    """
+    declared, cls = _hints(function).get(parameter), kind.cls
+    if isinstance(declared, type) and issubclass(cls, declared):
+        while issubclass(cls.__bases__[0], declared) and _does_the_same(function, cls, cls.__bases__[0]):
+            cls = cls.__bases__[0]
+    return RecordType(cls, kind.kind)
+
+
+NARROWER[RecordType] = narrowed
+
+
+@cache
+def _hints(function: Callable[..., Any]) -> dict[str, Any]:
+    try:
+        return get_type_hints(function)
+    except NameError:  # of a local class, or one that only type checkers import
+        return {}
+
+
+@cache
+def _does_the_same(function: Callable[..., Any], record: type[Record], base: type[Record]) -> bool:
+    """Whether all variants that a kernel reaches are the same for a class of records and for a base of it."""
+    seen, ahead = set[Any](), [function]
+    while ahead:
+        one = ahead.pop()
+        if one in seen:
+            continue
+        seen.add(one)
+        for each in _mentioned(one):
+            if isinstance(each, Variants):
+                if each.called(record) != each.called(base):
+                    return False
+                ahead += [text.py_func for text in each.called(record)]
+            elif callable(text := getattr(each, "py_func", None)):
+                ahead.append(text)
+    return True
+
+
+def _mentioned(function: Any) -> Iterator[Any]:
+    """The values of all names in the code of a function, and of functions in it; of modules, their members."""
+    names, codes = set[str](), [function.__code__]
+    while codes:
+        code = codes.pop()
+        names.update(code.co_names)
+        codes += [each for each in code.co_consts if isinstance(each, CodeType)]
+    scope = function.__globals__
+    held = [cell.cell_contents for cell in function.__closure__ or ()]
+    for value in [scope[name] for name in names if name in scope] + held:
+        yield from [vars(value)[n] for n in names if n in vars(value)] if isinstance(value, ModuleType) else [value]

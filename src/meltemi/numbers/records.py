@@ -19,7 +19,8 @@ import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.boxing import unbox_unsupported
-from numba.core.imputils import lower_builtin, lower_getattr_generic, lower_setattr_generic
+from numba.core.imputils import lower_builtin, lower_cast, lower_getattr_generic, lower_setattr_generic
+from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
 from numba.extending import NativeValue, models, overload, register_model, typeof_impl, unbox
 
@@ -560,6 +561,20 @@ class RecordType(types.Type):
     def key(self) -> Any:
         """Identity of the type: two modules may use the same name."""
         return self.cls, self.kind
+
+    def can_convert_to(self, context: Any, other: Any) -> Any:
+        """A record begins with the members of its class's first base."""
+        base = self.cls
+        while isinstance(other, RecordType) and other.kind == self.kind and issubclass(base, other.cls):
+            if base is other.cls:
+                return Conversion.safe
+            base = base.__bases__[0]
+        return None
+
+
+@lower_cast(RecordType, RecordType)
+def _as_base(context: Any, builder: Any, kind: Any, other: Any, value: Any) -> Any:
+    return value
 
 
 def _type_of(record: Any, member: Member) -> Any:

@@ -151,7 +151,7 @@ class Case:
         """Classes of the records of system and control, with the members of all parts."""
         systems: list[Any] = [part.system for part in self.parts if part.system]
         controls: list[Any] = [part.control for part in self.parts if part.control]
-        return joined(*systems, self.model.rotor.system), joined(*controls, Control)
+        return joined(self.model.rotor.system, *systems), joined(Control, *controls)
 
     def _begin(self) -> None:
         """Set the initial values of a case."""

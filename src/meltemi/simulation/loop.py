@@ -11,8 +11,11 @@ from numba import types
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.control.controller import EntryPoint
 from meltemi.core.kernel import kernel_for
 from meltemi.simulation import step
+
+NUMBER = types.float64
 
 
 @dataclass(frozen=True)
@@ -21,12 +24,14 @@ class Loop:
 
     Attributes:
       controller: entry point of the controller.
+      physics: entry points of :func:`simulation.step.evaluate` and :func:`simulation.step.observe`.
       records: run, control, system, system node by node, in plain floats, and section loads.
-      function: ``function(n_steps, controller, *records)`` marches.
+      function: ``function(n_steps, controller, *physics, *records)`` marches.
       output: (rows, columns) samples, which it writes.
     """
 
     controller: Any
+    physics: tuple[Any, Any]
     records: tuple[Any, ...]
     function: Any
     output: NDArray[float64]
@@ -37,14 +42,27 @@ class Loop:
 
     def march(self, n_steps: int) -> None:
         """March a number of time steps, or until something ends the run."""
-        self._call(n_steps, self.controller, *self.records)
+        self._call(n_steps, self.controller, *self.physics, *self.records)
 
 
 def loop_of(controller: Any, records: tuple[Any, ...], output: NDArray[float64]) -> Loop:
     """The loop for a controller and records, compiled if this process has not done so."""
-    function = compiled_advance(controller, *records)
-    function(0, controller, *records)
-    return Loop(controller, records, function, output)
+    physics = compiled_physics(*records)
+    function = compiled_advance(controller, *physics, *records)
+    function(0, controller, *physics, *records)
+    return Loop(controller, physics, records, function, output)
+
+
+def compiled_physics(run: Any, control: Any, m: Any, one: Any, plain: Any, sections: Any) -> tuple[Any, Any]:
+    """Evaluation and observation of a turbine by their addresses."""
+    evaluate = by_address(step.evaluate.of(type(m)), NUMBER, NUMBER, numba.typeof(m))
+    return evaluate, by_address(step.observe, NUMBER, *map(numba.typeof, (control, one, sections)), types.boolean)
+
+
+@cache
+def by_address(function: Any, *kinds: Any) -> Any:
+    """A kernel for arguments of given types, as kernels take it that call it without its code becoming part of theirs."""
+    return function if numba.config.DISABLE_JIT else EntryPoint(function, types.void(*kinds))
 
 
 @cache

@@ -15,7 +15,9 @@ Reference: docs/theory/simulation.md (M-10 to M-16).
 from __future__ import annotations
 
 from collections import deque
+from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +25,7 @@ from meltemi.aero.tables import AeroOptions, InflowState
 from meltemi.core.kernel import kernel
 from meltemi.simulation.bladed.rotor import BladedModel, bladed_channels, with_static_gears
 from meltemi.simulation.case import Case
+from meltemi.simulation.loop import NUMBER, by_address
 from meltemi.simulation.model import Stations
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint
 from meltemi.simulation.step import ABSURD, equations
@@ -57,6 +60,7 @@ KEPT = ("core_mass", "arm_mass", "coupling", "core_force", "arm_force")
 def evaluate_motion(
     dt: float,
     motion: Float,
+    equations: Any,
     m: System,
     one: System,
     left: tuple[Float, ...],
@@ -68,6 +72,7 @@ def evaluate_motion(
     Args:
       dt: [s] between the instants.
       motion: (3, instants, coordinates) coordinates, velocities and accelerations.
+      equations: of motion, ``step.equations``, by its address.
       m, one: the system, and the same node by node.
       left: flat views of the results of an evaluation, the arrays KEPT.
       kept: (instants, entries) each, where they are stored.
@@ -93,6 +98,7 @@ class Orbit:
     def __init__(self, model: BladedModel, wind: SteadyWind) -> None:
         self.model, self.wind = model, wind
         self.case = Case(with_static_gears(model), wind)
+        self.equations = by_address(equations, NUMBER, NUMBER, numba.typeof(self.case.system))
         self.case.control.drive.yaw_held = 1.0  # a free nacelle has no steady direction
         self.B, self.K = model.n_blades, len(model.rotor.blade.names)
         self.core = model.n_core
@@ -166,7 +172,7 @@ class Orbit:
         kept = tuple(np.empty((n, int(np.prod(shape)))) for shape in shapes)
         self.lack[:] = 0.0
         left = tuple(case[part].reshape(-1) for part in KEPT)
-        evaluate_motion(dt, motion, case.system, case.one, left, kept, self.lack)
+        evaluate_motion(dt, motion, self.equations, case.system, case.one, left, kept, self.lack)
         A, D, C, core, blade = (array.reshape(n, *shape) for array, shape in zip(kept, shapes, strict=True))
         A, D = (np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2) for M in (A, D))
         a_core = motion[2, :, : self.core]
@@ -371,7 +377,7 @@ class Orbit:
         rows = []
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
-            equations(0.0, step / self.speed, case.system)
+            self.equations(0.0, step / self.speed, case.system)
             case.control.drive.generator_torque = self.torque
             case.begin_parts()
             made += float(case.control.drive.generator_torque) / (B * SAMPLES)

@@ -68,6 +68,8 @@ from meltemi.wind.velocity import series_now, wind_velocity
 
 Float = NDArray[float64]
 Controller = Callable[[Float, Float, Float, float], None]
+Evaluate = Callable[[float, float, AnySystem], None]
+Observe = Callable[[float, Control, AnySystem, Outputs, bool], None]
 
 OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND, UNKNOWN_ROTOR = 0, 1, 2, 3, 6
 """Values of the run's status, as in ``core.errors.Status``."""
@@ -462,7 +464,7 @@ def complete(c: Control) -> None:
 
 
 @kernel
-def physics(t: float, dt: float, run: March, m: AnySystem) -> None:
+def physics(t: float, dt: float, evaluate: Evaluate, run: March, m: AnySystem) -> None:
     """Evaluate at ``t`` and complete the velocities of the step that ends here."""
     first, corrections, w = run.clock.step == 0, run.clock.corrections, m.weights
     for i in range(1 + corrections):
@@ -507,6 +509,8 @@ def predict(dt: float, run: March, m: AnySystem) -> None:
 def advance(
     n_steps: int,
     controller: Controller,
+    evaluate: Evaluate,
+    observe: Observe,
     run: March,
     c: Control,
     m: AnySystem,
@@ -517,6 +521,7 @@ def advance(
     """March ``n_steps`` instants, or until something ends the run (``run.clock.status``).
 
     Args:
+      evaluate, observe: those above, or their machine code: it is then not part of that of this loop.
       m, one, plain: the turbine in the number type of the run; node by node; and in plain floats for the host.
     """
     clock, dt = run.clock, c.settings.time_step
@@ -530,7 +535,7 @@ def advance(
                 return
         actuate(0.0, c, m)
         between(c.settings.held_share, c)
-        physics(t, dt, run, m)
+        physics(t, dt, evaluate, run, m)
         complete(c)
         if diverged(m):
             clock.status = DIVERGED
