@@ -424,8 +424,10 @@ def linked_code(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
     found: list[Any] = []
     linked.add_overload = found.append
     linked.compile(tuple(kinds))
+    library = found[0].library
     with global_compiler_lock:
-        return str(found[0].library._get_module_for_linking()), found[0].fndesc.llvm_func_name
+        super(linking.LinkedLibrary, library)._optimize_final_module()
+        return str(library._get_module_for_linking()), found[0].fndesc.llvm_func_name
 
 
 def _compiled(function: F, *signature: Any, cached: bool = True) -> F:

@@ -14,20 +14,30 @@ from itertools import zip_longest
 from typing import Any
 
 import llvmlite.binding
+from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
 from numba.core.typed_passes import NativeLowering
-from numba.core.types import FunctionType
 from numba.core.types.misc import unliteral
 
-
+FUNCTIONS = types.Callable, types.FunctionType
 NARROWER: dict[type, Callable[[Any, Any, str], Any]] = {}
 """For a class of Numba types: the type that a function takes as its parameter of a name if one of them is passed."""
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Optimised intermediate code of a function and of those it calls."""
+    """Intermediate code of a function and of those it calls.
+
+    Numba's passes over single functions and its cheap ones over the module have optimised it: those that take most time
+    run once, on the code of which machine code is generated.
+    """
+
+    def _optimize_final_module(self) -> None:
+        manager, builder = self._codegen._module_pass_manager(
+            loop_vectorize=False, slp_vectorize=False, opt=0, cost="cheap"
+        )
+        manager.run(self._final_module, builder)
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
@@ -110,14 +120,16 @@ def link_from(dispatcher: Any, linked: Any) -> None:
         linked.overloads[tuple(cres.signature.args)] = cres
 
     def get_call_template(arguments: Any, keywords: Any) -> Any:
-        narrower = {} if any(isinstance(kind, FunctionType) for kind in arguments) else NARROWER
+        narrower = {} if any(isinstance(kind, FUNCTIONS) for kind in arguments) else NARROWER
 
         def taken(name: str, kind: Any) -> Any:
             narrow = narrower.get(type(kind))
             return narrow(kind, dispatcher.py_func, name) if narrow else unliteral(kind)
 
         positional = zip_longest(names[: len(arguments)], arguments, fillvalue="")
-        return resolve(tuple(taken(*each) for each in positional), {name: taken(name, kind) for name, kind in keywords.items()})
+        return resolve(
+            tuple(taken(*each) for each in positional), {name: taken(name, kind) for name, kind in keywords.items()}
+        )
 
     linked.add_overload, resolve = add_overload, linked.get_call_template
     dispatcher.get_call_template, dispatcher.get_overload = get_call_template, linked.get_overload

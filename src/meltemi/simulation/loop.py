@@ -61,7 +61,7 @@ def compiled_physics(run: Any, control: Any, m: Any, one: Any, plain: Any, secti
 
 @cache
 def by_address(function: Any, *kinds: Any) -> Any:
-    """A kernel for arguments of given types, as kernels take it that call it without its code becoming part of theirs."""
+    """A kernel for arguments of given types, to be passed to kernels whose machine code it is not to become part of."""
     return function if numba.config.DISABLE_JIT else EntryPoint(function, types.void(*kinds))
 
 

@@ -506,7 +506,7 @@ def predict(dt: float, run: March, m: AnySystem) -> None:
             w.expected[j] = a + change
 
 
-def advance(
+def advance(  # noqa: PLR0913 - the whole run
     n_steps: int,
     controller: Controller,
     evaluate: Evaluate,
