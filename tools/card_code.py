@@ -19,10 +19,12 @@ import nvidia.cuda_nvcc
 from numba.cuda import api, dispatcher
 
 import meltemi
-from meltemi.loadcases import card, single_precision
+from meltemi.loadcases.batch import CHUNK
 from meltemi.postprocess.summary import counted
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
+from meltemi_cards import march as card
+from meltemi_cards import single_precision
 
 ARITHMETIC = {"add", "sub", "mul", "fma", "div", "sqrt", "rcp", "neg", "abs", "min", "max"}
 ARCHITECTURE = (9, 0)
@@ -38,7 +40,7 @@ def ptx_of(name: str, *, series: bool = False, single: bool = False) -> str:
     for module in (api, dispatcher):  # functions of the card ask it for its architecture
         module.get_current_device = lambda: SimpleNamespace(compute_capability=ARCHITECTURE)
     case = Run(meltemi.build(meltemi.load_turbine(name)), 12.0, duration=1.0)
-    run = Simulation(case, numbers="floats", held_steps=None if series else card.CHUNK)
+    run = Simulation(case, numbers="floats", held_steps=None if series else CHUNK)
     if not series:
         counted(run)
     kernel = card.kernel_of(run)

@@ -21,11 +21,12 @@ from typing import Any
 import numpy as np
 
 import meltemi
-from meltemi.loadcases.card import CHUNK, Image
+from meltemi.loadcases.batch import CHUNK
 from meltemi.postprocess.files import write_netcdf
 from meltemi.postprocess.summary import Summary, counted, summary
 from meltemi.report.tables import markdown_table
 from meltemi.simulation.simulate import march
+from meltemi_cards.march import Image
 from meltemi_loads.loadbase import engine, store
 from meltemi_loads.loadbase.campaign import make_campaign
 from meltemi_loads.loadbase.jobs import jobs_of

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from meltemi.aero.tables import AeroMemory
 from meltemi.control.actuators import Actuators
 from meltemi.control.baseline import BaselineController
-from meltemi.control.controller import Controller, StartPoint, dual_entry
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.control.dual_updates import dual_entry
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 from meltemi.core.shown import Brief
 from meltemi.maths.tables import MAX_BLADES

@@ -15,7 +15,6 @@ import meltemi
 from meltemi import InputError
 from meltemi.control import Droop, PowerControl, PowerController, StartPoint
 from meltemi.control import signals as s
-from meltemi.control.controller import new_vectors
 from meltemi.control.machine import FROM, TO
 from meltemi.control.power_control import tables as t
 from meltemi.control.power_control.controller import power_settings, shaft_inertia
@@ -137,7 +136,7 @@ class Run:
         speed, torque, pitch = begin
         self.x = x = controller.initial_state(StartPoint(at(wind, 0.0), speed, pitch, torque))
         assert len(controller.state_names) == len(x)
-        measured, demands = new_vectors()
+        measured, demands = s.Measurements.zeros(), s.Demands.zeros()
         measured[s.N_BLADES], measured[s.GRID] = 3, 1.0
         measured[[s.AIR_TEMPERATURE, s.HUMIDITY, s.AIR_PRESSURE]] = weather
         rows = []

@@ -12,11 +12,13 @@ import pytest
 
 import meltemi
 from meltemi.core.errors import InputError, Status
-from meltemi.loadcases import card, single_precision
+from meltemi.loadcases.batch import memory_of
 from meltemi.numbers.records import record_at
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
+from meltemi_cards import march as card
+from meltemi_cards import single_precision
 
 pytestmark = pytest.mark.filterwarnings("ignore::numba.core.errors.NumbaPerformanceWarning")
 MODEL = meltemi.build(meltemi.load_turbine("pmsg20mw"))
@@ -69,7 +71,7 @@ def test_cases_share_a_field_of_which_a_group_holds_one() -> None:
     runs = [Simulation(case, numbers="floats") for case in cases]
     image, size = card.Image(runs), field.velocity.nbytes
     assert size < image.content.nbytes < 2 * size
-    held = card.memory_of(runs[0]) | card.memory_of(runs[1])
+    held = memory_of(runs[0]) | memory_of(runs[1])
     assert sum(held.values()) == size + 2 * runs[0].loop.output.nbytes
     march_moved(image, runs)
     for run, case in zip(runs, cases, strict=True):
@@ -108,7 +110,7 @@ card, processor = (meltemi.simulate_batch(cases, device=device) for device in ("
 for a, b in zip(card, processor, strict=True):
     assert a.ok and b.ok, (a, b)
     np.testing.assert_array_equal(a.value.data, b.value.data)
-loadcases.card.GROUP = 1  # two groups, of which one is prepared while the other one marches
+loadcases.batch.GROUP = 1  # two groups, of which one is prepared while the other one marches
 card, processor = (meltemi.simulate_batch(cases, device=device, series=False) for device in ("cuda", "cpu"))
 for a, b in zip(card, processor, strict=True):
     np.testing.assert_array_equal(a.value.statistics, b.value.statistics)

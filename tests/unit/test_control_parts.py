@@ -16,7 +16,7 @@ import pytest
 from kernel_arrays import call
 from numpy.typing import NDArray
 
-from meltemi.control.controller import update_of_duals
+from meltemi.control.dual_updates import update_of_duals
 from meltemi.control.feedforward import FeedforwardWeights, blade_wind, weight, weight_settings
 from meltemi.control.filters import (
     LowPass,

@@ -185,7 +185,7 @@ def _stepping() -> None:
 def _derivatives() -> None:
     """Linear models and sensitivities, with dual numbers, and gradients by the adjoint."""
     from meltemi.analysis import gradient, sensitivity
-    from meltemi.control.controller import dual_entry
+    from meltemi.control.dual_updates import dual_entry
     from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
     from meltemi.simulation.trim import operating_point

@@ -12,23 +12,21 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from importlib import import_module
 from typing import Any
 
 import numba
 import numpy as np
-from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.caching import NullCache
 from numba.experimental.function_type import FunctionModel
-from numba.extending import NativeValue, intrinsic, register_model, typeof_impl, unbox
+from numba.extending import NativeValue, register_model, typeof_impl, unbox
 from numpy.typing import NDArray
 
 from meltemi.control.signals import CALLBACK, Demands, Measurements
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.errors import InputError
 from meltemi.core.kernel import is_ours, kernel_for
-from meltemi.numbers.records import DUALS, NUMBERS
 
 Vector = NDArray[np.float64]
 Update = Callable[[Any, Any, Any, float], None]
@@ -36,13 +34,6 @@ Update = Callable[[Any, Any, Any, float], None]
 _V = types.float64[::1]
 UPDATE = types.void(_V, _V, _V, types.float64)
 """Signature of ``update(state, measurements, demands, dt)``."""
-
-
-@cache
-def update_of_duals() -> Any:
-    """The same for runs with derivatives."""
-    vector = NUMBERS[DUALS].array(1)
-    return types.void(vector, vector, vector, types.float64)
 
 
 class EntryType(types.FunctionType):  # type: ignore[misc]
@@ -201,36 +192,16 @@ class Entry:
         if numba.config.DISABLE_JIT:
             self.function = lambda x, measured, wanted, dt: update(x, Measurements(measured), Demands(wanted), dt)
         elif duals:
-            self.function = EntryPoint(dual_entry(controller), update_of_duals())
+            elsewhere = import_module("meltemi.control.dual_updates")
+            self.function = EntryPoint(elsewhere.dual_entry(controller), elsewhere.update_of_duals())
         elif isinstance(update, numba.core.dispatcher.Dispatcher):
             self.function = EntryPoint(compiled_entry(update), UPDATE)
         else:
-            self.function = EntryPoint(call_python(), UPDATE)
-            self._callback = self._make_callback(update, state, measurements, demands)
+            elsewhere = import_module("meltemi.control.plain_updates")
+            self.function = EntryPoint(elsewhere.call_python(UPDATE), UPDATE)
+            self._callback = elsewhere.callback(self, update, state, measurements, demands)
             address = ctypes.cast(self._callback, ctypes.c_void_p).value
             measurements[CALLBACK] = np.array([address], dtype=np.int64).view(np.float64)[0]
-
-    def _make_callback(self, update: Any, state: Vector, measurements: Vector, demands: Vector) -> Any:
-        measured, wanted = Measurements(measurements), Demands(demands)
-        known = set(vars(wanted))
-
-        def call(dt: float) -> int:
-            try:
-                answer = update(state, measured, wanted, dt)
-                if answer is not None and answer is not wanted:
-                    raise InputError(
-                        f"update returns {type(answer).__name__}, which nobody reads; it sets what it wants in its "
-                        "third argument: demands.generator_torque = ..., demands.pitch[blade] = ..."
-                    )
-                if len(vars(wanted)) > len(known):
-                    name = min(vars(wanted).keys() - known)
-                    raise InputError(f"demands have no {name!r}: {did_you_mean(name, Demands.fields)}")
-            except BaseException as error:  # a Python exception must not cross compiled code
-                self.exception = error
-                return 1
-            return 0
-
-        return ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double)(call)
 
 
 _ENTRIES: dict[Any, Any] = {}
@@ -248,34 +219,10 @@ def of_vectors(update: Any, *, cached: bool = False) -> Update:
     return entry
 
 
-def _compiled(update: Any, signature: Any, *, cached: bool = True) -> Any:
+def compiled_update(update: Any, signature: Any, *, cached: bool = True) -> Any:
     """Update compiled for the signature of an entry."""
     make = kernel_for(signature) if is_ours(update.__module__) else numba.njit(signature)
     return make(of_vectors(update, cached=cached))
-
-
-def dual_entry(controller: Controller) -> Any:
-    """A controller's update compiled for derivatives.
-
-    Raises:
-      InputError: it is plain Python, or does what duals cannot.
-    """
-    update: Any = controller.update
-    if not isinstance(update, numba.core.dispatcher.Dispatcher):
-        raise InputError(
-            f"controller {controller.name!r} has no derivatives: it is plain Python; decorate its update by numba.njit"
-        )
-    if (update, "duals") not in _ENTRIES:
-        try:
-            _ENTRIES[update, "duals"] = _compiled(update, update_of_duals(), cached=False)
-        except numba.core.errors.NumbaError as error:
-            lines = [line for line in str(error).splitlines() if line.strip()]
-            raise InputError(
-                f"controller {controller.name!r} has no derivatives: it does what they are not defined for "
-                f"({lines[-1].strip() if lines else error}); arithmetic, comparisons, min, max, abs and the functions "
-                "of math are"
-            ) from None
-    return _ENTRIES[update, "duals"]
 
 
 def compiled_entry(update: Any) -> Any:
@@ -285,7 +232,7 @@ def compiled_entry(update: Any) -> Any:
     if update not in _ENTRIES:
         try:
             cached = not isinstance(update._cache, NullCache)  # as its author asked
-            _ENTRIES[update] = _compiled(update, UPDATE, cached=cached)
+            _ENTRIES[update] = compiled_update(update, UPDATE, cached=cached)
         except (numba.core.errors.NumbaError, TypeError) as error:
             first = str(error).strip().splitlines()
             raise InputError(
@@ -293,32 +240,3 @@ def compiled_entry(update: Any) -> Any:
                 f"{first[-1] if first else error}"
             ) from None
     return _ENTRIES[update]
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def _call_address(typing_context: Any, address: Any, dt: Any) -> Any:
-    """Call the C function ``int64 f(double)`` whose address is stored in the bits of a float."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        i64, f64 = ir.IntType(64), ir.DoubleType()
-        function = ir.FunctionType(i64, [f64]).as_pointer()
-        return builder.call(builder.inttoptr(builder.bitcast(arguments[0], i64), function), [arguments[1]])
-
-    return types.int64(types.float64, types.float64), generate
-
-
-@cache
-def call_python() -> Any:
-    """Compiled function that calls the plain Python controller of the case."""
-
-    @kernel_for(UPDATE)
-    def python_controller(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:
-        if _call_address(measurements[CALLBACK], dt) != 0:
-            raise RuntimeError
-
-    return python_controller
-
-
-def new_vectors() -> tuple[Vector, Vector]:
-    """Measurement and demand vectors."""
-    return Measurements.zeros(), Demands.zeros()

@@ -34,7 +34,6 @@ import numba
 import numpy as np
 from numba.core import event, typeinfer
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, InTreeCacheLocator
-from numba.core.compiler_lock import global_compiler_lock
 
 from meltemi.core import linking
 from meltemi.core.private import private_folder, signed, user_key, verified
@@ -264,7 +263,7 @@ def choice(kernels: Sequence[Callable[..., Any]]) -> Any:
 
 
 def in_turn(kernels: Sequence[Callable[..., Any]], parameters: int) -> Any:
-    """A kernel that calls several, which take up to three parameters, one after the other; without a cache."""
+    """A kernel that calls several, which take up to three parameters, one after the other."""
     if not kernels:
         nothing: Any = (lambda a: None, lambda a, b: None, lambda a, b, c: None)[parameters - 1]
         return _compiled(nothing)
@@ -411,23 +410,6 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 class _LinkedCache(_Cache):
     _impl_class = _KeptLinked
     suffix = ".linked"
-
-
-def linked_code(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
-    """Optimised LLVM code of a function with all that it calls, and the name of the function in it.
-
-    Args:
-      function: plain Python function.
-      kinds: Numba's types of its arguments.
-    """
-    linked = numba.njit(pipeline_class=linking.LinkedCompiler, **OPTIONS)(function)
-    found: list[Any] = []
-    linked.add_overload = found.append
-    linked.compile(tuple(kinds))
-    library = found[0].library
-    with global_compiler_lock:
-        super(linking.LinkedLibrary, library)._optimize_final_module()
-        return str(library._get_module_for_linking()), found[0].fndesc.llvm_func_name
 
 
 def _compiled(function: F, *signature: Any, cached: bool = True) -> F:

@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import KW_ONLY, dataclass
+from importlib import import_module
 from pathlib import Path
 from types import FrameType
 from typing import Any, cast
@@ -21,7 +22,6 @@ from meltemi.core.calls import arguments_of, explained
 from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.threads import available_cores, one_blas_thread
-from meltemi.loadcases import card
 from meltemi.loadcases.store import Nothing, Outcome, ResultFiles, Store
 from meltemi.postprocess.summary import Counter, counted
 from meltemi.simulation.run import Run
@@ -31,6 +31,12 @@ MOST_WORKERS = 1000
 DEVICES = ("cpu", "cuda", "cuda-single")
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
+GROUP = 8192
+"""Runs that march together on a card: the fastest on an H100, which 16,384 slow down by a third."""
+MEMORY = 8 << 30
+"""Bytes of wind fields and series above which a group begins to march."""
+CHUNK = 500
+"""Time steps of a run without series of which it holds the samples; on a card, between checks of the keyboard."""
 Begun = tuple[Run, Simulation]
 """A case that is prepared."""
 
@@ -84,7 +90,7 @@ class Batch:
         if self.series and self.slopes is not None:
             raise InputError("slopes are those of summaries: give series=False")
         if self.device != "cpu":
-            card.check()
+            _cards().check()
             self.workers = 2  # one group is prepared or evaluated while another one marches
         self.kept: Store = self.store or (Nothing() if self.out is None else ResultFiles(self.out, rerun=self.rerun))
         self.total = len(self.cases) if isinstance(self.cases, Sized) else self.total
@@ -150,7 +156,7 @@ class Batch:
         if self.device != "cpu":
             with self.card_lock:
                 runs = [begun[-1] for _, _, begun in group]
-                card.march_together(runs, self.stop.is_set, single=self.device == "cuda-single")
+                _cards().march_together(runs, self.stop.is_set, single=self.device == "cuda-single")
         for i, name, begun in group:
             self._guarded(i, name, self._end, i, name, *begun)
             self.under_way.pop(i, None)
@@ -161,8 +167,8 @@ class Batch:
         for count, (i, name, case) in enumerate(iter(self._next, None), 1):
             if (begun := self._guarded(i, name, self._begin, i, name, case)) is not None:
                 yield i, name, begun
-                held |= card.memory_of(begun[-1])
-            if self.device == "cpu" or count == card.GROUP or sum(held.values()) > card.MEMORY or self.stop.is_set():
+                held |= memory_of(begun[-1])
+            if self.device == "cpu" or count == GROUP or sum(held.values()) > MEMORY or self.stop.is_set():
                 return
 
     def _next(self) -> tuple[int, str, Run] | None:
@@ -217,7 +223,7 @@ class Batch:
     def _prepare(self, case: Run) -> Simulation:
         if case.view and not self.series:
             raise InputError("view=True and series=False exclude each other: the view is made of time series")
-        held = None if self.series else card.CHUNK
+        held = None if self.series else CHUNK
         with self.first_lock:  # Numba compiles under one lock: the first case compiles, the others find it done
             run = None if self.compiled else prepare(case, self.device, held)
             self.compiled = True
@@ -225,6 +231,15 @@ class Batch:
         if not self.series:
             counted(run, self.slopes)
         return run
+
+
+def memory_of(run: Simulation) -> dict[int, int]:
+    """Bytes of the wind field of a run and of its output, by their addresses."""
+    return {array.ctypes.data: array.nbytes for array in (run.case.arrays["box"], run.loop.output)}
+
+
+def _cards() -> Any:
+    return import_module("meltemi_cards.march")
 
 
 @explained
@@ -237,7 +252,7 @@ def prepare(case: Run, device: str = "cpu", held_steps: int | None = None) -> Si
     if device == "cpu":
         return Simulation(case, held_steps=held_steps)
     run = Simulation(case, numbers="floats", held_steps=held_steps)
-    card.compiled_update(run.case.controller)
+    _cards().compiled_update(run.case.controller)
     return run
 
 

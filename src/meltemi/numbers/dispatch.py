@@ -163,12 +163,10 @@ def _does_the_same(function: Callable[..., Any], record: type[Record], base: typ
             continue
         seen.add(one)
         for each in _mentioned(one):
-            if isinstance(each, Variants):
-                if each.called(record) != each.called(base):
-                    return False
-                ahead += [text.py_func for text in each.called(record)]
-            elif callable(text := getattr(each, "py_func", None)):
-                ahead.append(text)
+            called = each.called(record) if isinstance(each, Variants) else [each]
+            if isinstance(each, Variants) and called != each.called(base):
+                return False
+            ahead += [text for text in (getattr(kernel, "py_func", None) for kernel in called) if callable(text)]
     return True
 
 

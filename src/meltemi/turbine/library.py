@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib.metadata import distribution
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, overload
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.extras import BY_NAME, need
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import merged, parse, read_mapping, read_text, validated, write_record
 from meltemi.turbine.definition import Turbine
@@ -21,8 +19,6 @@ AtSea = Literal["nrel5mw-monopile", "iea15mw-monopile", "iea22mw-monopile"]
 Floating = Literal["nrel5mw-spar", "iea15mw-volturnus", "iea22mw-semi"]
 
 DATA = Path(__file__).parent / "data"
-WINDIO = "windIO/examples/turbine"
-"""Where the windIO package has its turbines."""
 
 
 class LibraryEntry(Record):
@@ -112,6 +108,7 @@ def _from_library(name: str) -> AnyTurbine:
     if entry.windio is None:
         return read_turbine(DATA / entry.file)
     from meltemi.io import read_windio
+    from meltemi.turbine.windio_package import windio_file
 
     return read_windio(windio_file(entry.windio, name), DATA / entry.file)
 
@@ -133,21 +130,6 @@ def read_turbine(path: Path) -> AnyTurbine:
 
         return validated(data, PowerTurbine, where=str(path), text=text)
     return validated(data, Turbine, where=str(path), text=text)
-
-
-def windio_file(name: str, wanted_for: str) -> Path:
-    """Path of a turbine file in the windIO package, without importing it.
-
-    Raises:
-      InputError: the package is not installed, or has no such file.
-    """
-    need(f"turbine {wanted_for}", "windIO")
-    package = distribution("windIO")
-    path = Path(str(package.locate_file(f"{WINDIO}/{name}")))
-    if not path.is_file():
-        install = f"pip install {BY_NAME['windIO']!r}"
-        raise InputError(f"windIO {package.version} has no {WINDIO}/{name}, the data of {wanted_for}: {install}")
-    return path
 
 
 def write_turbine(turbine: AnyTurbine, path: str | Path) -> None:

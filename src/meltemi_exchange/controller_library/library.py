@@ -28,7 +28,7 @@ from meltemi.control.controller import UPDATE, Controller, of_vectors
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing, write_text
-from meltemi.core.kernel import linked_code
+from meltemi.core.intermediate_code import linked_code
 from meltemi.environment.grid import NOMINAL_FREQUENCY
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi_exchange.controller_library.starts import POINTS, Rule, start_rules

@@ -17,7 +17,8 @@ from numba.core import event
 
 from meltemi.core.errors import MeltemiError
 from meltemi.core.files import replacing
-from meltemi.core.kernel import cache_folder, linked_code
+from meltemi.core.intermediate_code import linked_code
+from meltemi.core.kernel import cache_folder
 from meltemi.core.private import signed, user_key, verified
 from meltemi.numbers.lanes import REVERSE
 from meltemi.numbers.records import RecordType

@@ -22,21 +22,16 @@ from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
 from meltemi.core.extras import need
 from meltemi.core.kernel import kernels, loose
-from meltemi.loadcases import single_precision
+from meltemi.loadcases.batch import CHUNK
 from meltemi.maths.records import members
 from meltemi.maths.tables import TableType
 from meltemi.numbers.records import type_of_class
 from meltemi.simulation import step
 from meltemi.simulation.simulate import Simulation
+from meltemi_cards import single_precision
 
-GROUP = 8192
-"""Runs that march together: the fastest on an H100, which 16,384 slow down by a third."""
-MEMORY = 8 << 30
-"""Bytes of wind fields and series above which a group begins to march."""
 BLOCK = 32
 """Threads of a block."""
-CHUNK = 500
-"""Time steps between checks of the keyboard, of which a run without series holds the samples."""
 ALIGNMENT = 64
 SIGNATURE = numba.types.void(numba.types.int64[::1], numba.types.int64[:, ::1])
 """Of the kernel: steps of each run, and words."""
@@ -110,11 +105,6 @@ class Image:
             _bytes(begin, size)[:] = self.content[place : place + size]
 
 
-def memory_of(run: Simulation) -> dict[int, int]:
-    """Bytes of the wind field of a run and of its output, by their addresses."""
-    return {array.ctypes.data: array.nbytes for array in (run.case.arrays["box"], run.loop.output)}
-
-
 def records_of(run: Simulation) -> tuple[Any, ...]:
     """The records of a run, as the time loop takes them, and of its statistics if it keeps no series."""
     return (*run.loop.records, *(() if run.sink is None else (run.sink.record,)))
@@ -180,7 +170,7 @@ def _loop() -> Any:
 def _compiled(
     update: Any, classes: tuple[type, ...], first: tuple[int, ...], registers: int | None, single: bool
 ) -> Any:
-    from meltemi.loadcases.card_kernel import march_kernel
+    from meltemi_cards.kernel import march_kernel
 
     functions = _loop(), on_card(of_vectors(update)), step.evaluate, step.observe
     kernel = march_kernel(functions, classes, first, max_registers=registers)
@@ -201,7 +191,7 @@ def kernel_of(run: Simulation, registers: int | None = None, *, single: bool = F
     lengths = [len(record.words) for record in records]
     classes, first = tuple(map(type, records)), tuple(sum(lengths[:k]) for k in range(len(lengths)))
     if numba.config.ENABLE_CUDASIM:  # it cannot compile: the loop of the processor takes the same words
-        from meltemi.loadcases.card_kernel import march_kernel
+        from meltemi_cards.kernel import march_kernel
 
         return march_kernel((run.loop.function, run.loop.controller, *run.loop.physics), classes, first)
     return _compiled(compiled_update(run.case.controller), classes, first, registers, single)

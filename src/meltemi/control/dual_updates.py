@@ -1,0 +1,46 @@
+"""Updates of controllers for runs with derivatives; ``control/controller.py`` imports them for such a run."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numba
+from numba import types
+
+from meltemi.control.controller import Controller, compiled_update
+from meltemi.core.errors import InputError
+from meltemi.numbers.records import DUALS, NUMBERS
+
+_ENTRIES: dict[Any, Any] = {}
+
+
+@cache
+def update_of_duals() -> Any:
+    """Signature of ``update(state, measurements, demands, dt)`` for runs with derivatives."""
+    vector = NUMBERS[DUALS].array(1)
+    return types.void(vector, vector, vector, types.float64)
+
+
+def dual_entry(controller: Controller) -> Any:
+    """A controller's update compiled for derivatives.
+
+    Raises:
+      InputError: it is plain Python, or does what duals cannot.
+    """
+    update: Any = controller.update
+    if not isinstance(update, numba.core.dispatcher.Dispatcher):
+        raise InputError(
+            f"controller {controller.name!r} has no derivatives: it is plain Python; decorate its update by numba.njit"
+        )
+    if update not in _ENTRIES:
+        try:
+            _ENTRIES[update] = compiled_update(update, update_of_duals(), cached=False)
+        except numba.core.errors.NumbaError as error:
+            lines = [line for line in str(error).splitlines() if line.strip()]
+            raise InputError(
+                f"controller {controller.name!r} has no derivatives: it does what they are not defined for "
+                f"({lines[-1].strip() if lines else error}); arithmetic, comparisons, min, max, abs and the functions "
+                "of math are"
+            ) from None
+    return _ENTRIES[update]

@@ -1,0 +1,67 @@
+"""Controllers in plain Python, called back on the vectors of a case; ``control/controller.py`` imports them for one."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from meltemi.control.signals import CALLBACK, Demands, Measurements
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.kernel import kernel_for
+
+Vector = NDArray[np.float64]
+
+
+def callback(entry: Any, update: Any, state: Vector, measurements: Vector, demands: Vector) -> Any:
+    """C function that calls a plain update on the vectors of a case, and keeps in its entry what it raises."""
+    measured, wanted = Measurements(measurements), Demands(demands)
+    known = set(vars(wanted))
+
+    def call(dt: float) -> int:
+        try:
+            answer = update(state, measured, wanted, dt)
+            if answer is not None and answer is not wanted:
+                raise InputError(
+                    f"update returns {type(answer).__name__}, which nobody reads; it sets what it wants in its "
+                    "third argument: demands.generator_torque = ..., demands.pitch[blade] = ..."
+                )
+            if len(vars(wanted)) > len(known):
+                name = min(vars(wanted).keys() - known)
+                raise InputError(f"demands have no {name!r}: {did_you_mean(name, Demands.fields)}")
+        except BaseException as error:  # a Python exception must not cross compiled code
+            entry.exception = error
+            return 1
+        return 0
+
+    return ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double)(call)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _call_address(typing_context: Any, address: Any, dt: Any) -> Any:
+    """Call the C function ``int64 f(double)`` whose address is stored in the bits of a float."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        i64, f64 = ir.IntType(64), ir.DoubleType()
+        function = ir.FunctionType(i64, [f64]).as_pointer()
+        return builder.call(builder.inttoptr(builder.bitcast(arguments[0], i64), function), [arguments[1]])
+
+    return types.int64(types.float64, types.float64), generate
+
+
+@cache
+def call_python(signature: Any) -> Any:
+    """Compiled update, of the signature of all, that calls the plain Python controller of the case."""
+
+    @kernel_for(signature)
+    def python_controller(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:
+        if _call_address(measurements[CALLBACK], dt) != 0:
+            raise RuntimeError
+
+    return python_controller
