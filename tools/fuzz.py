@@ -747,7 +747,8 @@ def make_good(folder: Path) -> None:
     from meltemi.control.bladed.rosco import rosco_example
     from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import TEMPLATE
-    from meltemi.turbine.library import DATA, windio_file
+    from meltemi.turbine.library import DATA
+    from meltemi.turbine.windio_package import windio_file
     from meltemi.wind.fields import WindBox, WindSeries
     from meltemi_exchange.openfast_writer import write_openfast
 

@@ -40,7 +40,7 @@ def march_moved(image: card.Image, runs: list[Simulation]) -> None:
         records = [
             record_at(type(r))(words, i, first) for r, first in zip(card.records_of(run), image.first, strict=True)
         ]
-        run.loop.function(run.n_steps, run.loop.controller, *records)
+        run.loop.function(run.n_steps, run.loop.controller, *run.loop.physics, *records)
         assert not run.finished  # its own memory has not changed
     image.restore()
 
