@@ -17,9 +17,9 @@ from meltemi.turbine.library import (
     library_entries,
     list_turbines,
     load_turbine,
-    windio_file,
     write_turbine,
 )
+from meltemi.turbine.windio_package import windio_file
 
 Content = dict[str, Any]
 

@@ -16,7 +16,8 @@ from meltemi import InputError, Turbine
 from meltemi.app.cli import main
 from meltemi.core.yamlfile import parse, read_mapping
 from meltemi.io import import_windio, read_windio
-from meltemi.turbine.library import DATA, windio_file
+from meltemi.turbine.library import DATA
+from meltemi.turbine.windio_package import windio_file
 from meltemi_exchange.windio import gains
 from meltemi_exchange.windio.tower import tube
 from meltemi_exchange.windio.tree import load, parse_quickly
