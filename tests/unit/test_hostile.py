@@ -133,6 +133,12 @@ def test_a_load_base_with_another_table_is_told(tmp_path: Path) -> None:
     for what in ("cases", "statistics", "extremes"):
         with pytest.raises(InputError, match=r"parquet: cannot be read .*remove it and run its cases again"):
             base_table(planned, tmp_path, what)
+    (path,) = (tmp_path / "results").glob("*.parquet")
+    path.unlink()
+    at = whole.column_names.index("warnings")
+    write_file(whole.set_column(at, "warnings", [[1.0] * len(whole)]), tmp_path / "results")
+    with pytest.raises(InputError, match=r"parquet: cannot be read .*remove it and run its cases again"):
+        base_table(planned, tmp_path, "cases")
 
 
 @pytest.mark.slow

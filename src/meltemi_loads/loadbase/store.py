@@ -310,7 +310,8 @@ def _parts(
     with _as_written(file):
         table = read_file(file, ["key", *(PLAIN if what == "cases" else columns)])
         if what == "cases":
-            yield table.select(list(PLAIN)).take(places).to_pandas().assign(case=names)
+            cases = table.select(list(PLAIN)).take(places).to_pandas().assign(case=names)
+            yield cases.assign(warnings=[[*lines] for lines in cases["warnings"]])  # TypeError if they are no lists
         elif what in NESTED:
             found = _flat(table.column(what).take(places), names)
             yield pd.DataFrame({name: found[name] for name in ("case", *NESTED[what])})

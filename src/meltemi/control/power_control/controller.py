@@ -205,7 +205,8 @@ def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -
     """Frequency [rad/s] of the speed loop of the turbine's collective law at rated power (C-86a).
 
     At the pitch where its gains are halved, with the sensitivity that the rotor has there, at most the one that has a
-    damping ratio of 0.7 with these gains (C-9b); of a rotor known at one pitch only, as rated speed of the NREL 5 MW.
+    damping ratio of 0.7 with these gains (C-9b); of a rotor known at one pitch only, that of the
+    NREL 5 MW in relation to rated speed.
 
     Raises:
       InputError: power there does not fall with pitch.
