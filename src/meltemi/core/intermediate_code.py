@@ -25,5 +25,6 @@ def linked_code(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
     linked.compile(tuple(kinds))
     library = found[0].library
     with global_compiler_lock:
+        library._ensure_finalized()  # links what it calls
         super(linking.LinkedLibrary, library)._optimize_final_module()
         return str(library._get_module_for_linking()), found[0].fndesc.llvm_func_name
