@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any
 
 import numba
@@ -64,9 +65,13 @@ def act(m: Machine) -> None:
     outer(m)
 
 
+inner, outer_module = ModuleType("inner"), ModuleType("outer")
+inner.act, inner.back, outer_module.inner = act, outer_module, inner  # type: ignore[attr-defined]
+
+
 @kernel
 def act_within(m: Machine) -> None:
-    act(m)
+    outer_module.inner.act(m)  # type: ignore[attr-defined]
 
 
 @kernel

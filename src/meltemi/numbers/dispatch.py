@@ -177,7 +177,13 @@ def _mentioned(function: Any) -> Iterator[Any]:
         code = codes.pop()
         names.update(code.co_names)
         codes += [each for each in code.co_consts if isinstance(each, CodeType)]
-    scope = function.__globals__
-    held = [cell.cell_contents for cell in function.__closure__ or ()]
-    for value in [scope[name] for name in names if name in scope] + held:
-        yield from [vars(value)[n] for n in names if n in vars(value)] if isinstance(value, ModuleType) else [value]
+    ahead = [function.__globals__[name] for name in names if name in function.__globals__]
+    ahead += [cell.cell_contents for cell in function.__closure__ or ()]
+    modules = set[ModuleType]()
+    while ahead:
+        value = ahead.pop()
+        if not isinstance(value, ModuleType):
+            yield value
+        elif value not in modules:
+            modules.add(value)
+            ahead += [vars(value)[name] for name in names if name in vars(value)]
