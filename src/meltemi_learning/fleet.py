@@ -11,6 +11,7 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba import types
 from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
@@ -22,6 +23,7 @@ from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
 from meltemi.postprocess.counting import DEPTH
 from meltemi.postprocess.fatigue import usual_slope
+from meltemi.simulation.loop import by_address
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
@@ -340,10 +342,11 @@ class Fleet:
         episode = self.episodes[i] = Episode(machine, rng, options or {})
         if self._functions is None:
             run = episode.simulation
-            kinds = (tuple(map(numba.typeof, each)) for each in (run.loop.physics, episode.records))
-            step, entry_words, loop_words = compiled(*kinds)
-            self._functions = step, [*entry_words(run.loop.controller), *loop_words(run.loop.function)]
-        self.words[i] = [*self._functions[1], *(record.address for record in episode.records)]
+            taken = (run.loop.controller, *run.loop.physics)
+            kinds = [numba.typeof(each) for each in (*taken, *episode.records)]
+            loop = by_address(run.loop.function, types.int64, *kinds[:-1])
+            self._functions = compiled(loop.type, *kinds), loop, *taken
+        self.words[i] = [record.address for record in episode.records]
         self._noise(i, rng)
         self._march(np.array([i]), self._idle, 1 + machine.begin_steps, True)
         episode.law.pitch_share, episode.law.torque_share = machine.shares
@@ -378,9 +381,9 @@ class Fleet:
     def _march(self, which: NDArray[np.int64], actions: NDArray[np.float32], steps: int, first: bool) -> None:
         if len(which):
             filled = (self.observations, self.rewards, self.terms, self.ended)
-            one = self.episodes[which[0]]
-            given = (*one.simulation.loop.physics, *one.records)
-            self._functions[0](self.words, which, actions, self.noise, steps, first, *filled, *given)
+            step, *functions = self._functions
+            records = self.episodes[which[0]].records
+            step(self.words, which, actions, self.noise, steps, first, *filled, *functions, *records)
 
     def components(self, i: int) -> dict[str, float]:
         """Weighted components of the last reward of a turbine."""

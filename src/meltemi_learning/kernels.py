@@ -8,7 +8,6 @@ each, and fills the rows of their observations and rewards. The damage of an epi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from math import cos, exp, sin
 from typing import Any
@@ -143,18 +142,14 @@ class Slot(Record):
 AGENT = len(AgentState)
 
 
-def _function(context: Any, builder: Any, kind: Any, addresses: Any) -> Any:
-    made = cgutils.create_struct_proxy(kind)(context, builder)
-    made.c_addr, made.py_addr, made.jit_addr = (builder.inttoptr(a, ir.IntType(8).as_pointer()) for a in addresses)
-    return made._getvalue()
-
-
 @intrinsic  # type: ignore[untyped-decorator]
 def _entry_at(typing_context: Any, c: Any, py: Any, jit: Any) -> Any:
     """The entry of a controller from its three addresses."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _function(context, builder, ENTRY, arguments)
+        made = cgutils.create_struct_proxy(ENTRY)(context, builder)
+        made.c_addr, made.py_addr, made.jit_addr = (builder.inttoptr(a, ir.IntType(8).as_pointer()) for a in arguments)
+        return made._getvalue()
 
     return ENTRY(types.int64, types.int64, types.int64), generate
 
@@ -314,55 +309,8 @@ def _record_at(typing_context: Any, like: Any, address: Any) -> Any:
     return like(like, types.int64), generate
 
 
-def loop_type(physics: Sequence[Any], records: Sequence[Any]) -> Any:
-    """Type of the time loop for evaluation, observation and records of given types."""
-    return types.FunctionType(types.void(types.int64, ENTRY, *physics, *records))
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def _loop_at(  # noqa: PLR0913 - the time loop's own arguments
-    typing_context: Any,
-    c: Any,
-    py: Any,
-    jit: Any,
-    evaluation: Any,
-    observation: Any,
-    run: Any,
-    control: Any,
-    m: Any,
-    one: Any,
-    plain: Any,
-    sections: Any,
-) -> Any:
-    """The time loop for arguments of the types of these, from its three addresses."""
-    given = (evaluation, observation, run, control, m, one, plain, sections)
-    kind = loop_type(given[:2], given[2:])
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _function(context, builder, kind, arguments[:3])
-
-    return kind(types.int64, types.int64, types.int64, *given), generate
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def _addresses(typing_context: Any, function: Any) -> Any:
-    """The three addresses of a function."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        given = cgutils.create_struct_proxy(function)(context, builder, arguments[0])
-        words = [builder.ptrtoint(a, ir.IntType(64)) for a in (given.c_addr, given.py_addr, given.jit_addr)]
-        return context.make_tuple(builder, signature.return_type, words)
-
-    return types.UniTuple(types.int64, 3)(function), generate
-
-
-WORDS = 13
-"""Addresses of a turbine: three of the controller, three of the time loop, and seven records."""
-
-
-def addresses(function: Any) -> Any:
-    """The three addresses of a compiled function."""
-    return _addresses(function)
+WORDS = 7
+"""Addresses of the records of a turbine."""
 
 
 def step_turbines(  # noqa: PLR0913 - called by its address: no records
@@ -376,6 +324,8 @@ def step_turbines(  # noqa: PLR0913 - called by its address: no records
     rewards: Any,
     terms: Any,
     ended: Any,
+    loop: Any,
+    controller: Any,
     evaluation: Any,
     observation: Any,
     run: Any,
@@ -395,28 +345,27 @@ def step_turbines(  # noqa: PLR0913 - called by its address: no records
       steps: time steps; 0 for those of the episode.
       first: no action, and a new episode from the observation on.
       observations, rewards, terms, ended: (n, sensors), (n,), (n, TERMS), (n,) 1 for terminated, 2 for truncated.
-      evaluation, observation: physics of the time loop.
+      loop, controller, evaluation, observation: the time loop and the functions that it takes, by their addresses.
       run, control, m, one, plain, sections, slot: records of any of them, for their types.
     """
     for i in which:
         if ended[i] != 0 and not first:
             continue  # beyond its end the output has no rows
         w = words[i]
-        s, clock = _record_at(slot, w[12]), _record_at(run, w[6]).clock
+        s, clock = _record_at(slot, w[6]), _record_at(run, w[0]).clock
         if not first:
             act(s, actions[i])
-        loop = _loop_at(w[3], w[4], w[5], evaluation, observation, run, control, m, one, plain, sections)
         loop(
             steps if steps > 0 else whole(s.episode.substeps),
-            _entry_at(w[0], w[1], w[2]),
+            controller,
             evaluation,
             observation,
-            _record_at(run, w[6]),
-            _record_at(control, w[7]),
-            _record_at(m, w[8]),
-            _record_at(one, w[9]),
-            _record_at(plain, w[10]),
-            _record_at(sections, w[11]),
+            _record_at(run, w[0]),
+            _record_at(control, w[1]),
+            _record_at(m, w[2]),
+            _record_at(one, w[3]),
+            _record_at(plain, w[4]),
+            _record_at(sections, w[5]),
         )
         failed = clock.status != 0 or s.measured.generator_speed > s.episode.overspeed
         load = read_loads(s, first)
@@ -431,8 +380,6 @@ _FILLED = (_F32[:, ::1], _F64[::1], _F64[:, ::1], _I64[::1])
 
 
 @cache
-def compiled(physics: tuple[Any, ...], records: tuple[Any, ...]) -> tuple[Any, Any, Any]:
-    """:func:`step_turbines`, and :func:`addresses` of entries and of time loops, for given types."""
-    three = types.UniTuple(_I64, 3)
-    step = kernel_for(types.void(*_ROWS, *_FILLED, *physics, *records))(step_turbines)
-    return step, kernel_for(three(ENTRY))(addresses), kernel_for(three(loop_type(physics, records[:-1])))(addresses)
+def compiled(*kinds: Any) -> Any:
+    """:func:`step_turbines` for functions and records of given types."""
+    return kernel_for(types.void(*_ROWS, *_FILLED, *kinds))(step_turbines)

@@ -198,7 +198,7 @@ class Entry:
             self.function = EntryPoint(compiled_entry(update), UPDATE)
         else:
             elsewhere = import_module("meltemi.control.plain_updates")
-            self.function = EntryPoint(elsewhere.call_python(UPDATE), UPDATE)
+            self.function = EntryPoint(elsewhere.call_python(), UPDATE)
             self._callback = elsewhere.callback(self, update, state, measurements, demands)
             address = ctypes.cast(self._callback, ctypes.c_void_p).value
             measurements[CALLBACK] = np.array([address], dtype=np.int64).view(np.float64)[0]
@@ -219,7 +219,7 @@ def of_vectors(update: Any, *, cached: bool = False) -> Update:
     return entry
 
 
-def compiled_update(update: Any, signature: Any, *, cached: bool = True) -> Any:
+def compiled_for(update: Any, signature: Any, *, cached: bool = True) -> Any:
     """Update compiled for the signature of an entry."""
     make = kernel_for(signature) if is_ours(update.__module__) else numba.njit(signature)
     return make(of_vectors(update, cached=cached))
@@ -232,7 +232,7 @@ def compiled_entry(update: Any) -> Any:
     if update not in _ENTRIES:
         try:
             cached = not isinstance(update._cache, NullCache)  # as its author asked
-            _ENTRIES[update] = compiled_update(update, UPDATE, cached=cached)
+            _ENTRIES[update] = compiled_for(update, UPDATE, cached=cached)
         except (numba.core.errors.NumbaError, TypeError) as error:
             first = str(error).strip().splitlines()
             raise InputError(

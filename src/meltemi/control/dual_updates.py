@@ -8,7 +8,7 @@ from typing import Any
 import numba
 from numba import types
 
-from meltemi.control.controller import Controller, compiled_update
+from meltemi.control.controller import Controller, compiled_for
 from meltemi.core.errors import InputError
 from meltemi.numbers.records import DUALS, NUMBERS
 
@@ -35,7 +35,7 @@ def dual_entry(controller: Controller) -> Any:
         )
     if update not in _ENTRIES:
         try:
-            _ENTRIES[update] = compiled_update(update, update_of_duals(), cached=False)
+            _ENTRIES[update] = compiled_for(update, update_of_duals(), cached=False)
         except numba.core.errors.NumbaError as error:
             lines = [line for line in str(error).splitlines() if line.strip()]
             raise InputError(

@@ -6,20 +6,17 @@ import ctypes
 from functools import cache
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
-from numpy.typing import NDArray
 
+from meltemi.control.controller import UPDATE, Entry, Vector
 from meltemi.control.signals import CALLBACK, Demands, Measurements
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel_for
 
-Vector = NDArray[np.float64]
 
-
-def callback(entry: Any, update: Any, state: Vector, measurements: Vector, demands: Vector) -> Any:
+def callback(entry: Entry, update: Any, state: Vector, measurements: Vector, demands: Vector) -> Any:
     """C function that calls a plain update on the vectors of a case, and keeps in its entry what it raises."""
     measured, wanted = Measurements(measurements), Demands(demands)
     known = set(vars(wanted))
@@ -56,10 +53,10 @@ def _call_address(typing_context: Any, address: Any, dt: Any) -> Any:
 
 
 @cache
-def call_python(signature: Any) -> Any:
-    """Compiled update, of the signature of all, that calls the plain Python controller of the case."""
+def call_python() -> Any:
+    """Compiled function that calls the plain Python controller of the case."""
 
-    @kernel_for(signature)
+    @kernel_for(UPDATE)
     def python_controller(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:
         if _call_address(measurements[CALLBACK], dt) != 0:
             raise RuntimeError

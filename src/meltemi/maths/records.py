@@ -12,6 +12,7 @@ lengths of its axes (``numbers.records``). A record keeps its arrays alive; none
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
@@ -111,6 +112,13 @@ class Record:
 
     def __reduce__(self) -> Any:
         raise TypeError("a record contains memory addresses and cannot be copied; create it from its arrays")
+
+
+def leading(cls: Any) -> Iterator[Any]:
+    """A class of records, and those with whose members its own begin: its first base, the first of that, and so on."""
+    while issubclass(cls, Record):
+        yield cls
+        cls = cls.__bases__[0]
 
 
 @cache

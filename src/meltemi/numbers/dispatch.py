@@ -27,6 +27,7 @@ from numba.core.typing.templates import AbstractTemplate, infer, infer_global
 
 from meltemi.core.kernel import in_turn
 from meltemi.core.linking import NARROWER
+from meltemi.maths.records import leading
 from meltemi.numbers.records import Record, RecordType
 
 P = ParamSpec("P")
@@ -136,9 +137,11 @@ def narrowed(kind: RecordType, function: Callable[..., Any], parameter: str) -> 
     changes are compiled once for machines with and without parts.
     """
     declared, cls = _hints(function).get(parameter), kind.cls
-    if isinstance(declared, type) and issubclass(cls, declared):
-        while issubclass(cls.__bases__[0], declared) and _does_the_same(function, cls, cls.__bases__[0]):
-            cls = cls.__bases__[0]
+    if isinstance(declared, type):
+        for base in leading(cls):
+            if not (issubclass(base, declared) and _does_the_same(function, cls, base)):
+                break
+            cls = base
     return RecordType(cls, kind.kind)
 
 
@@ -163,9 +166,11 @@ def _does_the_same(function: Callable[..., Any], record: type[Record], base: typ
             continue
         seen.add(one)
         for each in _mentioned(one):
-            called = each.called(record) if isinstance(each, Variants) else [each]
-            if isinstance(each, Variants) and called != each.called(base):
-                return False
+            called = [each]
+            if isinstance(each, Variants):
+                called = each.called(record)
+                if called != each.called(base):
+                    return False
             ahead += [text for text in (getattr(kernel, "py_func", None) for kernel in called) if callable(text)]
     return True
 

@@ -25,7 +25,7 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.extending import NativeValue, models, overload, register_model, typeof_impl, unbox
 
 from meltemi.maths.groups import GroupType, join, split
-from meltemi.maths.records import Member, members
+from meltemi.maths.records import Member, leading, members
 from meltemi.maths.records import Record as Record
 from meltemi.maths.tables import Table
 from meltemi.maths.tables import TableType as TableClass
@@ -564,12 +564,8 @@ class RecordType(types.Type):
 
     def can_convert_to(self, context: Any, other: Any) -> Any:
         """A record begins with the members of its class's first base."""
-        base = self.cls
-        while isinstance(other, RecordType) and other.kind == self.kind and issubclass(base, other.cls):
-            if base is other.cls:
-                return Conversion.safe
-            base = base.__bases__[0]
-        return None
+        begins = isinstance(other, RecordType) and other.kind == self.kind and other.cls in leading(self.cls)
+        return Conversion.safe if begins else None
 
 
 @lower_cast(RecordType, RecordType)
