@@ -17,7 +17,7 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.generic import anywhere, largest, total
 from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.wind.velocity import ambient_velocity, series_now
-from meltemi_farm.field import PlaneField, WakeField, wakes_velocity
+from meltemi_farm.field import PlaneField, WakeField, sideways, wakes_velocity
 from meltemi_farm.sets import IN_RING
 
 Float = NDArray[float64]
@@ -28,13 +28,8 @@ BETWEEN = pi / IN_RING
 """[rad] between a point of a ring and one that is turned by half their distance."""
 BESIDE = 1e-3
 """[m] of a plane, where what it has is evaluated."""
-
-
-@kernel
-def sideways(n: Vec) -> Vec:
-    """Horizontal unit vector across a direction, to the left."""
-    h = 1.0 / sqrt(max(n.x * n.x + n.y * n.y, 1e-12))
-    return Vec(-h * n.y, h * n.x, 0.0)
+AMBIENT, DISTURBED, ALONG = 0.0, 1.0, 2.0
+"""Of an average: the ambient wind, with the wakes, or with their part along it."""
 
 
 @kernel
@@ -47,7 +42,7 @@ def look(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius
       centre, normal, radius: of the disk, axes of the farm.
       slack: [m] by which the disk and the planes move until the next choice.
     """
-    planes, reach, far = m.planes, m.wakes.spacing * (m.profile.shape[2] - 1), radius + slack
+    planes, reach, far = m.planes, m.wakes.reach, radius + slack
     for k in range(m.seen.wakes):
         first, last, meets = 0, 0, False
         ahead = dot(planes.normal[k, 0], centre - planes.centre[k, 0])
@@ -78,7 +73,7 @@ def above(z: float, reach: float, m: WakeField) -> float:
 
 @kernel
 def mean_wind(
-    m: PlaneField, t: float, centre: Vec, normal: Vec, turned: float, points: Float, reach: float, disturbed: bool
+    m: PlaneField, t: float, centre: Vec, normal: Vec, turned: float, points: Float, reach: float, disturbed: float
 ) -> tuple[Vec, float, float]:
     """Weighted means over a disk of velocity [m/s] and its square, with the wakes that the observer sees, or ambient.
 
@@ -87,6 +82,7 @@ def mean_wind(
     Args:
       turned: [rad] angle by which the points are turned.
       points: (3, n) sideways, upwards [m] and weight; they reach as far [m] from the centre.
+      disturbed: :data:`AMBIENT`, :data:`DISTURBED` or :data:`ALONG`.
     """
     level = sideways(normal)
     up = cos(turned) * cross(normal, level) - sin(turned) * level
@@ -98,8 +94,10 @@ def mean_wind(
         if anywhere(weight != 0.0):
             q = Vec(q.x, q.y, max(q.z, m.wind.box_z))
             u = ambient_velocity(q, t, m)
-            if disturbed:
+            if disturbed == DISTURBED:
                 u += wakes_velocity(q, t, m)
+            if disturbed == ALONG:
+                u += dot(wakes_velocity(q, t, m), u) / max(dot(u, u), 1e-6) * u
             found += total(weight * u)
             square += total(weight * dot(u, u))
             weights += total(weight)
@@ -111,7 +109,7 @@ def mean_wind(
 def rotor_wind(m: PlaneField, t: float, centre: Vec, normal: Vec) -> tuple[float, float]:
     """Ambient wind along a direction [m/s] and turbulence intensity over a disk (K-4)."""
     series_now(t, m)
-    mean, square, _ = mean_wind(m, t, centre, normal, 0.0, m.disk, reach_of(m.disk), False)
+    mean, square, _ = mean_wind(m, t, centre, normal, 0.0, m.disk, reach_of(m.disk), AMBIENT)
     speed = sqrt(dot(mean, mean))
     return dot(normal, mean), sqrt(max(square - speed * speed, 0.0) / 3.0) / max(speed, 1e-3)
 
@@ -122,19 +120,19 @@ def rotor_mean(m: PlaneField, t: float, count: Ints, near: Ints, centre: Vec, no
     series_now(t, m)
     reach = reach_of(m.span)
     look(m, count, near, centre, normal, reach, BESIDE)
-    seen = mean_wind(m, t, centre, normal, 0.0, m.span, reach, True)[0]
-    return seen, mean_wind(m, t, centre, normal, 0.0, m.span, reach, False)[0]
+    seen = mean_wind(m, t, centre, normal, 0.0, m.span, reach, DISTURBED)[0]
+    return seen, mean_wind(m, t, centre, normal, 0.0, m.span, reach, AMBIENT)[0]
 
 
 @kernel
-def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: bool, own: Float, turn: Float) -> None:
+def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: float, own: Float, turn: Float) -> None:
     """Velocities of the planes of a wake: a weighted mean of the wind over each, and its deflection (K-9).
 
     Every other plane has the mean of its neighbours' averages: the planes are closer than averages can tell apart.
 
     Args:
       count, near: number of planes of each wake, and whether it is looked at.
-      disturbed: with the wakes, its own included, or the ambient wind alone.
+      disturbed: as of :func:`mean_wind`; the wakes include its own one.
       own: what the points miss of the wake's own axial velocity, factors of its profile (K-9a).
       turn: lateral drift over the way, the same by radian of yaw error, drift by the mean deficit, rotor radius [m].
     """
@@ -145,13 +143,13 @@ def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: b
             normal = planes.normal[k, i]
             # a point in a plane is between two of them by rounding only: it is taken a little inside the wake
             centre = planes.centre[k, i] + (BESIDE if i < last else -BESIDE) * normal
-            if disturbed:
+            if disturbed > AMBIENT:
                 look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
             # the points between its last ones: an average that moves with its plane sees twice as many
             turned = 0.5 * BETWEEN * (i % 4)
             mean, _, share = mean_wind(m, t, centre, normal, turned, m.drift, reach, disturbed)
             missed = 0.0
-            for j in range(own.shape[0] if disturbed else 0):
+            for j in range(own.shape[0] if disturbed == DISTURBED else 0):
                 missed += own[j] * m.profile[k, i, j, 0]
             planes.velocity[k, i] = mean + share * missed * normal
     for i in range(1, last, 2):
@@ -160,7 +158,8 @@ def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: b
         normal, mean = planes.normal[k, i], planes.velocity[k, i]
         way = (turn[0] + turn[1] * planes.yaw[k, i]) * abs(dot(normal, mean))
         across = Vec(0.0, normal.y, normal.z)
-        planes.velocity[k, i] = mean + way * sideways(normal) + turn[2] * deficit(m, k, i, turn[3]) * across
+        aside = turn[2] * deficit(m, k, i, turn[3]) if turn[2] != 0.0 else 0.0
+        planes.velocity[k, i] = mean + way * sideways(normal) + aside * across
 
 
 @kernel

@@ -38,7 +38,7 @@ def farm(
     seed: Annotated[int | None, typer.Option(help="Seed of the turbulence [1].")] = None,
     duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [600].")] = None,
     wakes: Annotated[
-        str | None, typer.Option("--wakes", help="Constants: fast.farm, iec, madsen, keck, none [fast.farm].")
+        str | None, typer.Option("--wakes", help="Constants: fast.farm, curled, iec, madsen, keck, none [fast.farm].")
     ] = None,
     yaw: Annotated[str | None, typer.Option("--yaw", help="Yaw angles of the turbines [deg], e.g. 20,0,0.")] = None,
     alone: Annotated[bool, typer.Option(help="Also simulate without wakes, to compare.")] = True,

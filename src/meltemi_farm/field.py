@@ -1,8 +1,8 @@
 """Wakes as functions of position: the wind at a point, ambient plus the deficits of all wakes that reach it.
 
-A wake is a series of planes that drift downstream. Each has a centre, a normal and axisymmetric profiles of axial
-velocity, radial velocity and added turbulence; between two planes all of them are linear along the wake. There is no
-grid: turbines ask at their nodes, in lanes, and the planes themselves at the points of their averages.
+A wake is a series of planes that drift downstream. Each has a centre, a normal and profiles of velocity and added
+turbulence, axisymmetric here (curled.py has others); between two planes all of them are linear along the wake. There is
+no grid: turbines ask at their nodes, in lanes, and the planes themselves at the points of their averages.
 
 Reference: docs/theory/wakes.md (K-10 to K-14).
 """
@@ -18,6 +18,7 @@ from meltemi.maths.generic import anywhere, floor, neighbours, where, whole
 from meltemi.maths.records import Array2, Box, Constant, Nodes
 from meltemi.maths.tables import Entries, Numbers, Table, Vectors, number, xyz
 from meltemi.maths.vectors import Sym, Vec, dot
+from meltemi.numbers.dispatch import by_record
 from meltemi.simulation.parts import Part
 from meltemi.wind.velocity import WindField, ambient_velocity, wind_velocity
 
@@ -33,6 +34,7 @@ class Wakes(Table, title="wakes"):
     origin_y: float = number("m", "the same")
     time: float = number("s", "at which the planes are where their centres are")
     spacing: float = number("m", "between the points of a profile")
+    reach: float = number("m", "of a profile from its centre")
     merging: float = number("-", "0: root of the sum of squares, 1: sum, 2: largest deficit")
     ceiling: float = number("m", "height up to which averages over planes count")
     added: float = number("-", "1: with the turbulence that wakes add")
@@ -52,6 +54,8 @@ class Planes(Table, axes="wake plane"):
     wind: Numbers = number("m/s", "filtered ambient wind along the normal, at the rotor when the plane left it")
     intensity: Numbers = number("-", "filtered ambient turbulence intensity there")
     yaw: Numbers = number("rad", "filtered yaw error there")
+    eddies_deficit: Numbers = number("s/m", "of curled wakes: factor of added turbulence over the deficit")
+    eddies_slope: Numbers = number("s", "the same over slopes of the axial velocity")
 
 
 class Seen(Table, axes="wake", integer=True):
@@ -99,6 +103,13 @@ class Deficit(NamedTuple):
 
 
 @kernel
+def sideways(n: Vec) -> Vec:
+    """Horizontal unit vector across a direction, to the left."""
+    h = 1.0 / sqrt(max(n.x * n.x + n.y * n.y, 1e-12))
+    return Vec(-h * n.y, h * n.x, 0.0)
+
+
+@kernel
 def before(q: Vec, late: float, m: WakeField, k: int, i: int) -> float:
     """Distance [m] of a point downstream of plane i of wake k, ``late`` [s] after the planes' time."""
     c = m.planes.centre[k, i] + late * m.planes.velocity[k, i]
@@ -106,15 +117,27 @@ def before(q: Vec, late: float, m: WakeField, k: int, i: int) -> float:
 
 
 @kernel
-def between(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> Deficit:
-    """Deficit at a point between planes i and i + 1 of wake k, by w from one to the other (K-10)."""
-    planes, last = m.planes, m.profile.shape[2] - 1
+def across(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> tuple[Vec, Vec]:
+    """Direction of wake k at a point, by w between planes i and i + 1, and the vector [m] from its centre to there."""
+    planes = m.planes
     first = planes.centre[k, i] + late * planes.velocity[k, i]
     second = planes.centre[k, i + 1] + late * planes.velocity[k, i + 1]
     n = (1.0 - w) * planes.normal[k, i] + w * planes.normal[k, i + 1]
     aside = q - ((1.0 - w) * first + w * second)
-    aside = aside - dot(n, aside) * n
-    r = sqrt(dot(aside, aside))
+    return n, aside - dot(n, aside) * n
+
+
+@by_record
+def between(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> Deficit:
+    """Deficit at a point between planes i and i + 1 of wake k, by w from one to the other (K-10)."""
+    raise NotImplementedError
+
+
+@between.variant
+@kernel
+def _(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> Deficit:
+    n, aside = across(q, late, w, m, k, i)
+    last, r = m.profile.shape[2] - 1, sqrt(dot(aside, aside))
     place = r / m.wakes.spacing
     j = min(max(whole(place), 0), last - 1)
     b = place - j

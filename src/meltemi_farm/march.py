@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from meltemi.core.kernel import kernel
 from meltemi.maths.tables import Table, number
 from meltemi.maths.vectors import dot
+from meltemi.numbers.dispatch import by_record
 from meltemi_farm.field import WakeField
 
 Float = NDArray[float64]
@@ -111,6 +112,34 @@ def one_step(  # noqa: PLR0913 - arrays of a kernel
         new_r[j] = (j - 1.0) / j * new_r[j - 1] - (2.0 * j - 1.0) * dr * change / (4.0 * j * way)
 
 
+@by_record
+def age(m: WakeField, k: int, i: int, dt: float, way: float, c: Mixing, along: Float, work: Float) -> None:
+    """Profiles of plane i + 1 of wake k: those of plane i after a time [s], and a way [m] along the wake.
+
+    Args:
+      along: (4, planes) filters of ambient and shear viscosity, factors of deficit and gradient in added turbulence.
+      work: (7, points) memory.
+    """
+    raise NotImplementedError
+
+
+@age.variant
+@kernel
+def _(m: WakeField, k: int, i: int, dt: float, way: float, c: Mixing, along: Float, work: Float) -> None:
+    planes, dr, n = m.planes, m.wakes.spacing, m.profile.shape[2]
+    V, Vr, nu, new, new_r, U = work[0], work[1], work[2], work[3], work[4], max(planes.wind[k, i], LEAST_WIND)
+    for j in range(n):
+        V[j], Vr[j] = m.profile[k, i, j, 0], m.profile[k, i, j, 1]
+        new[j], new_r[j] = V[j], Vr[j]
+    if way > 0.0:
+        viscosity(V, U, planes.intensity[k, i], along[0, i], along[1, i], dr, c, nu)
+        one_step(V, Vr, nu, U, way, dr, new, new_r, work[5])
+    for j in range(n):
+        slope = 0.0 if j == 0 else ((new[j + 1] if j < n - 1 else 0.0) - new[j - 1]) / (2.0 * dr)
+        m.profile[k, i + 1, j, 0], m.profile[k, i + 1, j, 1] = new[j], new_r[j]
+        m.profile[k, i + 1, j, 2] = (along[2, i + 1] * abs(new[j]) + along[3, i + 1] * c.radius * abs(slope)) / U
+
+
 @kernel
 def march(m: WakeField, k: int, count: int, dt: float, keep: float, c: Mixing, along: Float) -> int:
     """Let wake k age by a step; plane 0 is left as it is, to become the new one at the rotor.
@@ -119,29 +148,17 @@ def march(m: WakeField, k: int, count: int, dt: float, keep: float, c: Mixing, a
       count: number of its planes.
       dt: [s].
       keep: share of the filtered axial velocity that a step keeps.
-      along: (4, planes) filters of ambient and shear viscosity, factors of deficit and gradient in added turbulence.
+      along: as of :func:`age`.
 
     Returns:
       The number of planes now; one that has caught up with the plane ahead of it is gone.
     """
-    planes, dr, n = m.planes, m.wakes.spacing, m.profile.shape[2]
-    V, Vr, nu, new, new_r, work = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    planes, work = m.planes, np.empty((7, m.profile.shape[2]))
     count = min(count, m.profile.shape[1] - 1)
     for i in range(count - 1, -1, -1):
-        normal = planes.normal[k, i]
-        speed = dot(normal, planes.velocity[k, i])
+        speed = dot(planes.normal[k, i], planes.velocity[k, i])
         planes.axial[k, i] = keep * planes.axial[k, i] + (1.0 - keep) * speed
-        U, way = max(planes.wind[k, i], LEAST_WIND), abs(planes.axial[k, i]) * dt
-        for j in range(n):
-            V[j], Vr[j] = m.profile[k, i, j, 0], m.profile[k, i, j, 1]
-            new[j], new_r[j] = V[j], Vr[j]
-        if way > 0.0:
-            viscosity(V, U, planes.intensity[k, i], along[0, i], along[1, i], dr, c, nu)
-            one_step(V, Vr, nu, U, way, dr, new, new_r, work)
-        for j in range(n):
-            slope = 0.0 if j == 0 else ((new[j + 1] if j < n - 1 else 0.0) - new[j - 1]) / (2.0 * dr)
-            m.profile[k, i + 1, j, 0], m.profile[k, i + 1, j, 1] = new[j], new_r[j]
-            m.profile[k, i + 1, j, 2] = (along[2, i + 1] * abs(new[j]) + along[3, i + 1] * c.radius * abs(slope)) / U
+        age(m, k, i, dt, abs(planes.axial[k, i]) * dt, c, along, work)
         inherit(m, k, i, i + 1)
         planes.centre[k, i + 1] = planes.centre[k, i] + dt * planes.velocity[k, i]
         planes.travelled[k, i + 1] = planes.travelled[k, i] + abs(speed) * dt

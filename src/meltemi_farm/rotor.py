@@ -1,4 +1,4 @@
-"""What a rotor gives to its wake: thrust along the blade, wind, axis and place, read from a run in progress.
+"""What a rotor gives to its wake: loads along the blade, wind, axis and place, read from a run in progress.
 
 Reference: docs/theory/wakes.md (K-1).
 """
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.tables import Table, number, xyz
-from meltemi.maths.vectors import Vec, dot
+from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.numbers.dispatch import by_record
 from meltemi.simulation.disk.system import DiskSystem
 from meltemi.simulation.system import AnySystem, System
@@ -32,7 +32,8 @@ class RotorSums(Table, title="rotor of a wake"):
 
 @by_record
 def add_rotor(sums: RotorSums, x: Float, f: Float, m: AnySystem) -> None:
-    """Add direction and wind to the sums, and the radius [m] and thrust per length [N/m] of all blades to x and f."""
+    """Add direction and wind to the sums, the radius [m] of the nodes to x, and thrust and driving force per length
+    [N/m] of all blades to f (2, n)."""
     raise NotImplementedError
 
 
@@ -45,7 +46,10 @@ def _(sums: RotorSums, x: Float, f: Float, m: System) -> None:
         for b in range(blades):
             length = m.aero_nodes.length[b, n]
             x[n] += m.flow.radius[b, n] / blades
-            f[n] += dot(m.load.force[b, n], m.frame.shaft[b]) / max(length, 1e-9)
+            force, shaft = m.load.force[b, n], m.frame.shaft[b]
+            f[0, n] += dot(force, shaft) / max(length, 1e-9)
+            moment = m.load.moment[b, n] + cross(m.motion.position[b, n], force)
+            f[1, n] += dot(moment, shaft) / max(length * m.flow.radius[b, n], 1e-9)
             wind += length * m.flow.wind[b, n]
             span += length
     sums.shaft += m.machine.shaft
@@ -55,12 +59,14 @@ def _(sums: RotorSums, x: Float, f: Float, m: System) -> None:
 @add_rotor.variant
 @kernel
 def _(sums: RotorSums, x: Float, f: Float, m: DiskSystem) -> None:
-    """A disk has its thrust coefficient everywhere: the thrust per length grows with the radius."""
+    """A disk has its thrust coefficient everywhere: the thrust per length grows with the radius; the driving force is
+    the same along it."""
     last, yaw = x.shape[0] - 1, m.q[YAW]
     for n in range(last + 1):
         r = m.disk.radius * (n + 1.0) / (last + 1.0)
         x[n] += r
-        f[n] += 2.0 * m.rotor.thrust * r / (m.disk.radius * m.disk.radius)
+        f[0, n] += 2.0 * m.rotor.thrust * r / (m.disk.radius * m.disk.radius)
+        f[1, n] += 2.0 * m.rotor.torque / (m.disk.radius * m.disk.radius)
     sums.shaft += Vec(cos(yaw), sin(yaw), 0.0)
     sums.wind += m.rotor.wind
 

@@ -68,15 +68,25 @@ NEAR_WAKE, MOST_THRUST, LOW_THRUST, HIGH_THRUST, BRAKE = 1.8, 0.96, 0.96, 1.1, 2
 Gaussian wake, and thrust coefficient of the propeller brake."""
 
 
-def fast_farm_inlet(r: Float, thrust: Float, radius: float, wind: float, near_wake: float = NEAR_WAKE) -> Float:
-    """Inlet of FAST.Farm: momentum theory with the expansion of the stream tubes, Gaussian at high thrust (K-2)."""
-    total = min(disk_mean(r, thrust, radius), BRAKE)
+def stream_tubes(r: Float, thrust: Float, near_wake: float) -> tuple[Float, Float]:
+    """Induction factors, and the radii [m] to which the stream tubes at radii r widen (K-2)."""
     a = 0.5 - 0.5 * np.sqrt(1.0 - np.clip(thrust, -BRAKE, MOST_THRUST))
     rate = (1.0 - a) * r / (1.0 - near_wake * a)
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(r)
-    widened = np.sqrt(2.0 * np.concatenate([[0.0], np.cumsum(steps)]))
+    return a, np.sqrt(2.0 * np.concatenate([[0.0], np.cumsum(steps)]))
+
+
+def gaussian_share(thrust: float) -> float:
+    """Share of the Gaussian inlet at a thrust coefficient of the rotor."""
+    return float(np.clip((thrust - LOW_THRUST) / (HIGH_THRUST - LOW_THRUST), 0.0, 1.0))
+
+
+def fast_farm_inlet(r: Float, thrust: Float, radius: float, wind: float, near_wake: float = NEAR_WAKE) -> Float:
+    """Inlet of FAST.Farm: momentum theory with the expansion of the stream tubes, Gaussian at high thrust (K-2)."""
+    total = min(disk_mean(r, thrust, radius), BRAKE)
+    a, widened = stream_tubes(r, thrust, near_wake)
     low = -wind * near_wake * np.interp(r, widened, a)
-    share = float(np.clip((total - LOW_THRUST) / (HIGH_THRUST - LOW_THRUST), 0.0, 1.0))
+    share = gaussian_share(total)
     if share == 0.0:
         return low
     centre, width = 0.3 / (2.0 * total**2 - 1.0) + 0.2, 0.5 * total + 0.16
@@ -134,6 +144,7 @@ class WakeSet:
       meander: diameter of the averages that let wakes drift, over the rotor's.
       windowed: their weight is a windowed jinc function, and not uniform.
       disturbed: they include the wakes.
+      curled: planes have a velocity across, which curls them, and drift with what is along the wind.
       deficit_turbulence, gradient_turbulence: turbulence that wakes add, over deficit and gradient: factor, least
         share, begin and end [D], exponent.
     """
@@ -157,6 +168,7 @@ class WakeSet:
     meander: float = 2.0
     windowed: bool = False
     disturbed: bool = False
+    curled: bool = False
     deficit_turbulence: tuple[float, float, float, float, float] = (0.6, 1.0, 0.0, 1.0, 1.0)
     gradient_turbulence: tuple[float, float, float, float, float] = (0.35, 1.0, 0.0, 1.0, 1.0)
 
@@ -179,25 +191,34 @@ _IEC = WakeSet(
     shear=0.008,
     shear_filter=own_shear_filter,
 )
+_FAST_FARM = WakeSet(
+    source="FAST.Farm of OpenFAST 5.0, default constants of polar wakes",
+    inlet=fast_farm_inlet,
+    ambient=0.05,
+    ambient_filter=power_filter(1.0, 0.0, 1.0, 0.01),
+    shear=0.016,
+    shear_filter=power_filter(0.2, 3.0, 25.0, 0.1),
+    gradient=True,
+    slowest=True,
+    rotor_wide=True,
+    aside_yaw=math.degrees(0.3),
+    turn_yaw=math.degrees(-0.004),
+    lateral=0.0,
+    meander=1.9,
+    windowed=True,
+    disturbed=True,
+    deficit_turbulence=(0.6, 0.0, 0.0, 2.0, 1.0),
+    gradient_turbulence=(3.0, 0.0, 0.0, 12.0, 0.65),
+)
 SETS: dict[str, WakeSet] = {
-    "fast.farm": WakeSet(
-        source="FAST.Farm of OpenFAST 5.0, default constants of polar wakes",
-        inlet=fast_farm_inlet,
-        ambient=0.05,
-        ambient_filter=power_filter(1.0, 0.0, 1.0, 0.01),
-        shear=0.016,
-        shear_filter=power_filter(0.2, 3.0, 25.0, 0.1),
-        gradient=True,
-        slowest=True,
-        rotor_wide=True,
-        aside_yaw=math.degrees(0.3),
-        turn_yaw=math.degrees(-0.004),
-        lateral=0.0,
-        meander=1.9,
-        windowed=True,
-        disturbed=True,
-        deficit_turbulence=(0.6, 0.0, 0.0, 2.0, 1.0),
-        gradient_turbulence=(3.0, 0.0, 0.0, 12.0, 0.65),
+    "fast.farm": _FAST_FARM,
+    "curled": replace(
+        _FAST_FARM,
+        source="FAST.Farm of OpenFAST 5.0, default constants of curled wakes",
+        shear=0.032,
+        aside_yaw=0.0,
+        turn_yaw=0.0,
+        curled=True,
     ),
     "iec": _IEC,
     "madsen": replace(

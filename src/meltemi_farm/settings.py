@@ -10,7 +10,7 @@ from pydantic import Field
 from meltemi.core.record import Record
 from meltemi_farm.sets import SETS, WakeSet
 
-SetName = Literal["none", "fast.farm", "iec", "madsen", "keck"]
+SetName = Literal["none", "fast.farm", "curled", "iec", "madsen", "keck"]
 
 
 class WakeSettings(Record):

@@ -62,11 +62,11 @@ class RotorReader:
     def __init__(self, case: Case) -> None:
         self.case, self.sums = case, RotorSums.of()
         n = case["flow"].shape[-1] if "flow" in case.arrays else 25
-        self.radius, self.thrust = np.zeros(n), np.zeros(n)
+        self.radius, self.load = np.zeros(n), np.zeros((2, n))
 
     def sample(self) -> None:
         """Add the present state."""
-        quick(sample, self.sums, self.radius, self.thrust, self.case.plain)
+        quick(sample, self.sums, self.radius, self.load, self.case.plain)
 
     def state(self) -> RotorState:
         """The mean of the samples since the last call."""
@@ -74,8 +74,8 @@ class RotorReader:
         hub, shaft, wind = (np.array([v.x, v.y, v.z]) / n for v in (s.hub, s.shaft, s.wind))
         order = np.argsort(self.radius)
         density = float(self.case.plain.aero.air_density)
-        found = RotorState(hub, shaft, wind, self.radius[order] / n, self.thrust[order] / n, density)
-        for array in (s.array, self.radius, self.thrust):
+        found = RotorState(hub, shaft, wind, self.radius[order] / n, self.load[:, order] / n, density)
+        for array in (s.array, self.radius, self.load):
             array[:] = 0.0
         return found
 

@@ -20,13 +20,21 @@ from meltemi_farm.layout import LARGEST
 from meltemi_farm.settings import WakeSettings
 
 _CONSTANTS = (
-    "Mod_Wake 1; Mod_WakeDiam 1; Mod_Meander 3; C_Meander 1.9; C_NearWake 1.8; C_HWkDfl_O 0; C_HWkDfl_OY 0.3; "
+    "Mod_WakeDiam 1; Mod_Meander 3; C_Meander 1.9; C_NearWake 1.8; C_HWkDfl_O 0; C_HWkDfl_OY 0.3; "
     "C_HWkDfl_x 0; C_HWkDfl_xY -0.004; k_vAmb 0.05 1 0 1 0.01; k_vShr 0.016 0.2 3 25 0.1; C_vAmb_FMin 1; "
     "C_vAmb_DMin 0; C_vAmb_DMax 1; C_vAmb_Exp 0.01; C_vShr_FMin 0.2; C_vShr_DMin 3; C_vShr_DMax 25; C_vShr_Exp 0.1; "
     "WAT_k_Def 0.6 0 0 2 1; WAT_k_Grad 3 0 0 12 0.65"
 )
 FAST_FARM = {name: tuple(map(float, values)) for name, *values in map(str.split, _CONSTANTS.split(";"))}
 """Constants of the set ``fast.farm`` by keyword; the viscosities of 4.x have one number, and lines of their own."""
+CURLED = {name: (0.0,) for name in FAST_FARM if name.startswith("C_HWkDfl")} | {
+    "k_VortexDecay": (0.0,),
+    "NumVortices": (100.0,),
+    "sigma_D": (0.2,),
+    "FilterInit": (1.0,),
+    "k_vCurl": (2.0,),
+}
+"""What the set ``curled`` has in place of them, and besides."""
 INCLUDE = re.compile(r"!include\s+([^\s,\]}#]+)")
 
 
@@ -121,12 +129,16 @@ def _fast_farm(file: InputFile, diameter: float) -> Layout:
     table = file.table(turbines, {"x": "WT_X", "y": "WT_Y", "z": "WT_Z"})
     if not len(table["x"]):
         raise InputError(f"{file.at(turbines.line)}: NumTurbines: expected one turbine or more")
-    notes, wakes = [], {"model": "fast.farm"} | _settings(file, diameter)
-    for name, constants in FAST_FARM.items():
+    kind = _numbers(file, "Mod_Wake") or (1.0,)
+    model = "curled" if kind == (3.0,) else "fast.farm"
+    notes, wakes = [], {"model": model} | _settings(file, diameter)
+    if kind == (2.0,):
+        notes.append("Mod_Wake 2, planes of points without curl, is not taken: the wakes are those of Mod_Wake 1")
+    for name, constants in (FAST_FARM | (CURLED if model == "curled" else {})).items():
         given = _numbers(file, name)
         if given and given != constants[: len(given)]:
             of_set = " ".join(f"{x:g}" for x in constants)
-            notes.append(f"{name} {' '.join(f'{x:g}' for x in given)} is not taken: the set fast.farm has {of_set}")
+            notes.append(f"{name} {' '.join(f'{x:g}' for x in given)} is not taken: the set {model} has {of_set}")
     if np.any(table["z"] != 0.0):
         notes.append("WT_Z is not taken: all turbines stand at the same height")
     notes.append("wind and turbines are those that are given; meltemi import converts the decks of WT_FASTInFile")

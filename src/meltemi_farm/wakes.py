@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numba
 import numpy as np
@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
-from meltemi_farm.averages import drift, horizontal, look, rotor_mean, rotor_wind
+from meltemi_farm.averages import ALONG, AMBIENT, DISTURBED, drift, horizontal, look, rotor_mean, rotor_wind
+from meltemi_farm.curled import Curled
 from meltemi_farm.eddies import EDDY_SPACING, eddies_of
 from meltemi_farm.field import LARGEST, LINEAR, QUADRATIC, PlaneField, Planes, Seen, WakeField, WakePart, Wakes
 from meltemi_farm.march import Mixing, march
@@ -103,7 +104,7 @@ class RotorState:
       shaft: (3,) direction of the rotor's axis, downwind.
       wind: (3,) [m/s] mean wind over the span of the blades, relative to the hub.
       radius: (n,) [m] of the nodes, increasing.
-      thrust: (n,) [N/m] of all blades, per length.
+      load: (2, n) [N/m] thrust and driving force of all blades, per length.
       density: [kg/m^3] of the air.
     """
 
@@ -111,20 +112,21 @@ class RotorState:
     shaft: Float
     wind: Float
     radius: Float
-    thrust: Float
+    load: Float
     density: float
 
     def coefficients(self, r: Float, radius: float, wind: float) -> Float:
-        """Local thrust coefficient at equidistant radii [m] from 0, for the wind along the axis [m/s] (K-1)."""
+        """(2, R) local coefficients of the load at equidistant radii [m] from 0, for the wind along the axis [m/s]
+        (K-1)."""
         pressure = self.density * math.pi * max(wind, LEAST_WIND) ** 2
         x, projected = projection(float(r[1]), len(r))
-        thrust = projected @ np.interp(x, self.radius, self.thrust, 0.0, 0.0)
-        local = thrust / np.maximum(r, 1e-3) / pressure
-        return np.where((r > 0.0) & (r <= radius), np.clip(local, 0.0, MOST_THRUST), 0.0)
+        along = [projected @ np.interp(x, self.radius, load, 0.0, 0.0) for load in self.load]
+        local = np.clip(np.array(along) / np.maximum(r, 1e-3) / pressure, [[0.0], [-MOST_THRUST]], MOST_THRUST)
+        return np.where((r > 0.0) & (r <= radius), local, 0.0)
 
     def mixed(self, other: RotorState, w: float) -> RotorState:
         """Between this state and another one of the same rotor, by w from one to the other."""
-        names = ("hub", "shaft", "wind", "radius", "thrust")
+        names = ("hub", "shaft", "wind", "radius", "load")
         return replace(self, **{name: (1.0 - w) * getattr(self, name) + w * getattr(other, name) for name in names})
 
     @property
@@ -132,6 +134,55 @@ class RotorState:
         """[rad] from the rotor's axis to the wind, counter-clockwise from above."""
         n, u = self.shaft, self.wind
         return math.atan2(n[0] * u[1] - n[1] * u[0], n[0] * u[0] + n[1] * u[1])
+
+    @property
+    def skew(self) -> Float:
+        """(2,) direction cosines of the wind in the rotor's plane, to the left and upwards."""
+        n, u = self.shaft, self.wind / max(float(np.linalg.norm(self.wind)), LEAST_WIND)
+        left = np.array([-n[1], n[0], 0.0]) / max(math.hypot(n[0], n[1]), 1e-6)
+        return np.array([left @ u, np.cross(n, left) @ u])
+
+
+@dataclass(frozen=True)
+class Round:
+    """Axisymmetric planes: axial and radial velocity [m/s] and factor [-] of added turbulence at equidistant radii.
+
+    Attributes as of :class:`meltemi_farm.curled.Curled`.
+    """
+
+    model: WakeSet
+    r: Float
+    diameter: float
+    part: ClassVar[Any] = WakePart
+    field: ClassVar[Any] = WakeField
+    planes: ClassVar[Any] = PlaneField
+    arrays: ClassVar[dict[str, Any]] = {}
+
+    @property
+    def reach(self) -> float:
+        """[m] largest radius."""
+        return float(self.r[1]) * (RADII - 1)
+
+    @property
+    def points(self) -> int:
+        """Number of points of a profile."""
+        return RADII
+
+    def inlet(self, state: dict[str, Any], radius: float, wind: float) -> Float:
+        """(points, 3) profiles behind a rotor (K-2, K-3)."""
+        profile = np.zeros((RADII, 3))
+        profile[:, 0] = self.model.inlet(self.r, state["load"][0], radius, wind)
+        return profile
+
+    def missed(self, diameter: float, rings: int) -> Float:
+        """What averages over points miss of a profile (K-9a)."""
+        average = partial(average_points, self.model, diameter)
+        return missed_by(average(rings), average(FINE_RINGS), self.r)
+
+    def hats(self, V: Float) -> tuple[Float, Float, Float, Float]:
+        """Integrals of deficits (planes, points) and of their squares over 2 pi, and the centroids [m] of deficits."""
+        r, zero = self.r, np.zeros(len(V))
+        return r[1] * (V @ r), r[1] * (V**2 @ r), zero, zero
 
 
 class FarmWakes:
@@ -166,18 +217,20 @@ class FarmWakes:
         self.reach = np.minimum(met.max(axis=1) + BEYOND * largest, FURTHEST * largest)
         self.spacing = largest / settings.radial_points
         self.r = self.spacing * np.arange(RADII, dtype=np.float64)
+        self.shape = (Curled if self.model.curled else Round)(self.model, self.r, largest)
         most = math.ceil(float(self.reach.max()) / (SLOWEST * mean.speed * step)) + 4
         shared: dict[str, Any] = {
             "planes": Planes.zeros(wake=n, plane=most),
-            "profile": np.zeros((n, most, RADII, 3), dtype=np.float32),
+            "profile": np.zeros((n, most, self.shape.points, 3), dtype=np.float32),
             "eddies": eddies_of(settings.seed) if settings.added_turbulence else np.zeros((2, 2, 3, 3), np.float32),
-        }
+        } | self.shape.arrays
         self.planes, self.profile = View(Planes, shared["planes"]), shared["profile"]
         self.shown = self.profile.copy()
         self.count, self.crossed = np.zeros(n, dtype=np.int64), 0
         merging = {"quadratic": QUADRATIC, "linear": LINEAR, "largest": LARGEST}[settings.merging]
         self._parameters = {
             "spacing": self.spacing,
+            "reach": self.shape.reach,
             "merging": merging,
             "ceiling": settings.ceiling or math.inf,
             "eddy_spacing": EDDY_SPACING * largest,
@@ -187,10 +240,10 @@ class FarmWakes:
         self.mean = mean
         added = float(settings.added_turbulence)
         seen = shared | {"profile": self.shown}
-        self.parts = [WakePart(self._members(seen, x, y, added)) for x, y in positions]
+        self.parts = [self.shape.part(self._members(seen, x, y, added)) for x, y in positions]
         own = [self._members(shared, 0.0, 0.0, 0.0) for _ in range(n)]  # small eddies carry no wakes
         self.observers = [
-            WakeField("floats", wind_arrays(wind, hub, diameter) | part.members)
+            self.shape.field("floats", wind_arrays(wind, hub, diameter) | part.members)
             for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
         ]
         self.boxes = np.full((n, 2, 2), np.inf)
@@ -202,10 +255,10 @@ class FarmWakes:
             span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state
             points = {"drift": drifting, "disk": average_points(disk, diameter, rings), "span": span}
             arrays = {name: np.ascontiguousarray(each.T) for name, each in points.items()}
-            self.fields.append(PlaneField("lanes", wind_arrays(wind, hub, diameter) | members | arrays))
+            self.fields.append(self.shape.planes("lanes", wind_arrays(wind, hub, diameter) | members | arrays))
             self._reach.append(float(np.hypot(drifting[:, 0], drifting[:, 1]).max()))
-        average = partial(average_points, self.model)
-        self._missed = {d: missed_by(average(d, rings), average(d, FINE_RINGS), self.r) for d in set(diameters)}
+        self._missed = {d: self.shape.missed(d, rings) for d in set(diameters)}
+        self._averages = (ALONG if self.model.curled else DISTURBED) if self.model.disturbed else AMBIENT
         self.mixing = [mixing_of(self.model, d) for d in diameters]
         self.intensity = settings.intensity
         self.keep = [math.exp(-2.0 * math.pi * step * self.model.cut_off / (0.5 * d)) for d in diameters]
@@ -247,7 +300,8 @@ class FarmWakes:
             "ambient": ambient,
             "intensity": intensity if self.intensity is None else self.intensity,
             "yaw": rotor.yaw_error,
-            "thrust": rotor.coefficients(self.r, radius, relative),
+            "skew": rotor.skew,
+            "load": rotor.coefficients(self.r, radius, relative),
         }
         old, keep = self._filtered[k], self.keep[k]
         now = new if old is None else {name: keep * old[name] + (1.0 - keep) * new[name] for name in new}
@@ -262,9 +316,12 @@ class FarmWakes:
         planes["yaw"][k, 0] = now["yaw"]
         if old is None:
             planes["axial"][k, 0] = now["ambient"]
-        self.profile[k, 0, :, 1:] = 0.0
-        self.profile[k, 0, :, 0] = model.inlet(self.r, now["thrust"], radius, max(now["relative"], LEAST_WIND))
-        n = int(self.count[k])  # planes keep their profiles while they drift: those of half a step on are shown
+        self.profile[k, 0] = self.shape.inlet(now, radius, max(now["relative"], LEAST_WIND))
+        n = int(self.count[k])
+        deficit, slope = model.added(planes["travelled"][k, :n] / self.diameters[k])
+        wind = np.maximum(planes["wind"][k, :n], LEAST_WIND)
+        planes["eddies_deficit"][k, :n], planes["eddies_slope"][k, :n] = deficit / wind, slope * radius / wind
+        # planes keep their profiles while they drift: those of half a step on are shown
         self.shown[k, : n - 1] = 0.5 * (self.profile[k, : n - 1] + self.profile[k, 1:n])
         self.shown[k, n - 1] = self.profile[k, n - 1]
 
@@ -274,7 +331,7 @@ class FarmWakes:
         m.wakes.time = t
         turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
         near = self._meeting(self.boxes[k], self._reach[k])
-        quick(drift, m, k, self.count, near, t, model.disturbed, self._missed[self.diameters[k]], turn)
+        quick(drift, m, k, self.count, near, t, self._averages, self._missed[self.diameters[k]], turn)
 
     def show(self, i: int, rotor: RotorState, t: float) -> None:
         """Choose what turbine i sees of the wakes until the next exchange."""
@@ -298,7 +355,7 @@ class FarmWakes:
 
     def _meeting(self, box: Float, beside: float) -> NDArray[np.int64]:
         """1 for each wake that may meet disks of a radius [m] whose centres are within a box."""
-        wide = beside + self.spacing * (RADII - 1) + SLACK
+        wide = beside + self.shape.reach + SLACK
         low, high = self.boxes[:, 0] - wide, self.boxes[:, 1] + wide
         return np.all((low <= box[1]) & (box[0] <= high), axis=1).astype(np.int64)
 
@@ -349,11 +406,13 @@ class FarmWakes:
         """Centre, travelled path, velocity of the planes of each wake, deficit and radius as top hats: (9, planes)."""
         p, found = self.planes, list[NDArray[np.float32]]()
         for k, n in enumerate(self.count):
-            v = -self.profile[k, :n, :, 0]
-            flux, square = v @ self.r, v**2 @ self.r  # of a top hat: deficit times half the radius squared, and so on
-            hat = square / np.where(flux > 0.0, flux, np.inf)
-            wide = np.sqrt(2.0 * self.spacing * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
-            rows = p["centre"][:, k, :n], p["travelled"][k : k + 1, :n], p["velocity"][:, k, :n], hat[None], wide[None]
+            flux, square, left, up = self.shape.hats(-self.profile[k, :n, :, 0])
+            hat = square / np.where(flux > 0.0, flux, np.inf)  # a top hat: deficit times half the radius squared
+            wide = np.sqrt(2.0 * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
+            axis = p["normal"][:, k, :n]
+            side = np.array([-axis[1], axis[0], 0.0 * axis[0]]) / np.maximum(np.hypot(axis[0], axis[1]), 1e-6)
+            centre = p["centre"][:, k, :n] + left * side + up * np.cross(axis, side, axis=0)
+            rows = centre, p["travelled"][k : k + 1, :n], p["velocity"][:, k, :n], hat[None], wide[None]
             found.append(np.concatenate(rows, dtype=np.float32))
         return found
 
@@ -370,6 +429,6 @@ class FarmWakes:
 
 
 def _in_wind(rotor: RotorState, wind: Float) -> RotorState:
-    """A rotor with the same thrust coefficients in another mean wind (3,) [m/s]."""
+    """A rotor with the same coefficients in another mean wind (3,) [m/s]."""
     before, now = (max(float(u @ rotor.shaft), LEAST_WIND) for u in (rotor.wind, wind))
-    return replace(rotor, wind=wind, thrust=rotor.thrust * (now / before) ** 2)
+    return replace(rotor, wind=wind, load=rotor.load * (now / before) ** 2)

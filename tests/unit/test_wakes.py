@@ -203,8 +203,8 @@ def test_planes_are_shown_as_they_are_half_a_step_on() -> None:
 def rotor(thrust: float = 0.8, *, yaw: float = 0.0, speed: float = U) -> RotorState:
     r = np.linspace(1.0, 63.0, 30)
     axis = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-    force = 1.225 * np.pi * r * thrust * max(speed * np.cos(yaw), 1.0) ** 2
-    return RotorState(np.array([0.0, 0.0, 90.0]), axis, np.array([speed, 0.0, 0.0]), r, force, 1.225)
+    load = np.array([1.225 * np.pi * r * thrust * max(speed * np.cos(yaw), 1.0) ** 2, 0.0 * r])
+    return RotorState(np.array([0.0, 0.0, 90.0]), axis, np.array([speed, 0.0, 0.0]), r, load, 1.225)
 
 
 def developed(settings: WakeSettings, rotors: list[RotorState], places: Float, speed: float = U) -> FarmWakes:
@@ -229,7 +229,7 @@ def test_a_rotor_sees_the_wake_of_the_one_before_but_not_its_own() -> None:
 @pytest.mark.parametrize("name", SETS)
 def test_a_positive_yaw_angle_pushes_the_wake_to_the_right(name: str) -> None:
     wakes = developed(PLAIN.replace(model=name), [rotor(yaw=np.radians(20.0)), rotor()], ROW[:2])
-    x, y = wakes.planes["centre"][:2, 0, : wakes.count[0]]
+    x, y = wakes.paths()[0][:2]
     assert -0.6 * D < np.interp(5.0 * D, x, y) < -0.1 * D
 
 

@@ -24,7 +24,7 @@ from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
 from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel, ensemble_table
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.report.palette import COLOURS
+from meltemi.report.palette import COLOURS, curve
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
@@ -204,31 +204,17 @@ def _compared(
 
 def front_figure(front: EnsembleTable) -> Figure:
     """Loads over pitch travel, for A2 with several upper speeds between A0 and A1."""
-    figure, axes = new_figure(1, len(FRONT), size=(13.0, 4.2), share=False)
+    figure, axes = new_figure(1, len(FRONT), size=(13.0, 4.6), share=False)
+    unit, factor = UNITS[PITCH]
     for ax, quantity in zip(axes[0], FRONT, strict=True):
-        unit, factor = UNITS[quantity]
         for i, scheme in enumerate(front.schemes):
             x, y = (front.entry(name, scheme).value for name in (PITCH, quantity))
-            own = COLOURS[("A2", "A0", "A1").index(scheme)] if scheme in ("A2", "A0", "A1") else COLOURS[4]
-            ax.errorbar(
-                x.mean * UNITS[PITCH][1],
-                y.mean * factor,
-                y.half_width * factor,
-                x.half_width * UNITS[PITCH][1],
-                fmt="o",
-                color=own,
-                markersize=4,
-                linewidth=0.8,
-            )
-            ax.annotate(
-                scheme,
-                (x.mean * UNITS[PITCH][1], y.mean * factor),
-                fontsize=7,
-                xytext=(4, 4 + 2 * i),
-                textcoords="offset points",
-            )
-        panel(ax, quantity, unit)
-        ax.set_xlabel(f"{PITCH} [{UNITS[PITCH][0]}]")
+            size = UNITS[quantity][1]
+            look = curve(i) | {"linestyle": "none", "markersize": 5, "elinewidth": 0.8, "label": scheme}
+            ax.errorbar(x.mean * factor, y.mean * size, y.half_width * size, x.half_width * factor, **look)
+        panel(ax, quantity, UNITS[quantity][0])
+        ax.set_xlabel(f"{PITCH} [{unit}]")
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=len(front.schemes))
     return figure
 
 
