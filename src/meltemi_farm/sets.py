@@ -144,6 +144,7 @@ class WakeSet:
       meander: diameter of the averages that let wakes drift, over the rotor's.
       windowed: their weight is a windowed jinc function, and not uniform.
       disturbed: they include the wakes.
+      points: of a profile in a rotor diameter.
       curled: planes have a velocity across, which curls them, and drift with what is along the wind.
       deficit_turbulence, gradient_turbulence: turbulence that wakes add, over deficit and gradient: factor, least
         share, begin and end [D], exponent.
@@ -168,6 +169,7 @@ class WakeSet:
     meander: float = 2.0
     windowed: bool = False
     disturbed: bool = False
+    points: float = 25.0
     curled: bool = False
     deficit_turbulence: tuple[float, float, float, float, float] = (0.6, 1.0, 0.0, 1.0, 1.0)
     gradient_turbulence: tuple[float, float, float, float, float] = (0.35, 1.0, 0.0, 1.0, 1.0)
@@ -218,6 +220,7 @@ SETS: dict[str, WakeSet] = {
         shear=0.032,
         aside_yaw=0.0,
         turn_yaw=0.0,
+        points=16.0,
         curled=True,
     ),
     "iec": _IEC,

@@ -28,8 +28,8 @@ class WakeSettings(Record):
     step: float | None = Field(default=None, gt=0.0, le=10.0)
     """[s] between exchanges of turbines and wakes; by default 2 s, or less where the wind passes a tenth of the
     averaging diameter sooner."""
-    radial_points: float = Field(default=25.0, ge=15.0, le=30.0)
-    """Points of a wake's profile in a rotor diameter."""
+    radial_points: float | None = Field(default=None, ge=15.0, le=30.0)
+    """Points of a wake's profile in a rotor diameter; by default 25, in curled wakes 16."""
     rings: int = Field(default=16, ge=8, le=60)
     """Rings of points in the averages that let wakes drift."""
     ceiling: float | None = Field(default=None, gt=0.0, le=1e5)

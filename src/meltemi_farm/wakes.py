@@ -215,7 +215,7 @@ class FarmWakes:
         turns = WANDERS + float(np.ptp(getattr(wind, "direction", 0.0)))
         met = np.where(np.arctan2(across, along) <= turns, np.linalg.norm(to, axis=2), 0.0)
         self.reach = np.minimum(met.max(axis=1) + BEYOND * largest, FURTHEST * largest)
-        self.spacing = largest / settings.radial_points
+        self.spacing = largest / (settings.radial_points or self.model.points)
         self.r = self.spacing * np.arange(RADII, dtype=np.float64)
         self.shape = (Curled if self.model.curled else Round)(self.model, self.r, largest)
         most = math.ceil(float(self.reach.max()) / (SLOWEST * mean.speed * step)) + 4
@@ -322,7 +322,8 @@ class FarmWakes:
         wind = np.maximum(planes["wind"][k, :n], LEAST_WIND)
         planes["eddies_deficit"][k, :n], planes["eddies_slope"][k, :n] = deficit / wind, slope * radius / wind
         # planes keep their profiles while they drift: those of half a step on are shown
-        self.shown[k, : n - 1] = 0.5 * (self.profile[k, : n - 1] + self.profile[k, 1:n])
+        np.add(self.profile[k, : n - 1], self.profile[k, 1:n], out=self.shown[k, : n - 1])
+        self.shown[k, : n - 1] *= 0.5
         self.shown[k, n - 1] = self.profile[k, n - 1]
 
     def settle(self, k: int, t: float) -> None:

@@ -19,7 +19,7 @@ from meltemi_farm.wakes import FarmWakes, RotorState, mixing_of
 
 Float = NDArray[np.float64]
 PLAIN = WakeSettings(model="curled", added_turbulence=False)
-SHAPE = Curled(SETS["curled"], D / 25.0 * np.arange(60), D)
+SHAPE = Curled(SETS["curled"], D / 16.0 * np.arange(60), D)
 SIDE = round(SHAPE.points**0.5)
 NONE = Mixing.of(radius=0.5 * D, rotor_wide=1.0, gradient=1.0, slowest=1.0)
 """No mixing but the least one."""
@@ -70,7 +70,7 @@ def test_swirl_is_against_the_rotor_and_conserves_its_moment() -> None:
         v = at(plane, y, z)
         a = 0.5 - 0.5 * np.sqrt(1.0 - 0.7)
         around = (v.y * z - v.z * y) / r
-        assert around == pytest.approx(1.8 * 0.05 * 10.0 / (4.0 * (1.0 - a)), rel=0.02)
+        assert around == pytest.approx(1.8 * 0.05 * 10.0 / (4.0 * (1.0 - a)), rel=0.03)  # points 7.9 m apart
         assert abs(v.y * y + v.z * z) / r < 0.01 * around
 
 
@@ -124,8 +124,9 @@ def test_a_yawed_rotor_pushes_its_wake_aside_and_curls_it(yaw: float) -> None:
     assert -0.6 * D < np.sign(yaw) * aside < -0.1 * D
     i = int(np.argmin(np.abs(x - 6.0 * D)))
     V = wakes.profile[0, i, :, 0].reshape(SIDE, SIDE)
-    low, middle, high = (np.sign(yaw) * (SIDE // 2 - V[SIDE // 2 + z].argmin()) for z in (-12, 0, 12))
-    assert middle - 1 > max(low, high) > 0  # furthest aside at the height of the hub: the kidney's shape
+    deep = V[[SIDE // 2 - 7, SIDE // 2, SIDE // 2 + 7]] ** 4  # 55 m below the hub, at its height, 55 m above
+    low, middle, high = -np.sign(yaw) * (deep @ np.unique(SHAPE.places[0])) / deep.sum(axis=1)
+    assert middle - 0.015 * D > max(low, high) > 0.0  # furthest aside in the middle: the kidney's shape
 
 
 def test_a_wake_without_swirl_is_the_mirror_image_of_that_of_the_opposite_yaw() -> None:
