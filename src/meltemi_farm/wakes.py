@@ -76,6 +76,11 @@ def quick(function: Any, *args: Any) -> Any:
     return result
 
 
+def left_of(axis: Float) -> Float:
+    """(3, ...) horizontal unit vectors across axes (3, ...), to the left."""
+    return np.array([-axis[1], axis[0], 0.0 * axis[0]]) / np.maximum(np.hypot(axis[0], axis[1]), 1e-6)
+
+
 @cache
 def projection(spacing: float, count: int) -> tuple[Float, Float]:
     """Radii [m], and the matrix that takes a load per length there to the values at ``count`` equidistant radii.
@@ -138,9 +143,8 @@ class RotorState:
     @property
     def skew(self) -> Float:
         """(2,) direction cosines of the wind in the rotor's plane, to the left and upwards."""
-        n, u = self.shaft, self.wind / max(float(np.linalg.norm(self.wind)), LEAST_WIND)
-        left = np.array([-n[1], n[0], 0.0]) / max(math.hypot(n[0], n[1]), 1e-6)
-        return np.array([left @ u, np.cross(n, left) @ u])
+        left, u = left_of(self.shaft), self.wind / max(float(np.linalg.norm(self.wind)), LEAST_WIND)
+        return np.array([left @ u, np.cross(self.shaft, left) @ u])
 
 
 @dataclass(frozen=True)
@@ -157,16 +161,12 @@ class Round:
     field: ClassVar[Any] = WakeField
     planes: ClassVar[Any] = PlaneField
     arrays: ClassVar[dict[str, Any]] = {}
+    points: ClassVar[int] = RADII
 
     @property
     def reach(self) -> float:
         """[m] largest radius."""
-        return float(self.r[1]) * (RADII - 1)
-
-    @property
-    def points(self) -> int:
-        """Number of points of a profile."""
-        return RADII
+        return float(self.r[-1])
 
     def inlet(self, state: dict[str, Any], radius: float, wind: float) -> Float:
         """(points, 3) profiles behind a rotor (K-2, K-3)."""
@@ -307,9 +307,8 @@ class FarmWakes:
         now = new if old is None else {name: keep * old[name] + (1.0 - keep) * new[name] for name in new}
         axis = now["axis"] = now["axis"] / np.linalg.norm(now["axis"])
         self._filtered[k] = now
-        side = np.array([-axis[1], axis[0], 0.0]) / max(math.hypot(axis[0], axis[1]), 1e-6)
-        planes = self.planes
-        planes["centre"][:, k, 0] = now["hub"] + (model.aside + model.aside_yaw * now["yaw"]) * side
+        planes, aside = self.planes, model.aside + model.aside_yaw * now["yaw"]
+        planes["centre"][:, k, 0] = now["hub"] + aside * left_of(axis)
         planes["normal"][:, k, 0] = axis
         planes["travelled"][k, 0] = 0.0
         planes["wind"][k, 0], planes["intensity"][k, 0] = now["ambient"], now["intensity"]
@@ -410,8 +409,7 @@ class FarmWakes:
             flux, square, left, up = self.shape.hats(-self.profile[k, :n, :, 0])
             hat = square / np.where(flux > 0.0, flux, np.inf)  # a top hat: deficit times half the radius squared
             wide = np.sqrt(2.0 * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
-            axis = p["normal"][:, k, :n]
-            side = np.array([-axis[1], axis[0], 0.0 * axis[0]]) / np.maximum(np.hypot(axis[0], axis[1]), 1e-6)
+            axis, side = p["normal"][:, k, :n], left_of(p["normal"][:, k, :n])
             centre = p["centre"][:, k, :n] + left * side + up * np.cross(axis, side, axis=0)
             rows = centre, p["travelled"][k : k + 1, :n], p["velocity"][:, k, :n], hat[None], wide[None]
             found.append(np.concatenate(rows, dtype=np.float32))
