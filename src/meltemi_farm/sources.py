@@ -130,10 +130,10 @@ def _fast_farm(file: InputFile, diameter: float) -> Layout:
     if not len(table["x"]):
         raise InputError(f"{file.at(turbines.line)}: NumTurbines: expected one turbine or more")
     kind = _numbers(file, "Mod_Wake") or (1.0,)
-    model = "curled" if kind == (3.0,) else "fast.farm"
+    model = "curled" if kind == (2.0,) else "fast.farm"
     notes, wakes = [], {"model": model} | _settings(file, diameter)
-    if kind == (2.0,):
-        notes.append("Mod_Wake 2, planes of points without curl, is not taken: the wakes are those of Mod_Wake 1")
+    if kind == (3.0,):
+        notes.append("Mod_Wake 3, planes of points without curl, is not taken: the wakes are those of Mod_Wake 1")
     for name, constants in (FAST_FARM | (CURLED if model == "curled" else {})).items():
         given = _numbers(file, name)
         if given and given != constants[: len(given)]:

@@ -70,6 +70,19 @@ def test_primary_files_of_fast_farm(version: int, tmp_path: Path) -> None:
     assert "k_vAmb" not in notes and "C_NearWake" not in notes
 
 
+def test_curled_wakes_of_fast_farm(tmp_path: Path) -> None:
+    path, text = tmp_path / "farm.fstf", VERSIONS[5].replace("1        Mod_Wake ", "2        Mod_Wake ")
+    path.write_text(text + "True Swirl -\n0.1 sigma_D -\nDEFAULT k_vCurl -\n0 C_HWkDfl_xY -\n")
+    found = read_layout(path, D)
+    assert found.wakes["model"] == "curled"
+    notes = "\n".join(found.notes)
+    assert "sigma_D 0.1 is not taken: the set curled has 0.2" in notes
+    assert "k_vCurl" not in notes and "C_HWkDfl_xY" not in notes
+    path.write_text(text.replace("2        Mod_Wake ", "3        Mod_Wake "))
+    assert read_layout(path, D).wakes["model"] == "fast.farm"
+    assert any("Mod_Wake 3" in note for note in read_layout(path, D).notes)
+
+
 PLANT = "name: a\nlayouts:\n  - coordinates: {x: [0, 650.5], y: [0, 10]}\nturbines: !include turbine.yaml\n"
 FLORIS = "farm: {layout_x: [0.0, 630.0], layout_y: [0.0, 0.0], turbine_type: [nrel_5MW]}\nwake: {}\n"
 

@@ -70,6 +70,10 @@ def test_a_mass_in_the_nacelle_and_two_in_the_tower(edited: Edited) -> None:
     )
 
 
+def test_version_5_has_another_name_for_the_mass_along_both_axes(edited: Edited) -> None:
+    assert read_deck(edited([{"StC_XY_M": "1  note\n22000  StC_Omni_M"}])).turbine.mass_dampers[0].mass == 22000.0
+
+
 def test_masses_in_blades(edited: Edited) -> None:
     """Axes are those of the blade root, not of the section; one file is a mass in each blade."""
     deck = read_deck(edited([], [], [{"StC_DOF_MODE": "1", "StC_X_DOF": "false", "StC_P_Z": "41"}, {"StC_P_Z": "30"}]))
