@@ -1,8 +1,7 @@
 """Curled wakes: planes of points in place of axisymmetric profiles, with a velocity across them.
 
 The trailing vortices of a yawed or tilted rotor push its wake aside and curl it, and the wake swirls against the rotor.
-The velocity across is the slope of a stream function, in differences that the march takes, too: it has no divergence
-there, so that it carries the deficit without loss.
+The march is in the form of fluxes, so that what the velocity across carries is not lost.
 
 Reference: docs/theory/wakes.md (K-19 to K-23); Martinez-Tossas et al. (2019); FAST.Farm of OpenFAST 5.0.
 """
@@ -123,7 +122,8 @@ def carried(V: Float, vy: Float, vz: Float, nu: Float, side: int, h: float, g: f
             left, right, up, down = V[j + 1], V[j - 1], V[j + side], V[j - side]
             flux = (nu[j] + nu[j + 1]) * (left - V[j]) - (nu[j] + nu[j - 1]) * (V[j] - right)
             flux += (nu[j] + nu[j + side]) * (up - V[j]) - (nu[j] + nu[j - side]) * (V[j] - down)
-            new[j] = V[j] + h * flux - g * (vy[j] * (left - right) + vz[j] * (up - down))
+            way = vy[j + 1] * left - vy[j - 1] * right + vz[j + side] * up - vz[j - side] * down
+            new[j] = V[j] + h * flux - g * way
 
 
 @age.variant
@@ -215,16 +215,16 @@ class Curled:
         total = disk_mean(r, thrust, radius)
         a, widened = stream_tubes(r, thrust, NEAR_WAKE)
         swirl = (1.0 - gaussian_share(total)) * NEAR_WAKE * wind / 4.0 * np.interp(r, widened, driving)
-        swirl /= 1.0 - np.interp(r, widened, a)
-        psi = np.interp(away, r, np.concatenate([[0.0], np.cumsum(0.5 * (swirl[1:] + swirl[:-1]))]) * r[1])
+        around = np.interp(away, r, swirl / (1.0 - np.interp(r, widened, a)), right=0.0) / np.maximum(away, 1e-9)
+        profile[:, 1], profile[:, 2] = around * z, -around * y
         sine = float(np.hypot(*state["skew"]))
         if sine > 1e-9:
             (left, up), cosine = state["skew"] / sine, math.sqrt(max(1.0 - sine**2, 0.0))
-            sheet = vortex_sheet(radius, float(r[1]), (side - 1) // 2)
             circulation = radius * state["ambient"] * total * sine * cosine
-            psi += circulation * sheet.ev(-left * y - up * z, up * y - left * z)
-        slope = np.gradient(psi.reshape(side, side), float(r[1]))
-        profile[:, 1], profile[:, 2] = slope[0].ravel(), -slope[1].ravel()
+            sheet, across = vortex_sheet(radius, float(r[1]), (side - 1) // 2), (-left * y - up * z, up * y - left * z)
+            along, beside = (circulation * sheet.ev(*across, **order) for order in ({"dy": 1}, {"dx": 1}))
+            profile[:, 1] -= left * along + up * beside
+            profile[:, 2] += left * beside - up * along
         return profile
 
     def missed(self, diameter: float, rings: int) -> Float:

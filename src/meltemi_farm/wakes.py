@@ -127,7 +127,7 @@ class RotorState:
         x, projected = projection(float(r[1]), len(r))
         along = [projected @ np.interp(x, self.radius, load, 0.0, 0.0) for load in self.load]
         local = np.clip(np.array(along) / np.maximum(r, 1e-3) / pressure, [[0.0], [-MOST_THRUST]], MOST_THRUST)
-        return np.where((r > 0.0) & (r <= radius), local, 0.0)
+        return np.where((r > 0.0) & (r < radius + r[1]), local, 0.0)  # a point beyond the tip has a part of it
 
     def mixed(self, other: RotorState, w: float) -> RotorState:
         """Between this state and another one of the same rotor, by w from one to the other."""
