@@ -148,7 +148,7 @@ class RotorState:
 
 
 @dataclass(frozen=True)
-class Round:
+class Axisymmetric:
     """Axisymmetric planes: axial and radial velocity [m/s] and factor [-] of added turbulence at equidistant radii.
 
     Attributes as of :class:`meltemi_farm.curled.Curled`.
@@ -217,7 +217,7 @@ class FarmWakes:
         self.reach = np.minimum(met.max(axis=1) + BEYOND * largest, FURTHEST * largest)
         self.spacing = largest / (settings.radial_points or self.model.points)
         self.r = self.spacing * np.arange(RADII, dtype=np.float64)
-        self.shape = (Curled if self.model.curled else Round)(self.model, self.r, largest)
+        self.shape = (Curled if self.model.curled else Axisymmetric)(self.model, self.r, largest)
         most = math.ceil(float(self.reach.max()) / (SLOWEST * mean.speed * step)) + 4
         shared: dict[str, Any] = {
             "planes": Planes.zeros(wake=n, plane=most),
