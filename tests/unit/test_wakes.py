@@ -245,10 +245,11 @@ def test_merging_orders_as_its_names_say() -> None:
     assert found["linear"] > 1.05 * found["quadratic"] > 1.1 * found["largest"]
 
 
-def test_rotors_at_rest_or_in_wind_from_behind_leave_finite_wakes() -> None:
-    still, behind = rotor(0.0), rotor(speed=-5.0)
-    for state in (still, behind):
-        wakes = developed(PLAIN, [state, rotor()], ROW[:2])
+@pytest.mark.parametrize("name", ["fast.farm", "curled"])
+def test_rotors_at_rest_or_in_wind_from_behind_or_from_the_side_leave_finite_wakes(name: str) -> None:
+    still, behind, beside = rotor(0.0), rotor(speed=-5.0), rotor(yaw=np.radians(80.0))
+    for state in (still, behind, beside):
+        wakes = developed(PLAIN.replace(model=name), [state, rotor()], ROW[:2])
         assert np.all(np.isfinite(wakes.profile))
         assert np.isfinite(wakes.rotor_wind(1, rotor(), 0.0)).all()
 
@@ -362,6 +363,20 @@ def test_diffusion_is_that_of_the_closed_form() -> None:
     after = aged(plane, steps=10, dt=2.0, mixing=mixing, along=np.array([[1.0] * 12, *[[0.0] * 12] * 3]))
     expected = -0.1 * 40.0**2 / (40.0**2 + 4.0 * nu * t)
     assert after[:, 0].min() == pytest.approx(expected, rel=2e-3)
+
+
+def test_eddies_of_curled_wakes_follow_deficit_and_slopes() -> None:
+    """Of a Gaussian deficit, K-14 with factors of 0.5 s/m and 3 s, at the radius of its width."""
+    r = SHAPE.places[2]
+    plane = np.zeros((SHAPE.points, 3))
+    plane[:, 0] = -4.0 * np.exp(-(r**2) / 40.0**2)
+    wakes = wakes_of(plane, plane)
+    wakes.planes["eddies_deficit"][0, :2], wakes.planes["eddies_slope"][0, :2] = 0.5, 3.0
+    point = Vec(0.5, 24.0, 90.0 + 32.0)
+    assert between(point, 0.0, 0.5, wakes.fields[0], 0, 0).turbulence == 0.0
+    wakes.fields[0].wakes.added = 1.0
+    expected = (0.5 + 3.0 * 2.0 / 40.0) * 4.0 * np.exp(-1.0)
+    assert between(point, 0.0, 0.5, wakes.fields[0], 0, 0).turbulence == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize("yaw", [20.0, -20.0])
