@@ -1,7 +1,6 @@
 """Curled wakes: planes of points in place of axisymmetric profiles, with a velocity across them.
 
 The trailing vortices of a yawed or tilted rotor push its wake aside and curl it, and the wake swirls against the rotor.
-The march is in the form of fluxes, so that what the velocity across carries is not lost.
 
 Reference: docs/theory/wakes.md (K-19 to K-23); Martinez-Tossas et al. (2019); FAST.Farm of OpenFAST 5.0.
 """
@@ -122,8 +121,7 @@ def carried(V: Float, vy: Float, vz: Float, nu: Float, side: int, h: float, g: f
             left, right, up, down = V[j + 1], V[j - 1], V[j + side], V[j - side]
             flux = (nu[j] + nu[j + 1]) * (left - V[j]) - (nu[j] + nu[j - 1]) * (V[j] - right)
             flux += (nu[j] + nu[j + side]) * (up - V[j]) - (nu[j] + nu[j - side]) * (V[j] - down)
-            way = vy[j + 1] * left - vy[j - 1] * right + vz[j + side] * up - vz[j - side] * down
-            new[j] = V[j] + h * flux - g * way
+            new[j] = V[j] + h * flux - g * (vy[j] * (left - right) + vz[j] * (up - down))
 
 
 @age.variant
