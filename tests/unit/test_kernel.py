@@ -410,3 +410,10 @@ def test_kernels_divide_by_zero_like_numpy(fresh: Path) -> None:
         return a / b
 
     assert ratio(1.0, 0.0) == np.inf
+
+
+def test_names_of_compiled_functions_differ_between_processes() -> None:
+    """Numba's own numbers begin with 1 in each process: cached code of one was linked in place of code of another."""
+    text = "from meltemi.core.linking import FunctionIdentity as f; print(f.from_function(lambda: 0).unique_id)"
+    found = {subprocess.run([sys.executable, "-c", text], capture_output=True, check=True).stdout for _ in range(3)}
+    assert len(found) == 3

@@ -4,23 +4,31 @@ Numba generates machine code for each compiled function, which contains that of 
 each other eight levels deep, so most of that code would never be used by itself. Here a kernel has two compiled forms:
 the one that the host calls has machine code; the one that kernels call is optimised intermediate code, linked into
 them. Both are compiled, and cached, independently, so that machine code does not depend on the order of compilation.
+
+The linker knows a function by its name. What tells functions apart that differ only in their closures, such as choices
+between variants, is a number in it, which Numba counts anew in each process: a function of the cache and one of this
+process could have the same name, and a kernel would call the wrong one. Here the numbers are random.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from inspect import signature
 from itertools import zip_longest
+from secrets import randbits
 from typing import Any
 
 import llvmlite.binding
 from numba.core import types
+from numba.core.bytecode import FunctionIdentity
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
 from numba.core.typed_passes import NativeLowering
 from numba.core.types.misc import unliteral
 
+FunctionIdentity._unique_ids = iter(partial(randbits, 62), None)
 FUNCTIONS = types.Callable, types.FunctionType
 NARROWER: dict[type, Callable[[Any, Any, str], Any]] = {}
 """For a class of Numba types: the type that a function takes as its parameter of a name if one of them is passed."""
