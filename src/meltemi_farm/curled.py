@@ -144,6 +144,8 @@ def _(m: CurledField, k: int, i: int, dt: float, way: float, c: Mixing, along: F
         V, new = new, V
     for j in range(n):
         m.profile[k, i + 1, j, 0], m.profile[k, i + 1, j, 1], m.profile[k, i + 1, j, 2] = V[j], vy[j], vz[j]
+    planes.eddies_deficit[k, i + 1] = along[2, i + 1] / U
+    planes.eddies_slope[k, i + 1] = along[3, i + 1] * c.radius / U
 
 
 @cache
@@ -180,19 +182,24 @@ class Curled:
     planes: ClassVar[Any] = CurledPlanes
 
     @property
+    def half(self) -> int:
+        """Number of points from the centre to an edge of a plane."""
+        return round(WIDE * self.diameter / float(self.r[1]))
+
+    @property
     def reach(self) -> float:
         """[m] half the side of a plane."""
-        return round(WIDE * self.diameter / self.r[1]) * self.r[1]
+        return self.half * float(self.r[1])
 
     @property
     def points(self) -> int:
         """Number of points of a plane."""
-        return int((2 * round(self.reach / self.r[1]) + 1) ** 2)
+        return (2 * self.half + 1) ** 2
 
     @cached_property
     def places(self) -> tuple[Float, Float, Float]:
         """(points,) [m] to the left, upwards and from the centre."""
-        line = self.r[1] * np.arange(-round(self.reach / self.r[1]), round(self.reach / self.r[1]) + 1)
+        line = self.r[1] * np.arange(-self.half, self.half + 1)
         z, y = (each.ravel() for each in np.meshgrid(line, line, indexing="ij"))
         return y, z, np.hypot(y, z)
 
@@ -207,7 +214,7 @@ class Curled:
         from scipy.ndimage import uniform_filter
 
         (y, z, away), (thrust, driving), r = self.places, state["load"], self.r
-        side, profile = math.isqrt(self.points), np.zeros((self.points, 3))
+        side, profile = 2 * self.half + 1, np.zeros((self.points, 3))
         deficit = np.interp(away, r, self.model.inlet(r, thrust, radius, wind), right=0.0)
         profile[:, 0] = uniform_filter(deficit.reshape(side, side), 3, mode="constant").ravel()
         total = disk_mean(r, thrust, radius)
@@ -219,7 +226,7 @@ class Curled:
         if sine > 1e-9:
             (left, up), cosine = state["skew"] / sine, math.sqrt(max(1.0 - sine**2, 0.0))
             circulation = radius * state["ambient"] * total * sine * cosine
-            sheet, across = vortex_sheet(radius, float(r[1]), (side - 1) // 2), (-left * y - up * z, up * y - left * z)
+            sheet, across = vortex_sheet(radius, float(r[1]), self.half), (-left * y - up * z, up * y - left * z)
             along, beside = (circulation * sheet.ev(*across, **order) for order in ({"dy": 1}, {"dx": 1}))
             profile[:, 1] -= left * along + up * beside
             profile[:, 2] += left * beside - up * along

@@ -118,7 +118,7 @@ def age(m: WakeField, k: int, i: int, dt: float, way: float, c: Mixing, along: F
 
     Args:
       along: (4, planes) filters of ambient and shear viscosity, factors of deficit and gradient in added turbulence.
-      work: (7, points) memory.
+      work: (6, points) memory.
     """
     raise NotImplementedError
 
@@ -153,13 +153,13 @@ def march(m: WakeField, k: int, count: int, dt: float, keep: float, c: Mixing, a
     Returns:
       The number of planes now; one that has caught up with the plane ahead of it is gone.
     """
-    planes, work = m.planes, np.empty((7, m.profile.shape[2]))
+    planes, work = m.planes, np.empty((6, m.profile.shape[2]))
     count = min(count, m.profile.shape[1] - 1)
     for i in range(count - 1, -1, -1):
         speed = dot(planes.normal[k, i], planes.velocity[k, i])
         planes.axial[k, i] = keep * planes.axial[k, i] + (1.0 - keep) * speed
-        age(m, k, i, dt, abs(planes.axial[k, i]) * dt, c, along, work)
         inherit(m, k, i, i + 1)
+        age(m, k, i, dt, abs(planes.axial[k, i]) * dt, c, along, work)
         planes.centre[k, i + 1] = planes.centre[k, i] + dt * planes.velocity[k, i]
         planes.travelled[k, i + 1] = planes.travelled[k, i] + abs(speed) * dt
     return ordered(m, k, count + 1, dt)

@@ -316,11 +316,7 @@ class FarmWakes:
         if old is None:
             planes["axial"][k, 0] = now["ambient"]
         self.profile[k, 0] = self.shape.inlet(now, radius, max(now["relative"], LEAST_WIND))
-        n = int(self.count[k])
-        deficit, slope = model.added(planes["travelled"][k, :n] / self.diameters[k])
-        wind = np.maximum(planes["wind"][k, :n], LEAST_WIND)
-        planes["eddies_deficit"][k, :n], planes["eddies_slope"][k, :n] = deficit / wind, slope * radius / wind
-        # planes keep their profiles while they drift: those of half a step on are shown
+        n = int(self.count[k])  # planes keep their profiles while they drift: those of half a step on are shown
         np.add(self.profile[k, : n - 1], self.profile[k, 1:n], out=self.shown[k, : n - 1])
         self.shown[k, : n - 1] *= 0.5
         self.shown[k, n - 1] = self.profile[k, n - 1]
