@@ -19,6 +19,7 @@ The functions are compiled anew in every process: the cache of kernels does not 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -251,22 +252,23 @@ def a_year(
     site: WindSite,
     *,
     days: float = 365.0,
+    fronts: Sequence[int] = FRONTS,
     seed: int = 1,
     workers: int | None = None,
 ) -> tuple[Year, ...]:
-    """Annual results of all strategies and numbers of fronts in the same wind; ``ours`` are base points beside those of
-    Wang et al. (2021)."""
+    """Annual results of all strategies and numbers of fronts a year in the same wind; ``ours`` are base points beside
+    those of Wang et al. (2021)."""
     paper = YawProtection()
     first = (paper.wind_speeds, paper.thresholds)
     kinds = {"S1": ("S1", first), "S2": ("S2", first), "S2 ours": ("S2", ours), "S3": ("S3", first)}
 
-    def one(fronts: int, name: str) -> Float:
+    def one(number: int, name: str) -> Float:
         kind, base = kinds[name]
         values = np.zeros(5)
         live(
             round(days * DAY),
             seed,
-            fronts / (365.0 * DAY),
+            number / (365.0 * DAY),
             curve.speed,
             curve.power,
             curve.cut_out,
@@ -283,10 +285,10 @@ def a_year(
         )
         return values
 
-    keys = [(fronts, name) for fronts in FRONTS for name in kinds]
+    keys = [(number, name) for number in fronts for name in kinds]
     with ThreadPoolExecutor(workers or available_cores()) as pool:
         found = dict(zip(keys, pool.map(lambda key: one(*key), keys), strict=True))
     return tuple(
-        Year(name, fronts, energy, found[fronts, "S1"][0], round(exceeded), round(derates), round(stops), down)
-        for (fronts, name), (energy, exceeded, derates, stops, down) in found.items()
+        Year(name, number, energy, found[number, "S1"][0], round(exceeded), round(derates), round(stops), down)
+        for (number, name), (energy, exceeded, derates, stops, down) in found.items()
     )

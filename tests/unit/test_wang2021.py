@@ -204,9 +204,8 @@ def test_a_year_has_the_order_of_the_strategies() -> None:
     """Ignoring loses nothing, derating less than stopping; more fronts, more stops; light winds turn most."""
     speed = np.arange(3.0, 10.0)
     curve = PowerCurve(speed, 3e6 * np.minimum(speed / 9.0, 1.0) ** 3, 3.0, 25.0, 3e6)
-    years = a_year(
-        load_turbine("ct30-155"), curve, (np.array([5.0, 25.0]), np.radians([75.0, 20.0])), site(), days=60.0
-    )
+    ours = np.array([5.0, 25.0]), np.radians([75.0, 20.0])
+    years = a_year(load_turbine("ct30-155"), curve, ours, site(), days=60.0, fronts=(0, 200))
     by = {(y.fronts, y.strategy): y for y in years}
     for fronts in (0, 200):
         s1, s2, s3 = (by[fronts, name] for name in ("S1", "S2", "S3"))

@@ -7,12 +7,13 @@ Reference: docs/theory/simulation.md (M-17 to M-19); Bir (2008), NREL/CP-500-425
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 Float = NDArray[np.float64]
+Indices = NDArray[np.intp]
+TURNING = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""Derivative of the matrix from components to blades by the azimuth, from the left over that matrix: T' = T TURNING."""
 
 
 def blade_matrix(azimuth: float) -> tuple[Float, Float, Float]:
@@ -50,17 +51,17 @@ def fixed_frame(
     return np.asarray(K, dtype=float), np.asarray(D, dtype=float)
 
 
-def rotating_frame(n: int, triples: Sequence[Sequence[int]], azimuth: float) -> tuple[Float, Float]:
-    """(n, n) matrix T from multiblade to blade coordinates, and its derivative by azimuth.
+def to_components(values: Float, triples: Indices, azimuth: float) -> None:
+    """Turn rows of blades into their collective, cosine and sine components, in place; others are unchanged.
 
     Args:
-      triples: indices of blades 1 to 3 in the vector, for each blade quantity; collective, cosine and
-        sine component have the same indices. All other entries are unchanged.
+      values: (n, ...).
+      triples: (quantities, 3) rows of blades 1 to 3, and afterwards of the components.
       azimuth: [rad] of blade 1.
     """
-    T, T1 = np.eye(n), np.zeros((n, n))
-    whole, slope, _ = blade_matrix(azimuth)
-    for triple in triples:
-        T[np.ix_(triple, triple)] = whole
-        T1[np.ix_(triple, triple)] = slope
-    return T, T1
+    values[triples] = np.einsum("ij,kj...->ki...", np.linalg.inv(blade_matrix(azimuth)[0]), values[triples])
+
+
+def by_components(matrix: Float, triples: Indices, azimuth: float) -> None:
+    """Turn columns (rows, n), derivatives by quantities of blades, into those by the components, in place."""
+    matrix[:, triples] = matrix[:, triples] @ blade_matrix(azimuth)[0]

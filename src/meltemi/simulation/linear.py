@@ -13,6 +13,7 @@ Reference: docs/theory/simulation.md (M-20 to M-26); Bir (2008), NREL/CP-500-425
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -32,7 +33,7 @@ from meltemi.core.extras import need
 from meltemi.core.representation import Card, Fold
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
-from meltemi.maths.multiblade import rotating_frame
+from meltemi.maths.multiblade import TURNING, by_components, to_components
 from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.case import Case
@@ -239,6 +240,7 @@ def linearise(
     x = _states(case, point, places, "yaw_rate" in inputs)
     n, m = len(x), len(u)
     turns = np.array([float(s.name in ("v generator", "v drivetrain")) for s in x])
+    of_x, of_u, of_y = (_triples(variables if fixed else ()) for variables in (x, u, y))
     total: Float = np.zeros((n + len(y), n + m))
     x0, y0 = np.zeros(n), np.zeros(len(y))
     for i, psi in enumerate(places):
@@ -250,22 +252,17 @@ def linearise(
         J = jacobian(case, (*x, *u), (*x, *y))
         shown = np.array([case.signals.vector[v.shows[1]] for v in y])
         if fixed:
-            T_x, slope = rotating_frame(n, _triples(x), psi)
-            T_u, T_y = (rotating_frame(len(v), _triples(v), psi)[0] for v in (u, y))
-            left, right = (np.zeros((len(a) + len(b), len(a) + len(b))) for a, b in ((T_x, T_y), (T_x, T_u)))
-            left[:n, :n], left[n:, n:] = np.linalg.inv(T_x), np.linalg.inv(T_y)
-            right[:n, :n], right[n:, n:] = T_x, T_u
-            state, shown = left[:n, :n] @ state, left[n:, n:] @ shown
-            J = left @ J @ right
+            for values, triples in ((state, of_x), (shown, of_y), (J, np.concatenate([of_x, n + of_y]))):
+                to_components(values, triples, psi)
+            by_components(J, np.concatenate([of_x, n + of_u]), psi)
             # dz/dt = inv(T) dx/dt - speed inv(T) T' z: the frame rotates with the present speed, which is a state
-            turning = left[:n, :n] @ slope
-            J[:n, :n] -= point.rotor_speed * turning + np.outer(turning @ state, turns)
+            J[of_x[:, :, None], of_x[:, None, :]] -= point.rotor_speed * TURNING
+            J[of_x, :n] -= (state[of_x] @ TURNING.T)[..., None] * turns
         total += J / len(places)
         x0, y0 = x0 + state / len(places), y0 + shown / len(places)
     u0 = np.array([v.value for v in u])
     if fixed:
-        T = rotating_frame(m, _triples(u), 0.0)[0]
-        u0 = np.linalg.solve(T, u0) if m else u0
+        to_components(u0, of_u, 0.0)
     names = [tuple(_fixed_name(s.name) if fixed else s.name for s in v) for v in (x, u, y)]
     units = [tuple(s.unit for s in v) for v in (x, u, y)]
     blocks = (total[:n, :n], total[:n, n:], total[n:, :n], total[n:, n:])
@@ -290,7 +287,10 @@ def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) 
     """
     J: Float = np.zeros((len(rows), len(columns)))
     loads = any(row.shows[0] == "signals" for row in rows)
-    slopes = case.slopes
+    slopes, shown = case.slopes, defaultdict[str, list[tuple[int, int]]](list)
+    for r, row in enumerate(rows):
+        shown[row.shows[0]].append((r, row.shows[1]))
+    places = [(array, *np.array(pairs).T) for array, pairs in shown.items()]
     for first in range(0, len(columns), N_DERIVATIVES):
         some = columns[first : first + N_DERIVATIVES]
         if "memory" in slopes:
@@ -299,8 +299,7 @@ def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) 
             for (array, i), weight in column.moves:
                 slopes[array].reshape(-1, N_DERIVATIVES)[i, k] = weight
         evaluate_rates(case, loads)
-        for r, row in enumerate(rows):
-            array, i = row.shows
+        for array, r, i in places:
             J[r, first : first + len(some)] = slopes[array].reshape(-1, N_DERIVATIVES)[i, : len(some)]
         for column in some:
             for (array, i), _ in column.moves:
@@ -491,13 +490,13 @@ def _of_all_blades(names: Sequence[str]) -> list[str]:
     return list(found)
 
 
-def _triples(variables: Sequence[Variable]) -> list[list[int]]:
-    """Indices of the three blades for each blade quantity."""
+def _triples(variables: Sequence[Variable]) -> NDArray[np.intp]:
+    """(quantities, 3) indices of the three blades for each blade quantity."""
     groups: dict[tuple[str, str], list[int]] = {}
     for i, variable in enumerate(variables):
         if of := _blade_of(variable.name):
             groups.setdefault((of[0], of[2]), []).append(i)
-    return list(groups.values())
+    return np.array(list(groups.values()), dtype=np.intp).reshape(-1, 3)
 
 
 def _fixed_name(name: str) -> str:
