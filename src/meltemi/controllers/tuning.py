@@ -23,8 +23,9 @@ Reference: docs/theory/control.md (C-32 to C-38); Astrom, Panagopoulos, Hagglund
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -283,7 +284,7 @@ class _Plant:
       poles: [rad/s] of the integrators: zero for this loop, and those of the other loops.
     """
 
-    def __init__(self, linear: LinearModel, harmonic: int, harmonics: Sequence[int], dt: float) -> None:
+    def __init__(self, linear: LinearModel, harmonic: int, harmonics: Set[int], dt: float) -> None:
         self.linear, self.harmonic, self.speed, self.dt = linear, harmonic, linear.point.rotor_speed, dt
         self.poles = tuple({0.0, *((turn(harmonic) * turn(n) * n - harmonic) * self.speed for n in harmonics)})
         shift, highest = (harmonic - turn(harmonic)) * self.speed, HIGHEST * math.pi / dt
@@ -319,6 +320,10 @@ class _Plant:
         return -law * np.exp(1j * same * loop.offset) * _filter(loop, tone, self.speed, sensor, self.dt) * P
 
 
+_plant = lru_cache(maxsize=32)(_Plant)
+"""Responses take most of the time of a tuning, and loops are looked at together and one by one."""
+
+
 def _check(model: BladedModel, flap: int, phase: float, gain: float) -> None:
     if not 0.0 < phase < 0.5 * math.pi:
         raise InputError(f"tune_ipc: phase_margin must lie between 0 and pi/2 rad, found {phase!r}")
@@ -330,7 +335,7 @@ def _check(model: BladedModel, flap: int, phase: float, gain: float) -> None:
 
 def _plants(models: Sequence[LinearModel], harmonic: int, harmonics: Sequence[int], dt: float) -> tuple[_Plant, ...]:
     """Plants of a loop among others, for all operating points."""
-    return tuple(_Plant(each, harmonic, harmonics, dt) for each in models)
+    return tuple(_plant(each, harmonic, frozenset(harmonics), dt) for each in models)
 
 
 def _sum(plant: _Plant, loops: Sequence[HarmonicLoop], sensor: LoadSensor | None) -> Complex:

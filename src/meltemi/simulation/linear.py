@@ -58,7 +58,7 @@ STRUCTURAL = 0.5
 PARTS = ("collective", "cosine", "sine")
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class LinearModel(Brief):
     """A linear model for deviations from steady operation, in SI units.
 
@@ -169,6 +169,7 @@ class LinearModel(Brief):
         return np.diag(self._schur[0])
 
     @cached_property
+    @one_blas_thread
     def _schur(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         from scipy.linalg import schur
 

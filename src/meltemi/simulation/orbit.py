@@ -15,6 +15,7 @@ Reference: docs/theory/simulation.md (M-10 to M-16).
 from __future__ import annotations
 
 from collections import deque
+from functools import cached_property
 from typing import Any
 
 import numba
@@ -53,39 +54,41 @@ FARTHEST = 0.05
 SETTLED, NEARLY = 1e-5, 2e-3
 """Corrections over the rotor radius: of a converged motion, and the largest acceptable one."""
 DIVERGES = "operating_point: the motion diverges"
-KEPT = ("core_mass", "arm_mass", "coupling", "core_force", "arm_force")
 
 
 @kernel
-def evaluate_motion(
-    dt: float,
-    motion: Float,
-    equations: Any,
-    m: System,
-    one: System,
-    left: tuple[Float, ...],
-    kept: tuple[Float, ...],
-    lack: Float,
+def residuals_of(
+    dt: float, motion: Float, equations: Any, m: System, one: System, core: Float, blade: Float, lack: Float
 ) -> None:
-    """Evaluate a motion at consecutive instants, and store the equations of each.
+    """Residuals of the equations of motion at consecutive instants of a motion.
 
     Args:
       dt: [s] between the instants.
       motion: (3, instants, coordinates) coordinates, velocities and accelerations.
       equations: of motion, ``step.equations``, by its address.
       m, one: the system, and the same node by node.
-      left: flat views of the results of an evaluation, the arrays KEPT.
-      kept: (instants, entries) each, where they are stored.
+      core, blade: (instants, core), (instants, blades, modes) receive the residuals.
       lack: (2, blades, nodes) receives the sums of quasi-steady minus lagged induced velocity, normal and tangential.
     """
+    A, D, C = one.core_mass, one.arm_mass, one.coupling  # of symmetric matrices the lower triangle is filled
     q, v, a, flow, inflow = one.q, one.v, one.a, one.flow, one.inflow
     for i in range(motion.shape[1]):
         for j in range(q.shape[0]):
             q[j], v[j], a[j] = motion[0, i, j], motion[1, i, j], motion[2, i, j]
         equations(0.0, dt, m)
-        for k in range(5):
-            for j in range(left[k].shape[0]):
-                kept[k][i, j] = left[k][j]
+        for j in range(core.shape[1]):
+            core[i, j] = one.core_force[j]
+            for k in range(core.shape[1]):
+                core[i, j] -= A[max(j, k), min(j, k)] * motion[2, i, k]
+        for b in range(blade.shape[1]):
+            first = core.shape[1] + b * blade.shape[2]
+            for k in range(blade.shape[2]):
+                blade[i, b, k] = one.arm_force[b, k]
+                for n in range(blade.shape[2]):
+                    blade[i, b, k] -= D[b, max(k, n), min(k, n)] * motion[2, i, first + n]
+                for j in range(core.shape[1]):
+                    blade[i, b, k] -= C[b, k, j] * motion[2, i, j]
+                    core[i, j] -= C[b, k, j] * motion[2, i, first + k]
         for b in range(flow.blades):
             for n in range(flow.nodes):
                 lack[0, b, n] += flow.steady_axial[b, n] * flow.vx[b, n] - inflow.x[b, n]
@@ -108,12 +111,15 @@ class Orbit:
         self.free_core = np.flatnonzero(free[: self.core] & (np.arange(self.core) != self.generator))
         self.free_blade = np.flatnonzero(free[self.core : self.core + self.K])
         # cosine and sine coefficients; a blade's in its own azimuth, the core's for harmonics 0 and B
-        self.blade_c = np.zeros((BLADE_HARMONICS + 1, self.K))
-        self.blade_s = np.zeros((BLADE_HARMONICS + 1, self.K))
+        core, blade = (2, self.core), (BLADE_HARMONICS + 1, self.K)
+        sizes = np.cumsum([0, *(np.prod(shape) for shape in (core, core, blade, blade))])
+        self.all, self.begins = np.zeros(sizes[-1]), sizes[:-1]
+        self.core_c, self.core_s, self.blade_c, self.blade_s = (
+            part.reshape(shape)
+            for part, shape in zip(np.split(self.all, sizes[1:-1]), (core, core, blade, blade), strict=True)
+        )
         # individual deviations of the blades from it in the mean, for they differ if not all have ice
         self.own = np.zeros((self.B, self.K))
-        self.core_c = np.zeros((2, self.core))
-        self.core_s = np.zeros((2, self.core))
         self.azimuth = 0.0
         self.speed = self.pitch = self.torque = 0.0
         self.farthest, self.moved = np.inf, 0.0
@@ -167,33 +173,22 @@ class Orbit:
         Args:
           dt: [s] between the azimuths; 0 holds inflow and stall.
         """
-        case, motion, n = self.case, self.motion(azimuths), len(azimuths)
-        shapes = [case[part].shape for part in KEPT]
-        kept = tuple(np.empty((n, int(np.prod(shape)))) for shape in shapes)
+        case, n = self.case, len(azimuths)
+        core, blade = np.empty((n, self.core)), np.empty((n, self.B, self.K))
         self.lack[:] = 0.0
-        left = tuple(case[part].reshape(-1) for part in KEPT)
-        evaluate_motion(dt, motion, self.equations, case.system, case.one, left, kept, self.lack)
-        A, D, C, core, blade = (array.reshape(n, *shape) for array, shape in zip(kept, shapes, strict=True))
-        A, D = (np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2) for M in (A, D))
-        a_core = motion[2, :, : self.core]
-        a_blade = motion[2, :, self.core :].reshape(n, self.B, self.K)
-        core -= np.einsum("ijk,ik->ij", A, a_core) + np.einsum("ibkj,ibk->ij", C, a_blade)
-        blade -= np.einsum("ibkl,ibl->ibk", D, a_blade) + np.einsum("ibkj,ij->ibk", C, a_core)
+        residuals_of(dt, self.motion(azimuths), self.equations, case.system, case.one, core, blade, self.lack)
         return core, blade
 
     # corrections --------------------------------------------------------------------------------
 
-    def coefficients(self) -> Float:
-        """All free coefficients of the motion as one vector."""
-        core, blade = self.free_core, self.free_blade
-        return np.concatenate(
-            [
-                self.core_c[:, core].ravel(),
-                self.core_s[1, core],
-                self.blade_c[:, blade].ravel(),
-                self.blade_s[1:, blade].ravel(),
-            ]
-        )
+    @cached_property
+    def free(self) -> NDArray[np.intp]:
+        """Places of the free coefficients among all: of the core by harmonic, cosines first, then of a blade."""
+        K, core, blade = self.K, self.free_core, self.free_blade
+        core_c, core_s, blade_c, blade_s = self.begins
+        n = np.arange(BLADE_HARMONICS + 1)[:, None]
+        parts = core_c + core, core_c + self.core + core, core_s + self.core + core
+        return np.concatenate([*parts, *(blade_c + K * n + blade), *(blade_s + K * n[1:] + blade)])
 
     def move(self, change: Float) -> None:
         """Add a change to the free coefficients.
@@ -203,38 +198,26 @@ class Orbit:
         """
         if not np.all(np.abs(change) < ABSURD):
             raise NotConverged(DIVERGES)
-        core, blade = self.free_core, self.free_blade
-        sizes = [2 * len(core), len(core), (BLADE_HARMONICS + 1) * len(blade)]
-        parts = np.split(change, np.cumsum(sizes))
-        self.core_c[:, core] += parts[0].reshape(2, -1)
-        self.core_s[1, core] += parts[1]
-        self.blade_c[:, blade] += parts[2].reshape(BLADE_HARMONICS + 1, -1)
-        self.blade_s[1:, blade] += parts[3].reshape(BLADE_HARMONICS, -1)
+        self.all[self.free] += change
 
     def missing(self, azimuths: Float, dt: float) -> tuple[Float, float]:
         """Residuals over a sector, projected on the harmonics in the order of
-        :meth:`coefficients`, and the mean residual torque.
+        :attr:`free`, and the mean residual torque.
 
         Raises:
           NotConverged: the motion diverges.
         """
-        B = self.B
+        B, n = self.B, np.arange(BLADE_HARMONICS + 1.0)
         core, blade = self.residuals(azimuths, dt)
         if not (np.isfinite(core).all() and np.isfinite(blade).all()):
             raise NotConverged(DIVERGES)
-        core_0 = core.sum(axis=0)
-        core_c, core_s = 2.0 * np.cos(B * azimuths) @ core, 2.0 * np.sin(B * azimuths) @ core
-        n = np.arange(BLADE_HARMONICS + 1.0)
-        angle = np.multiply.outer(n, azimuths[:, None] + 2.0 * np.pi / B * np.arange(B, dtype=float))
-        blade_c = 2.0 / B * np.tensordot(np.cos(angle), blade, 2)
-        blade_s = 2.0 / B * np.tensordot(np.sin(angle), blade, 2)
-        blade_c[0] *= 0.5
+        of_core = np.array([np.ones(len(azimuths)), 2.0 * np.cos(B * azimuths), 2.0 * np.sin(B * azimuths)]) @ core
+        angle = np.multiply.outer(n, (azimuths[:, None] + 2.0 * np.pi / B * np.arange(B, dtype=float)).ravel())
+        of_blade = 2.0 / B * np.concatenate([np.cos(angle), np.sin(angle[1:])]) @ blade.reshape(-1, self.K)
+        of_blade[0] *= 0.5
         self.blade_missing = blade.mean(axis=0) - blade.mean(axis=(0, 1))
-        trunk, arm = self.free_core, self.free_blade
-        vector = np.concatenate(
-            [core_0[trunk], core_c[trunk], core_s[trunk], blade_c[:, arm].ravel(), blade_s[1:, arm].ravel()]
-        )
-        return vector / len(azimuths), float(core_0[self.generator] / len(azimuths))
+        vector = np.concatenate([of_core[:, self.free_core].ravel(), of_blade[:, self.free_blade].ravel()])
+        return vector / len(azimuths), float(of_core[0, self.generator] / len(azimuths))
 
     def unknowns(self) -> NDArray[np.intp]:
         """Indices of the coefficients that are corrected at the present level."""
