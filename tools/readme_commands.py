@@ -77,7 +77,7 @@ TRIES = (
     ),
     Try("surrogate design nrel5mw --out surrogate"),
     Try("campbell nrel5mw --out out", "campbell nrel5mw --wind-speeds 8,12 --out campbell"),
-    Try("verify --out out", "verify --quick --out verified"),
+    Try("verify --out out", "verify --help"),  # its studies are tests
     Try("bench", "bench --help"),  # compiles everything anew
     Try("docs", "docs --help"),  # needs a clone and mkdocs
 )

@@ -23,6 +23,7 @@ from meltemi.controllers import schemes, tuning
 from meltemi.loadcases.case import read_case
 from meltemi_loads.surrogate.model import LoadModel, Polynomials, Surrogate, write_surrogate
 from meltemi_loads.surrogate.space import site_space
+from meltemi_tuning import baseline_tuning
 
 ROOT = Path(__file__).parents[2]
 PAGES = (
@@ -74,8 +75,10 @@ def test_code_on_the_page_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Blocks with the title of a file are that file; those of the title ``printed`` are what is printed. Loops are
-    tuned at one operating point."""
+    tuned at one operating point, gains at few."""
     monkeypatch.setattr(schemes, "linear_models", lambda model, progress=None: tuning.linear_models(model, [18.0]))
+    monkeypatch.setattr(baseline_tuning, "CHECKED", 1)
+    monkeypatch.setattr(baseline_tuning, "POINTS", 3)
     code, texts = "\n".join(blocks(page, "python")), blocks(page, 'text title="printed"')
     assert "import meltemi" in code
     written = files(page, tmp_path)

@@ -16,6 +16,10 @@ from meltemi_verification.turbulent import reference_series, short_series, short
 from meltemi_verification.verification import FULL, QUICK, verification
 
 
+LONG = 10.0
+"""[s] from which a study is left to the tests that take long."""
+
+
 def complaints(comparison: Comparison) -> list[str]:
     judged = comparison.judged(KNOWN)
     return [
@@ -43,7 +47,10 @@ def test_quick_study(study: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("bare")
-@pytest.mark.parametrize("study", range(len(QUICK), len(FULL)))
+@pytest.mark.parametrize(
+    "study",
+    [pytest.param(k, marks=[pytest.mark.long] * (FULL[k].seconds >= LONG)) for k in range(len(QUICK), len(FULL))],
+)
 def test_full_study(study: int) -> None:
     assert complaints(FULL[study][1]()) == []
 

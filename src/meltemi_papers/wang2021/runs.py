@@ -74,7 +74,7 @@ class Setup:
     quick: bool = False
 
 
-QUICK = Setup(seeds=(1,), period=60.0, limit_seeds=(1,), phases=2, quick=True)
+QUICK = Setup(seeds=(1,), period=20.0, limit_seeds=(1,), phases=2, quick=True)
 """A look at everything in little time; its numbers are too few to judge by."""
 
 
