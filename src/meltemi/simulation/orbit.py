@@ -111,13 +111,8 @@ class Orbit:
         self.free_core = np.flatnonzero(free[: self.core] & (np.arange(self.core) != self.generator))
         self.free_blade = np.flatnonzero(free[self.core : self.core + self.K])
         # cosine and sine coefficients; a blade's in its own azimuth, the core's for harmonics 0 and B
-        core, blade = (2, self.core), (BLADE_HARMONICS + 1, self.K)
-        sizes = np.cumsum([0, *(np.prod(shape) for shape in (core, core, blade, blade))])
-        self.all, self.begins = np.zeros(sizes[-1]), sizes[:-1]
-        self.core_c, self.core_s, self.blade_c, self.blade_s = (
-            part.reshape(shape)
-            for part, shape in zip(np.split(self.all, sizes[1:-1]), (core, core, blade, blade), strict=True)
-        )
+        self.coefficients = np.zeros(2 * (2 * self.core + (BLADE_HARMONICS + 1) * self.K))
+        self.core_c, self.core_s, self.blade_c, self.blade_s = self.groups(self.coefficients)
         # individual deviations of the blades from it in the mean, for they differ if not all have ice
         self.own = np.zeros((self.B, self.K))
         self.azimuth = 0.0
@@ -181,14 +176,18 @@ class Orbit:
 
     # corrections --------------------------------------------------------------------------------
 
+    def groups(self, each: Any) -> tuple[Any, Any, Any, Any]:
+        """Views of a vector of all coefficients: cosines and sines of the core, of a blade, by harmonic."""
+        core, blade = np.split(each, [4 * self.core])
+        return *core.reshape(2, 2, -1), *blade.reshape(2, BLADE_HARMONICS + 1, -1)
+
     @cached_property
     def free(self) -> NDArray[np.intp]:
-        """Places of the free coefficients among all: of the core by harmonic, cosines first, then of a blade."""
-        K, core, blade = self.K, self.free_core, self.free_blade
-        core_c, core_s, blade_c, blade_s = self.begins
-        n = np.arange(BLADE_HARMONICS + 1)[:, None]
-        parts = core_c + core, core_c + self.core + core, core_s + self.core + core
-        return np.concatenate([*parts, *(blade_c + K * n + blade), *(blade_s + K * n[1:] + blade)])
+        """Places of the free coefficients among all."""
+        core_c, core_s, blade_c, blade_s = self.groups(np.arange(len(self.coefficients)))
+        core, blade = self.free_core, self.free_blade
+        parts = core_c[:, core], core_s[1, core], blade_c[:, blade], blade_s[1:, blade]
+        return np.concatenate([part.ravel() for part in parts])
 
     def move(self, change: Float) -> None:
         """Add a change to the free coefficients.
@@ -198,7 +197,7 @@ class Orbit:
         """
         if not np.all(np.abs(change) < ABSURD):
             raise NotConverged(DIVERGES)
-        self.all[self.free] += change
+        self.coefficients[self.free] += change
 
     def missing(self, azimuths: Float, dt: float) -> tuple[Float, float]:
         """Residuals over a sector, projected on the harmonics in the order of
