@@ -101,27 +101,27 @@ def _(q: Vec, late: float, w: float, m: CurledField, k: int, i: int) -> Deficit:
 
 
 @kernel
-def mixed(V: Float, around: Float, side: int, dr: float, outside: float, own: float, least: float, nu: Float) -> float:
-    """Eddy viscosity [m^2/s] of a plane, filled, but for its edge, and the largest (K-22)."""
+def mixed(V: Array2, y: Array2, z: Array2, dr: float, outside: float, own: float, least: float, nu: Array2) -> float:
+    """Eddy viscosity [m^2/s] of a plane, filled, but for its edge, and the largest (K-22); y, z: direction cosines."""
     most = 0.0
-    for z in range(1, side - 1):
-        for j in range(z * side + 1, z * side + side - 1):
-            dy, dz, c, s = V[j + 1] - V[j - 1], V[j + side] - V[j - side], around[0, j], around[1, j]
-            slope = (abs(dy * c + dz * s) + abs(dz * c - dy * s)) / (2.0 * dr)
-            nu[j] = outside + own * max(slope, least)
-            most = max(most, nu[j])
+    for i in range(1, V.shape[0] - 1):
+        for j in range(1, V.shape[1] - 1):
+            dy, dz = V[i, j + 1] - V[i, j - 1], V[i + 1, j] - V[i - 1, j]
+            slope = (abs(dy * y[i, j] + dz * z[i, j]) + abs(dz * y[i, j] - dy * z[i, j])) / (2.0 * dr)
+            nu[i, j] = outside + own * max(slope, least)
+            most = max(most, nu[i, j])
     return most
 
 
 @kernel
-def carried(V: Float, vy: Float, vz: Float, nu: Float, side: int, h: float, g: float, new: Float) -> None:
+def carried(V: Array2, vy: Array2, vz: Array2, nu: Array2, h: float, g: float, new: Array2) -> None:
     """A step of mixing and of transport, by h over the square of the spacing and g over the spacing (K-21)."""
-    for z in range(1, side - 1):
-        for j in range(z * side + 1, z * side + side - 1):
-            left, right, up, down = V[j + 1], V[j - 1], V[j + side], V[j - side]
-            flux = (nu[j] + nu[j + 1]) * (left - V[j]) - (nu[j] + nu[j - 1]) * (V[j] - right)
-            flux += (nu[j] + nu[j + side]) * (up - V[j]) - (nu[j] + nu[j - side]) * (V[j] - down)
-            new[j] = V[j] + h * flux - g * (vy[j] * (left - right) + vz[j] * (up - down))
+    for i in range(1, V.shape[0] - 1):
+        for j in range(1, V.shape[1] - 1):
+            here, left, right, up, down = V[i, j], V[i, j + 1], V[i, j - 1], V[i + 1, j], V[i - 1, j]
+            flux = (nu[i, j] + nu[i, j + 1]) * (left - here) - (nu[i, j] + nu[i, j - 1]) * (here - right)
+            flux += (nu[i, j] + nu[i + 1, j]) * (up - here) - (nu[i, j] + nu[i - 1, j]) * (here - down)
+            new[i, j] = here + h * flux - g * (vy[i, j] * (left - right) + vz[i, j] * (up - down))
 
 
 @age.variant
@@ -129,21 +129,28 @@ def carried(V: Float, vy: Float, vz: Float, nu: Float, side: int, h: float, g: f
 def _(m: CurledField, k: int, i: int, dt: float, way: float, c: Mixing, along: Float, work: Float) -> None:
     """Explicit steps in time, as many as are stable; nothing leaves or enters at the edge."""
     planes, dr, side, n = m.planes, m.wakes.spacing, side_of(m), m.profile.shape[2]
-    V, vy, vz, nu, new = work[0], work[1], work[2], work[3], work[4]
     U, deepest, fastest = max(planes.wind[k, i], LEAST_WIND), 0.0, 0.0
     for j in range(n):
-        V[j], vy[j], vz[j] = m.profile[k, i, j, 0], m.profile[k, i, j, 1], m.profile[k, i, j, 2]
-        new[j], nu[j], deepest, fastest = V[j], 0.0, min(deepest, V[j]), max(fastest, abs(vy[j]) + abs(vz[j]))
+        for axis in range(3):
+            work[axis, j] = m.profile[k, i, j, axis]
+        work[3, j], work[4, j] = 0.0, work[0, j]
+        deepest, fastest = min(deepest, work[0, j]), max(fastest, abs(work[1, j]) + abs(work[2, j]))
+    square = work.reshape(work.shape[0], side, side)
+    V, vy, vz, nu, new = square[0], square[1], square[2], square[3], square[4]
+    around = m.around.reshape(2, side, side)
     outside = max(c.ambient * along[0, i] * planes.intensity[k, i], 2.0 * LEAST_VISCOSITY) * c.radius * U
     own, least = c.shear * along[1, i] * c.radius * c.radius, max(U + deepest, 0.0) / c.radius
-    most = mixed(V, m.around, side, dr, outside, own, least, nu)
+    most = mixed(V, around[0], around[1], dr, outside, own, least, nu)
     steps = 1 + int(max(most * dt / (STABLE * dr * dr), fastest * dt / (CARRIED * dr)))
     h, g = 0.5 * dt / steps / (dr * dr), 0.5 * dt / steps / dr
     for _ in range(steps):
-        carried(V, vy, vz, nu, side, h, g, new)
+        carried(V, vy, vz, nu, h, g, new)
         V, new = new, V
+    for y in range(side):
+        for z in range(side):
+            m.profile[k, i + 1, y * side + z, 0] = V[y, z]
     for j in range(n):
-        m.profile[k, i + 1, j, 0], m.profile[k, i + 1, j, 1], m.profile[k, i + 1, j, 2] = V[j], vy[j], vz[j]
+        m.profile[k, i + 1, j, 1], m.profile[k, i + 1, j, 2] = work[1, j], work[2, j]
     planes.eddies_deficit[k, i + 1] = along[2, i + 1] / U
     planes.eddies_slope[k, i + 1] = along[3, i + 1] * c.radius / U
 
