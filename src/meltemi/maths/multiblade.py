@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 Indices = NDArray[np.intp]
 TURNING = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""Derivative of the matrix from components to blades by the azimuth, from the left over that matrix: T' = T TURNING."""
+"""T' = T TURNING, for the matrix T from components to blades and its derivative by the azimuth."""
 
 
 def blade_matrix(azimuth: float) -> tuple[Float, Float, Float]:

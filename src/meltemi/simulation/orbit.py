@@ -212,7 +212,7 @@ class Orbit:
             raise NotConverged(DIVERGES)
         of_core = np.array([np.ones(len(azimuths)), 2.0 * np.cos(B * azimuths), 2.0 * np.sin(B * azimuths)]) @ core
         angle = np.multiply.outer(n, (azimuths[:, None] + 2.0 * np.pi / B * np.arange(B, dtype=float)).ravel())
-        of_blade = 2.0 / B * np.concatenate([np.cos(angle), np.sin(angle[1:])]) @ blade.reshape(-1, self.K)
+        of_blade = 2.0 / B * np.concatenate([np.cos(angle), np.sin(angle[1:])]) @ np.concatenate(blade)
         of_blade[0] *= 0.5
         self.blade_missing = blade.mean(axis=0) - blade.mean(axis=(0, 1))
         vector = np.concatenate([of_core[:, self.free_core].ravel(), of_blade[:, self.free_blade].ravel()])
