@@ -151,12 +151,13 @@ class RotorState:
 class Axisymmetric:
     """Axisymmetric planes: axial and radial velocity [m/s] and factor [-] of added turbulence at equidistant radii.
 
-    Attributes as of :class:`meltemi_farm.curled.Curled`.
+    Attributes:
+      model: set of constants.
+      r: [m] equidistant radii.
     """
 
     model: WakeSet
     r: Float
-    diameter: float
     part: ClassVar[Any] = WakePart
     field: ClassVar[Any] = WakeField
     planes: ClassVar[Any] = PlaneField
@@ -217,7 +218,7 @@ class FarmWakes:
         self.reach = np.minimum(met.max(axis=1) + BEYOND * largest, FURTHEST * largest)
         self.spacing = largest / (settings.radial_points or self.model.points)
         self.r = self.spacing * np.arange(RADII, dtype=np.float64)
-        self.shape = (Curled if self.model.curled else Axisymmetric)(self.model, self.r, largest)
+        self.shape = Curled(self.model, self.r, largest) if self.model.curled else Axisymmetric(self.model, self.r)
         most = math.ceil(float(self.reach.max()) / (SLOWEST * mean.speed * step)) + 4
         shared: dict[str, Any] = {
             "planes": Planes.zeros(wake=n, plane=most),

@@ -19,7 +19,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from meltemi.control.controller import Controller, of_vectors
+from meltemi.control.controller import Controller, of_vectors, update_with_derivatives
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import OPTIONS, is_ours, loose
 from meltemi.core.shown import Brief
@@ -250,11 +250,7 @@ def _entry(controller: Controller) -> Any:
     Raises:
       InputError: it is plain Python.
     """
-    update: Any = controller.update
-    if not isinstance(update, numba.core.dispatcher.Dispatcher):
-        raise InputError(
-            f"controller {controller.name!r} has no derivatives: it is plain Python; decorate its update by numba.njit"
-        )
+    update = update_with_derivatives(controller)
     if update not in _ENTRIES:
         _ENTRIES[update] = numba.njit(**OPTIONS)(of_vectors(update))
     return _ENTRIES[update]

@@ -219,6 +219,19 @@ def of_vectors(update: Any, *, cached: bool = False) -> Update:
     return entry
 
 
+def update_with_derivatives(controller: Controller) -> Any:
+    """The update of a controller, as derivatives need it.
+
+    Raises:
+      InputError: it is plain Python.
+    """
+    if not isinstance(controller.update, numba.core.dispatcher.Dispatcher):
+        raise InputError(
+            f"controller {controller.name!r} has no derivatives: it is plain Python; decorate its update by numba.njit"
+        )
+    return controller.update
+
+
 def compiled_for(update: Any, signature: Any, *, cached: bool = True) -> Any:
     """Update compiled for the signature of an entry."""
     make = kernel_for(signature) if is_ours(update.__module__) else numba.njit(signature)

@@ -8,7 +8,7 @@ from typing import Any
 import numba
 from numba import types
 
-from meltemi.control.controller import Controller, compiled_for
+from meltemi.control.controller import Controller, compiled_for, update_with_derivatives
 from meltemi.core.errors import InputError
 from meltemi.numbers.records import DUALS, NUMBERS
 
@@ -28,11 +28,7 @@ def dual_entry(controller: Controller) -> Any:
     Raises:
       InputError: it is plain Python, or does what duals cannot.
     """
-    update: Any = controller.update
-    if not isinstance(update, numba.core.dispatcher.Dispatcher):
-        raise InputError(
-            f"controller {controller.name!r} has no derivatives: it is plain Python; decorate its update by numba.njit"
-        )
+    update = update_with_derivatives(controller)
     if update not in _ENTRIES:
         try:
             _ENTRIES[update] = compiled_for(update, update_of_duals(), cached=False)
