@@ -146,10 +146,9 @@ def _(m: CurledField, k: int, i: int, dt: float, way: float, c: Mixing, along: F
     for _ in range(steps):
         carried(V, vy, vz, nu, h, g, new)
         V, new = new, V
-    for y in range(side):
-        for z in range(side):
-            m.profile[k, i + 1, y * side + z, 0] = V[y, z]
+    axial = V.reshape(n)
     for j in range(n):
+        m.profile[k, i + 1, j, 0] = axial[j]
         m.profile[k, i + 1, j, 1], m.profile[k, i + 1, j, 2] = work[1, j], work[2, j]
     planes.eddies_deficit[k, i + 1] = along[2, i + 1] / U
     planes.eddies_slope[k, i + 1] = along[3, i + 1] * c.radius / U

@@ -15,7 +15,6 @@ from meltemi_verification.table import Comparison, Known, Report, Row, Study, Ve
 from meltemi_verification.turbulent import reference_series, short_series, short_wind, thinned, turbulence
 from meltemi_verification.verification import FULL, QUICK, verification
 
-
 LONG = 10.0
 """[s] from which a study is left to the tests that take long."""
 

@@ -183,7 +183,7 @@ class Orbit:
 
     @cached_property
     def free(self) -> NDArray[np.intp]:
-        """Places of the free coefficients among all."""
+        """Places of the free coefficients among all, for ``free_core`` and ``free_blade`` as they are at first use."""
         core_c, core_s, blade_c, blade_s = self.groups(np.arange(len(self.coefficients)))
         core, blade = self.free_core, self.free_blade
         parts = core_c[:, core], core_s[1, core], blade_c[:, blade], blade_s[1:, blade]
@@ -200,8 +200,7 @@ class Orbit:
         self.coefficients[self.free] += change
 
     def missing(self, azimuths: Float, dt: float) -> tuple[Float, float]:
-        """Residuals over a sector, projected on the harmonics in the order of
-        :attr:`free`, and the mean residual torque.
+        """Residuals of a sector, projected on the harmonics in the order of :attr:`free`, and mean residual torque.
 
         Raises:
           NotConverged: the motion diverges.
