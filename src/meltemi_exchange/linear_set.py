@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
-from meltemi.core.hdf5 import to_netcdf
+from meltemi.core.hdf5 import Variable, to_netcdf
 from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.rotors import operating_point
@@ -124,18 +124,18 @@ def _write_mat(found: _Stacked, path: Path, about: str) -> None:
 
 
 def _write_netcdf(found: _Stacked, path: Path, about: str) -> None:
-    import xarray as xr
-
-    # two dimensions of a matrix must have different names: columns of A are states, too
-    data: dict[str, Any] = {}
+    variables: dict[str, Variable] = {}
     for name, (row, column) in MATRICES.items():
-        data[name] = (("wind_speed", row, f"{column}_column" if column == row else column), found.arrays[name])
-    data |= {name: (("wind_speed", kind), found.arrays[name]) for name, kind in VALUES.items()}
+        # two dimensions of a matrix must have different names: columns of A are states, too
+        dimensions = ("wind_speed", row, f"{column}_column" if column == row else column)
+        variables[name] = dimensions, found.arrays[name], {}
+    for name, kind in VALUES.items():
+        variables[name] = ("wind_speed", kind), found.arrays[name], {}
     for name, unit in SCHEDULE.items():
-        data[name] = ("wind_speed", found.arrays[name], {"units": unit})
-    coordinates: dict[str, Any] = {"wind_speed": data.pop("wind_speed")}
+        variables[name] = ("wind_speed",), found.arrays[name], {"units": unit}
     for kind, names in found.names.items():
-        coordinates[kind] = (kind, np.array(names, dtype=object))
-        coordinates[f"{kind}_units"] = (kind, np.array(found.units[kind], dtype=object))
-    coordinates["state_column"] = ("state_column", np.array(found.names["state"], dtype=object))
-    to_netcdf(xr.Dataset(data, coordinates, {"description": about, "meltemi": meltemi.__version__}), path)
+        variables[kind] = (kind,), np.array(names, object), {}
+        variables[f"{kind}_units"] = (kind,), np.array(found.units[kind], object), {}
+    variables["state_column"] = ("state_column",), np.array(found.names["state"], object), {}
+    labels = " ".join(f"{kind}_units" for kind in found.names)
+    to_netcdf(variables, {"description": about, "meltemi": meltemi.__version__, "coordinates": labels}, path)

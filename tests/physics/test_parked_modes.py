@@ -71,6 +71,7 @@ def test_a_map_of_yaw_and_pitch() -> None:
         parked_stability(model, [], [FEATHER])
 
 
+@pytest.mark.slow
 def test_a_plate_ends_the_edgewise_vibration_in_deep_stall() -> None:
     """Of the IEA 15 MW at 70 degrees, which comes from the suction of its extrapolated polars."""
     turbine, yaw = meltemi.load_turbine("iea15mw"), [np.radians(70.0)]

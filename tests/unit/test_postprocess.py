@@ -428,7 +428,7 @@ def test_a_file_is_replaced_as_a_whole(tmp_path: Path, monkeypatch: pytest.Monke
     path = write_netcdf(small(), tmp_path / "a.nc")
     before = path.read_bytes()
 
-    def full(data: xr.Dataset, path: Path) -> None:
+    def full(variables: object, attributes: object, path: Path) -> None:
         path.write_bytes(b"half of a file")
         raise OSError(28, "No space left on device")
 

@@ -28,6 +28,7 @@ REQUIREMENTS = (
     "scikit-learn>=1.5,<2",
     "websockets>=14",
     "windIO>=2.1,<3",
+    "xarray>=2024.7,<2028",
 )
 """As the extras of ``pyproject.toml`` have them: the package index does not know meltemi, so messages name packages."""
 BY_NAME = {re.split(r"[\[><=]", requirement)[0]: requirement for requirement in REQUIREMENTS}

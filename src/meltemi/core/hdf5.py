@@ -11,20 +11,22 @@ import io
 import subprocess
 import sys
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import reading
 
 if TYPE_CHECKING:
     import h5py
-    import xarray as xr
 
 T = TypeVar("T")
+Variable = tuple[tuple[str, ...], ArrayLike, Mapping[str, object]]
+"""Dimensions, values (numbers or names) and attributes of a variable, as xarray takes them too."""
 BEGIN = b"\x89HDF\r\n\x1a\n"
 SEAL = b"\nmeltemi: crc32 of the bytes before is "
 LENGTH = len(SEAL) + 9
@@ -36,20 +38,36 @@ EXPANSION = 1100
 PROBE = Path(__file__).with_name("probe.py")
 
 
-def to_netcdf(data: xr.Dataset, path: Path, encoding: Any = None) -> None:
+def to_netcdf(
+    variables: Mapping[str, Variable], attributes: Mapping[str, object], path: Path, compression: int = 0
+) -> None:
     """Write labelled arrays as netCDF4, with the checksum at the end.
 
     The file is made in memory: where a disk has no room, HDF5 would crash the process.
+
+    Args:
+      variables: by name.
+      attributes: of the file.
+      path: of the file.
+      compression: 0 for none to 9 for the most.
 
     Raises:
       OSError: there is no room, or the file cannot be written otherwise.
     """
     import h5netcdf
-    from xarray.backends import H5NetCDFStore
+    import h5py
 
+    packed = {"compression": "gzip", "compression_opts": compression, "shuffle": True} if compression else {}
     memory = io.BytesIO()
     with h5netcdf.File(memory, "w") as file:
-        data.dump_to_store(H5NetCDFStore(file), encoding=encoding)
+        file.attrs.update(attributes)
+        for name, (dimensions, values, about) in variables.items():
+            values = np.asarray(values)
+            for dimension, size in zip(dimensions, values.shape, strict=True):
+                if dimension not in file.dimensions:
+                    file.dimensions[dimension] = size
+            kind = h5py.string_dtype() if values.dtype == object else values.dtype
+            file.create_variable(name, dimensions, kind, data=values, **packed).attrs.update(about)
     with path.open("wb") as disk:
         disk.write(memory.getbuffer())
         disk.write(SEAL + b"%08x\n" % zlib.crc32(memory.getbuffer()))

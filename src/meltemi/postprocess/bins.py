@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import need
 from meltemi.postprocess.inputs import floats, positive
 
 if TYPE_CHECKING:
@@ -47,7 +48,9 @@ def period_statistics(
 
     Raises:
       InputError: times do not increase, lengths differ, or a number is out of range.
+      MissingPackageError: pandas is not installed.
     """
+    need("period_statistics", "pandas")
     import pandas as pd
 
     t = floats(time, "period_statistics: time")
@@ -80,7 +83,9 @@ def result_statistics(result: Result, names: Sequence[str], *, begin: float = 0.
 
     Raises:
       InputError: a channel is not there.
+      MissingPackageError: pandas is not installed.
     """
+    need("result_statistics", "pandas")
     import pandas as pd
 
     part = result.between(begin, np.inf)
@@ -104,7 +109,9 @@ def bin_statistics(periods: pd.DataFrame, by: str = "wind_speed", *, edges: Sequ
 
     Raises:
       InputError: no such series, or edges that do not increase.
+      MissingPackageError: pandas is not installed.
     """
+    need("bin_statistics", "pandas")
     import pandas as pd
 
     names = list(dict.fromkeys(name for name, _ in periods.columns))

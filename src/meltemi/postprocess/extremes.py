@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import need
 from meltemi.postprocess.inputs import floats, one_row, positive
 
 if TYPE_CHECKING:
@@ -225,7 +226,11 @@ def extremes_table(rows: Sequence[ExtremeRow]) -> pd.DataFrame:
 
     Returns:
       columns Fx to Mz, F_res and M_res [N, N m], their angles [rad], "case", "factor", "factored" and "scale".
+
+    Raises:
+      MissingPackageError: pandas is not installed.
     """
+    need("extremes_table", "pandas")
     import pandas as pd
 
     lines = [

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from meltemi.core.display import rounded
 from meltemi.core.files import replacing
 from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.simulation.result import channel_statistics
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -43,13 +44,10 @@ def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
     """
     loads = equivalent_loads(result) if len(result.evaluated.time) > 1 else {}
     rows = []
-    for name, row in result.statistics().iterrows():
-        channel = result.channel(str(name))
-        factor = channel.display_unit[1]
+    for channel, found in channel_statistics(result):
+        unit, factor = channel.display_unit
         load = number(loads[channel.name] * factor) if channel.name in loads else ""
-        rows.append(
-            [channel.name, channel.alias, row["unit"], *(number(row[k]) for k in ("mean", "std", "min", "max")), load]
-        )
+        rows.append([channel.name, channel.alias, unit, *map(number, found), load])
     return ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", "DEL 1 Hz"], rows
 
 

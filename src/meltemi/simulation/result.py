@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from meltemi.control.controller import LogEntry
+    from meltemi.core.hdf5 import Variable
     from meltemi.core.representation import Card
     from meltemi.simulation.scene.record import Scene
 
@@ -152,35 +155,28 @@ class Result(Shown, Viewed):
         return self
 
     def to_xarray(self) -> xr.Dataset:
-        """Labelled arrays with units, frames, signs and descriptions."""
-        import json
+        """Labelled arrays with units, frames, signs and descriptions.
 
+        Raises:
+          MissingPackageError: xarray is not installed.
+        """
+        from meltemi.core.extras import need
+
+        need("Result.to_xarray", "xarray")
         import xarray as xr
 
-        variables: dict[str, Any] = {}
-        for i, c in enumerate(self.channels):
-            attributes = {
-                "units": c.unit,
-                "unit_in_tables": c.display_unit[0],
-                "factor_to_tables": c.display_unit[1],
-                "long_name": c.description,
-                "frame": c.frame,
-                "positive_direction": c.sign,
-                "openfast_name": c.alias,
-            }
-            variables[c.name] = ("time", self.data[:, i], attributes)
-        coordinates = {"time": ("time", self.time, {"units": "s", "long_name": "simulation time"})}
-        about: dict[str, Any] = {
-            "status": int(self.status),
-            "status_name": self.status.name,
-            "message": self.message,
-            "units": "SI: angles in rad, rotational speeds in rad/s; tables and plots use unit_in_tables",
-            "meta": json.dumps(self.meta, default=str),
-        }
-        return xr.Dataset(variables, coordinates, about)
+        variables, about = labelled(self)
+        return xr.Dataset(variables, attrs=about)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Table of the series over the time [s], in SI units, which ``attrs["units"]`` has by channel."""
+        """Table of the series over the time [s], in SI units, which ``attrs["units"]`` has by channel.
+
+        Raises:
+          MissingPackageError: pandas is not installed.
+        """
+        from meltemi.core.extras import need
+
+        need("Result.to_pandas", "pandas")
         import pandas as pd
 
         table = pd.DataFrame(self.data, pd.Index(self.time, name="time"), self.names)
@@ -192,24 +188,16 @@ class Result(Shown, Viewed):
 
         Raises:
           InputError: there are no samples.
+          MissingPackageError: pandas is not installed.
         """
+        from meltemi.core.extras import need
+
+        need("Result.statistics", "pandas")
         import pandas as pd
 
-        rows, data = [], self.evaluated.data
-        for i, c in enumerate(self.channels):
-            unit, factor = c.display_unit
-            x = data[:, i] * factor
-            rows.append(
-                {
-                    "channel": c.name,
-                    "unit": unit,
-                    "mean": x.mean(),
-                    "std": x.std(),
-                    "min": x.min(),
-                    "max": x.max(),
-                }
-            )
-        return pd.DataFrame(rows).set_index("channel")
+        columns = ["unit", "mean", "std", "min", "max"]
+        rows = [[c.display_unit[0], *numbers] for c, numbers in channel_statistics(self)]
+        return pd.DataFrame(rows, pd.Index(self.names, name="channel"), columns)
 
     def card(self) -> Card:
         """Status, statistics of the channels in engineering units with a line of each, messages, events, origin."""
@@ -255,3 +243,39 @@ class Result(Shown, Viewed):
         why = [self.message] if self.message else [str(finding) for finding in self.findings]
         said = "".join(f"; {words}" for words in (*why, *self.warnings))
         return f"<Result: {len(self.channels)} channels, {self._span()}, {self.status.name}{said}>"
+
+
+def channel_statistics(result: Result) -> Iterator[tuple[Channel, tuple[float, float, float, float]]]:
+    """Channels with mean, standard deviation, minimum and maximum after the transient, in engineering units.
+
+    Raises:
+      InputError: there are no samples.
+    """
+    for channel, x in zip(result.channels, result.evaluated.data.T * 1.0, strict=True):
+        x *= channel.display_unit[1]
+        yield channel, (float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
+
+
+def labelled(result: Result) -> tuple[dict[str, Variable], dict[str, object]]:
+    """Series with units, frames, signs and descriptions, and attributes of the whole, as files and xarray have them."""
+    variables: dict[str, Variable] = {}
+    variables["time"] = ("time",), result.time, {"units": "s", "long_name": "simulation time"}
+    for channel, series in zip(result.channels, result.data.T, strict=True):
+        unit, factor = channel.display_unit
+        about = {
+            "units": channel.unit,
+            "unit_in_tables": unit,
+            "factor_to_tables": factor,
+            "long_name": channel.description,
+            "frame": channel.frame,
+            "positive_direction": channel.sign,
+            "openfast_name": channel.alias,
+        }
+        variables[channel.name] = ("time",), series, about
+    return variables, {
+        "status": int(result.status),
+        "status_name": result.status.name,
+        "message": result.message,
+        "units": "SI: angles in rad, rotational speeds in rad/s; tables and plots use unit_in_tables",
+        "meta": json.dumps(result.meta, default=str),
+    }

@@ -12,7 +12,7 @@ from meltemi.core.errors import Status
 from meltemi.core.files import replacing
 from meltemi.core.hdf5 import attributes, read_hdf5, to_netcdf
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.result import Result
+from meltemi.simulation.result import Result, labelled
 from meltemi.simulation.scene.record import packed, unpacked
 
 if TYPE_CHECKING:
@@ -26,13 +26,13 @@ def write_netcdf(result: Result, path: str | Path) -> Path:
       InputError: the file cannot be written.
     """
     path = Path(path)
-    data = result.to_xarray()
-    data.attrs["channels"] = json.dumps([_plain(c) for c in result.channels])
+    variables, about = labelled(result)
+    about["channels"] = json.dumps([_plain(c) for c in result.channels])
     if result.scene is not None:
         scene = np.frombuffer(packed(result.scene), np.uint8)
-        data["scene"] = ("scene_bytes", scene, {"long_name": "motion and wind for meltemi view"})
+        variables["scene"] = ("scene_bytes",), scene, {"long_name": "motion and wind for meltemi view"}
     with replacing(path) as (partial,):
-        to_netcdf(data, partial)
+        to_netcdf(variables, about, partial)
     return path
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
-from meltemi.core.hdf5 import attributes, read_hdf5, to_netcdf
+from meltemi.core.hdf5 import Variable, attributes, read_hdf5, to_netcdf
 from meltemi.wind.fields import WindBox
 from meltemi.wind.files.common import box_or_error
 
@@ -43,37 +43,27 @@ def write_wind_netcdf(box: WindBox, path: str | Path, compression: int = 0) -> l
     Raises:
       InputError: the file cannot be written.
     """
-    import xarray as xr
-
     if compression not in range(10):
         raise InputError(f"compression must be a whole number from 0 to 9, found {compression!r}")
     path = Path(path)
     nt, nz, ny, _ = box.velocity.shape
-    dims = ("time", "z", "y")
     attributes: dict[str, object] = {"Conventions": "CF-1.11", "title": box.label, "source": box.source}
     attributes |= {"periodic": int(box.periodic), "written_by": "meltemi"}
     for name, unit in SCALARS.items():
         if (value := getattr(box, name)) is not None:
             attributes |= {name: float(value), f"{name}_units": unit}
-    data = xr.Dataset(
-        {
-            c: (dims, box.velocity[..., i], {"units": "m s-1", "long_name": text})
-            for i, (c, text) in enumerate(AXES.items())
-        },
-        coords={
-            name: (name, values, {"units": unit, "axis": axis, **more, "long_name": text})
-            for name, values, unit, axis, text, more in (
-                ("time", box.dt * np.arange(nt), "s", "T", "time after the first plane", {}),
-                ("z", box.bottom + box.dz * np.arange(nz), "m", "Z", "height above ground", {"positive": "up"}),
-                ("y", box.dy * np.arange(ny) - 0.5 * box.width, "m", "Y", "to the left looking downwind", {}),
-            )
-        },
-        attrs=attributes,
-    )
-    packed = {"compression": "gzip", "compression_opts": compression, "shuffle": True} if compression else {}
-    encoding = {name: {"_FillValue": None} | (packed if name in AXES else {}) for name in (*AXES, *dims)}
+    variables: dict[str, Variable] = {
+        c: (("time", "z", "y"), box.velocity[..., i], {"units": "m s-1", "long_name": text})
+        for i, (c, text) in enumerate(AXES.items())
+    }
+    for name, values, unit, axis, text, more in (
+        ("time", box.dt * np.arange(nt), "s", "T", "time after the first plane", {}),
+        ("z", box.bottom + box.dz * np.arange(nz), "m", "Z", "height above ground", {"positive": "up"}),
+        ("y", box.dy * np.arange(ny) - 0.5 * box.width, "m", "Y", "to the left looking downwind", {}),
+    ):
+        variables[name] = (name,), values, {"units": unit, "axis": axis, **more, "long_name": text}
     with replacing(path) as (partial,):
-        to_netcdf(data, partial, encoding)
+        to_netcdf(variables, attributes, partial, compression)
     return [path]
 
 
