@@ -16,6 +16,8 @@ import pytest
 
 # before NumPy is loaded, here and in the processes of tests: threads of several workers wait for each other's cores
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# before Numba is loaded: it asks the terminal for its colours at every message, also of those that nobody sees
+os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
 
 import meltemi
 from meltemi import Model, Turbine

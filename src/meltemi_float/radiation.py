@@ -49,15 +49,20 @@ class Radiation:
     error: float
     negative: float
 
+    @property
+    def residue(self) -> Complex:
+        """(P, 6, 6)."""
+        return self.output[:, :, None] * self.input[:, None]
+
     def kernel(self, t: Float) -> Float:
         """(T, 6, 6) kernel over density at times (T,)."""
-        return np.einsum("pi,pj,pt->tij", self.output, self.input, np.exp(np.outer(self.pole, t))).real
+        return np.asarray(np.tensordot(np.exp(np.outer(t, self.pole)), self.residue, 1).real)
 
     def damping(self, frequency: Float) -> Float:
         """(F, 6, 6) radiation damping over density, of the pairs of poles."""
         s = 1j * frequency[:, None]
-        one = np.einsum("pi,pj,fp->fij", self.output, self.input, 0.5 / (s - self.pole))
-        other = np.einsum("pi,pj,fp->fij", self.output.conj(), self.input.conj(), 0.5 / (s - self.pole.conj()))
+        one = np.tensordot(0.5 / (s - self.pole), self.residue, 1)
+        other = np.tensordot(0.5 / (s - self.pole.conj()), self.residue.conj(), 1)
         return np.asarray((one + other).real)
 
 

@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from functools import wraps
-from typing import ParamSpec, TypeVar
+from functools import cache, wraps
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -22,14 +25,21 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
+@cache
+def _libraries() -> ThreadpoolController:
+    """The libraries of NumPy and SciPy, each with threads of its own."""
+    import scipy.linalg  # noqa: F401  loads the second one
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
     """Decorator: limit the linear algebra of ``function`` to one thread."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:
-        from threadpoolctl import threadpool_limits
-
-        with threadpool_limits(limits=1, user_api="blas"):
+        with _libraries().limit(limits=1, user_api="blas"):
             return function(*args, **kwargs)
 
     return limited

@@ -26,9 +26,11 @@ GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(3)
 
 def skew(v: Float) -> Float:
     """(..., 3, 3) matrix of the cross product: skew(a) b = a x b."""
-    o = np.zeros(v.shape[:-1])
+    S = np.zeros((*v.shape, 3))
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
-    return np.stack([np.stack([o, -z, y], -1), np.stack([z, o, -x], -1), np.stack([-y, x, o], -1)], -2)
+    S[..., 0, 1], S[..., 0, 2], S[..., 1, 2] = -z, y, -x
+    S[..., 1, 0], S[..., 2, 0], S[..., 2, 1] = z, -y, x
+    return S
 
 
 def transfer(offset: Float) -> Float:
@@ -37,6 +39,11 @@ def transfer(offset: Float) -> Float:
     T[..., :3, :3] = T[..., 3:, 3:] = np.eye(3)
     T[..., :3, 3:] = -skew(offset)
     return T
+
+
+def sums(weights: Float, A: Float, T: Float) -> Float:
+    """(m, k, k) sums of T^T A T over quadrature points: ``weights`` (n, m), ``A`` (n, l, l), ``T`` (n, l, k)."""
+    return np.tensordot(weights.T, T.transpose(0, 2, 1) @ A @ T, 1)
 
 
 @dataclass(frozen=True)
@@ -93,13 +100,7 @@ class Beam:
           (n, 6, 6) mass matrices of the pieces about their nodes.
         """
         z, weights = self.pieces(edges)
-        points, section = self.at(z, "axis"), self.at(z, "mass")
-        result = np.zeros((len(nodes), 6, 6))
-        for i in range(len(nodes)):
-            used = weights[:, i] > 0.0
-            T = transfer(points[used] - nodes[i])
-            result[i] = np.einsum("n,nji,njk,nkl->il", weights[used, i], T, section[used], T)
-        return result
+        return sums(weights, self.at(z, "mass"), transfer(self.at(z, "axis") - nodes[weights.argmax(axis=1)]))
 
 
 def section_axes(twist: Float, tangent: Float) -> Float:
@@ -158,40 +159,35 @@ def assemble(beam: Beam, z: Float) -> Mesh:
     """Finite elements between nodes at ``z`` (n,) [m], which begin and end with the beam."""
     n = len(z)
     points = beam.at(z, "axis")
-    G = np.zeros((6 * n, 6 * n - 6))
-    M = np.zeros((6 * n, 6 * n))
     q, weights = beam.pieces(z)
-    compliance, section = np.linalg.inv(beam.at(q, "stiffness")), beam.at(q, "mass")
-    on_axis = beam.at(q, "axis")
-    for e in range(n - 1):
-        used = weights[:, e] > 0.0
-        chord = points[e + 1] - points[e]
-        # Internal wrench at the quadrature points from the wrench at the element's end: B.
-        B = transfer(points[e + 1] - on_axis[used]).transpose(0, 2, 1)
-        D = np.einsum("n,nji,njk,nkl->il", weights[used, e], B, compliance[used], B)
-        # the part beyond an element moves with its end
-        G[6 * e + 6 :, 6 * e : 6 * e + 6] = _carried(points[e + 1 :], points[e + 1], np.linalg.cholesky(D))
-        N = _shape_functions((q[used] - z[e]) / (z[e + 1] - z[e]), chord)
-        M[6 * e : 6 * e + 12, 6 * e : 6 * e + 12] += np.einsum(
-            "n,nji,njk,nkl->il", weights[used, e], N, section[used], N
-        )
+    e = weights.argmax(axis=1)
+    compliance, section = np.asarray(np.linalg.inv(beam.at(q, "stiffness")), float), beam.at(q, "mass")
+    # internal wrench at the quadrature points from the wrench at the element's end
+    B = transfer(points[e + 1] - beam.at(q, "axis")).transpose(0, 2, 1)
+    root = np.asarray(np.linalg.cholesky(sums(weights, compliance, B)), float)
+    # the part beyond an element moves with its end
+    G = _carried(points, points[1:], root) * np.kron(np.tri(n, n - 1, -1), np.ones((6, 6)))
+    N = _shape_functions((q - z[e]) / (z[e + 1] - z[e]), points[e + 1] - points[e])
+    M = np.zeros((6 * n, 6 * n))
+    for k, part in enumerate(sums(weights, section, N)):
+        M[6 * k : 6 * k + 12, 6 * k : 6 * k + 12] += part
     return Mesh(z, points, G, M)
 
 
-def _carried(points: Float, origin: Float, motion: Float) -> Float:
-    """(6m, k) motion of points (m, 3) that move with a body, from the motion (6, k) of its point at ``origin``."""
-    result: Float = (transfer(points - origin) @ motion).reshape(-1, motion.shape[1])
+def _carried(points: Float, origins: Float, motions: Float) -> Float:
+    """(6m, k p) motion of points (m, 3) that move with bodies, from the motions (p, 6, k) of theirs at ``origins``."""
+    result: Float = (transfer(points[:, None] - origins) @ motions).swapaxes(1, 2).reshape(6 * len(points), -1)
     return result
 
 
 def _shape_functions(x: Float, chord: Float) -> Float:
-    """(m, 6, 12) motion inside an element at fractions ``x`` (m,) of its length from the motion of its ends.
+    """(m, 6, 12) motion at fractions ``x`` (m,) of elements along ``chord`` (m, 3) from the motion of their ends.
 
     Bending is cubic in displacement with sections normal to the deflected axis, stretch and twist are linear.
     """
-    length = float(np.linalg.norm(chord))
-    t = chord / length
-    along, cross_t = np.outer(t, t), -skew(t)  # theta x t = cross_t theta
+    length = np.linalg.norm(chord, axis=1)
+    t = chord / length[:, None]
+    along, cross_t = t[:, :, None] * t[:, None], -skew(t)  # theta x t = cross_t theta
     across = np.eye(3) - along
     N = np.zeros((len(x), 6, 12))
     cubic = (1 - 3 * x**2 + 2 * x**3, x - 2 * x**2 + x**3, 3 * x**2 - 2 * x**3, x**3 - x**2)
@@ -285,7 +281,7 @@ def natural_modes(
     alone = mesh.mass.copy()
     if base is not None:
         ground = np.linalg.cholesky(np.linalg.inv(base[0]))
-        G = np.hstack([_carried(mesh.points, mesh.points[0], ground), G])
+        G = np.hstack([_carried(mesh.points, mesh.points[:1], ground[None]), G])
         M[:6, :6] += base[1]
         alone[:6, :6] += base[1]
     if tip_mass is not None:
