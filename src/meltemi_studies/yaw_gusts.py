@@ -102,7 +102,7 @@ class Grid:
         return winds * len(self.signs) * len(self.yaw_rates) * (2 + len(self.rechecks))
 
 
-QUICK = Grid(speeds=(10.67,), rises=(5.0, 14.33), changes=(0.8, 1.2), begins=(20.0,), seeds=(1,), rechecks=(30.0, 90.0))
+QUICK = Grid(speeds=(10.67,), rises=(14.33,), changes=(0.8, 1.2), seeds=(1,), rechecks=(30.0, 90.0))
 OURS = "S2 ours"
 """Derating at base points from a load limit."""
 

@@ -128,7 +128,7 @@ def test_through_an_event_and_from_initial_conditions(turbine: Turbine) -> None:
         check(run, ["controller.proportional_gain", "pitch_offset", "aerodynamics.air_density"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_power_coefficient_turbine() -> None:
     model = meltemi.build(meltemi.load_turbine("pmsg20mw"))
     check(Run(model, 10.0, duration=0.2), ["aerodynamics.air_density", "controller.torque"])
@@ -151,7 +151,7 @@ def own(update: Any) -> Controller:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_own_controller(turbine: Turbine) -> None:
     model = meltemi.build(turbine, EXACT)
     names = ["controller.set_speed", "controller.gain", "controller.pitch", "controller.torque"]

@@ -175,7 +175,7 @@ def test_steady_operation_has_the_mass_in_equilibrium() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("blade_model", ["modal", "geometrically_exact"])
+@pytest.mark.parametrize("blade_model", [pytest.param("modal", marks=pytest.mark.long), "geometrically_exact"])
 def test_energy_is_kept(blade_model: Any) -> None:
     """Of a turbine that vibrates and turns under gravity, with undamped masses along two axes and in one blade only."""
     dampers = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
@@ -14,7 +15,9 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Result, RunError, Status
+from meltemi.core import extras
 from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.postprocess.files import read_netcdf, write_netcdf
 from meltemi.report.tables import early_extremes, number, statistics_rows, write_csv
 from meltemi.simulation.channels import standard
 
@@ -105,6 +108,19 @@ def test_labelled_arrays(result: Result) -> None:
     assert data["time"].attrs["units"] == "s"
     assert (data.attrs["status"], data.attrs["message"]) == (0, "")
     assert json.loads(data.attrs["meta"]) == META
+
+
+def test_files_and_tables_of_commands_need_neither_xarray_nor_pandas(
+    result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("xarray", "pandas"):
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setattr(extras, "installed", lambda name: False)
+    again = read_netcdf(write_netcdf(result, tmp_path / "a.nc"))
+    assert statistics_rows(again) == statistics_rows(result)
+    for call, needed in ((Result.to_xarray, "xarray"), (Result.to_pandas, "pandas"), (Result.statistics, "pandas")):
+        with pytest.raises(extras.MissingPackageError, match=rf"{call.__name__} needs {needed}.*pip install '{needed}"):
+            call(result)
 
 
 def test_statistics_are_in_units_for_people(result: Result) -> None:

@@ -151,16 +151,19 @@ class LinearModel(Brief):
         Returns:
           (k, outputs, inputs), output unit over input unit.
         """
-        from scipy.linalg import solve_triangular
+        from scipy.linalg.lapack import ztrtrs
 
         # A = U T U*, T upper triangular: no inverse is needed, and each frequency costs a back substitution
         T, U = self._schur
-        left, right = self.C @ U, U.conj().T @ self.B
-        shifted, diagonal = -T, np.diag(T).copy()
+        left, right = self.C @ U, np.asfortranarray(U.conj().T @ self.B)
+        shifted, diagonal = np.asfortranarray(-T), np.diag(T).copy()
         found = []
         for at in np.atleast_1d(np.asarray(s)):
             np.fill_diagonal(shifted, at - diagonal)
-            found.append(left @ solve_triangular(shifted, right, check_finite=False) + self.D)
+            x, pole = ztrtrs(shifted, right)
+            if pole:
+                raise np.linalg.LinAlgError(f"response: {at} is a pole")
+            found.append(left @ x + self.D)
         return np.array(found, dtype=np.complex128)
 
     @property

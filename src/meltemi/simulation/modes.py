@@ -157,6 +157,8 @@ def growing(case: Case) -> str:
     Azimuth and speed of the rotor are prescribed. A first analysis holds the aerodynamic states; only where it finds
     growth, a second one includes them, which takes more time.
     """
+    from scipy.linalg import eig
+
     generator = len(case.model.rotor.tower.names) + GENERATOR
     free = np.flatnonzero((case["locked"] == 0.0) & (np.arange(len(case["q"])) != generator))
     options, kept = case["aero_options"], case["aero_options"].copy()
@@ -174,8 +176,8 @@ def growing(case: Case) -> str:
     case.evaluate(0.0)
     if not (A.size and np.all(np.isfinite(A))):
         return ""
-    value, right = np.linalg.eig(A)
-    factor = np.abs(np.linalg.pinv(right).T * right)
+    value, left, right = eig(A, left=True)
+    factor = np.abs(left.conj() * right)
     own = factor[: 2 * n].sum(axis=0) > 0.5 * factor.sum(axis=0)
     damping = np.where(own & (value.imag >= 0.0), _damping(value), np.inf)
     i = int(np.argmin(damping))

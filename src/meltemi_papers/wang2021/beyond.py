@@ -107,7 +107,7 @@ def study(
     )
     progress(0.95, "a year of wind")
     curve = attempt("power curve", power_curve, fixed)
-    years = attempt("year", a_year, turbine, curve, ours, site(), days=10.0 if quick else 365.0, workers=workers)
+    years = attempt("year", a_year, turbine, curve, ours, site(), days=3.0 if quick else 365.0, workers=workers)
     length = 30.0 if quick else 600.0
     usual = attempt(
         "production",
