@@ -46,6 +46,28 @@ def test_packages_that_are_needed_can_be_named() -> None:
     assert names <= set(BY_NAME)
 
 
+OPTIONAL = set(
+    "anywidget capytaine control distributed docx fmpy gymnasium numba_cuda openpyxl pandas pettingzoo pyarrow "
+    "pythonfmu pythonfmu3 rosco sklearn websockets windIO xarray".split()
+)
+"""Names under which optional packages are imported."""
+
+
+def test_modules_are_imported_without_optional_packages() -> None:
+    """Those are imported where they are used, or after ``need``, whose words a user then reads."""
+    for path in (ROOT / "src").rglob("*.py"):
+        for line in ast.parse(path.read_text(encoding="utf-8")).body:
+            if (
+                isinstance(line, ast.Expr)
+                and isinstance(line.value, ast.Call)
+                and ast.unparse(line.value.func) == "need"
+            ):
+                break
+            names = [alias.name for alias in line.names] if isinstance(line, ast.Import) else []
+            names += [line.module or ""] if isinstance(line, ast.ImportFrom) else []
+            assert not {name.partition(".")[0] for name in names} & OPTIONAL, path
+
+
 def test_only_one_module_says_how_to_install_a_package() -> None:
     for path in (p for p in (ROOT / "src").rglob("*.py") if p.name not in ("extras.py", "docs.py")):
         text = path.read_text(encoding="utf-8")

@@ -6,9 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from meltemi.core.errors import InputError
 from meltemi.simulation.channels import find
@@ -19,6 +17,9 @@ from meltemi_loads.loadbase.plan import Plan, PlannedCase
 from meltemi_loads.loadbase.wording import in_words
 from meltemi_reports.blocks import Block, Case, Cell, Statistics, Table
 from meltemi_reports.html import rounded
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 OF_BLADE = re.compile(r"_\d$")
 """Ending of the channels of a blade."""
@@ -39,6 +40,8 @@ def statistics(plan: Plan, folder: str | Path) -> pd.DataFrame:
     Returns:
       index (channel in words, case); columns min, mean, max, unit: the smallest and largest of all blades.
     """
+    import pandas as pd
+
     found = base_table(plan, folder, "statistics")
     if not len(found):
         empty = pd.MultiIndex.from_tuples([], names=["channel", "case"])
