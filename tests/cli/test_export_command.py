@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from terminal import Command
 
-from meltemi import Turbine
+import meltemi
+from meltemi import Model, Turbine
+from meltemi.wind.fields import WindBox
 from meltemi_exchange.openfast import read_deck
 
 
@@ -19,6 +22,23 @@ def test_a_deck_is_written(command: Command, tmp_path: Path, turbine: Turbine) -
     deck = read_deck(ran.files[0], control_of=turbine)
     assert deck.turbine.blade.structure.stiffness_matrix is not None  # of BeamDyn
     assert deck.wind == {"kind": "steady", "speed": 9.0, "shear_exponent": 0.0} and deck.duration == 40.0
+
+
+@pytest.mark.parametrize("kind", ["steady", "file"])
+def test_a_deck_starts_in_operation(
+    kind: str, command: Command, tmp_path: Path, turbine: Turbine, model: Model
+) -> None:
+    """At the mean of its wind: from rated speed at no pitch OpenFAST overspeeds first."""
+    field = np.full((40, 5, 5, 3), [18.0, 0.0, 0.0], np.float32)
+    box = WindBox(velocity=field, dt=0.5, dy=40.0, dz=40.0, bottom=10.0, speed=18.0, hub_height=90.0)
+    meltemi.io.write_wind(box, tmp_path / "w.bts")
+    wind = ("--wind-speed", 18) if kind == "steady" else ("--wind-file", tmp_path / "w.bts")
+    ran = command("export", "nrel5mw", *wind, "--out", tmp_path / "deck")
+    assert ran.status == 0, ran
+    start, point = read_deck(ran.files[0], control_of=turbine).start, meltemi.operating_point(model, 18.0)
+    assert start is not None and start["azimuth"] == 0.0
+    assert start["rotor_speed"] == pytest.approx(point.rotor_speed, rel=1e-3)
+    assert start["pitch"] == pytest.approx(point.pitch, abs=0.003)
 
 
 def test_options_of_the_model(command: Command, tmp_path: Path, turbine: Turbine) -> None:

@@ -10,7 +10,7 @@ import typer
 
 from meltemi.app.options import TURBINES, SeaOption, is_case, sea_of_options
 from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, wrote
-from meltemi.core.errors import InputError
+from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
     from meltemi.loadcases.case import LoadCase
@@ -71,6 +71,10 @@ def export(
     with simulation_bar("export"):
         from meltemi_exchange.openfast_writer import write_openfast
 
+        if start is None:
+            rotor_speed, pitch = _operation(described, options, case.environment, wind)
+        else:
+            rotor_speed, pitch = None if start.rotor_speed == "idling" else start.rotor_speed, start.pitch
         written = write_openfast(
             described,
             out,
@@ -78,8 +82,8 @@ def export(
             environment=case.environment,
             wind=wind,
             duration=duration or case.duration,
-            rotor_speed=None if start is None or start.rotor_speed == "idling" else start.rotor_speed,
-            pitch=start.pitch if start else None,
+            rotor_speed=rotor_speed,
+            pitch=pitch,
             azimuth=start.azimuth if start else 0.0,
             beamdyn=beamdyn,
             library=library,
@@ -90,6 +94,19 @@ def export(
     print_table(f"{described.name}: differences of the deck", ["", "what", "how"], rows, text_columns=3)
     wrote(*written.files)
     suggest("run", written.main, "--out", out / "check")
+
+
+def _operation(turbine: Any, options: Any, environment: Any, wind: Any) -> tuple[float | None, float | None]:
+    """Rotor speed [rad/s] and pitch [rad] of steady operation in the mean of a wind; None where nothing turns."""
+    from meltemi.simulation.rotors import build, operating_point
+    from meltemi.wind.formats import read_wind
+
+    try:
+        wind = read_wind(wind) if isinstance(wind, str | Path) else wind
+        point = operating_point(build(turbine, options, environment), wind)
+    except MeltemiError:
+        return None, None
+    return point.rotor_speed, point.pitch
 
 
 def case_of(target: str) -> tuple[LoadCase, Path]:
