@@ -251,8 +251,8 @@ def channel_statistics(result: Result) -> Iterator[tuple[Channel, tuple[float, f
     Raises:
       InputError: there are no samples.
     """
-    for channel, x in zip(result.channels, result.evaluated.data.T * 1.0, strict=True):
-        x *= channel.display_unit[1]
+    for channel, series in zip(result.channels, result.evaluated.data.T, strict=True):
+        x = series * channel.display_unit[1]
         yield channel, (float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
 
 

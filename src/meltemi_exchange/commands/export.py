@@ -71,10 +71,11 @@ def export(
     with simulation_bar("export"):
         from meltemi_exchange.openfast_writer import write_openfast
 
-        if start is None:
-            rotor_speed, pitch = _operation(described, options, case.environment, wind)
-        else:
+        rotor_speed, pitch = None, None
+        if start is not None:
             rotor_speed, pitch = None if start.rotor_speed == "idling" else start.rotor_speed, start.pitch
+        elif case.start == "operating":
+            rotor_speed, pitch = _operation(described, options, case.environment, wind)
         written = write_openfast(
             described,
             out,
