@@ -102,7 +102,7 @@ class Grid:
         return winds * len(self.signs) * len(self.yaw_rates) * (2 + len(self.rechecks))
 
 
-QUICK = Grid(speeds=(10.67,), rises=(14.33,), changes=(0.8, 1.2), seeds=(1,), rechecks=(30.0, 90.0))
+QUICK = Grid((10.67,), (14.33,), (0.8, 1.2), signs=(1,), seeds=(1,), yaw_rates=Grid.yaw_rates[::2], rechecks=(30.0, 90.0))
 OURS = "S2 ours"
 """Derating at base points from a load limit."""
 
@@ -135,7 +135,7 @@ def run_grid(
       base_points: of a further strategy, which derates as the second one with the longest recheck time.
 
     Raises:
-      LostError: no run reached its end.
+      FailedResultError: no run reached its end.
     """
     import pandas as pd
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Final
 
 from meltemi.control.controller import Controller
@@ -10,12 +11,12 @@ from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
 from meltemi.core.units import rpm
 from meltemi.simulation.performance import performance_of
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.definition import BaselineControl, Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi_papers.wang2021.gust import MACHINE, SLOW
 from meltemi_studies.scaling.library import scaled_turbine
 from meltemi_studies.yaw_gusts import with_yaw_rate
-from meltemi_tuning.baseline_tuning import FREQUENCY, OF_SPEED, tune_baseline
+from meltemi_tuning.baseline_tuning import tune_baseline
 
 MEASURED: Final = "zr20-122"
 STUDIED: Final = "ct30-155"
@@ -34,9 +35,15 @@ def measured_turbine() -> Turbine:
 
 def with_speed_loop(turbine: Turbine, factor: float, tip_speed_ratio: float | None = None) -> Turbine:
     """The turbine with a speed loop of so many times the usual frequency, and a tip-speed ratio below rated."""
-    frequency = factor * FREQUENCY * turbine.rated_rotor_speed / OF_SPEED
-    tuned = tune_baseline(turbine, frequency=frequency, tip_speed_ratio=tip_speed_ratio, margins=False)
-    return turbine.replace(control=tuned.control).replace(**TORQUE_HELD)
+    control = _usual_control(turbine, tip_speed_ratio)
+    proportional, integral = factor * control.pitch.proportional_gain, factor**2 * control.pitch.integral_gain
+    pitch = control.pitch.replace(proportional_gain=proportional, integral_gain=integral)
+    return turbine.replace(control=control.replace(pitch=pitch)).replace(**TORQUE_HELD)
+
+
+@cache
+def _usual_control(turbine: Turbine, tip_speed_ratio: float | None) -> BaselineControl:
+    return tune_baseline(turbine, tip_speed_ratio=tip_speed_ratio, margins=False).control
 
 
 def studied_turbine(yaw_rate: float) -> Turbine:

@@ -34,7 +34,15 @@ from meltemi_papers.wang2021.machines import (
     studied_turbine,
     with_speed_loop,
 )
-from meltemi_papers.wang2021.table2 import Calibration, SpeedLoop, Table2, calibrate, choose_speed_loop, simulate_bins
+from meltemi_papers.wang2021.table2 import (
+    TRANSIENT,
+    Calibration,
+    SpeedLoop,
+    Table2,
+    calibrate,
+    choose_speed_loop,
+    simulate_bins,
+)
 from meltemi_studies.machine_loads import CHANNELS
 from meltemi_studies.yaw_gusts import strategy
 from meltemi_tuning.run_store import FailedResult, attempt, cells
@@ -61,7 +69,7 @@ class Setup:
 
     Attributes:
       seeds: of turbulence.
-      period: [s] of a run of Table 2, after its transient.
+      period, transient: [s] of a run of Table 2, and before it.
       limit_seeds: of the search for base points, and of the choice of the speed loop.
       phases: azimuths of the rotor in the gust, over the 120 degrees from blade to blade.
       quick: a small grid of gusts.
@@ -69,12 +77,13 @@ class Setup:
 
     seeds: tuple[int, ...] = (1, 2, 3, 4)
     period: float = 600.0
+    transient: float = TRANSIENT
     limit_seeds: tuple[int, ...] = (1, 2)
     phases: int = 4
     quick: bool = False
 
 
-QUICK = Setup(seeds=(1,), period=20.0, limit_seeds=(1,), phases=2, quick=True)
+QUICK = Setup(seeds=(1,), period=40.0, transient=30.0, limit_seeds=(1,), phases=1, quick=True)
 """A look at everything in little time; its numbers are too few to judge by."""
 
 
@@ -114,7 +123,7 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     def slower(factor: float) -> Turbine:
         return with_speed_loop(base, factor)
 
-    given = {"period": setup.period}
+    given = {"period": setup.period, "transient": setup.transient}
     loop = attempt("speed loop", choose_speed_loop, slower, setup.limit_seeds, **given, **more(0.0, 0.08, "speed loop"))
     factor = 1.0 if isinstance(loop, FailedResult) else loop.chosen
     turbine = slower(factor)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 TRANSIENT = 100.0
-"""[s] not judged."""
+"""[s] not judged, by default."""
 SPEED, POWER, MOMENT = "wind_x", "generator_power", "root_moment_flap_1"
 CHANNELS = (SPEED, POWER, MOMENT, "rotor_speed", "pitch_1")
 FITTED = (5, 6, 7)
@@ -78,7 +78,7 @@ class Table2:
         """The table; raises if a part is lost.
 
         Raises:
-          LostError: a bin has no run that reached its end.
+          FailedResultError: a bin has no run that reached its end.
         """
         for why in self.lost.values():
             raise FailedResultError(why)
@@ -104,13 +104,14 @@ def simulate_bins(
     seeds: Sequence[int],
     *,
     period: float = 600.0,
+    transient: float = TRANSIENT,
     workers: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Table2:
     """Simulate bins and bin the results.
 
     Raises:
-      LostError: no run reached its end.
+      FailedResultError: no run reached its end.
     """
     import pandas as pd
 
@@ -122,7 +123,7 @@ def simulate_bins(
         Run(
             model=model,
             wind=bin_wind(row, seed),
-            duration=TRANSIENT + period,
+            duration=transient + period,
             channels=CHANNELS,
             start=starts[row.bin],
             name=f"bin {row.bin}, seed {seed}",
@@ -132,7 +133,7 @@ def simulate_bins(
     ]
 
     def statistics(result: Result) -> pd.DataFrame:
-        return result_statistics(result, CHANNELS, begin=TRANSIENT)
+        return result_statistics(result, CHANNELS, begin=transient)
 
     found = cells(cases, reduce=statistics, workers=workers, progress=progress)
     n = len(seeds)
@@ -178,6 +179,7 @@ def choose_speed_loop(
     seeds: Sequence[int],
     *,
     period: float = 600.0,
+    transient: float = TRANSIENT,
     workers: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> SpeedLoop:
@@ -191,6 +193,7 @@ def choose_speed_loop(
             rows,
             seeds,
             period=period,
+            transient=transient,
             workers=workers,
             progress=lambda share, i=i: progress((i + share) / len(SPEED_LOOPS)),  # type: ignore[misc]
         ).whole()
@@ -203,12 +206,16 @@ def calibrate(
     seeds: Sequence[int],
     *,
     period: float = 600.0,
+    transient: float = TRANSIENT,
     workers: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Calibration:
     """Aerodynamic penalty with which bins 5 to 7 have the measured power and moment: least squares of the logarithms.
 
     Gauss-Newton steps with the derivatives of the first. The intervals are Student's, from the residuals of the fit.
+
+    Raises:
+      FailedResultError: no run had the mean wind of one of the bins.
     """
     from scipy.stats import t as student
 
@@ -223,10 +230,14 @@ def calibrate(
             rows,
             seeds,
             period=period,
+            transient=transient,
             workers=workers,
             progress=lambda share: progress((done + share) / (len(x) + ROUNDS)),
         ).whole()
-        return target - np.log(np.concatenate([bins.column(name, "mean")[at] for name in (POWER, MOMENT)]))
+        means = np.concatenate([bins.column(name, "mean")[at] for name in (POWER, MOMENT)])
+        if not np.all(np.isfinite(means)):
+            raise FailedResultError(f"calibration: bins {FITTED}: no run had the mean wind of one: simulate longer")
+        return target - np.log(means)
 
     rest = lacks(0, found)
     slopes = np.stack([(rest - lacks(1 + i, found + d)) / d[i] for i, d in enumerate(np.diag(STEPS))], axis=1)
