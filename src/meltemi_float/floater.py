@@ -67,7 +67,7 @@ from meltemi_float.radiation import fit_radiation
 from meltemi_float.waves import mean_drift, wave_forces
 from meltemi_sea.airy import GRAVITY
 from meltemi_sea.field import AHEAD, BEHIND
-from meltemi_sea.pile import Instant, cubic
+from meltemi_sea.pile import Instant, at, cubic
 
 Float = NDArray[np.float64]
 MOTIONS = tuple(f"platform_{motion}" for motion in get_args(BaseMotion))
@@ -78,15 +78,11 @@ ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
 @kernel
 def strip_drag(now: Instant, R: Rot, m: FloaterSystem) -> tuple[Vec, Vec]:
     """Force and moment of drag, in velocities relative to that of the water at the places at rest (W-20)."""
-    p, s, f, i = m.platform, m.strip, m.float_flow, now.row
+    p, s, f = m.platform, m.strip, m.float_flow
     F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     for n in range(s.strips):  # type: ignore[attr-defined]
         r, e, k = R @ s.place[n], R @ s.axis[n], 3 * n
-        v = -1.0 * (p.velocity + cross(p.spin, r))
-        v += now.a * Vec(f[i, k], f[i, k + 1], f[i, k + 2])
-        v += now.b * Vec(f[i + 1, k], f[i + 1, k + 1], f[i + 1, k + 2])
-        v += now.c * Vec(f[i + 2, k], f[i + 2, k + 1], f[i + 2, k + 2])
-        v += now.d * Vec(f[i + 3, k], f[i + 3, k + 1], f[i + 3, k + 2])
+        v = Vec(at(now, f, k), at(now, f, k + 1), at(now, f, k + 2)) - (p.velocity + cross(p.spin, r))
         along = dot(v, e)
         across = v - along * e
         G = s.drag[n] * sqrt(dot(across, across)) * across + s.plate[n] * abs(along) * along * e
@@ -101,17 +97,15 @@ def water_load(t: float, m: FloaterSystem) -> None:
     W-10)."""
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
     now = cubic(t, f.step, f.period)
-    a, i, angle, first = m.float_waves, now.row, p.angle, m.top_shape.modes - 3
+    a, angle, first = m.float_waves, p.angle, m.top_shape.modes - 3
     R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
     own, turning = R.T @ p.velocity, R.T @ p.spin
     keep_six(0, own, turning, m)
     keep_six(3, p.displacement, angle, m)
     keep_six(4, own - R.T @ f.current, turning, m)
-    p.elevation = now.a * a[i, 0] + now.b * a[i + 1, 0] + now.c * a[i + 2, 0] + now.d * a[i + 3, 0]
+    p.elevation = at(now, a, 0)
     for k in range(6):
-        c = k + 1
-        water = now.a * a[i, c] + now.b * a[i + 1, c] + now.c * a[i + 2, c] + now.d * a[i + 3, c]
-        water -= p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2]
+        water = at(now, a, k + 1) - (p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2])
         water -= p.spin_bias.x * K[k, 3] + p.spin_bias.y * K[k, 4] + p.spin_bias.z * K[k, 5]
         other, drag = 0.0 * water, 0.0 * water
         for j in range(6):

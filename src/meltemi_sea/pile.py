@@ -136,9 +136,9 @@ def cubic(t: float, step: float, period: float) -> Instant:
 
 
 @kernel
-def at(now: Instant, column: int, m: PileSystem) -> float:
-    """A column of the field at an instant."""
-    f, i = m.sea_field, now.row
+def at(now: Instant, f: Float, column: int) -> float:
+    """A column of a field over time at an instant."""
+    i = now.row
     return now.a * f[i, column] + now.b * f[i + 1, column] + now.c * f[i + 2, column] + now.d * f[i + 3, column]
 
 
@@ -162,7 +162,7 @@ def morison(
 @kernel
 def water_force(now: Instant, n: int, vx: float, vy: float, m: PileSystem) -> float:
     """Store the load of the water on node ``n``, which moves with (vx, vy); returns its added mass [kg]."""
-    w, node, load, levels = m.water, m.pile_nodes, m.pile_load, m.sea_levels
+    w, node, load, levels, f = m.water, m.pile_nodes, m.pile_load, m.sea_levels, m.sea_field
     elevation = m.sea.elevation
     surface = w.level if w.stretching == NONE else w.level + elevation
     low, high = max(node.low[n], w.level - w.depth), min(node.high[n], surface)
@@ -183,16 +183,16 @@ def water_force(now: Instant, n: int, vx: float, vy: float, m: PileSystem) -> fl
     share = (place - levels[i]) / (levels[i + 1] - levels[i])
     share = min(max(share, 0.0), 1.0)
     j, k = 1 + 4 * i, 5 + 4 * i
-    ux = (1.0 - share) * at(now, j, m) + share * at(now, k, m)
-    uy = (1.0 - share) * at(now, j + 1, m) + share * at(now, k + 1, m)
-    ax = (1.0 - share) * at(now, j + 2, m) + share * at(now, k + 2, m)
-    ay = (1.0 - share) * at(now, j + 3, m) + share * at(now, k + 3, m)
+    ux = (1.0 - share) * at(now, f, j) + share * at(now, f, k)
+    uy = (1.0 - share) * at(now, f, j + 1) + share * at(now, f, k + 1)
+    ax = (1.0 - share) * at(now, f, j + 2) + share * at(now, f, k + 2)
+    ay = (1.0 - share) * at(now, f, j + 3) + share * at(now, f, k + 3)
     if w.stretching == EXTRAPOLATION and z > 0.0:
         s = 5 + 4 * last
-        ux += z * at(now, s, m)
-        uy += z * at(now, s + 1, m)
-        ax += z * at(now, s + 2, m)
-        ay += z * at(now, s + 3, m)
+        ux += z * at(now, f, s)
+        uy += z * at(now, f, s + 1)
+        ax += z * at(now, f, s + 2)
+        ay += z * at(now, f, s + 3)
     ux += m.sea_current[0, n] - vx
     uy += m.sea_current[1, n] - vy
     fx, fy = morison(w.density, node.drag[n], node.inertial[n], ux, uy, ax, ay)
@@ -208,7 +208,7 @@ def pile_forces(t: float, m: PileSystem) -> None:
     """Forces of water on the coordinates of tower and pile, and its added mass in their mass matrix (H-25)."""
     shape, w, v = m.pile_shape, m.water, m.v
     now = cubic(t, w.step, w.period)
-    m.sea.elevation = at(now, 0, m)
+    m.sea.elevation = at(now, m.sea_field, 0)
     for n in range(m.pile_nodes.nodes):
         if m.pile_nodes.high[n] <= w.level - w.depth:
             continue
