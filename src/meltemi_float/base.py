@@ -11,7 +11,7 @@ from math import atan2, sqrt
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Rot, Vec
-from meltemi.maths.records import Array2, Constant, Single
+from meltemi.maths.records import Array2, Array3, Constant, Single
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.tables import Numbers, Table, Vectors, number, xyz
 from meltemi.maths.vectors import cross, dot
@@ -79,6 +79,8 @@ class FloaterSystem(System, Moorings):
       float_matrices: (5, 6, 6) as rows of (30, 6): added mass, stiffness of the water, further stiffness, linear and
         quadratic damping; that of the water over gravity.
       float_waves: (T, 7) elevation, and forces and moments of the waves.
+      float_lines, float_forces: (M, 3), (H, M, 12) waves that push the platform where it is: frequency, wave numbers,
+        and forces at its headings, real parts first.
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
       float_flow: (T, 3 P) velocity of the water at the strips.
       tower_air: (3, N) forces of the wind on the nodes of the tower, while loads are in the axes of the base.
@@ -95,6 +97,8 @@ class FloaterSystem(System, Moorings):
     float_flow: Constant[Array2]
     float_matrices: Constant[Array2]
     float_waves: Constant[Array2]
+    float_lines: Constant[Array2]
+    float_forces: Constant[Array3]
     float_pole: Constant[Array2]
     float_input: Constant[Array2]
     float_output: Constant[Array2]

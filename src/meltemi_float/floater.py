@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import atan2, cos, exp, sin, sqrt
+from math import atan2, cos, exp, pi, sin, sqrt
 from typing import Any, ClassVar, get_args
 
 import numpy as np
@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Rot, Sym, Vec
-from meltemi.maths.records import Record
+from meltemi.maths.generic import whole
+from meltemi.maths.records import Array3, Record
 from meltemi.maths.rotations import rotation
 from meltemi.maths.tables import Table, View
 from meltemi.maths.vectors import cross, dot, turn
@@ -64,7 +65,7 @@ from meltemi_float.mooring import (
 from meltemi_float.moorings import mooring_tables
 from meltemi_float.platform import Platform
 from meltemi_float.radiation import fit_radiation
-from meltemi_float.waves import mean_drift, wave_forces
+from meltemi_float.waves import HEADINGS, displaced_forces, mean_drift, wave_forces
 from meltemi_sea.airy import GRAVITY
 from meltemi_sea.field import AHEAD, BEHIND
 from meltemi_sea.pile import Instant, at, cubic
@@ -88,6 +89,29 @@ def strip_drag(now: Instant, R: Rot, m: FloaterSystem) -> tuple[Vec, Vec]:
         G = s.drag[n] * sqrt(dot(across, across)) * across + s.plate[n] * abs(along) * along * e
         F += G
         M += cross(r, G)
+    return F, M
+
+
+@kernel
+def three(x: Array3, i: int, j: int, k: int) -> Vec:
+    """Three neighbours as a vector."""
+    return Vec(x[i, j, k], x[i, j, k + 1], x[i, j, k + 2])
+
+
+@kernel
+def displaced_waves(t: float, m: FloaterSystem) -> tuple[Vec, Vec]:
+    """Forces of the waves at the platform's place, in the axes of its heading, wave by wave (W-39)."""
+    r, w, X = m.platform.displacement, m.float_lines, m.float_forces
+    turn = HEADINGS * (1.0 + m.platform.angle.z / (2.0 * pi))
+    i = whole(turn)
+    s, i, j = turn - i, i % HEADINGS, (i + 1) % HEADINGS
+    F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for n in range(w.shape[0]):
+        phase = w[n, 0] * t - w[n, 1] * r.x - w[n, 2] * r.y
+        c, d = cos(phase), sin(phase)
+        a, b, c, d = (1.0 - s) * c, (1.0 - s) * d, s * c, s * d
+        F += a * three(X, i, n, 0) - b * three(X, i, n, 6) + (c * three(X, j, n, 0) - d * three(X, j, n, 6))
+        M += a * three(X, i, n, 3) - b * three(X, i, n, 9) + (c * three(X, j, n, 3) - d * three(X, j, n, 9))
     return F, M
 
 
@@ -124,6 +148,9 @@ def water_load(t: float, m: FloaterSystem) -> None:
     x[1, 3] += g * (cz * lift.y - sz * lift.z)
     x[1, 4] += g * (sz * lift.y + cz * lift.z)
     (F, M), (own_drag, own_moment), (strips, strip_moment) = six(1, m), six(5, m), strip_drag(now, R, m)
+    if m.float_lines.shape[0] > 0:
+        H, (push, turning) = rotation(Vec(0.0, 0.0, angle.z)), displaced_waves(t, m)
+        F, M = F + H @ push, M + H @ turning
     keep_six(1, F + (R @ own_drag + strips), M + (R @ own_moment + strip_moment), m)
 
 
@@ -408,7 +435,10 @@ class FloaterPart(Part):
         flow = np.zeros((len(waves), 0))
         if n:
             flow = flow_at(place, sea, platform.depth, duration, origin, gravity, platform.sum_forces)
-        return FloatingSea(floater, line, waves, flow)
+        lines, forces = self.constants["float_lines"], self.constants["float_forces"]
+        if platform.excitation == "displaced":
+            lines, forces = displaced_forces(sea, self.coefficients, platform, duration, origin, gravity)
+        return FloatingSea(floater, line, waves, flow, lines, forces)
 
     def in_steady_sea(self, sea: Any, still: Any, gravity: float) -> FloatingSea:
         """Level and current of a sea, as ``still`` has them, and the mean drift of its waves.
@@ -429,6 +459,8 @@ class FloatingSea(Part):
     line: Float
     float_waves: Float
     float_flow: Float
+    float_lines: Float
+    float_forces: Float
 
     def arrays(self) -> dict[str, Any]:
         """Those that replace the ones of still water."""
@@ -474,6 +506,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         "d_radiation": RadiationState.zeros(mode=sizes["mode"]),
         "float_waves": np.zeros((AHEAD + BEHIND + 2, 7)),
         "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * strip.shape[1])),
+        "float_lines": np.zeros((0, 3)),
+        "float_forces": np.zeros((HEADINGS, 0, 12)),
         "tower_air": np.zeros((3, rotor.tower_flow.shape[1])),
         "base_columns": np.zeros((6, 6)),
         "base_six": np.zeros((6, 6)),

@@ -43,6 +43,9 @@ class Platform(Record):
     """(6, 6) [N s^2/m^2 ..] force against velocity times its absolute value, each in the platform's axes."""
     stiffness: Array | None = None
     """(6, 6) [N/m, N/rad, N m/rad] besides that of water and lines."""
+    excitation: Literal["at_rest", "displaced"] = "at_rest"
+    """First-order forces of the waves at place and heading of the platform at rest; or where it is, which costs more
+    time and needs coefficients of all headings."""
     drift: Literal["none", "mean", "newman", "full"] = "none"
     """Forces of second order at difference frequencies."""
     drift_directions: Literal["given", "turned"] = "given"

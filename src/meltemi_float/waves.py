@@ -1,11 +1,12 @@
 """Forces of waves on a platform over a run: of first order, and at differences and sums of frequencies, by Fourier sums
 beforehand.
 
-Reference: docs/theory/floating.md (W-9, W-11, W-38); Pinkster (1980); Standing, Brendling & Wilson (1987).
+Reference: docs/theory/floating.md (W-9, W-11, W-38, W-39); Pinkster (1980); Standing, Brendling & Wilson (1987).
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -22,12 +23,17 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 MEAN_OF = 600.0
 """[s] of a sea of which mean forces are taken."""
+HEADINGS = 36
+"""Of a platform over a turn, at which the excitation is known."""
+FEWEST = 1e-4
+"""Amplitude of waves over the largest below which they do not push a displaced platform."""
 
 
 def wave_forces(
     sea: Any, c: Coefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
 ) -> tuple[float, float, Float]:
-    """Step [s], period [s], and (T, 7) elevation, forces [N] and moments [N m] of the waves of a sea.
+    """Step [s], period [s], and (T, 7) elevation, forces [N] and moments [N m] of the waves of a sea; without those of
+    first order on a displaced platform.
 
     Raises:
       InputError: waves or their directions are not in the coefficients.
@@ -36,13 +42,46 @@ def wave_forces(
     dt, count, total = times(waves, duration, platform.sum_forces)
     amplitude = amplitudes_at(waves, wave_number(waves.frequency, platform.depth, gravity), origin)
     scale = platform.water_density * gravity
-    lines = np.concatenate([amplitude[None], scale * amplitude * excitation(c, waves).T])
+    here = scale * (platform.excitation == "at_rest")
+    lines = np.concatenate([amplitude[None], here * amplitude * excitation(c, waves).T])
     series = summed(waves, lines, dt, count, total)
     kinds: list[Any] = ["drift"] * (platform.drift != "none") + ["sums"] * platform.sum_forces
     for kind in kinds if len(waves.frequency) else ():
         mean, further, pairs = second_order(kind, c, platform, waves, amplitude)
         series[1:] += scale * (mean[:, None] + summed(further, pairs, dt, count, total))
     return dt, repeats(waves, dt), np.ascontiguousarray(series.T)
+
+
+def displaced_forces(
+    sea: Any, c: Coefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
+) -> tuple[Float, Float]:
+    """Waves of a sea one by one for a displaced platform (W-39).
+
+    Returns:
+      (M, 3) frequency [rad/s] and wave number along x and y [rad/m]; (HEADINGS, M, 12) forces [N] and moments [N m] in
+      the platform's axes at headings from 0 on, real parts first.
+
+    Raises:
+      InputError: coefficients do not have all headings.
+    """
+    waves = sea.components(platform.depth, duration, gravity)
+    size = np.abs(waves.amplitude)
+    some = (size > FEWEST * size.max(initial=0.0)) & (waves.frequency <= c.frequency[-1])
+    beta = waves.direction[some]
+    waves = Components(waves.frequency[some], waves.amplitude[some], beta, waves.period)
+    k = wave_number(waves.frequency, platform.depth, gravity)
+    amplitude = platform.water_density * gravity * amplitudes_at(waves, k, origin)
+    force = np.zeros((HEADINGS, len(k), 12))
+    for row, heading in zip(force, 2.0 * np.pi / HEADINGS * np.arange(HEADINGS), strict=True):
+        try:
+            X = amplitude[:, None] * excitation(c, replace(waves, direction=beta - heading))
+        except InputError:
+            raise InputError(
+                "platform.excitation: displaced needs coefficients of all headings, and those of the platform have "
+                f"{c.heading[0]:g} to {c.heading[-1]:g} deg"
+            ) from None
+        row[:] = np.concatenate([X.real, X.imag], axis=1)
+    return np.stack([waves.frequency, k * np.cos(beta), k * np.sin(beta)], axis=1), force
 
 
 def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) -> Float:
