@@ -3,7 +3,7 @@
 All act on the six motions of the tower base, the last coordinates of the tower. Coefficients of the water are about the
 platform's point on the tower's axis at still water, which moves with it, in inertial axes.
 
-Reference: docs/theory/floating.md (W-4, W-7 to W-15, W-33).
+Reference: docs/theory/floating.md (W-4, W-7 to W-15, W-39, W-42).
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ def add_mass(M: Sym, r: Vec, m: FloaterSystem) -> None:
 
 @kernel
 def joint_motion(n: int, v: Vec, w: Vec, m: FloaterSystem) -> Vec:
-    """Velocity of a junction while the platform moves with ``v`` and ``w`` (W-33)."""
+    """Velocity of a junction while the platform moves with ``v`` and ``w`` (W-42)."""
     ends, F = m.line_end, Vec(0.0, 0.0, 0.0)
     for i in range(m.line_order.lines):  # type: ignore[attr-defined]
         if m.line_order.foot[i] == n and holds(i, n, m):
@@ -178,7 +178,7 @@ def joint_motion(n: int, v: Vec, w: Vec, m: FloaterSystem) -> Vec:
 
 @kernel
 def move_junction(n: int, m: FloaterSystem) -> None:
-    """Drag and inertia of a junction, of the strings below it, and of half of those above (W-33)."""
+    """Drag and inertia of a junction, of the strings below it, and of half of those above (W-42)."""
     p, s, order, first = m.platform, m.point_state, m.line_order, m.top_shape.modes - 6
     v = joint_motion(n, p.velocity, p.spin, m)
     M, drag = dyad(m.point.inertia[n], 0.0, v), m.point.drag[n]

@@ -4,7 +4,7 @@ A string is a row of lines, end to end, from a fairlead or a free point at its u
 its lower one. The points between its lines hang in its plane, so that a string has the two unknown forces of a single
 line. A *junction* is a free point where strings meet; its place follows from the balance of its forces.
 
-Reference: docs/theory/floating.md (W-14, W-15, W-31 to W-33).
+Reference: docs/theory/floating.md (W-14, W-15, W-40 to W-42).
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ def less(a: Ends, b: Ends) -> Ends:
 
 @kernel
 def string_span(i: int, H: float, V: float, m: Moorings) -> Ends:
-    """Span of a string with forces H, V [N] on its upper end; leaves the forces of each of its lines (W-31)."""
+    """Span of a string with forces H, V [N] on its upper end; leaves the forces of each of its lines (W-40)."""
     load, order, zero = m.line_load, m.line_order, 0.0 * H
     whole = Ends(zero, zero, zero, zero, zero, zero, H, V)
     # derivatives of the forces on the upper end of a line by those on that of the string
@@ -294,7 +294,7 @@ def first_place(n: int, m: Moorings) -> Vec:
 
 @kernel
 def settle(n: int, m: Moorings) -> None:
-    """Bring a junction into equilibrium: Newton's method with the stiffness of its strings (W-32)."""
+    """Bring a junction into equilibrium: Newton's method with the stiffness of its strings (W-41)."""
     s, order, load = m.point_state, m.line_order, m.line_load
     if not s.known[n] > 0.0:
         s.place[n] = first_place(n, m)

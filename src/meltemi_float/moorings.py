@@ -1,6 +1,6 @@
 """Descriptions of mooring lines, their tables for kernels, and lines alone in equilibrium.
 
-Reference: docs/theory/floating.md (W-31, W-32).
+Reference: docs/theory/floating.md (W-40, W-41).
 """
 
 from __future__ import annotations
@@ -236,7 +236,7 @@ def at_rest(
     water_density: float,
     fairleads: Float | None = None,
 ) -> AtRest:
-    """Equilibrium of lines and free points (W-31, W-32).
+    """Equilibrium of lines and free points (W-40, W-41).
 
     Args:
       depth: [m]; water_density: [kg/m^3].

@@ -102,7 +102,9 @@ class Grid:
         return winds * len(self.signs) * len(self.yaw_rates) * (2 + len(self.rechecks))
 
 
-QUICK = Grid((10.67,), (14.33,), (0.8, 1.2), signs=(1,), seeds=(1,), yaw_rates=Grid.yaw_rates[::2], rechecks=(30.0, 90.0))
+QUICK = Grid(
+    (10.67,), (14.33,), (0.8, 1.2), signs=(1,), seeds=(1,), yaw_rates=Grid.yaw_rates[::2], rechecks=(30.0, 90.0)
+)
 OURS = "S2 ours"
 """Derating at base points from a load limit."""
 

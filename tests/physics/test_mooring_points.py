@@ -329,7 +329,7 @@ def test_a_run_with_points_is_continued(kind: str, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_linear_models_have_the_stiffness_of_bridles() -> None:
-    """A displacement changes the forces on the platform as by finite differences of lines at rest (W-32)."""
+    """A displacement changes the forces on the platform as by finite differences of lines at rest (W-41)."""
     turbine = meltemi.load_turbine("iea15mw-volturnus")
     assert turbine.platform is not None
     platform = turbine.platform.replace(**bridled(20.0, 50.0, mass=20e3, volume=2.5))

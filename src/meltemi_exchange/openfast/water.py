@@ -227,7 +227,8 @@ class Water:
                     f"{file.path.parent / v.source[target]} {v[target]:g}: one body about the origin, of unit length "
                     "and with forces of second order from files .12d and .12s is read"
                 )
-        v.differs("ignored", 0, excitation_place="waves are those at the place at rest")
+        if v.given("excitation_place", 0) == 2:
+            v.note("approximated", "excitation_place", "waves push where the platform is, without a low-pass filter")
         body = [main.given(f"platform_{name}", 0.0) for name in BODY]
         members: list[dict[str, Any]] = []
         if v.given("members", 0):
@@ -244,6 +245,7 @@ class Water:
             "volume": v["volume"] if flows else displaced(members),
             "buoyancy_centre": (v.given("buoyancy_x", 0.0), v.given("buoyancy_y", 0.0)),
             "coefficients": str((file.path.parent / root).absolute()) if flows else "",
+            "excitation": "displaced" if flows and v.given("excitation_place", 0) else "at_rest",
             "drift": drift,
             "sum_forces": flows and v.given("sum_forces", 0) == FULL_DRIFT,
             "water_density": v.given("water_density", 1025.0),

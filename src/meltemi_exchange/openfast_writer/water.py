@@ -49,6 +49,8 @@ STEP_OF_LINE = 0.2
 FEWEST_SEGMENTS = 30
 WIDER = 10.0
 """[m] by which the field of waves is wider than the platform."""
+REACH, PLACES = 50.0, 31
+"""[m] by which it is wider for a displaced platform, and its points along either axis there."""
 SAMPLE = 0.25
 """[s] time step of the waves, at most; SeaState halves it."""
 
@@ -95,9 +97,13 @@ def sea_state(
         values["diffraction_radius"] = 0.5 * float(pile.diameter[0])
     written = by_target("SeaState", values)
     wet = [] if platform is None else pushed(platform)
-    if wet:  # waves are interpolated between points in steps of a fourth of this width
-        width = float(np.abs([[*m.start[:2], *m.end[:2]] for m in wet]).max()) + WIDER
+    displaced = platform is not None and platform.excitation == "displaced"
+    if wet or displaced:  # waves are interpolated between points in steps of a fourth of this width
+        width = float(np.abs([0.0, *(x for m in wet for x in (*m.start[:2], *m.end[:2]))]).max()) + WIDER
         written |= {"X_HalfWidth": width, "Y_HalfWidth": width, "NX": 5, "NY": 5}
+        if displaced:
+            written |= {"X_HalfWidth": width + REACH, "Y_HalfWidth": width + REACH, "NX": PLACES, "NY": PLACES}
+            written |= {} if wet else {"NZ": 2}
     if len(waves.frequency):
         written["WaveDT"] = min(SAMPLE, 1.5 / float(waves.frequency.max()))
     texts["SeaState.dat"] = fill("SeaState", title, written, {"channels": ["Wave1Elev"]})
@@ -261,6 +267,7 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
         values |= dict(zip(("buoyancy_x", "buoyancy_y"), platform.buoyancy_centre, strict=True))
         values |= {key: FULL_DRIFT for key, drift in DRIFTS if drift == platform.drift}
         values["sum_forces"] = FULL_DRIFT * platform.sum_forces
+        values["excitation_place"] = int(platform.excitation == "displaced")
     elif tables:
         raise UnsupportedError(f"platform.{MATRICES[next(iter(tables))]}: HydroDyn has it with potential flow only")
     if any(each.plate_drag for each in members):
