@@ -49,7 +49,7 @@ STEP_OF_LINE = 0.2
 FEWEST_SEGMENTS = 30
 WIDER = 10.0
 """[m] by which the field of waves is wider than the platform."""
-REACH, PLACES = 50.0, 31
+REACH, PLACES = 50.0, 16
 """[m] by which it is wider for a displaced platform, and its points along either axis there."""
 SAMPLE = 0.25
 """[s] time step of the waves, at most; SeaState halves it."""
