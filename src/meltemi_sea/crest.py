@@ -1,6 +1,6 @@
 """A wave of prescribed height embedded in an irregular sea: NewWave, the most probable shape of a large crest.
 
-Reference: docs/theory/sea.md (H-16 to H-19); Tromans, Anaturk & Hagemeijer (1991); Taylor, Jonathan & Harland (1997).
+Reference: docs/theory/sea.md (H-17 to H-19); Tromans, Anaturk & Hagemeijer (1991); Taylor, Jonathan & Harland (1997).
 """
 
 from __future__ import annotations

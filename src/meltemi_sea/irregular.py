@@ -1,6 +1,6 @@
 """An irregular sea: random waves of a spectrum.
 
-Reference: docs/theory/sea.md (H-10 to H-19).
+Reference: docs/theory/sea.md (H-11 to H-19).
 """
 
 from __future__ import annotations

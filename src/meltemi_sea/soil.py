@@ -1,6 +1,6 @@
 """Soil around a pile: layers of sand and clay with their lateral reactions by API, or curves of the user.
 
-Reference: docs/theory/sea.md (H-40 to H-44); API RP 2GEO (2011), 8.5; Matlock (1970).
+Reference: docs/theory/sea.md (H-41 to H-44); API RP 2GEO (2011), 8.5; Matlock (1970).
 """
 
 from __future__ import annotations

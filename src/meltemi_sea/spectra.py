@@ -1,6 +1,6 @@
 """Spectra of the sea's elevation, one-sided over the angular frequency.
 
-Reference: docs/theory/sea.md (H-10 to H-13); IEC 61400-3-1:2019, annex C.
+Reference: docs/theory/sea.md (H-11, H-12); IEC 61400-3-1:2019, annex C.
 """
 
 from __future__ import annotations

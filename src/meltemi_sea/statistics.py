@@ -1,6 +1,6 @@
 """Series and statistics of a sea.
 
-Reference: docs/theory/sea.md (H-1 to H-13).
+Reference: docs/theory/sea.md (H-1 to H-12).
 """
 
 from __future__ import annotations

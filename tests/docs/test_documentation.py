@@ -43,3 +43,22 @@ def test_pages_take_nothing_from_the_web() -> None:
     fonts = set(re.findall(r"fonts/\S+?\.woff2", (folder / "katex.min.css").read_text(encoding="utf-8")))
     assert fonts and all((folder / font).is_file() for font in fonts)
     assert "http" not in "".join(extra) and (folder / "LICENSE").is_file()
+
+
+def test_equations_are_where_the_sources_say() -> None:
+    """Numbers of equations are unique on a page, and those that a module cites are on the pages that it names."""
+    number = r"\b([A-Z]{1,2})-(\d+[a-z]?)\b"
+    texts = {
+        path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in (ROOT / "docs").rglob("*.md")
+    }
+    given = {page: re.findall(r"\\tag\{(.*?)\}", text) for page, text in texts.items()}
+    for page, tags in given.items():
+        assert len(tags) == len(set(tags)), f"{page}: {sorted(t for t in set(tags) if tags.count(t) > 1)}"
+    named = {page: set(re.findall(number, text)) for page, text in texts.items()}
+    for path in sorted((ROOT / "src").rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        pages = re.findall(r"docs/[\w/-]+\.md", text)
+        known = set[tuple[str, str]]().union(*(named[page] for page in pages))
+        kinds = {tag.split("-")[0] for page in pages for tag in given[page]}
+        lost = {cited for cited in set(re.findall(number, text)) - known if cited[0] in kinds}
+        assert not lost, f"{path.name} cites {sorted('-'.join(each) for each in lost)}"
