@@ -50,3 +50,5 @@ from meltemi_tuning.controller_bench.bench import ControllerBench as ControllerB
 from meltemi_tuning.controller_bench.report import write_bench as write_bench
 from meltemi_tuning.controller_bench.study import bench_controllers as bench_controllers
 from meltemi_tuning.controller_bench.suite import BenchLimits as BenchLimits
+from meltemi_tuning.platform_feedback import PlatformFeedback as PlatformFeedback
+from meltemi_tuning.platform_feedback import tune_platform_feedback as tune_platform_feedback

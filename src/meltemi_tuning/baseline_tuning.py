@@ -148,7 +148,7 @@ def tune_baseline(
     most = torque.rated_power / torque.rated_speed**3  # more would be above rated power below rated speed
     control = turbine.control.replace(**{"torque.optimal_gain": min(gain / ratio**3, most)})
     model = build(turbine.replace(control=control), model.options)
-    rated = _rated_wind(model)
+    rated = rated_wind(model)
     speeds = np.linspace(rated, turbine.cut_out, POINTS)
     points = [operating_point(model, float(u)) for u in speeds]
     pitch = np.array([point.pitch for point in points])
@@ -221,7 +221,7 @@ def _optimal(model: Model[Any], speed: float, wanted: float | None) -> tuple[flo
     return best, found / speed**2, found * speed / (0.5 * rho * math.pi * R**2 * (speed * R / best) ** 3)
 
 
-def _rated_wind(model: Model[Any]) -> float:
+def rated_wind(model: Model[Any]) -> float:
     """[m/s] rated wind speed, where the pitch leaves its minimum."""
     low, high = model.turbine.cut_in, model.turbine.cut_out
     smallest = model.turbine.control.pitch.minimum

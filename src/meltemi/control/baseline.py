@@ -5,7 +5,7 @@ OpenFAST: first-order filter of the generator speed; torque in regions 1, 1 1/2,
 rate-limited; pitch PI with gains divided by 1 + pitch / gain_halving_pitch, integral held within the
 pitch limits, pitch rate-limited. All numbers come from ``turbine.control``.
 
-Reference: docs/theory/control.md (C-1 to C-9).
+Reference: docs/theory/control.md (C-1 to C-9, C-9g).
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[float64]
+MOTION_BAND = 3.0
+"""Highest frequency at which the motion of the tower top is seen over its middle, and that over the lowest."""
 
 
 class BaselineState(Table, title="baseline controller"):
@@ -56,10 +58,16 @@ class BaselineState(Table, title="baseline controller"):
     pitch_rate: float = number("rad/s", "limit")
     smoothing: float = number("rad", "of pitch, over which the torque law changes at power_pitch; 0 switches at once")
     torque_speed: float = number("rad/s", "at which held torque gives rated power; 0: the power is held")
+    motion_gain: float = number(
+        "rad s/m", "pitch from the velocity of the tower top downwind; 0: the law does not see it"
+    )
+    motion_frequency: float = number("rad/s", "about which it is seen")
     speed: float = number("rad/s", "state: filtered generator speed")
     integral: float = number("rad", "state: integral of the speed error, rad/s times s")
     torque: float = number("N m", "state: last torque")
     pitch: float = number("rad", "state: last pitch")
+    velocity: float = number("m/s", "state: of the tower top, without its mean")
+    motion: float = number("m/s", "state: the same, without what is fast")
     switches: float = number("-", "state: switches within the difference step of a parameter, in derivative runs")
 
 
@@ -138,6 +146,21 @@ def switches_near(x: BaselineState, speed: float, torque_change: float, pitch: f
 
 
 @kernel
+def follow_motion(x: BaselineState, acceleration: float, dt: float) -> None:
+    """Velocity of the tower top, from its acceleration [m/s^2] downwind (C-9g)."""
+    slow, fast = exp(-dt * x.motion_frequency / MOTION_BAND), exp(-dt * x.motion_frequency * MOTION_BAND)
+    x.velocity = slow * (x.velocity + dt * acceleration)
+    x.motion = fast * x.motion + (1.0 - fast) * x.velocity
+
+
+@kernel
+def motion_pitch(x: BaselineState) -> float:
+    """Pitch [rad] against this motion: none at the smallest pitch of the law, and as much to both sides (C-9g)."""
+    most = min(x.pitch - x.minimum_pitch, x.maximum_pitch - x.pitch)
+    return min(max(x.motion_gain * x.motion, -most), most)
+
+
+@kernel
 def law(x: BaselineState, speed: float, measured: Measurements, demands: Demands, dt: float) -> None:
     """One call of the law with a generator speed [rad/s], measured or filtered."""
     alpha = exp(-dt * x.filter_frequency)
@@ -160,8 +183,10 @@ def law(x: BaselineState, speed: float, measured: Measurements, demands: Demands
     x.pitch += min(max(wanted - x.pitch, -step), step)
     x.pitch = min(max(x.pitch, x.minimum_pitch), x.maximum_pitch)
     demands.generator_torque = x.torque
+    if x.motion_gain != 0.0:
+        follow_motion(x, measured.fore_aft_acceleration, dt)
     for b in range(whole(measured.n_blades)):
-        demands.pitch[b] = x.pitch
+        demands.pitch[b] = x.pitch + motion_pitch(x)
 
 
 @kernel
@@ -181,6 +206,7 @@ def parameters(control: BaselineControl) -> BaselineState:
     x.torque_speed = p.reference_speed if t.hold == "torque" else 0.0
     for name in ("reference_speed", "proportional_gain", "integral_gain", "gain_halving_pitch"):
         setattr(x, name, getattr(p, name))
+    x.motion_gain, x.motion_frequency = p.motion_gain, p.motion_frequency
     x.minimum_pitch, x.maximum_pitch, x.pitch_rate = p.minimum, p.maximum, p.rate_limit
     # region 2 1/2: a line with the slope of an induction machine that reaches rated power at rated speed
     synchronous = t.rated_speed / (1.0 + t.slip)

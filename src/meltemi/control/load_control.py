@@ -21,7 +21,7 @@ from numpy import float64
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from meltemi.control.baseline import BaselineState, start_state
+from meltemi.control.baseline import BaselineState, motion_pitch, start_state
 from meltemi.control.baseline import law as collective_step
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.feedforward import FeedforwardWeights, weight, weight_settings
@@ -239,7 +239,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 def individual(x: LoadControlState, measured: Measurements, demands: Demands, dt: float) -> None:
     """Individual pitch, added to the collective pitch, and flap demands (C-28 to C-31)."""
     blades, loops = whole(measured.n_blades), whole(x.loop_count)
-    azimuth, collective = measured.azimuth, x.collective.pitch
+    azimuth, collective = measured.azimuth, x.collective.pitch + motion_pitch(x.collective)
     if loops == 0 and x.feedforward <= 0.0:
         return
     for b in range(blades):

@@ -628,6 +628,10 @@ class PitchControl(Record):
     """[rad]."""
     rate_limit: float = Field(gt=0.0, le=2.0)
     """[rad/s]."""
+    motion_gain: float = 0.0
+    """[rad s/m] pitch from the velocity of the tower top downwind, for floaters; 0: the law does not see it."""
+    motion_frequency: float = Field(default=0.2, gt=0.0)
+    """[rad/s] about which it is seen, from a third of it to three times: that of the platform in pitch."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
