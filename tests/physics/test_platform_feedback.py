@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -66,7 +68,12 @@ def test_a_pushed_platform_moves_as_the_linear_model_under_the_law(model: Any, g
 def test_the_gain_is_the_slope_of_the_steady_pitch(model: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(platform_feedback, "CHECKED", 2)
     monkeypatch.setattr(platform_feedback, "rated_wind", lambda model: 11.0)
-    found = tune_platform_feedback(model)
+    text = (Path(__file__).parents[2] / "docs/guide/floating.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    page: dict[str, Any] = {}
+    exec(code, page)
+    found = page["feedback"]
+    assert page["turbine"].control == found.control
     low, high = (meltemi.operating_point(model, float(u)).pitch for u in found.wind_speed)
     assert found.gain == pytest.approx((high - low) / np.diff(found.wind_speed)[0])
     assert found.frequency == pytest.approx(2.0 * np.pi / 28.7, rel=0.002)
