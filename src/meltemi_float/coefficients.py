@@ -1,4 +1,4 @@
-"""Potential-flow coefficients of a platform, from files of WAMIT or from one compact file.
+"""Potential-flow coefficients of a platform, from files of WAMIT, a dataset of Capytaine, or one compact file.
 
 Reference: docs/theory/floating.md (W-1, W-2); WAMIT user manual, chapter 4.
 """
@@ -57,11 +57,16 @@ class Coefficients:
 
 
 def read_coefficients(name: str) -> Coefficients:
-    """Coefficients of a library platform by name, of a compact file ``.npz``, or of WAMIT files by their common path.
+    """Coefficients of a library platform by name, of a compact file ``.npz``, of a dataset of Capytaine ``.nc``, or of
+    WAMIT files by their common path.
 
     Raises:
       InputError: a file is missing, or does not have what it needs.
     """
+    if name.endswith(".nc"):
+        from meltemi_float.capytaine import read_capytaine
+
+        return read_capytaine(Path(name))
     path = Path(name) if name.endswith(".npz") else DATA / f"{name}.npz"
     if not path.is_file():
         if Path(f"{name}.1").is_file():

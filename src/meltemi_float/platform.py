@@ -34,9 +34,9 @@ class Platform(Record):
     buoyancy_centre: tuple[float, float] = (0.0, 0.0)
     """[m] x and y of the centre of this volume."""
     coefficients: str = ""
-    """Name in the library, or beside the turbine's file a compact file (.npz), or the common path of WAMIT files .1,
-    .3, .hst, .12d and .12s; about the point on the tower's axis at still water, without the platform's weight. Without,
-    the members have it all."""
+    """Name in the library, or beside the turbine's file a compact file (.npz), a dataset of Capytaine (.nc), or the
+    common path of WAMIT files .1, .3, .hst, .12d and .12s; about the point on the tower's axis at still water, without
+    the platform's weight. Without, the members have it all."""
     linear_damping: Array | None = None
     """(6, 6) [N s/m, N s, N m s] force against the velocity."""
     quadratic_damping: Array | None = None

@@ -50,6 +50,14 @@ class Radiation:
     negative: float
 
     @property
+    def words(self) -> str:
+        """Number of oscillations and errors, in words."""
+        return (
+            f"{len(self.pole)} oscillations, error {self.error:.1%} of the kernel, negative damping "
+            f"{self.negative:.2%} of the largest"
+        )
+
+    @property
     def residue(self) -> Complex:
         """(P, 6, 6) of each pole: output times input."""
         return self.output[:, :, None] * self.input[:, None]
