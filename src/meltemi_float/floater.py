@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import atan2, cos, exp, pi, sin, sqrt
+from math import acos, atan2, cos, degrees, exp, pi, sin, sqrt
 from typing import Any, ClassVar, get_args
 
 import numpy as np
@@ -27,7 +27,7 @@ from meltemi.maths.vectors import cross, dot, turn
 from meltemi.numbers.dispatch import by_record
 from meltemi.simulation.channels import Channel, channels_of_group
 from meltemi.simulation.parts import ParameterTables, Part, StateRows
-from meltemi.simulation.step import begin_parts_step, outer_forces, outer_section_loads, part_rates
+from meltemi.simulation.step import ABSURD, begin_parts_step, outer_forces, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs
 from meltemi.structure.dynamics import inertia_about
 from meltemi.turbine.definition import BaseMotion
@@ -74,6 +74,8 @@ Float = NDArray[np.float64]
 MOTIONS = tuple(f"platform_{motion}" for motion in get_args(BaseMotion))
 ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
 """First rows of the matrices."""
+UPRIGHT = 0.5
+"""Cosine of the tilt beyond which a platform turns over: far beyond that for which stiffness of the water is linear."""
 
 
 @kernel
@@ -324,8 +326,11 @@ def driven(n: int, dt: float, m: FloaterSystem) -> tuple[float, float]:
 @begin_parts_step.variant
 @kernel
 def floater_begin(dt: float, m: FloaterSystem) -> None:
-    """Exact for the mean velocity over the step (W-4)."""
-    x = m.radiation
+    """Exact for the mean velocity over the step (W-4); ends the run of a platform that has turned over."""
+    x, first = m.radiation, m.top_shape.modes - 6
+    upright = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5])).zz
+    if upright < UPRIGHT:
+        m.platform.tilt, m.v[first + 4] = pi + 0.0 * upright, 2.0 * ABSURD + 0.0 * upright
     for n in range(x.modes):
         s, z = m.float_pole[n, 0], m.float_pole[n, 1]
         size = exp(s * dt)
@@ -413,6 +418,15 @@ class FloaterPart(Part):
         n = self.sizes["mode"]
         names = tuple(f"radiation {part} {i + 1}" for part in ("real", "imaginary") for i in range(n))
         return (StateRows("radiation", "d_radiation", names, ("m",) * (2 * n)),)
+
+    def why(self, case: Any) -> str:
+        """The platform turns over, or nothing."""
+        if float(case.view("platform")["tilt"]) < pi:
+            return ""
+        return (
+            f"the platform turns over (tilt beyond {degrees(acos(UPRIGHT)):.0f} deg): look at its ballast, lines, wind "
+            "and waves in what was kept"
+        )
 
     def in_sea(self, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> FloatingSea:
         """The waves of a run.

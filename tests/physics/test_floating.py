@@ -207,3 +207,26 @@ def test_sum_frequencies_go_through_files(coefficients: Any, tmp_path: Path) -> 
         )
     with pytest.raises(InputError, match="sum_forces needs a file .12s"):
         wave_forces(meltemi.environment.RegularSea(height=2.0, period=9.0), coefficients, summing, 9.0, (0, 0), 9.81)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", ["roll", "pitch"])
+def test_a_platform_that_turns_over_ends_its_run(motion: str) -> None:
+    """What was computed until then is kept."""
+    model = meltemi.build(meltemi.load_turbine("iea15mw-volturnus"))
+
+    def pushed(case: Any, unsettled: bool) -> None:
+        case["v"][model.coordinates.index(f"base {motion}")] = 0.6
+
+    run = meltemi.Run(
+        model=model, wind=meltemi.SteadyWind(speed=3.0), duration=30.0, start=meltemi.Start(pitch=1.57),
+        controller=meltemi.control.ConstantController(),
+    )  # fmt: skip
+    simulation = meltemi.Simulation(run, starting=pushed)
+    simulation.advance(simulation.n_steps)
+    result = simulation.result()
+    assert result.status.name == "DIVERGED"
+    assert "s the platform turns over (tilt beyond 60 deg): look at its ballast" in result.message
+    angle = np.abs(np.asarray(result[f"platform_{motion}"]))
+    assert len(angle) > 10 and math.radians(55.0) < angle[-1] < math.radians(60.1)
+    assert np.all(np.isfinite(result.data))

@@ -101,6 +101,10 @@ class Part:
         """Inputs of linear models by name, for a case at an operating point."""
         return {}
 
+    def why(self, case: Any) -> str:
+        """Why it ended a run, or nothing."""
+        return ""
+
     def log(self, case: Any, time: float) -> list[LogEntry]:
         """What happened to it in a case up to a time [s]."""
         return []

@@ -451,6 +451,8 @@ def explain(case: Case, status: Status, t: float, dt: float) -> str:
         return ""
     name = case.controller.name
     if status is Status.DIVERGED:
+        if reasons := [why for part in case.parts if (why := part.why(case))]:
+            return f"at t = {t:.3f} s {reasons[0]}"
         # once one coordinate is NaN all are, within a step: the last velocities show which diverged first
         last = np.where(np.isfinite(case["v"]), case["v"], case.v_old)
         size = np.nan_to_num(np.abs(case["q"]), posinf=np.inf) + np.abs(last)
