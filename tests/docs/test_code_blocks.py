@@ -262,4 +262,4 @@ def test_limits_of_a_load_base(tmp_path: Path) -> None:
     (text,) = blocks("docs/guide/load-base.md", 'yaml title="limits.yaml"')
     path = tmp_path / "limits.yaml"
     path.write_text(text, encoding="utf-8")
-    assert set(read_limits(path)) == {"ultimate", "fatigue"}
+    assert set(read_limits(path)) == {"ultimate", "fatigue", "motion"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from meltemi_loads.loadbase.campaign import make_campaign
 from meltemi_loads.loadbase.engine import same_numbers
 from meltemi_loads.loadbase.metocean import read_metocean
 from meltemi_loads.loadbase.plan import plan
+from meltemi_loads.loadbase.report import exceeded, limit_ratios
 from meltemi_loads.loadbase.table import load_table
 
 ROWS = {"1.2", "6.1"}
@@ -74,6 +76,13 @@ def test_lines_and_offset_of_a_floating_turbine(tmp_path: Path) -> None:
     of_loss = {c.name: kept.loc[("line_1_fairlead_tension", c.name), "max"] for c in planned.cases if c.row == "9.1"}
     without_one = [value for name, value in of_loss.items() if "line_1_lost" in name]
     assert max(without_one) < max(of_loss.values())
-    assert design.signals.loc[("platform_offset", "max"), "value"] > 5.0
+    offset = float(design.signals.loc[("platform_offset", "max"), "value"])
+    assert offset > 5.0
+    ratios = limit_ratios(
+        design, {"motion": {"platform": {"offset max": 0.8 * offset, "tilt max": math.radians(60.0)}}}
+    )
+    assert ratios.loc[("motion", "platform", "offset max"), "ratio"] == pytest.approx(1.25)
+    assert 0.0 < ratios.loc[("motion", "platform", "tilt max"), "ratio"] < 1.0
+    assert list(exceeded(design, ratios).index) == [("motion", "platform", "offset max")]
     assert {"line_1_fairlead_tension", "line_3_anchor_tension"} <= {*design.fatigue.index}
     assert (design.fatigue.loc["line_1_fairlead_tension", ["interface", "load"]] == ["line_1", "F"]).all()

@@ -247,9 +247,9 @@ def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:
 
     Returns:
       index (kind, interface, load), see L-41: kind "ultimate" (load: driver; with factor), "fatigue" (load: "My m=10",
-      the worst blade), "clearance" (least ``left`` of all rows [m]) or "energy" (of a year [J]); columns value,
-      reference, ratio (utilisation; NaN where the reference is zero), case, reference_case. What only one
-      base has is left out.
+      the worst blade), "clearance" (least ``left`` of all rows [m]), "motion" (largest offset [m] and tilt [rad] of a
+      platform) or "energy" (of a year [J]); columns value, reference, ratio (utilisation; NaN where the reference is
+      zero), case, reference_case. What only one base has is left out.
     """
     import pandas as pd
 
@@ -275,6 +275,10 @@ def _compared(design: DesignLoads) -> dict[tuple[str, str, str], tuple[float, st
     if len(design.clearance):
         worst = design.clearance.sort_values("left").iloc[0]
         found["clearance", "blade", "tip"] = (float(worst["left"]), str(worst["case"]))
+    for load in ("offset", "tilt"):
+        if (f"platform_{load}", "max") in design.signals.index:
+            row = design.signals.loc[(f"platform_{load}", "max")]
+            found["motion", "platform", f"{load} max"] = (float(row["value"]), str(row["case"]))
     if design.energy is not None:
         found["energy", "turbine", "year"] = (design.energy.energy, "")
     return found

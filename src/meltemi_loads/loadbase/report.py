@@ -94,8 +94,9 @@ def write_report(
       plan: of the load base.
       folder: of the load base.
       against: name and design loads of another load base, to which utilisations refer.
-      limits: loads to which utilisations refer instead, by kind ("ultimate", "fatigue", "clearance"), interface and
-        load, such as ``{"ultimate": {"tower_base": {"M_res max": 1.2e8}}}`` in SI units, with partial safety factors.
+      limits: loads to which utilisations refer instead, by kind ("ultimate", "fatigue", "clearance", "motion"),
+        interface and load, such as ``{"ultimate": {"tower_base": {"M_res max": 1.2e8}}}`` in SI units, with partial
+        safety factors.
       design: its design loads; evaluated by default.
       project: title block; that of ``project.yaml`` in the folder by default, if it is there.
       word: whether ``report.docx`` is written, too.
@@ -244,7 +245,7 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
 
 
 def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
-    """Utilisations above 1 of governing loads: of the larger end of each component, and of fatigue."""
+    """Utilisations above 1 of governing loads: of the larger end of each component, of fatigue, and of motions."""
     ends = {
         (place, driver)
         for place in d.ultimate.index.unique("interface")
@@ -252,7 +253,8 @@ def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
         if (driver := governing_driver(d.ultimate.loc[place], name))
     }
     over = ratios[ratios["ratio"] > 1.0]
-    counted = [key for key in over.index if key[0] == "fatigue" or (key[0] == "ultimate" and key[1:] in ends)]
+    whole = ("fatigue", "motion")
+    counted = [key for key in over.index if key[0] in whole or (key[0] == "ultimate" and key[1:] in ends)]
     return over.loc[counted].sort_values("ratio", ascending=False)
 
 
@@ -299,6 +301,8 @@ def key_numbers(d: DesignLoads) -> Facts:
     for channel, end, label, unit, factor in (
         ("rotor_speed", "max", "largest rotor speed", "rpm", 30.0 / math.pi),
         ("tower_top_acceleration_x", "max", "largest fore-aft tower-top acceleration", "m/s²", 1.0),
+        ("platform_offset", "max", "largest offset of the platform", "m", 1.0),
+        ("platform_tilt", "max", "largest tilt of the platform", "deg", 180.0 / math.pi),
     ):
         if (channel, end) in d.signals.index:
             row = d.signals.loc[(channel, end)]

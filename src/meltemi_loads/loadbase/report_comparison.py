@@ -132,7 +132,9 @@ def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[Block]:
 def _unit(kind: str, load: str) -> tuple[str, float]:
     if kind == "energy":
         return "GWh", 1.0 / 3.6e12
-    return ("m", 1.0) if kind == "clearance" else unit_of_driver(load)
+    if load == "tilt max":
+        return "deg", 180.0 / math.pi
+    return ("m", 1.0) if kind in ("clearance", "motion") else unit_of_driver(load)
 
 
 def _all(found: pd.DataFrame, names: list[str]) -> Table:
@@ -148,7 +150,7 @@ def _all(found: pd.DataFrame, names: list[str]) -> Table:
         rows.append(
             [kind, title_of(place), load, unit, float(row.value) * factor, float(row.reference) * factor, ratio, *cases]
         )
-        if row.ratio > 1.0 and kind in ("ultimate", "fatigue"):
+        if row.ratio > 1.0 and kind in ("ultimate", "fatigue", "motion"):
             classes[i, 6] = "over"
     head = ["kind", "interface", "load", "unit", *names, "ratio", f"case\n{names[0]}", f"case\n{names[1]}"]
     return Table(head, rows, classes=classes)
