@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.structure.members import blade_beam, tower_beam
-from meltemi_float.coefficients import Coefficients
 from meltemi_float.moorings import at_rest, strings
 from meltemi_float.platform import Platform
+from meltemi_float.potential import Coefficients
 from meltemi_sea.airy import GRAVITY
 
 Float = NDArray[np.float64]

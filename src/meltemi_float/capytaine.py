@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import read_hdf5
-from meltemi_float.coefficients import Coefficients
+from meltemi_float.potential import Coefficients
 
 if TYPE_CHECKING:
     import h5py

@@ -5,7 +5,7 @@ Reference: docs/theory/floating.md (W-1, W-2); WAMIT user manual, chapter 4.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of
+from meltemi_float.capytaine import read_capytaine
+from meltemi_float.potential import NO_FORCE, NONE, Coefficients
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -21,39 +23,6 @@ Complex = NDArray[np.complex128]
 DATA = Path(__file__).parent / "data"
 LARGEST = 200_000_000
 """[bytes] of a file."""
-NONE, NO_FORCE = np.zeros(0), np.zeros((0, 0, 0, 6), dtype=np.complex128)
-
-
-@dataclass(frozen=True)
-class Coefficients:
-    """Coefficients over water density, and gravity where they have it, about a point at still water.
-
-    Attributes:
-      frequency: (F,) [rad/s] increasing.
-      added_mass: (F, 6, 6) [m^3 .. m^5] added mass over density.
-      damping: (F, 6, 6) [m^3/s ..] radiation damping over density.
-      infinite: (6, 6) added mass over density at infinite frequency.
-      heading: (H,) [deg] of the waves' travel, counter-clockwise from x, increasing.
-      excitation: (F, H, 6) force per wave amplitude over density and gravity, e^{+i w t}.
-      hydrostatic: (6, 6) stiffness over density and gravity, without weight.
-      drift_frequency: (D,) [rad/s]; drift: (N, D, D, 6) difference-frequency force per amplitude squared over density
-        and gravity at increasing headings ``drift_heading`` (N,) [deg]; none if D and N are 0.
-      sums_frequency, sums, sums_heading: the same at sum frequencies.
-    """
-
-    frequency: Float
-    added_mass: Float
-    damping: Float
-    infinite: Float
-    heading: Float
-    excitation: Complex
-    hydrostatic: Float
-    drift_frequency: Float = field(default_factory=lambda: NONE)
-    drift: Complex = field(default_factory=lambda: NO_FORCE)
-    drift_heading: Float = field(default_factory=lambda: NONE)
-    sums_frequency: Float = field(default_factory=lambda: NONE)
-    sums: Complex = field(default_factory=lambda: NO_FORCE)
-    sums_heading: Float = field(default_factory=lambda: NONE)
 
 
 def read_coefficients(name: str) -> Coefficients:
@@ -64,8 +33,6 @@ def read_coefficients(name: str) -> Coefficients:
       InputError: a file is missing, or does not have what it needs.
     """
     if name.endswith(".nc"):
-        from meltemi_float.capytaine import read_capytaine
-
         return read_capytaine(Path(name))
     path = Path(name) if name.endswith(".npz") else DATA / f"{name}.npz"
     if not path.is_file():

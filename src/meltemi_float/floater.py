@@ -45,7 +45,7 @@ from meltemi_float.base import (
     tower_body,
     turned_tower_loads,
 )
-from meltemi_float.coefficients import Coefficients, read_coefficients
+from meltemi_float.coefficients import read_coefficients
 from meltemi_float.members import flow_at, pieces, with_members
 from meltemi_float.mooring import (
     INNER,
@@ -64,6 +64,7 @@ from meltemi_float.mooring import (
 )
 from meltemi_float.moorings import mooring_tables
 from meltemi_float.platform import Platform
+from meltemi_float.potential import Coefficients
 from meltemi_float.radiation import fit_radiation
 from meltemi_float.waves import HEADINGS, displaced_forces, mean_drift, wave_forces
 from meltemi_sea.airy import GRAVITY

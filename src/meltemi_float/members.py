@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.core.record import Record, Vector
-from meltemi_float.coefficients import Coefficients
+from meltemi_float.potential import Coefficients
 from meltemi_sea.airy import profiles, wave_number
 from meltemi_sea.field import summed, times
 

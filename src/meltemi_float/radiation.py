@@ -12,7 +12,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi_float.coefficients import Coefficients
+from meltemi_float.potential import Coefficients
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -14,7 +14,7 @@ from meltemi_float.radiation import kernel
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from meltemi_float.coefficients import Coefficients
+    from meltemi_float.potential import Coefficients
     from meltemi_float.radiation import Radiation
     from meltemi_float.rao import Operators
 

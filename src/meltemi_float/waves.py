@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from meltemi.core.errors import InputError
-from meltemi_float.coefficients import Coefficients
 from meltemi_float.platform import Platform
+from meltemi_float.potential import Coefficients
 from meltemi_sea.airy import Components, wave_number
 from meltemi_sea.field import amplitudes_at, repeats, summed, times
 

@@ -12,7 +12,7 @@ from meltemi.report.plots import heading, new_figure, panel
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from meltemi_float.coefficients import Coefficients
+    from meltemi_float.potential import Coefficients
 
 SHOWN = (("surge", 0, "m^3"), ("heave", 2, "m^3"), ("pitch", 4, "m^5"))
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.extras import need
-from meltemi_float.coefficients import Coefficients
+from meltemi_float.potential import Coefficients
 from meltemi_hydro.hull import Hull
 from meltemi_hydro.panels import Panels, hull_moments, panels_of
 from meltemi_sea.airy import GRAVITY, wave_number

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from meltemi_float.coefficients import Coefficients
+from meltemi_float.potential import Coefficients
 
 
 def wamit_texts(c: Coefficients) -> dict[str, str]:

@@ -11,7 +11,8 @@ import pytest
 
 from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import to_netcdf
-from meltemi_float.coefficients import Coefficients, read_coefficients
+from meltemi_float.coefficients import read_coefficients
+from meltemi_float.potential import Coefficients
 from meltemi_hydro.hull import Hull
 from meltemi_hydro.panels import panels_of
 from meltemi_hydro.potential import coefficients_of, hydrostatics
