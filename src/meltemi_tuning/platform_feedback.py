@@ -63,7 +63,8 @@ def tune_platform_feedback(model: Model[Any]) -> PlatformFeedback:
     """Tune the feedback of the tower top's motion to the pitch of the baseline law.
 
     Raises:
-      InputError: the turbine does not float, or no gain adds damping to its platform at all wind speeds.
+      InputError: the turbine does not float, no natural mode is its platform's pitch, or no gain adds damping to that at
+        all wind speeds.
     """
     turbine = model.turbine
     if getattr(turbine, "platform", None) is None:
@@ -71,7 +72,10 @@ def tune_platform_feedback(model: Model[Any]) -> PlatformFeedback:
     speeds = np.linspace(ABOVE_RATED * rated_wind(model), turbine.cut_out, CHECKED)
     points = [operating_point(model, float(u)) for u in speeds]
     slope = float(np.polyfit(speeds, [point.pitch for point in points], 1)[0])
-    frequency = next(mode.frequency for mode in natural_modes(model) if mode.name == PITCH)
+    swings = [mode.frequency for mode in natural_modes(model) if mode.name == PITCH]
+    if not swings:
+        raise InputError(f"tune_platform_feedback: no natural mode of {turbine.name} is its platform's pitch")
+    frequency = swings[0]
     law, outputs = turbine.control, ("generator_speed", "tower_top_acceleration_x")
     linear = [linearise(model, point, inputs=("generator_torque", "pitch"), outputs=outputs) for point in points]
 
@@ -105,7 +109,7 @@ def pitch_damping(linear: LinearModel, law: BaselineControl, frequency: float) -
     base = [i for i, name in enumerate(linear.states) if name.startswith("q base")]
     lever = np.array([1.0 if linear.state_units[i] == "m" else LEVER for i in base])[:, None]
     motions = np.abs(vectors[base]) * lever
-    share = motions[linear.states.index(f"q {PITCH}") - base[0]] / motions.sum(axis=0)
+    share = motions[base.index(linear.states.index(f"q {PITCH}"))] / motions.sum(axis=0)
     pole = shift + 1.0 / values[int(np.argmax(share))]
     return float(-pole.real / abs(pole))
 
@@ -124,6 +128,4 @@ def under(linear: LinearModel, law: BaselineControl) -> Float:
     sensed[0, 0], sensed[2, 1] = filtered, 1.0
     demand[0, 0] = -law.torque.rated_power / p.reference_speed**2 if law.torque.hold == "power" else 0.0
     demand[1] = schedule * p.proportional_gain, schedule * p.integral_gain, 0.0, p.motion_gain
-    return np.block(
-        [[linear.A, linear.B @ demand], [sensed @ linear.C, own + sensed @ linear.D @ demand]],
-    )
+    return np.block([[linear.A, linear.B @ demand], [sensed @ linear.C, own + sensed @ linear.D @ demand]])
