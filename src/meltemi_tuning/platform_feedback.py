@@ -63,7 +63,7 @@ def tune_platform_feedback(model: Model[Any]) -> PlatformFeedback:
     """Tune the feedback of the tower top's motion to the pitch of the baseline law.
 
     Raises:
-      InputError: the turbine does not float, no natural mode is its platform's pitch, or no gain adds damping to that at
+      InputError: the turbine does not float, no natural mode is its platform's pitch, or no gain adds damping to it at
         all wind speeds.
     """
     turbine = model.turbine
