@@ -203,7 +203,9 @@ def scaled_control(
     unit = inertias / (factors.time * factors.gear * factors.power)
     pitch["proportional_gain"] *= unit / factors.time
     pitch["integral_gain"] *= unit / factors.time**2
-    pitch["rate_limit"] /= factors.time
+    for name in ("rate_limit", "motion_frequency"):
+        pitch[name] /= factors.time
+    pitch["motion_gain"] *= factors.time / factors.length
     content["filter_frequency"] /= factors.time
     return content
 
