@@ -9,19 +9,20 @@ Reference: docs/theory/floating.md (W-37); Capytaine 3.0, user manual, "Outputs"
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import read_hdf5
+from meltemi.turbine.definition import BaseMotion
 from meltemi_float.potential import Coefficients
 
 if TYPE_CHECKING:
     import h5py
 
-MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+MOTIONS = get_args(BaseMotion)
 NEEDED = (
     "omega wave_direction influenced_dof radiating_dof added_mass radiation_damping diffraction_force "
     "Froude_Krylov_force hydrostatic_stiffness rho g center_of_mass disp_mass"

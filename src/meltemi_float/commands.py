@@ -38,9 +38,7 @@ def rao(
     from meltemi.report.plots import save
     from meltemi.simulation.rotors import build
     from meltemi.turbine import load_turbine
-    from meltemi_float.coefficients import read_coefficients
-    from meltemi_float.radiation import fit_radiation
-    from meltemi_float.rao import CHANNELS, linear_operators, random_operators
+    from meltemi_float.rao import CHANNELS, floater_of, linear_operators, random_operators
     from meltemi_float.rao_plots import plot_operators, plot_radiation
 
     names: Any = CHANNELS if channels is None else tuple(part.strip() for part in channels.split(",") if part.strip())
@@ -58,16 +56,15 @@ def rao(
     folder_for(out)
     files = [write_columns(out / f"rao_{label}.csv", *columns(found, coherence)) for label, found, coherence in both]
     files.append(save(plot_operators(turbine, both), out / "rao.png"))
-    coefficients = read_coefficients(model.turbine.platform.coefficients)
-    radiation = fit_radiation(coefficients)
-    files.append(save(plot_radiation(turbine, coefficients, radiation), out / "radiation.png"))
+    platform = floater_of(model)
+    files.append(save(plot_radiation(turbine, platform.coefficients, platform.radiation), out / "radiation.png"))
     head, table = ["period [s]"], [[f"{period:g}" for period in LISTED]]
     for channel, value, (unit, factor) in zip(linear.channels, linear.value.T, linear.shown, strict=True):
         sizes = factor * np.interp(2.0 * np.pi / np.array(LISTED), linear.frequency, np.abs(value))
         head.append(f"{channel.removeprefix('platform_')} [{unit}/m]")
         table.append([f"{size:.4g}" for size in sizes])
     print_table(f"{turbine}, linear", head, [[*row] for row in zip(*table, strict=True)])
-    typer.echo(f"radiation: {radiation.words}")
+    typer.echo(f"radiation: {platform.radiation.words}")
     wrote(*files)
     suggest("run", turbine, "--wind-speed", wind_speed or 12, "--sea", "3,9", "--out", out)
 

@@ -65,7 +65,7 @@ from meltemi_float.mooring import (
 from meltemi_float.moorings import mooring_tables
 from meltemi_float.platform import Platform
 from meltemi_float.potential import Coefficients
-from meltemi_float.radiation import fit_radiation
+from meltemi_float.radiation import Radiation, fit_radiation
 from meltemi_float.waves import HEADINGS, displaced_forces, mean_drift, wave_forces
 from meltemi_sea.airy import GRAVITY
 from meltemi_sea.field import AHEAD, BEHIND
@@ -385,6 +385,8 @@ class FloaterPart(Part):
     Attributes:
       sizes: lengths of the axes of the signals.
       constants: all other arrays of the records.
+      coefficients, radiation: of the hull and its members, and the oscillations fitted to them.
+      platform: its description.
     """
 
     system: ClassVar[type[Record] | None] = FloaterSystem
@@ -399,6 +401,7 @@ class FloaterPart(Part):
     sizes: dict[str, int]
     constants: dict[str, Any]
     coefficients: Coefficients
+    radiation: Radiation
     platform: Platform
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -527,4 +530,4 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         "base_columns": np.zeros((6, 6)),
         "base_six": np.zeros((6, 6)),
     }
-    return FloaterPart(sizes, constants, c, platform)
+    return FloaterPart(sizes, constants, c, radiation, platform)

@@ -386,4 +386,4 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         return part
     sizes = part.sizes | {"node": part.platform.segments}
     work = {"elimination": Elimination.zeros(line=sizes["line"], node=sizes["node"])}
-    return LumpedPart(sizes, part.constants | work, part.coefficients, part.platform)
+    return LumpedPart(**vars(part) | {"sizes": sizes, "constants": part.constants | work})

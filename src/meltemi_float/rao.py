@@ -83,7 +83,7 @@ def linear_operators(
       InputError: the turbine does not float, or the direction is not in its coefficients.
       UnsupportedError: the platform has no radiation.
     """
-    part = _floater(model)
+    part = floater_of(model)
     linear = linearise(model, steady_point(model, wind_speed), (), channels, progress=progress)
     if not wind_speed:
         linear = _without_air(linear)
@@ -143,7 +143,7 @@ def random_operators(
     Raises:
       InputError: the turbine does not float, or the direction is not in its coefficients.
     """
-    part = _floater(model)
+    part = floater_of(model)
     limits = (0.1, min(float(part.coefficients.frequency[-1]), 2.0))
     sea = IrregularSea(height=height, spectrum="white", frequencies=limits, direction=direction, seed=seed)
     names = ("wave_elevation", *channels)
@@ -181,7 +181,12 @@ def _without_air(linear: LinearModel) -> LinearModel:
     return replace(linear, A=A, B=B, C=C, states=states, state_units=units, x0=linear.x0[keep])
 
 
-def _floater(model: Model[Any]) -> FloaterPart:
+def floater_of(model: Model[Any]) -> FloaterPart:
+    """The platform of a model.
+
+    Raises:
+      InputError: the turbine does not float.
+    """
     for part in model.parts:
         if isinstance(part, FloaterPart):
             return part

@@ -29,6 +29,7 @@ from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.rotors import operating_point
 from meltemi.turbine.definition import BaselineControl
 from meltemi_tuning.baseline_tuning import ABOVE_RATED, CHECKED, rated_wind
+from meltemi_tuning.speed_loop import region_3
 
 Float = NDArray[np.float64]
 PITCH = "base pitch"
@@ -121,11 +122,11 @@ def under(linear: LinearModel, law: BaselineControl) -> Float:
     Inputs of the linear model are torque and pitch demand, outputs generator speed and acceleration of the tower top.
     """
     p, filtered, w = law.pitch, law.filter_frequency, law.pitch.motion_frequency
-    schedule = 1.0 / (1.0 + 2.0 * linear.point.pitch / p.gain_halving_pitch)
+    slope, divisor = region_3(law, linear.point)
     own, sensed, demand = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((2, 4))
     own[0, 0], own[1, 0] = -filtered, 1.0
     own[2, 2], own[3, 2], own[3, 3] = -w / MOTION_BAND, w * MOTION_BAND, -w * MOTION_BAND
     sensed[0, 0], sensed[2, 1] = filtered, 1.0
-    demand[0, 0] = -law.torque.rated_power / p.reference_speed**2 if law.torque.hold == "power" else 0.0
-    demand[1] = schedule * p.proportional_gain, schedule * p.integral_gain, 0.0, p.motion_gain
+    demand[0, 0] = slope
+    demand[1] = p.proportional_gain / divisor, p.integral_gain / divisor, 0.0, p.motion_gain
     return np.block([[linear.A, linear.B @ demand], [sensed @ linear.C, own + sensed @ linear.D @ demand]])

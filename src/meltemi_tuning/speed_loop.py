@@ -39,18 +39,25 @@ def speed_responses(model: Model[Any], points: Sequence[OperatingPoint]) -> list
     return [linearise(model, point, inputs=inputs, outputs=outputs).response(s)[:, 0] for point in points]
 
 
+def region_3(law: BaselineControl, point: OperatingPoint) -> tuple[float, float]:
+    """Slope of the torque over the generator speed [N m s/rad], and by how much the pitch gains are divided, for small
+    changes about an operating point of region 3."""
+    torque, pitch = law.torque, law.pitch
+    slope = -torque.rated_power / pitch.reference_speed**2 if torque.hold == "power" else 0.0
+    return slope, 1.0 + 2.0 * point.pitch / pitch.gain_halving_pitch
+
+
 def speed_loops(
     law: BaselineControl, points: Sequence[OperatingPoint], responses: Sequence[Complex]
 ) -> list[SpeedLoop]:
     """The loop with a law at each operating point of region 3."""
-    s, torque, pitch = 1j * FREQUENCIES, law.torque, law.pitch
+    s, pitch = 1j * FREQUENCIES, law.pitch
     low_pass = law.filter_frequency / (s + law.filter_frequency)
     gain = pitch.proportional_gain + pitch.integral_gain / s
-    slope = -torque.rated_power / pitch.reference_speed**2 if torque.hold == "power" else 0.0
     found = []
     for point, response in zip(points, responses, strict=True):
-        scheduled = gain / (1.0 + 2.0 * point.pitch / pitch.gain_halving_pitch)
-        loop = -low_pass * (response[:, 0] * slope + response[:, 1] * scheduled)
+        slope, divisor = region_3(law, point)
+        loop = -low_pass * (response[:, 0] * slope + response[:, 1] * (gain / divisor))
         found.append(SpeedLoop(point.wind.speed, FREQUENCIES, loop, 0.0))
     return found
 
