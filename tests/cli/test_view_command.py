@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from terminal import Command
 
+from meltemi.core.errors import Status
+from meltemi.simulation.result import Result
 from meltemi_view.commands.view import _names
 
 RUN = ("run", "nrel5mw", "--wind-speed", 10, "--duration", 1)
@@ -83,8 +86,15 @@ def test_a_wind_file_is_viewed_alone(command: Command, bts: Callable[..., Path],
     assert (ran.status, "a wind is viewed alone" in ran.err) == (2, True)
 
 
-def test_ctrl_c_ends_it_in_a_line(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("inside", [False, True])
+def test_ctrl_c_ends_it_in_a_line(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, inside: bool
+) -> None:
+    """Also where it ended a run that the command needs, whose status then raises."""
+
     def interrupted(path: Path) -> None:
+        if inside:
+            Result(np.zeros(0), np.zeros((0, 0)), (), Status.INTERRUPTED, "", {}).raise_for_status()
         raise KeyboardInterrupt
 
     monkeypatch.setattr("meltemi_view.commands.view._read", interrupted)

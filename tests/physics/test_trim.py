@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from meltemi import InputError, Model, ModelOptions, SteadyWind, Turbine, operat
 from meltemi.control import BaselineController
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation import points, rotors, trim
-from meltemi.simulation.continuation import CarefulOrbit
+from meltemi.simulation.continuation import CarefulOrbit, balance_carefully
 from meltemi.simulation.controlled_point import controlled_point
 from meltemi.simulation.operating_point import NotConverged
 from meltemi.simulation.orbit import Orbit
@@ -133,7 +134,7 @@ def test_overspeed(model: Model, rpm: float) -> None:
 def test_continuation_finds_what_the_plain_search_finds(model: Model) -> None:
     wind = SteadyWind(speed=13.0, shear_exponent=0.2)
     plain = trim._search(Orbit(model, wind), None, None)
-    careful = trim._search(CarefulOrbit(model, wind), None, None, carefully=True)
+    careful = trim._search(CarefulOrbit(model, wind), None, None, partial(balance_carefully, trim._balance_speed))
     assert careful.pitch == pytest.approx(plain.pitch, abs=2e-4)
     for name in OWN:
         assert careful[name] == pytest.approx(plain[name], rel=2e-3), name

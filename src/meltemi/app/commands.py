@@ -15,7 +15,7 @@ import typer
 from typer.core import TyperGroup
 
 from meltemi.app.terminal import output, say
-from meltemi.core.errors import InputError
+from meltemi.core.errors import InputError, RunError, Status
 
 GROUP = "meltemi.commands"
 
@@ -69,10 +69,12 @@ class Commands(Group):
     """Commands of meltemi, and those of other packages, loaded when an unknown name is used."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a command; Ctrl-C ends it in a line, with exit status 130."""
+        """Run a command; Ctrl-C, also in a run that it needs, ends it in a line, with exit status 130."""
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, RunError) as error:
+            if isinstance(error, RunError) and getattr(error.result, "status", None) is not Status.INTERRUPTED:
+                raise
             say("interrupted")
             raise typer.Exit(130) from None
 

@@ -7,6 +7,7 @@ and the *signals* (every computed quantity that may be recorded). The arrays tha
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numba
@@ -25,6 +26,7 @@ from meltemi.maths.tables import View
 from meltemi.numbers.lanes import N_DERIVATIVES
 from meltemi.simulation.arena import Arena
 from meltemi.simulation.channels import Channel
+from meltemi.simulation.loop import without_dispatch
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.parts import Part
 from meltemi.simulation.step import (
@@ -211,7 +213,11 @@ class Case:
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Evaluate all quantities at time ``t`` for the present state."""
-        evaluate(t, dt, self.system)
+        self._evaluate(t, dt, self.system)
+
+    @cached_property
+    def _evaluate(self) -> Any:
+        return without_dispatch(evaluate.of(type(self.system)), 0.0, 0.0, self.system)
 
     def settle(self, t: float) -> None:
         """Set inflow and stall to their steady state for the present motion."""

@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.errors import InputError
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.operating_point import NotConverged
-from meltemi.simulation.orbit import FARTHEST, NEARLY, SAMPLES, SETTLED, Orbit
+from meltemi.simulation.operating_point import NotConverged, no_balance
+from meltemi.simulation.orbit import FARTHEST, NEARLY, PITCH_SCAN, SAMPLES, SETTLED, Orbit
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -151,3 +152,35 @@ class CarefulOrbit(Orbit):
             f"the search does not converge beyond; {exact}a simulation can start from initial conditions instead "
             "(start=meltemi.Start(...))"
         )
+
+
+def balance_carefully(
+    balance_speed: Callable[..., tuple[float, float, bool]],
+    left_over: Callable[[float, float], float],
+    reference: float,
+    pitch: float,
+    most: float,
+    stalled: float,
+    wind_speed: float,
+    rain: str,
+) -> tuple[float, float, bool]:
+    """As ``balance_speed``, but from feather on, since at fine pitch there may be no steady motion."""
+    failed: list[NotConverged] = []
+
+    def torque(speed: float, angle: float) -> float:
+        try:
+            return left_over(speed, angle)
+        except NotConverged as error:
+            failed.append(error)
+            return float("nan")
+
+    for angle in (*np.arange(most, pitch, -PITCH_SCAN), pitch):
+        value = torque(reference, float(angle))
+        if value > 0.0:
+            return reference, float(angle), True
+        if not np.isfinite(value):
+            break
+    try:
+        return balance_speed(torque, reference, pitch, pitch, stalled, wind_speed, rain)
+    except InputError:
+        raise failed[0] if failed else no_balance(wind_speed, rain) from None

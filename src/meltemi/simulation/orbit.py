@@ -26,7 +26,7 @@ from meltemi.aero.tables import AeroOptions, InflowState
 from meltemi.core.kernel import kernel
 from meltemi.simulation.bladed.rotor import BladedModel, bladed_channels, with_static_gears
 from meltemi.simulation.case import Case
-from meltemi.simulation.loop import NUMBER, by_address
+from meltemi.simulation.loop import NUMBER, by_address, without_dispatch
 from meltemi.simulation.model import Stations
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint
 from meltemi.simulation.step import ABSURD, equations
@@ -53,6 +53,8 @@ FARTHEST = 0.05
 """Largest correction over the rotor radius in a careful search."""
 SETTLED, NEARLY = 1e-5, 2e-3
 """Corrections over the rotor radius: of a converged motion, and the largest acceptable one."""
+PITCH_SCAN = 0.05
+"""[rad] between the pitch angles of a search over the range of pitch."""
 DIVERGES = "operating_point: the motion diverges"
 
 
@@ -125,8 +127,7 @@ class Orbit:
         self.unlike = self.uneven = not model.turbine.blades_alike
         # quasi-steady minus lagged induced velocity, summed over a sector
         self.lack = np.zeros((2, *self.case.one.flow.array.shape[1:]))
-        # residuals of each blade minus their mean over the blades; residuals, velocities and these of each sector
-        self.blade_missing = np.zeros((self.B, self.K))
+        # of each sector: residuals, velocities, and residuals of each blade minus their mean over the blades
         self.parts: list[tuple[Float, Float, Float]] = []
 
     # motion -------------------------------------------------------------------------------------
@@ -162,17 +163,24 @@ class Orbit:
         a[:, self.core :] = -(w**2) * ((n**2 * c) @ self.blade_c + (n**2 * s) @ self.blade_s).reshape(arms)
         return result
 
-    def residuals(self, azimuths: Float, dt: float) -> tuple[Float, Float]:
+    def residuals(self, motion: Float, dt: float) -> tuple[Float, Float]:
         """Residuals of the equations at consecutive azimuths: (azimuths, core), (azimuths, blades, modes).
 
         Args:
+          motion: (3, azimuths, coordinates), of :meth:`motion`.
           dt: [s] between the azimuths; 0 holds inflow and stall.
         """
-        case, n = self.case, len(azimuths)
+        case, n = self.case, motion.shape[1]
         core, blade = np.empty((n, self.core)), np.empty((n, self.B, self.K))
         self.lack[:] = 0.0
-        residuals_of(dt, self.motion(azimuths), self.equations, case.system, case.one, core, blade, self.lack)
+        self._residuals_of(dt, motion, self.equations, case.system, case.one, core, blade, self.lack)
         return core, blade
+
+    @cached_property
+    def _residuals_of(self) -> Any:
+        two, three = np.empty((1, 1)), np.empty((1, 1, 1))
+        records = self.case.system, self.case.one
+        return without_dispatch(residuals_of, 0.0, three, self.equations, *records, two, three, self.lack)
 
     # corrections --------------------------------------------------------------------------------
 
@@ -199,23 +207,22 @@ class Orbit:
             raise NotConverged(DIVERGES)
         self.coefficients[self.free] += change
 
-    def missing(self, azimuths: Float, dt: float) -> tuple[Float, float]:
-        """Residuals of a sector, projected on the harmonics in the order of :attr:`free`, and mean residual torque.
+    def projected(self, azimuths: Float, core: Float, blade: Float) -> Float:
+        """Residuals (..., azimuths, core), (..., azimuths, blades, modes) on the harmonics, ordered as :attr:`free`.
 
         Raises:
           NotConverged: the motion diverges.
         """
-        B, n = self.B, np.arange(BLADE_HARMONICS + 1.0)
-        core, blade = self.residuals(azimuths, dt)
         if not (np.isfinite(core).all() and np.isfinite(blade).all()):
             raise NotConverged(DIVERGES)
+        B, n, lead = self.B, np.arange(BLADE_HARMONICS + 1.0), core.shape[:-2]
         of_core = np.array([np.ones(len(azimuths)), 2.0 * np.cos(B * azimuths), 2.0 * np.sin(B * azimuths)]) @ core
         angle = np.multiply.outer(n, (azimuths[:, None] + 2.0 * np.pi / B * np.arange(B, dtype=float)).ravel())
-        of_blade = 2.0 / B * np.concatenate([np.cos(angle), np.sin(angle[1:])]) @ np.concatenate(blade)
-        of_blade[0] *= 0.5
-        self.blade_missing = blade.mean(axis=0) - blade.mean(axis=(0, 1))
-        vector = np.concatenate([of_core[:, self.free_core].ravel(), of_blade[:, self.free_blade].ravel()])
-        return vector / len(azimuths), float(of_core[0, self.generator] / len(azimuths))
+        waves = 2.0 / B * np.concatenate([np.cos(angle), np.sin(angle[1:])])
+        waves[0] *= 0.5
+        of_blade = waves @ blade.reshape(*lead, angle.shape[1], self.K)
+        parts = of_core[..., self.free_core], of_blade[..., self.free_blade]
+        return np.concatenate([part.reshape(*lead, -1) for part in parts], axis=-1) / len(azimuths)
 
     def unknowns(self) -> NDArray[np.intp]:
         """Indices of the coefficients that are corrected at the present level."""
@@ -235,20 +242,19 @@ class Orbit:
         """Compute derivatives at azimuths; ``dt`` [s] as for :meth:`residuals`."""
         air = self.case.aero_state.vector
         state = air.copy()
-        base, _ = self.missing(azimuths, dt)
         unknowns = self.unknowns()
-        J: Float = np.empty((len(unknowns), len(unknowns)))
-        for column, j in enumerate(unknowns):
-            change = np.zeros(len(base))
-            change[j] = PERTURBATION
-            self.move(change)
+        found = [self.residuals(self.motion(azimuths), dt)]
+        for j in self.free[unknowns]:
+            here = self.coefficients[j]
+            self.coefficients[j] += PERTURBATION
             if dt:
                 air[:] = state
-            J[:, column] = (self.missing(azimuths, dt)[0] - base)[unknowns] / PERTURBATION
-            self.move(-change)
+            found.append(self.residuals(self.motion(azimuths), dt))
+            self.coefficients[j] = here
         air[:] = state
+        rows = self.projected(azimuths, *map(np.array, zip(*found, strict=True)))[:, unknowns]
         try:
-            self.correct[self.level] = np.asarray(np.linalg.inv(J), dtype=float)
+            self.correct[self.level] = np.asarray(np.linalg.inv((rows[1:] - rows[0]).T / PERTURBATION), dtype=float)
         except np.linalg.LinAlgError:
             raise NotConverged(DIVERGES) from None
 
@@ -305,13 +311,15 @@ class Orbit:
         """
         case, B = self.case, self.B
         step = self.step
-        missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed)
+        azimuths = self.azimuth + step * np.arange(1.0, SAMPLES + 1.0)
+        core, blade = self.residuals(self.motion(azimuths), step / self.speed)
+        missing = self.projected(azimuths, core, blade)
         self.azimuth += step * SAMPLES
-        self.lefts.append(left)
+        self.lefts.append(float(core[:, self.generator].mean()))
         inflow = case["inflow"]
         lack = self.lack[..., : inflow.shape[-1]]
         if self.uneven:
-            self.parts.append((missing, lack.copy(), self.blade_missing))
+            self.parts.append((missing, lack.copy(), blade.mean(axis=0) - blade.mean(axis=(0, 1))))
             if len(self.parts) < B:
                 return
             missing, lack, residuals = (np.mean(parts, axis=0) for parts in zip(*self.parts, strict=True))

@@ -15,7 +15,6 @@ from functools import partial
 import numpy as np
 
 from meltemi.control.baseline import parameters, steady_torque
-from meltemi.core.errors import InputError
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.operating_point import (
@@ -25,13 +24,14 @@ from meltemi.simulation.operating_point import (
     no_balance,
     steady_wind,
 )
-from meltemi.simulation.orbit import FULL, NEARLY, Orbit
+from meltemi.simulation.orbit import FULL, NEARLY, PITCH_SCAN, Orbit
 from meltemi.wind.turbulent import AnyWind
 
+Balance = Callable[..., tuple[float, float, bool]]
 SCAN = 9
 """Number of rotor speeds at which the balance of torque is evaluated first."""
-STALLED, PITCH_SCAN = 3.0, 0.05
-"""Tip-speed ratio below which a rotor stalls, and spacing [rad] of the pitch angles that are then tried."""
+STALLED = 3.0
+"""Tip-speed ratio below which a rotor stalls, so that pitch angles are tried."""
 SETTLE_SWEEPS, SECANT_STEPS, SEARCHES = 3, 5, 4
 BALANCE = 1e-4
 """Largest residual torque over rated torque at the end of a search."""
@@ -70,10 +70,10 @@ def operating_point(
             return point if rotor_speed is None else _judged(point, quick)
     except NotConverged:
         pass
-    from meltemi.simulation.continuation import CarefulOrbit
+    from meltemi.simulation.continuation import CarefulOrbit, balance_carefully
 
     orbit = CarefulOrbit(model, steady)
-    return _judged(_search(orbit, rotor_speed, pitch, carefully=True), orbit)
+    return _judged(_search(orbit, rotor_speed, pitch, partial(balance_carefully, _balance_speed)), orbit)
 
 
 def _judged(point: OperatingPoint, orbit: Orbit) -> OperatingPoint:
@@ -89,11 +89,13 @@ def rigid_point(model: BladedModel, wind: AnyWind) -> OperatingPoint:
     return _search(orbit, None, None)
 
 
-def _search(orbit: Orbit, rotor_speed: float | None, pitch: float | None, *, carefully: bool = False) -> OperatingPoint:
+def _search(
+    orbit: Orbit, rotor_speed: float | None, pitch: float | None, careful_balance: Balance | None = None
+) -> OperatingPoint:
     """Steady operation by the motion of an orbit; arguments and errors as for :func:`operating_point`.
 
     Args:
-      carefully: for an orbit that converges at every trial, or raises NotConverged.
+      careful_balance: for an orbit that converges at every trial, or raises NotConverged; else ``_balance_speed``.
     """
     model, steady = orbit.model, orbit.wind
     control = model.turbine.control
@@ -115,7 +117,7 @@ def _search(orbit: Orbit, rotor_speed: float | None, pitch: float | None, *, car
         rain = "" if falling is None else f" in rain of {3.6e6 * falling.intensity:g} mm/h"
         most = angle if pitch is not None else control.pitch.maximum
         stalled = STALLED * steady.speed / model.turbine.rotor_radius
-        balance = _balance_carefully if carefully else _balance_speed
+        balance = careful_balance or _balance_speed
         rotor_speed, angle, above = balance(left_over, reference, angle, most, stalled, steady.speed, rain)
         search_pitch = above and pitch is None
         search_speed = not above
@@ -139,7 +141,7 @@ def _search(orbit: Orbit, rotor_speed: float | None, pitch: float | None, *, car
             rotor_speed = root(partial(left_over, angle=angle), CLOSE * reference, reference, 0.01 * reference)
         for _ in range(SETTLE_SWEEPS):
             left_over(rotor_speed, angle)
-        settled = carefully and not (search_speed or search_pitch or close)
+        settled = careful_balance is not None and not (search_speed or search_pitch or close)
         if settled or abs(orbit.over_revolution) <= enough:
             break
         orbit.unlike = True
@@ -191,37 +193,6 @@ def _balance_speed(
     if found == 0.0:
         raise no_balance(wind_speed, rain)
     return found, pitch, False
-
-
-def _balance_carefully(
-    left_over: Callable[[float, float], float],
-    reference: float,
-    pitch: float,
-    most: float,
-    stalled: float,
-    wind_speed: float,
-    rain: str = "",
-) -> tuple[float, float, bool]:
-    """As :func:`_balance_speed`, but from feather on, since at fine pitch there may be no steady motion."""
-    failed: list[NotConverged] = []
-
-    def torque(speed: float, angle: float) -> float:
-        try:
-            return left_over(speed, angle)
-        except NotConverged as error:
-            failed.append(error)
-            return float("nan")
-
-    for angle in (*np.arange(most, pitch, -PITCH_SCAN), pitch):
-        value = torque(reference, float(angle))
-        if value > 0.0:
-            return reference, float(angle), True
-        if not np.isfinite(value):
-            break
-    try:
-        return _balance_speed(torque, reference, pitch, pitch, stalled, wind_speed, rain)
-    except InputError:
-        raise failed[0] if failed else no_balance(wind_speed, rain) from None
 
 
 def root(f: Callable[[float], float], low: float, high: float, step: float) -> float:

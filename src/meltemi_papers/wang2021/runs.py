@@ -72,6 +72,7 @@ class Setup:
       period, transient: [s] of a run of Table 2, and before it.
       limit_seeds: of the search for base points, and of the choice of the speed loop.
       phases: azimuths of the rotor in the gust, over the 120 degrees from blade to blade.
+      averages: [s] of the yaw control in the gust.
       quick: a small grid of gusts.
     """
 
@@ -80,10 +81,13 @@ class Setup:
     transient: float = TRANSIENT
     limit_seeds: tuple[int, ...] = (1, 2)
     phases: int = 4
+    averages: tuple[float, ...] = tuple(YAW_CONTROLS)
     quick: bool = False
 
 
-QUICK = Setup(seeds=(1,), period=40.0, transient=30.0, limit_seeds=(1,), phases=1, quick=True)
+QUICK = Setup(
+    seeds=(1,), period=40.0, transient=30.0, limit_seeds=(1,), phases=1, averages=(max(YAW_CONTROLS),), quick=True
+)
 """A look at everything in little time; its numbers are too few to judge by."""
 
 
@@ -140,7 +144,7 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, tell)
     one, two = (both, both) if isinstance(both, FailedResult) else both
     tell = told(span(progress, 0.85, 0.15), "gust with direction change")
-    pair = attempt("gust", run_gusts, gust_machines(YAW_RATE), setup.phases, workers, tell)
+    pair = attempt("gust", run_gusts, gust_machines(YAW_RATE), setup.phases, workers, tell, averages=setup.averages)
     gusts, recheck = (pair, pair) if isinstance(pair, FailedResult) else pair
     return Runs(setup, (turbine, studied), loop, calibration, tables, one, two, gusts, recheck)
 
