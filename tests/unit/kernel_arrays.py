@@ -41,3 +41,12 @@ def call(
     numba.njit(fastmath=FAST_MATH, error_model="numpy")(made["outer"])(
         cls(kind, dict(zip(names, arrays, strict=True)), given)
     )
+
+
+def row_by_row(operations: Sequence[Callable[[Any, Any], Any]]) -> Callable[[Any, Any, Any], None]:
+    """Function of arrays x, y, out that applies each operation to all pairs of its row: compiled at once."""
+    made: dict[str, Any] = {f"f{i}": compiled(operation) for i, operation in enumerate(operations)}
+    lines = [f"        out[{i}, n] = f{i}(x[{i}, n], y[{i}, n])" for i in range(len(operations))]
+    exec("\n".join(["def every(x, y, out):", "    for n in range(x.shape[1]):", *lines]), made)
+    every: Callable[[Any, Any, Any], None] = made["every"]
+    return every

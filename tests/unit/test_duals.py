@@ -6,13 +6,13 @@ A new operation is one line in ``OPERATIONS``: what kernels write, its two parti
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 import pytest
-from kernel_arrays import call, compiled
+from kernel_arrays import call, row_by_row
 from numpy.typing import NDArray
 
 from meltemi.maths.generic import crossed, floor, largest, total, where, whole, zero
@@ -22,6 +22,8 @@ pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="duals ex
 
 Float = NDArray[np.float64]
 N = 200
+H = 1e-5
+"""Step of differences."""
 K = N_DERIVATIVES
 RNG = np.random.default_rng(12)
 
@@ -117,40 +119,45 @@ OPERATIONS = {
 
 
 def applied(
-    operation: Callable[[Any, Any], Any], x: Float, y: Float, dx: Float | None = None, dy: Float | None = None
+    operations: Sequence[Callable[[Any, Any], Any]],
+    x: Float,
+    y: Float,
+    dx: Float | None = None,
+    dy: Float | None = None,
 ) -> Any:
-    """(values, derivatives) of an operation at every pair; without dx and dy values of floats."""
-    inner = compiled(operation)
-
-    def every(x: Any, y: Any, out: Any) -> None:
-        for n in range(x.shape[0]):
-            out[n] = inner(x[n], y[n])
-
-    out, d_out = np.full(len(x), 777.0), np.full((len(x), K), 777.0)
-    run(every, x, y, out, slopes=None if dx is None or dy is None else (dx, dy, d_out))
+    """(operations, N) values and (operations, N, K) derivatives at every pair of a row; without dx and dy of floats."""
+    out, d_out = np.full(x.shape, 777.0), np.full((*x.shape, K), 777.0)
+    run(row_by_row(operations), x, y, out, slopes=None if dx is None or dy is None else (dx, dy, d_out))
     return out, d_out
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, tuple[Float, ...]]:
+    """Of every operation: x, y, their derivatives, its values and derivatives, and its values as floats, there and
+    along both senses of the first of the eight directions."""
+    all_of = OPERATIONS.values()
+    x, y = (np.array([RNG.uniform(*getattr(o, name), N) for o in all_of]) for name in ("x", "y"))
+    dx, dy = RNG.normal(size=(2, *x.shape, K))
+    ours = [o.ours for o in all_of]
+    value, slopes = applied(ours, x, y, dx, dy)
+    along = [np.concatenate([a, a + H * d[..., 0], a - H * d[..., 0]], axis=1) for a, d in ((x, dx), (y, dy))]
+    plain = np.split(applied(ours, *along)[0], 3, axis=1)
+    return dict(zip(OPERATIONS, zip(x, y, dx, dy, value, slopes, *plain, strict=True), strict=True))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", OPERATIONS)
-def test_chain_rule(name: str) -> None:
-    o = OPERATIONS[name]
-    x, y = RNG.uniform(*o.x, N), RNG.uniform(*o.y, N)
+def test_chain_rule(name: str, found: dict[str, tuple[Float, ...]]) -> None:
+    o, (x, y, *_) = OPERATIONS[name], found[name]
     # a step away from the corners of functions that have some
     away = np.minimum(np.abs(x - np.round(2.0 * x) / 2.0), np.abs(x - y)) > 1e-4
-    x, y = x[away], y[away]
-    dx, dy = RNG.normal(size=(2, len(x), K))
-    value, slopes = applied(o.ours, x, y, dx, dy)
-    # the same operation on floats, there and along the first of the eight directions; compiled once
-    h = 1e-5
-    along = [np.concatenate([a, a + h * d[:, 0], a - h * d[:, 0]]) for a, d in ((x, dx), (y, dy))]
-    plain, ahead, behind = np.split(applied(o.ours, *along)[0], 3)
+    x, y, dx, dy, value, slopes, plain, ahead, behind = (each[away] for each in found[name])
     np.testing.assert_allclose(value, plain, rtol=4e-16, atol=1e-300)
     pairs = list(zip(x.tolist(), y.tolist(), strict=True))
     by_x, by_y = (np.array([f(a, b) for a, b in pairs])[:, np.newaxis] for f in (o.by_x, o.by_y))
     size = np.abs(by_x * dx) + np.abs(by_y * dy)
     np.testing.assert_array_less(np.abs(slopes - (by_x * dx + by_y * dy)), 1e-12 * size + 1e-300)
-    difference = (ahead - behind) / (2.0 * h)
+    difference = (ahead - behind) / (2.0 * H)
     # where no corner of the function lies within the step
     smooth = np.abs(difference - slopes[:, 0]) < 1e-6 * (1.0 + np.abs(slopes[:, 0]))
     assert smooth.mean() > 0.97
@@ -158,9 +165,7 @@ def test_chain_rule(name: str) -> None:
 
 @pytest.mark.slow
 def test_conventions_where_the_slope_is_infinite_or_jumps() -> None:
-    d = RNG.normal(size=(1, K))
-    none = np.zeros((1, K))
-    for operation, x, value, slope in (
+    conventions = (
         (lambda x, y: math.sqrt(x), 0.0, 0.0, 0.0),
         (lambda x, y: math.acos(x), 1.0, 0.0, 0.0),
         (lambda x, y: math.acos(x), -1.0, math.pi, 0.0),
@@ -170,10 +175,13 @@ def test_conventions_where_the_slope_is_infinite_or_jumps() -> None:
         (lambda x, y: max(x, 0.5), 0.5, 0.5, 1.0),
         (lambda x, y: max(0.5, x), 0.5, 0.5, 0.0),
         (lambda x, y: math.atan2(x, y), 0.0, 0.0, 0.0),
-    ):
-        found, slopes = applied(operation, np.array([x]), np.zeros(1), d, none)
-        assert found[0] == value
-        np.testing.assert_array_equal(slopes, slope * d)
+    )
+    operations, x, value, slope = zip(*conventions, strict=True)
+    at = np.array(x)[:, np.newaxis]
+    d = RNG.normal(size=(*at.shape, K))
+    found, slopes = applied(operations, at, np.zeros_like(at), d, np.zeros_like(d))
+    np.testing.assert_array_equal(found[:, 0], value)
+    np.testing.assert_array_equal(slopes, np.array(slope)[:, np.newaxis, np.newaxis] * d)
 
 
 def test_comparisons_look_at_values_alone() -> None:
@@ -198,7 +206,7 @@ def test_crossed_tells_a_switch_within_the_change() -> None:
     x = np.array([0.1, -0.1, 0.1, 0.1, 0.0, 0.0])
     d = np.zeros((6, K))
     d[0, 3], d[1, 7], d[2, 0], d[4, 1] = -0.2, 0.2, 0.05, 1e-9
-    found, slopes = applied(lambda x, y: crossed(x), x, x, d, d)
+    found, slopes = (each[0] for each in applied([lambda x, y: crossed(x)], x[None], x[None], d[None], d[None]))
     np.testing.assert_array_equal(found, [1.0, 1.0, 0.0, 0.0, 1.0, 0.0])
     assert not slopes.any()
     assert crossed(0.0) == 0.0

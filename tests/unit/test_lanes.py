@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 import pytest
-from kernel_arrays import call, compiled
+from kernel_arrays import call, compiled, row_by_row
 from numpy.typing import NDArray
 
 from meltemi.maths.generic import anywhere, floor, largest, neighbours, split, total, two_to, where, whole, zero
@@ -164,32 +164,35 @@ def run(function: Callable[..., Any], *arrays: Float, of_nodes: tuple[int, ...],
     call(function, *arrays, kind=kind, nodes=of_nodes)
 
 
-def applied(operation: Callable[[Any, Any], Any], x: Float, y: Float) -> Float:
-    """The operation at every pair, by lanes."""
-    inner = compiled(operation)
+def applied(operations: Sequence[Callable[[Any, Any], Any]], x: Float, y: Float) -> Float:
+    """Each operation at every pair of its row, by lanes."""
+    out = np.full(x.shape, 777.0)
+    run(row_by_row(operations), x, y, out, of_nodes=(0, 1, 2))
+    return out
 
-    def every(x: Any, y: Any, out: Any) -> None:
-        for n in range(x.shape[1]):
-            out[0, n] = inner(x[0, n], y[0, n])
 
-    out = np.full((1, len(x)), 777.0)
-    run(every, x.reshape(1, -1), y.reshape(1, -1), out, of_nodes=(0, 1, 2))
-    return out[0]
+@pytest.fixture(scope="module")
+def found() -> dict[str, tuple[Float, ...]]:
+    """Of every operation: x, y, and its values."""
+    x, y = np.array([operation.numbers() for operation in OPERATIONS.values()]).transpose(1, 0, 2)
+    x, y = x.copy(), y.copy()
+    values = applied([operation.ours for operation in OPERATIONS.values()], x, y)
+    return dict(zip(OPERATIONS, zip(x, y, values, strict=True), strict=True))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", OPERATIONS)
-def test_lane_by_lane_as_python(name: str) -> None:
-    operation = OPERATIONS[name]
-    x, y = operation.numbers()
+def test_lane_by_lane_as_python(name: str, found: dict[str, tuple[Float, ...]]) -> None:
+    operation, (x, y, ours) = OPERATIONS[name], found[name]
     with np.errstate(all="ignore"):
         expected = np.array([operation.python(a, b) for a, b in zip(x.tolist(), y.tolist(), strict=True)])
-        found = applied(operation.ours, x, y)
-    if not operation.ulp:
-        np.testing.assert_array_equal(found, expected)
-    else:
-        worst = float(np.max(np.abs(found - expected) / np.spacing(np.maximum(np.abs(expected), sys.float_info.min))))
-        assert worst <= operation.ulp
+        if not operation.ulp:
+            np.testing.assert_array_equal(ours, expected)
+        else:
+            worst = float(
+                np.max(np.abs(ours - expected) / np.spacing(np.maximum(np.abs(expected), sys.float_info.min)))
+            )
+            assert worst <= operation.ulp
 
 
 def test_in_place_operations() -> None:
@@ -340,11 +343,11 @@ def test_floats_and_lanes_agree_to_the_last_bit_in_arithmetic() -> None:
     A, box = RNG.normal(size=(6, 3, 16)), RNG.normal(size=(3, 10)).astype(np.float32)
     by_lanes, by_floats = np.zeros((4, 3, 16)), np.zeros((4, 3, 16))
     run(nodes_kernel, A, box, by_lanes, of_nodes=(0, 2))
-    # the running sums of a lane go over every eighth node
-    for first in range(WIDTH):
-        some = np.zeros((4, 3, 2))
-        run(nodes_kernel, np.ascontiguousarray(A[..., first::WIDTH]), box, some, of_nodes=(0, 2), kind="floats")
-        by_floats[..., first::WIDTH] = some
+    # the running sums of a lane go over every eighth node: for floats, each lane is a blade of two nodes
+    some = np.zeros((4, 3 * WIDTH, 2))
+    apart = A.reshape(6, 3, 2, WIDTH).swapaxes(2, 3).reshape(6, 3 * WIDTH, 2)
+    run(nodes_kernel, apart, np.repeat(box, WIDTH, axis=0), some, of_nodes=(0, 2), kind="floats")
+    by_floats[:] = some.reshape(4, 3, WIDTH, 2).swapaxes(2, 3).reshape(4, 3, 16)
     np.testing.assert_array_equal(by_lanes, by_floats)
     assert (by_lanes[3] > 2.0).any() and (by_lanes[3] < 2.0).any()
 
@@ -361,7 +364,7 @@ def test_floats_and_lanes_agree_to_the_last_bit_in_arithmetic() -> None:
 )
 def test_what_lanes_cannot_do_does_not_compile(wrong: Callable[[Any], Any]) -> None:
     with pytest.raises(numba.core.errors.TypingError):
-        applied(lambda x, y: wrong(x), np.ones(WIDTH), np.ones(WIDTH))
+        applied([lambda x, y: wrong(x)], *np.ones((2, 1, WIDTH)))
 
 
 def test_neighbours_in_a_box() -> None:
