@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 import pytest
-from kernel_arrays import call, compiled, row_by_row
+from kernel_arrays import call, row_by_row
 from numpy.typing import NDArray
 
 from meltemi.maths.generic import anywhere, floor, largest, neighbours, split, total, two_to, where, whole, zero
