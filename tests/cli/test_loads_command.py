@@ -9,9 +9,15 @@ from pathlib import Path
 import pytest
 from terminal import Command
 
+from meltemi_loads.loadbase import timing
 from meltemi_loads.loadbase.campaign import read_campaign
 
 QUICK = ("--class", "IB", "--quick")
+
+
+@pytest.fixture(autouse=True)
+def short_timing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(timing, "TIMED", 10.0)
 
 
 def rows_of(base: Path) -> list[dict[str, str]]:

@@ -111,8 +111,11 @@ def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
 
     try:
         with catch_warnings(action="ignore"):  # of an anchor that is set twice, which YAML allows
-            data = YAML(typ="safe").load(text)
-        if "*" in text and _entries(data, {}) > MOST_ENTRIES:
+            try:
+                data = YAML(typ="safe").load(text)  # by ruamel.yaml.clib
+            except YAMLError:
+                data = YAML(typ="safe", pure=True).load(text)  # slower; allows more, and its errors say more
+        if _entries(data, {}) > MOST_ENTRIES:
             raise ValueError(f"its aliases expand to more than {MOST_ENTRIES} values")
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
