@@ -38,19 +38,17 @@ if threading.current_thread() is threading.main_thread() and signal.getsignal(si
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-SLOW = ("derivatives", "modal blades")
+LATER = {"derivatives": "slow", "modal blades": "slow", "gradients": "long"}
+"""Stages of machine code, which takes twice the time of all else, that only tests of a mark need."""
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile what is missing before the workers start, which would all compile the same.
-
-    Derivatives, whose machine code takes twice the time of all else, and modal blades belong to the slow tests.
-    """
-    workers = getattr(session.config.option, "numprocesses", None)
-    fast = "not slow" in str(session.config.option.markexpr)
-    if workers and not hasattr(session.config, "workerinput") and (kernel.is_cold() or not fast):
+    """Compile what is missing before the workers start, which would all compile the same."""
+    workers, marks = getattr(session.config.option, "numprocesses", None), str(session.config.option.markexpr)
+    wanted = [name for name in STAGES if f"not {LATER.get(name, 'of any mark')}" not in marks]
+    if workers and not hasattr(session.config, "workerinput") and (kernel.is_cold() or "not slow" not in marks):
         began = time.perf_counter()
-        warmup([name for name in STAGES if not (fast and name in SLOW)], workers=int(workers))
+        warmup(wanted, workers=int(workers))
         print(f"compiled the kernels in {time.perf_counter() - began:.0f} s, before the workers start", flush=True)
 
 

@@ -114,7 +114,7 @@ def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Mod
         assert text in page
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_schemes_follow_a_power_reference(command: Command, tmp_path: Path) -> None:
     """Half of rated power, and a step of a file: A2 pitches less than A0, both follow."""
     (tmp_path / "steps.csv").write_text("time,share\n0,0.5\n30,0.5\n30,0.6\n")

@@ -125,7 +125,7 @@ def test_options_replace_what_they_name(
     assert asked == as_it_is.replace(**changes)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_another_wind_replaces_the_wind_only(
     command: Command, master: Path, bts: Callable[..., Path], tmp_path: Path
 ) -> None:

@@ -25,7 +25,7 @@ sectors:
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_from_the_design_to_the_verdict(command: Command, tmp_path: Path) -> None:
     folder, site = tmp_path / "s", tmp_path / "site.yaml"
     site.write_text(SITE)

@@ -43,7 +43,7 @@ def test_swapping_compiled_controllers_compiles_nothing_else(model: Model) -> No
     assert result.status is Status.OK
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_second_process_finds_all_in_the_cache() -> None:
     code = """
 import json, meltemi, numba

@@ -20,7 +20,10 @@ def test_the_bench_judges_against_the_limit_of_the_supervisor() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "seed"), [("nrel5mw", 2), ("iea15mw", 6), ("iea22mw", 6)])
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [("nrel5mw", 2), *(pytest.param(name, 6, marks=pytest.mark.long) for name in ("iea15mw", "iea22mw"))],
+)
 def test_production_goes_on_in_extreme_turbulence(name: str, seed: int) -> None:
     """In the seed with the largest excursion of those of the theory's page."""
     if name.startswith("iea"):

@@ -206,7 +206,7 @@ def test_a_flexible_turbine_tracks_too(turbine: meltemi.Turbine) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["iea15mw", "iea22mw"])
+@pytest.mark.parametrize("name", ["iea15mw", pytest.param("iea22mw", marks=pytest.mark.long)])
 def test_the_speed_loop_of_a_large_turbine_has_no_limit_cycle(name: str) -> None:
     """Steady wind after a step of it: with loops of 0.27 and 0.30 rad/s pitch oscillated by 7 and 13 deg."""
     turbine = meltemi.load_turbine(name)

@@ -72,7 +72,7 @@ def test_default_step_is_converged_in_turbulence(turbine: Turbine) -> None:
         assert np.sqrt(np.mean((rough - fine) ** 2)) < 0.03 * fine.std(), name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_steady_loads_converge_with_the_nodes(turbine: Turbine) -> None:
     names = ("generator_power", "rotor_aero_thrust", "root_moment_out_of_plane_1", "tip_out_of_plane_1")
     found = []

@@ -25,6 +25,8 @@ ROOT = Path(__file__).parents[2]
 DOCS = sorted((ROOT / "docs").rglob("*.md"))
 TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *DOCS)}
 NOTEBOOKS = sorted(path.stem for path in (ROOT / "examples" / "notebooks").glob("*.py"))
+OWN_CODE = ("floating", "neural_controller")
+"""Notebooks that compile machine code of derivatives which no other test needs."""
 
 
 @cache
@@ -80,7 +82,7 @@ def test_the_finder_of_commands_finds() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NOTEBOOKS)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n in OWN_CODE else n for n in NOTEBOOKS])
 def test_notebook_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With its reduced values."""
     if name == "learning":

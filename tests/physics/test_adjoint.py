@@ -27,7 +27,7 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.long,
     pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="derivatives exist in compiled code only"),
 ]
 
@@ -61,7 +61,6 @@ def found(run: Run) -> Gradient:
     return gradient(run, objective, PARAMETERS)
 
 
-@pytest.mark.slow
 def test_adjoint_equals_duals(run: Run, found: Gradient) -> None:
     by = sensitivity(run, PARAMETERS)
     expected = by.std(TOWER)[1] + by.fatigue(ROOT, 10.0)[1]
@@ -94,9 +93,7 @@ CASES: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize(
-    "case", [case if i < 2 else pytest.param(case, marks=pytest.mark.long) for i, case in enumerate(CASES)]
-)
+@pytest.mark.parametrize("case", CASES)
 def test_random_weights_and_directions(case: str, turbine: Turbine, geared: Turbine) -> None:
     """The adjoint of random weights, times a direction, is the weighted sum of derivatives in it (J-5)."""
     if "electrical" in CASES[case]:
@@ -128,7 +125,6 @@ def test_through_an_event_and_from_initial_conditions(turbine: Turbine) -> None:
         check(run, ["controller.proportional_gain", "pitch_offset", "aerodynamics.air_density"])
 
 
-@pytest.mark.long
 def test_power_coefficient_turbine() -> None:
     model = meltemi.build(meltemi.load_turbine("pmsg20mw"))
     check(Run(model, 10.0, duration=0.2), ["aerodynamics.air_density", "controller.torque"])
@@ -151,14 +147,12 @@ def own(update: Any) -> Controller:
     )
 
 
-@pytest.mark.long
 def test_own_controller(turbine: Turbine) -> None:
     model = meltemi.build(turbine, EXACT)
     names = ["controller.set_speed", "controller.gain", "controller.pitch", "controller.torque"]
     check(Run(model, 15.0, duration=0.2, controller=own(nonlinear)), names)
 
 
-@pytest.mark.long
 def test_controllers_without_derivatives_are_refused(model: Model) -> None:
     @numba.njit
     def allocates(state: Any, measurements: Any, demands: Any, dt: float) -> None:

@@ -33,6 +33,7 @@ def test_the_nrel5mw_gets_its_published_gains(turbine: Turbine, tuning: Baseline
     assert found.gain_halving_pitch == pytest.approx(published.gain_halving_pitch, rel=0.10)
 
 
+@pytest.mark.long
 def test_the_optimal_gain_is_that_of_the_flexible_rotor(turbine: Turbine, tuning: BaselineTuning) -> None:
     # published: C_P 0.482 at a tip-speed ratio of 7.55; the gain goes with the inverse cube of the ratio
     assert tuning.power_coefficient == pytest.approx(0.482, abs=0.005)
@@ -82,6 +83,7 @@ def test_the_gains_of_the_library_are_those_of_the_rule(name: str, ratio: float 
         assert getattr(found.pitch, gain) == pytest.approx(getattr(stored.pitch, gain), rel=0.005)
 
 
+@pytest.mark.long
 def test_margins_lower_the_frequency_and_widen_filter_and_schedule(turbine: Turbine, tuning: BaselineTuning) -> None:
     found = tune_baseline(turbine, tip_speed_ratio=7.55)
     assert 0.6 * tuning.frequency < found.frequency < 0.9 * tuning.frequency
@@ -96,6 +98,7 @@ def test_margins_lower_the_frequency_and_widen_filter_and_schedule(turbine: Turb
     assert kept.gain_margin > 2.0
 
 
+@pytest.mark.long
 def test_a_loop_of_the_linear_model_tells_when_a_run_oscillates() -> None:
     """With ever more gain the IEA 15 MW turns unstable where the loop passes -1."""
     pytest.importorskip("windIO")

@@ -299,7 +299,7 @@ def test_who_raises_what_the_keyboard_raises_ends_the_batch(model: Model) -> Non
     assert ([o.error for o in batch.run()], batch.interrupted) == ([KeyboardInterrupt], True)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C cannot be sent to one process")
 def test_interrupt_keeps_what_is_done() -> None:
     done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=60, check=True)

@@ -65,7 +65,7 @@ def near(found: NDArray[np.complex128], expected: NDArray[np.complex128], tolera
         assert np.abs(found - pole).min() < tolerance * abs(pole), (pole, found)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_at_rest_it_is_one_of_two_masses() -> None:
     """One edgewise mode of each blade: modal mass with what the blade carries across, the damper along its axis."""
     own = {"locked": CORE, "flap_modes": 0, "edge_modes": 1, "torsion_modes": 0, "residual_modes": 0}
@@ -88,7 +88,7 @@ def test_at_rest_it_is_one_of_two_masses() -> None:
     near(found, expected, 2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("axes", ["x", "y"])
 def test_rotation_softens_a_spring_in_its_plane(axes: Any) -> None:
     """sqrt(k/m - W^2) in the rotor plane, sqrt(k/m) out of it."""
@@ -99,7 +99,7 @@ def test_rotation_softens_a_spring_in_its_plane(axes: Any) -> None:
     assert np.abs(found.real).max() < 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_axes_are_coupled_by_rotation_in_a_cone() -> None:
     """Axes across the rotor plane are coupled by the centrifugal force, with cone by that of Coriolis as well."""
     cone, angle, pitch, k, c = 0.3, 0.4, 0.2, 16.0, 0.1
@@ -234,7 +234,7 @@ def energy_of_masses(case: Case, probe: Case) -> float:
     return float(found)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_damps_the_first_edgewise_mode() -> None:
     """By Den Hartog's rule for a share of 3 % of the modal mass: from 0.5 to 5 % of critical damping."""
     own = {"locked": CORE, "flap_modes": 0, "edge_modes": 1, "torsion_modes": 0, "residual_modes": 0}
@@ -264,7 +264,7 @@ OPENFAST = {
 10.5 rpm in 12 m/s from undeflected, 500 kg with 20 kN/m and 600 N s/m along both axes of the root, 55 m from it."""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_masses_in_blades_move_as_in_openfast() -> None:
     """Means within 0.6 %, spreads within 0.2 %, and 1 % flapwise, where the tower still rings."""
     damper = MassDamper(span=55.0, angle=0.0, mass=500.0, stiffness=20e3, damping=600.0, axes="xy")

@@ -118,6 +118,7 @@ def test_mistuned_plant_has_other_frequencies_and_the_same_control(turbine, mode
     assert mistuned(turbine, 1.0, 1.0) is turbine
 
 
+@pytest.mark.long
 def test_an_identical_controller_differs_by_nothing_and_fails_nothing_of_its_own(bench):
     table = bench.lifetime("same")
     assert all(e.change.mean == 0.0 and e.change.half_width == 0.0 for e in table if e.change is not None)

@@ -41,6 +41,7 @@ def test_the_limit_of_the_reference_turbine(limits: Flutter) -> None:
     assert max(shape[name] for name in shape if "torsion" in name) > 0.2
 
 
+@pytest.mark.long
 def test_curves_hold_the_least_damped_mode(limits: Flutter) -> None:
     blades = [i for i, label in enumerate(limits.labels) if any(n in label for n in ("flap", "edge", "torsion"))]
     assert np.nanmin(limits.damping[blades], axis=0)[:3] == pytest.approx(limits.least[:3])
@@ -65,6 +66,7 @@ def test_it_is_that_of_the_first_speed_if_this_is_unstable() -> None:
     assert found.limit.rotor_speed == found.rotor_speed[0]
 
 
+@pytest.mark.long
 def test_a_speed_without_motion_ends_the_curve(model: Model) -> None:
     found = flutter(model, RPM * np.array([12.0, 50.0]), wind=25.0)
     assert list(found.failures) == [pytest.approx(50.0 * RPM)]

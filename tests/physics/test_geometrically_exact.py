@@ -45,6 +45,7 @@ def test_statics_are_those_of_the_exact_beam(name: str) -> None:
         assert abs(row.deviation) <= row.band, row
 
 
+@pytest.mark.long
 def test_second_order_blades_are_wrong_where_exact_ones_are_right() -> None:
     tip, twist, _ = compare("iea22mw", ModelOptions(blade_model=SECOND), shares=(0.2,))
     assert tip.deviation > 5.0

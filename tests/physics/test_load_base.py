@@ -89,6 +89,7 @@ def names_in(folder: Path) -> list[str]:
     return [name for path in folder.glob("results/*.parquet") for name in pd.read_parquet(path)["name"]]
 
 
+@pytest.mark.long
 def test_a_row_is_the_reduction_of_its_run(tiny: Plan, whole: Path) -> None:
     name = tiny.cases[4].name
     result = engine.show_case(tiny, name)
@@ -136,6 +137,7 @@ def test_cycles_are_kept_for_fatigue_only_and_by_channel(whole: Path, tiny: Plan
     assert len(engine.base_table(one, tmp_path, "statistics"))
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("small_groups")
 def test_any_division_gives_the_same_bits(tiny: Plan, whole: Path, tmp_path: Path) -> None:
     for k in (3, 1, 2):
@@ -156,6 +158,7 @@ def test_what_is_there_is_not_run_again(tiny: Plan, whole: Path) -> None:
     assert sorted(whole.glob("results/*")) == before
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("small_groups")
 def test_two_runs_in_one_folder(tiny: Plan, whole: Path, tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as pool:
@@ -251,6 +254,7 @@ def test_a_change_reruns_what_it_changes(tmp_path: Path, library: Path) -> None:
     assert changed(first, keys(campaign(controller=foreign))) == {"dlc1.2"}
 
 
+@pytest.mark.long
 def test_gains_do_not_change_what_is_not_controlled(tmp_path: Path) -> None:
     """Neither the key nor the bits."""
     turbine = meltemi.load_turbine("nrel5mw")
@@ -347,6 +351,7 @@ def stub(monkeypatch: pytest.MonkeyPatch, send: Callable[..., Any]) -> None:
     monkeypatch.setattr("meltemi.core.extras.installed", lambda name: True)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("small_groups")
 def test_a_cluster_gives_the_same_bits(
     tiny: Plan, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -161,6 +161,7 @@ def test_a_step_of_the_wind_is_followed_within_the_time_of_the_slowest_pole(mode
     assert settled < 5.0 and np.abs(late.mean() - after) < 0.1
 
 
+@pytest.mark.long
 def test_wind_across_rated_does_not_excite_the_filter(large: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     # at rated wind speed the steady thrust has a kink: models beside each other differ most
     made, load = narrow(large, 9.0, 14.0), "tower_base_moment_fore_aft"

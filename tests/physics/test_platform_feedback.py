@@ -30,7 +30,7 @@ def with_feedback(turbine: Any, gain: float) -> Any:
     return turbine.replace(**{"control.pitch.motion_gain": gain, "control.pitch.motion_frequency": 0.2186})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("gain", "damping"), [(0.0, 0.055), (0.021, 0.098)])
 def test_a_pushed_platform_moves_as_the_linear_model_under_the_law(model: Any, gain: float, damping: float) -> None:
     """What a push adds to a run; it has the sign and the size of the feedback."""
@@ -64,7 +64,7 @@ def test_a_pushed_platform_moves_as_the_linear_model_under_the_law(model: Any, g
     assert pitch_damping(linear, turbine.control, 0.2186) == pytest.approx(damping, abs=0.003)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_gain_is_the_slope_of_the_steady_pitch(model: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(platform_feedback, "CHECKED", 2)
     monkeypatch.setattr(platform_feedback, "rated_wind", lambda model: 11.0)

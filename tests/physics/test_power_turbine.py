@@ -437,7 +437,7 @@ def test_the_linear_model_is_the_slope_of_the_machine(turbine: PowerTurbine) -> 
             assert mode.frequency == pytest.approx(np.sqrt(2.5e9 * (1 / 2.93e9 + 1 / 3e8)), rel=1e-3)
 
 
-@pytest.mark.slow  # kernels of duals
+@pytest.mark.long  # kernels of duals
 def test_derivatives_of_a_run_are_those_of_differences() -> None:
     # of the table, which has a slope at zero pitch, below which the formula has none, and without switches: below rated
     # wind, away from the actuator's limit

@@ -182,6 +182,7 @@ def test_through_events(model: Model, wind: WindBox) -> None:
     assert len(found.result.log) == 8
 
 
+@pytest.mark.long
 def test_switches_are_counted(model: Model) -> None:
     wind = box(11.4, 4)
     arguments: dict[str, Any] = {"duration": SECONDS, "channels": CHANNELS}
@@ -271,6 +272,7 @@ def begin(start: StartPoint) -> list[float]:
     return [0.004, start.generator_speed, 0.0]
 
 
+@pytest.mark.long
 def test_own_controllers(model: Model, wind: WindBox) -> None:
     named = Controller(proportional, init=begin, name="mine", state_names=("gain", "reference", "switches"))
     names = ["controller.gain", "controller.reference", "aerodynamics.air_density"]
@@ -287,6 +289,7 @@ def test_own_controllers(model: Model, wind: WindBox) -> None:
     assert other.switches["controller"] is None
 
 
+@pytest.mark.long
 def test_a_compiled_controller_around_the_baseline(model: Model, wind: WindBox) -> None:
     law = meltemi.control.BaselineController(model.turbine)
     inner = law.update

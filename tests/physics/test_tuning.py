@@ -111,6 +111,7 @@ def test_plants_are_those_of_the_machine_in_time(machine: Model, linear: list[Li
                 assert abs(found - wrong) > 3.0 * abs(found - expected)
 
 
+@pytest.mark.long
 def test_loops_act_on_their_own_harmonic_and_on_others_as_computed(machine: Model, linear: list[LinearModel]) -> None:
     # tones of the pitch with a 2P loop of the flaps closed: at 2P it is the loop's own L, at 1P what it does beside
     loop = scaled(tune_ipc(machine, 2, "flap", linear=linear).loop, 0.7)

@@ -82,7 +82,7 @@ def test_what_is_no_dataset_of_one_body_is_refused(tmp_path: Path) -> None:
         read_coefficients(str(path))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_dataset_of_capytaine_is_that_of_our_own_calls(tmp_path: Path) -> None:
     """Signs, phases and weight: a cylinder, by different panels."""
     capytaine = pytest.importorskip("capytaine", reason="needs capytaine")

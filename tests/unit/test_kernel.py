@@ -297,7 +297,7 @@ def test_a_damaged_file_is_as_if_it_were_not_there(tmp_path: Path) -> None:
             assert found() == "code" * 20
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_damaged_machine_code_is_compiled_again(tmp_path: Path) -> None:
     place, *_ = run(tmp_path)
     for ending in ("*.nbi", "*.nbc"):
@@ -317,7 +317,7 @@ class Planted:
         return Path.touch, (self.file,)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_machine_code_of_somebody_else_is_never_unpickled(tmp_path: Path) -> None:
     """Not with a digest that anybody can compute, nor with a signature by another key."""
     place, *_ = run(tmp_path / "mine")
@@ -344,7 +344,7 @@ def test_a_cache_into_which_others_may_write_is_refused(tmp_path: Path, part: st
     assert run(tmp_path / "cache") == [place, "1", "0", "True"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "chown") or os.geteuid() != 0, reason="only root gives files away")
 def test_a_cache_of_another_user_is_refused(tmp_path: Path) -> None:
     run(tmp_path / "cache")
@@ -358,7 +358,7 @@ NO_ROOM = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))"
 """As on a full disk, for users who may write everywhere, too: files can be made and stay empty."""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(os.name != "posix", reason="there are no limits of a process")
 def test_where_there_is_no_room_kept_code_is_used_and_the_rest_compiled(tmp_path: Path) -> None:
     run(tmp_path, script="from meltemi.core import private; private.user_key()")

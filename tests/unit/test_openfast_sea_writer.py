@@ -47,7 +47,7 @@ def load(name: str) -> Any:
 
 
 @pytest.mark.parametrize(
-    "name", [FLOATER, *(pytest.param(n, marks=pytest.mark.slow) for n in ("iea15mw-volturnus", "iea22mw-semi"))]
+    "name", [FLOATER, *(pytest.param(n, marks=pytest.mark.long) for n in ("iea15mw-volturnus", "iea22mw-semi"))]
 )
 def test_a_platform_comes_back(name: str, tmp_path: Path) -> None:
     turbine = load(name).replace(**{"platform.excitation": "displaced" if name == FLOATER else "at_rest"})

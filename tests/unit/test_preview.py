@@ -202,7 +202,7 @@ def steady(model: Model) -> tuple[float, Float]:
     return steady_pitch(model)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_steady_pitch_is_that_of_operating_points(model: Model, steady: tuple[float, Float]) -> None:
     first, pitch = steady
     assert first == model.turbine.cut_in

@@ -64,6 +64,7 @@ def test_rated_operation_is_that_of_the_report(seen: Portrait) -> None:
     assert fact(seen, "Drivetrain", "rated torque") == "43.53 kN m"
 
 
+@pytest.mark.long
 def test_the_curve_is_finer_around_rated(seen: Portrait) -> None:
     assert seen.curve is not None
     speeds = np.array([p.wind.speed for p in seen.curve])

@@ -396,7 +396,7 @@ def test_the_command_writes_turbine_and_report(
     assert "--fixed-base is for OpenFAST decks" in said.err
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_import_has_gains_of_its_own(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The library has gains of the same rule; those by similarity are for twice the frequency, without margins."""
     extra = {key: value for key, value in read_mapping(EXTRA).items() if key != "control"}

@@ -98,7 +98,7 @@ def test_a_small_load_across_an_arc_bends_and_twists_it() -> None:
     assert found.position[-1][1] == pytest.approx(expected, rel=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_bend_of_bathe_and_bolourchi() -> None:
     """A load of 600 across an arc: between the first published tip and that of a spectral element code, 2 % apart.
 
@@ -132,7 +132,7 @@ def test_the_composite_box_of_beamdyn() -> None:
     np.testing.assert_allclose(4.0 * np.tan(size / 4.0) / size * turned, [-0.17985, 0.00488, 0.18445], rtol=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_twisted_beam_of_macneal_and_harder() -> None:
     """A rectangle of 1.1 x 0.32, twisted by a right angle, under unit tip loads: closed form, and published figures.
 
@@ -153,7 +153,7 @@ def test_the_twisted_beam_of_macneal_and_harder() -> None:
     assert sorted([across, along]) == pytest.approx([0.001754, 0.005424], rel=5e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_errors_fall_with_the_fourth_power_of_the_step() -> None:
     beam, force = uniform(BENDING, straight(1.0, 3), twist=0.8), np.array([6.0, 4.0, 2.0])
     none = np.zeros((3, 3))

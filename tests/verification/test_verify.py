@@ -15,7 +15,7 @@ from meltemi_verification.table import Comparison, Known, Report, Row, Study, Ve
 from meltemi_verification.turbulent import reference_series, short_series, short_wind, thinned, turbulence
 from meltemi_verification.verification import FULL, QUICK, verification
 
-LONG = 10.0
+LONG = 3.0
 """[s] from which a study is left to the tests that take long."""
 
 
@@ -56,7 +56,7 @@ def test_full_study(study: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.reference
-@pytest.mark.parametrize("aero", ["A", "B"])
+@pytest.mark.parametrize("aero", ["A", pytest.param("B", marks=pytest.mark.long)])
 def test_ten_minutes_of_turbulence(aero: str, reference: Path) -> None:
     assert complaints(turbulence(aero, reference)) == []
 

@@ -284,7 +284,7 @@ def _rate(k: Float, left: float) -> Float:
     return out
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_one_point_spectra() -> None:
     k1 = np.array([0.01, 0.1, 0.5, 2.0, 10.0, 60.0])
     sheared = mann.one_point(3.9)

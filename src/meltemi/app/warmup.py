@@ -183,25 +183,31 @@ def _stepping() -> None:
 
 
 def _derivatives() -> None:
-    """Linear models and sensitivities, with dual numbers, and gradients by the adjoint."""
-    from meltemi.analysis import gradient, sensitivity
+    """Linear models and sensitivities, with dual numbers."""
+    from meltemi.analysis import operating_point, sensitivity
     from meltemi.control.dual_updates import dual_entry
     from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
-    from meltemi.simulation.trim import operating_point
 
     model, wind = _machine()
     start = operating_point(model, wind)
     linearise(model, start, azimuth=0.0)
-    run = Run(model, wind, duration=0.1, start=start)
-    sensitivity(run, ["pitch_offset"])
+    sensitivity(Run(model, wind, duration=0.1, start=start), ["pitch_offset"])
+    dual_entry(LoadController(model.turbine))
+
+
+def _gradients() -> None:
+    """Gradients by the adjoint, for parameters of the turbine and of its controller."""
+    from meltemi.analysis import gradient
+
+    run = Run(*_machine(), duration=0.1)
     for parameter in ("pitch_offset", "controller.proportional_gain"):
         gradient(run, lambda result: (0.0, {}), [parameter])
-    dual_entry(LoadController(model.turbine))
 
 
 STAGES: dict[str, Callable[[], None]] = {
     "derivatives": _derivatives,
+    "gradients": _gradients,
     "runs": _runs,
     "modal blades": partial(_march, blade_model="modal"),
     "electrical": _electrical,
