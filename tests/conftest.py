@@ -9,6 +9,7 @@ import signal
 import subprocess
 import threading
 import time
+from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
@@ -50,6 +51,15 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         began = time.perf_counter()
         warmup(wanted, workers=int(workers))
         print(f"compiled the kernels in {time.perf_counter() - began:.0f} s, before the workers start", flush=True)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def not_laid_out(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Figures of commands, pages and notebooks are drawn without layout, half of their time; other tests judge it."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.path.parent.name in ("cli", "docs"):
+            patch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda self, figure: None)
+        yield
 
 
 REFERENCE = Path(__file__).parents[2] / "shared" / "reference"
