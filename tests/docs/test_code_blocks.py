@@ -147,6 +147,7 @@ def test_wind_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (tmp_path / "small.nc").stat().st_size < (tmp_path / "field.nc").stat().st_size
 
 
+@pytest.mark.slow
 def test_a_turbine_at_sea(capsys: pytest.CaptureFixture[str]) -> None:
     page = "docs/guide/sea.md"
     exec(compile("\n".join(blocks(page, "python")), page, "exec"), {"__name__": "page"})
