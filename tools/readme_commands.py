@@ -52,7 +52,7 @@ TRIES = (
     Try("power-curve nrel5mw --out out", "power-curve nrel5mw --wind-speeds 8,12 --out curve"),
     Try(
         "compare nrel5mw --ntm --wind-class IIB --wind-speed 20 --controllers cpc,ipc,cpfc --out out",
-        "compare nrel5mw --ntm --wind-class IIB --wind-speed 20 --controllers cpc,ipc --seeds 2 --duration 60 "
+        "compare nrel5mw --ntm --wind-class IIB --wind-speed 20 --controllers cpc,supervised --seeds 2 --duration 60 "
         "--transient 20 --out compared",
     ),
     Try("loads plan nrel5mw --class IB --out base", "loads plan nrel5mw --class IB --quick --out base"),

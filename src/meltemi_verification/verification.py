@@ -34,7 +34,7 @@ from meltemi_verification.table import Comparison, Report, Study
 WINDIO = ("windIO",)
 QUICK: tuple[Study, ...] = (
     Study(8.0, closed_form.structure),
-    Study(4.0, momentum.momentum),
+    Study(12.0, momentum.momentum),
     Study(8.0, published.report_steady),
     Study(1.0, published.report_modes),
     Study(1.0, modes.linearised),
@@ -44,7 +44,7 @@ QUICK: tuple[Study, ...] = (
     Study(3.0, rigid.fixed_rotor),
     Study(1.0, rigid.spin),
     Study(2.0, rigid.pitch_steps),
-    Study(12.0, lambda: steady.steady("A")),
+    Study(4.0, lambda: steady.steady("A")),
     Study(2.0, lambda: steady.spanwise("A")),
     Study(3.0, lambda: steady.periodic("A", ("shear_8", "shear_12", "shear_20", "yaw20_10"))),
     Study(1.0, lambda: yaw.yawed("A")),

@@ -140,7 +140,7 @@ def test_damaged_content_is_refused_in_words_or_valid(path: Path, data: st.DataO
         assert read_record(path, kind) == record
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_damage_is_neither_always_fatal_nor_always_harmless() -> None:
     # what the tests above and below see
     fates = {"turbine": [0, 0], "case": [0, 0]}

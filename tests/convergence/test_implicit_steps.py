@@ -133,7 +133,7 @@ def turbulent(integration: Any, h: float | None) -> Any:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_long_implicit_steps_keep_loads_in_turbulence() -> None:
     fine, rough, other = turbulent("implicit", 0.0025), turbulent("implicit", None), turbulent("explicit", 0.0025)
     assert rough.meta["time_step"] == pytest.approx(0.05 / 3)

@@ -53,7 +53,7 @@ def run(files: Path, *arguments: str, **environment: str) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["heave.py", "row.py"])
+@pytest.mark.parametrize("name", [pytest.param("heave.py", marks=pytest.mark.long), "row.py"])
 def test_the_programs_print_what_the_page_says(files: Path, name: str) -> None:
     """Heave of a moving base with buoyancy, added mass, radiation and a sea; a turbine in the wake of another one."""
     (printed,) = re.findall(

@@ -43,12 +43,14 @@ def test_the_optimal_gain_is_that_of_the_flexible_rotor(turbine: Turbine, tuning
     assert tuning.control.torque.optimal_gain == pytest.approx(gain, rel=1e-3)
 
 
+@pytest.mark.long
 def test_the_optimal_gain_holds_the_ratio_that_is_asked_for(turbine: Turbine) -> None:
     asked = tune_baseline(turbine, tip_speed_ratio=7.55, margins=False)
     assert asked.tip_speed_ratio == 7.55
     assert asked.control.torque.optimal_gain == pytest.approx(turbine.control.torque.optimal_gain, rel=0.02)
 
 
+@pytest.mark.long
 def test_frequency_damping_and_ratio_set_the_gains_and_rated_power_is_not_passed_below_rated_speed(
     turbine: Turbine, tuning: BaselineTuning
 ) -> None:

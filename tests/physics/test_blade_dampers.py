@@ -111,7 +111,7 @@ def test_two_axes_are_coupled_by_rotation_in_a_cone() -> None:
     near(found, quadratic(np.eye(2), c * np.eye(2) + 2.0 * w[2] * np.array([[0.0, -1.0], [1.0, 0.0]]), stiffness), 1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gravity_swings_the_mass_once_a_revolution() -> None:
     """y'' + c y' + (k - W^2) y = -g sin(W t); radial load at the root and at stations inboard of the mass."""
     k, c = 9.0, 0.6
@@ -151,7 +151,7 @@ def test_gravity_swings_the_mass_once_a_revolution() -> None:
     assert np.abs((run["RootFyb1"] - bare["RootFyb1"])[late] - run[names[1]][late]).max() < 1e-6 * M * GRAVITY
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_steady_operation_has_the_mass_in_equilibrium() -> None:
     """Its radial load is in the means, and a run from there begins close to its periodic motion."""
     damper = MassDamper(span=SPAN, axes="xy", mass=M, stiffness=M * 49.0, damping=M * 2.0)
@@ -174,8 +174,8 @@ def test_steady_operation_has_the_mass_in_equilibrium() -> None:
     assert np.ptp(y[period]) == pytest.approx(np.ptp(y[-np.count_nonzero(period) :]), rel=0.05)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("blade_model", [pytest.param("modal", marks=pytest.mark.long), "geometrically_exact"])
+@pytest.mark.long
+@pytest.mark.parametrize("blade_model", ["modal", "geometrically_exact"])
 def test_energy_is_kept(blade_model: Any) -> None:
     """Of a turbine that vibrates and turns under gravity, with undamped masses along two axes and in one blade only."""
     dampers = (
@@ -286,7 +286,7 @@ def test_masses_in_blades_move_as_in_openfast() -> None:
         assert found.std() == pytest.approx(spread, rel=0.01 if name == "RootMyc1" else 0.002), name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_saved_run_continues_bit_for_bit(tmp_path: Path) -> None:
     from meltemi.io import restore_state, save_state, stop_at
 

@@ -131,6 +131,7 @@ def test_an_identical_controller_differs_by_nothing_and_fails_nothing_of_its_own
     assert {name for name, passed in base.items() if passed is False} <= {"phase margin"}
 
 
+@pytest.mark.long
 def test_a_controller_without_pitch_fails_the_limits_of_speed(bench):
     bad = {v.criterion: v for v in bench.verdicts("no pitch")}
     assert bad["generator speed"].passed is False

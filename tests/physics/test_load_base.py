@@ -179,6 +179,7 @@ def test_a_case_that_is_there_twice_counts_once(tiny: Plan, whole: Path, tmp_pat
     assert_same(tiny, whole, tmp_path / "all")
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("small_groups")
 def test_a_full_disk_is_told_and_breaks_nothing(
     tiny: Plan, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -247,7 +247,7 @@ def in_a_row(leg: float) -> dict[str, Any]:
     return {"lines": tuple(lines), "points": {f"{x}{i}": MooringPoint() for i in range(3) for x in "bc"}}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "bounds"), [("static", (1e-3, 5e-3, 0.07)), ("dynamic", (1e-6, 1e-5, 1e-4))])
 def test_a_bridle_without_width_is_a_row_of_lines(kind: str, bounds: tuple[float, ...]) -> None:
     """Legs with half the properties of the line, at the same fairlead; static ones have their inertia at their ends."""
@@ -257,7 +257,7 @@ def test_a_bridle_without_width_is_a_row_of_lines(kind: str, bounds: tuple[float
         assert tied[name][0] == pytest.approx(row[name][0], rel=1e-7), name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_static_lines_in_a_row_move_as_one() -> None:
     """Drag and inertia act at other points of the line."""
     platform = meltemi.load_turbine("iea15mw-volturnus").platform
@@ -267,7 +267,7 @@ def test_static_lines_in_a_row_move_as_one() -> None:
         assert np.std(row[name] - one[name]) < 1e-3 * np.std(one[name]), name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_moving_lines_begin_at_rest_with_their_points() -> None:
     """The first sample has static shapes, the next one points in equilibrium: of second order in the segments."""
     errors = []
@@ -278,7 +278,7 @@ def test_moving_lines_begin_at_rest_with_their_points() -> None:
     assert errors[2] < 0.01 and errors[2] < 0.35 * errors[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slow_motions_pull_alike_on_static_and_moving_lines() -> None:
     static, moving = (
         result(100.0, line_model=kind, **bridled(mass=20e3, volume=2.5)) for kind in ("static", "dynamic")
@@ -287,7 +287,7 @@ def test_slow_motions_pull_alike_on_static_and_moving_lines() -> None:
         assert moving[name].mean() == pytest.approx(static[name].mean(), rel=0.02, abs=0.1), name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["static", "dynamic"])
 @pytest.mark.parametrize("what", ["mass", "drag_area", "added_mass"])
 def test_every_constant_of_a_point_matters(what: str, kind: str) -> None:
@@ -299,7 +299,7 @@ def test_every_constant_of_a_point_matters(what: str, kind: str) -> None:
     assert np.std(one["line_1_fairlead_tension"] - other["line_1_fairlead_tension"]) > 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["static", "dynamic"])
 def test_loss_of_a_leg_and_of_what_is_below(kind: str) -> None:
     """Without a leg the other one carries the bridle; without a line below, both hang between their fairleads."""
@@ -314,7 +314,7 @@ def test_loss_of_a_leg_and_of_what_is_below(kind: str) -> None:
     assert 0.0 < below[0] < 0.15 * tension[4][0][19]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["static", "dynamic"])
 def test_a_run_with_points_is_continued(kind: str, tmp_path: Path) -> None:
     whole, first, second = (simulation(4.0, line_model=kind, segments=8) for _ in range(3))
@@ -327,7 +327,7 @@ def test_a_run_with_points_is_continued(kind: str, tmp_path: Path) -> None:
     assert (second.result().data == whole.result().data).all()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_linear_models_have_the_stiffness_of_bridles() -> None:
     """A displacement changes the forces on the platform as by finite differences of lines at rest (W-41)."""
     turbine = meltemi.load_turbine("iea15mw-volturnus")

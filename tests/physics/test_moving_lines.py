@@ -16,7 +16,7 @@ from meltemi.simulation.step import begin_parts_step
 from meltemi_sea.airy import GRAVITY
 from meltemi_verification.floating import base_at
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 SHOWN = ("platform_surge", "platform_heave", "line_1_fairlead_tension", "line_2_anchor_tension", "mooring_force_z")
 

@@ -101,6 +101,7 @@ def test_a_run_in_a_current_stays_where_it_begins(floats: Any) -> None:
     assert moved[0] < 0.02 and moved[1] > 1.0
 
 
+@pytest.mark.long
 def test_a_linear_model_has_the_damping_of_the_current(floats: Any) -> None:
     """A velocity v along the current u changes the drag by 2 D u v."""
     speed, damping = 0.8, floats.turbine.platform.quadratic_damping

@@ -128,7 +128,7 @@ def test_runs_controllers_and_batches_are_measured() -> None:
     assert bench.timed_batch(1.0)["batch_real_time_factor"] > 0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_sample_of_a_load_base_is_timed() -> None:
     pytest.importorskip("pyarrow")
     found = load_benchmark(cases=1)

@@ -229,7 +229,7 @@ def run(model: Model, wind: WindBox, preview: Preview | None, seconds: float = 1
     ).raise_for_status()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_preview_holds_the_speed_and_spares_the_tower(
     model: Model, field: WindBox, steady: tuple[float, Float]
 ) -> None:

@@ -107,7 +107,7 @@ def test_data_are_those_of_the_runs(reference: Path) -> None:
             np.testing.assert_allclose(total, file.speed + file.gust, atol=2e-5, err_msg=name)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_pitching_moment_of_rotary_inertia() -> None:
     """Omega^2 integral (J_edge - J_flap) sin theta cos theta dr; without it all pitching moments are OpenFAST's."""
     structure = stops.deck_model("B").turbine.blade.structure

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,8 +16,12 @@ from meltemi_verification.table import Comparison, Known, Report, Row, Study, Ve
 from meltemi_verification.turbulent import reference_series, short_series, short_wind, thinned, turbulence
 from meltemi_verification.verification import FULL, QUICK, verification
 
-LONG = 3.0
-"""[s] from which a study is left to the tests that take long."""
+LONG_QUICK, LONG = 10.0, 3.0
+"""[s] from which a study, of the quick look or not, is left to the tests that take long."""
+
+
+def studies(begin: int, end: int, seconds: float) -> list[Any]:
+    return [pytest.param(k, marks=[pytest.mark.long] * (FULL[k].seconds >= seconds)) for k in range(begin, end)]
 
 
 def complaints(comparison: Comparison) -> list[str]:
@@ -37,7 +42,7 @@ def bare(monkeypatch: pytest.MonkeyPatch, study: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("bare")
-@pytest.mark.parametrize("study", range(len(QUICK)))
+@pytest.mark.parametrize("study", studies(0, len(QUICK), LONG_QUICK))
 def test_quick_study(study: int) -> None:
     comparison = QUICK[study][1]()
     assert len(comparison.rows) > 0
@@ -46,10 +51,7 @@ def test_quick_study(study: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("bare")
-@pytest.mark.parametrize(
-    "study",
-    [pytest.param(k, marks=[pytest.mark.long] * (FULL[k].seconds >= LONG)) for k in range(len(QUICK), len(FULL))],
-)
+@pytest.mark.parametrize("study", studies(len(QUICK), len(FULL), LONG))
 def test_full_study(study: int) -> None:
     assert complaints(FULL[study][1]()) == []
 
