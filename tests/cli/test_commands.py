@@ -297,7 +297,7 @@ def test_what_the_template_has_in_comments_is_valid(command: Command, tmp_path: 
     assert case.controller.kind == "power"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_templates_other_winds_are_valid(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     bts()
     (tmp_path / "gust.wnd").write_text("0 10 0 0 0 0.2 0 0\n")

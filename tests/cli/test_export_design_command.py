@@ -32,7 +32,7 @@ def test_wrong_input_is_refused_in_a_line(command: Command, tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.parametrize("fmi", ["2.0", pytest.param("3.0", marks=pytest.mark.long)])
 def test_a_unit_has_what_the_options_say(command: Command, tmp_path: Path, fmi: str) -> None:
     """Of a turbine and of a case, in whose place options stand."""
     fmpy = pytest.importorskip("fmpy", reason="needs FMPy")

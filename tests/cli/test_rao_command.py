@@ -8,7 +8,7 @@ import pytest
 from terminal import Command
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_operators_and_the_fit_of_the_radiation_are_written(command: Command, tmp_path: Path) -> None:
     told = command("rao", "nrel5mw-spar", "--duration", 0, "--out", tmp_path)
     assert told.status == 0

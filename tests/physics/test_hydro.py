@@ -66,7 +66,7 @@ def test_panels_converge_and_displace_as_much_as_the_hull() -> None:
     assert panels.vertices[:, 2].max() == 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_members_that_overlap_are_one_body() -> None:
     """Published: 20206 m^3 of water displaced; the waterplane of circles, 446.7 m^2."""
     hull = volturnus()

@@ -130,7 +130,8 @@ def test_a_deck_stops_under_its_options(openfast_deck: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", [pytest.param("dlc4.1-11.4", marks=pytest.mark.long), "dlc5.1-25-s01", "dlc2.1-25-grid_loss-s01"]
+    "name",
+    [*(pytest.param(n, marks=pytest.mark.long) for n in ("dlc4.1-11.4", "dlc5.1-25-s01")), "dlc2.1-25-grid_loss-s01"],
 )
 def test_other_controllers_stop_too(name: str) -> None:
     made = make_campaign(

@@ -58,7 +58,7 @@ def test_environments_follow_the_rules_of_gymnasium(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "controller", ["baseline", "supervised", pytest.param("ipc", marks=pytest.mark.slow(reason="it is tuned"))]
+    "controller", ["baseline", "supervised", pytest.param("ipc", marks=pytest.mark.long(reason="it is tuned"))]
 )
 def test_no_action_is_the_controller(controller: str) -> None:
     channels = ("generator_speed", "pitch_1", "generator_torque", "root_moment_out_of_plane_2")

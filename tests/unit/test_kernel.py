@@ -235,7 +235,7 @@ def cholesky(A, n):
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_kernel_that_only_kernels_call_is_kept_without_machine_code(tmp_path: Path) -> None:
     script = (
         f"{LINKED}\n{SCRIPT.replace('from meltemi.maths.solve import cholesky', '')}\nprint(len(called.signatures))"
@@ -254,7 +254,7 @@ def test_kernels_work_where_nothing_can_be_written(tmp_path: Path) -> None:
     assert " ".join(said).startswith("machine code cannot be kept in")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_processes_that_start_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as pool:
         both = list(pool.map(run, [tmp_path, tmp_path]))

@@ -379,7 +379,7 @@ def test_sigma_at_the_hub(spectrum: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("component", [0, 1, 2])
-@pytest.mark.parametrize("spectrum", MODELS)
+@pytest.mark.parametrize("spectrum", [pytest.param(m, marks=[pytest.mark.long] * (m == "mann")) for m in MODELS])
 def test_spectra(spectrum: str, component: int) -> None:
     """All points count, but coherent ones for less: 1 / error^2 is the number of independent estimates."""
     for band in BANDS:
