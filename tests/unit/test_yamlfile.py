@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import Field, model_validator
+from ruamel.yaml import YAML
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Array, Record
-from meltemi.core.yamlfile import read_record, validated, write_record
+from meltemi.core.yamlfile import parse, read_record, validated, write_record
 from meltemi.loadcases.case import read_case
 
 
@@ -236,6 +237,19 @@ def test_comments_about_a_wrong_value_do_no_harm(tmp_path: Path) -> None:
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"case\.yaml:4: channels: expected a list"):
         read_case(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("a: 010\nb: yes\nc: 1_000\nd: 0o17\ne: 1e5\nf: .inf\ng: ~\nh: 0x1F\ni: q#r\n", None),
+        ("%YAML 1.1\n---\na: 010\nb: yes\n", {"a": 8, "b": True}),
+        ("{a:1, b: [c:d]}", {"a:1": None, "b": ["c:d"]}),  # which the parser in C refuses
+        ("a: &x [1]\nb: *x\n? c\n: >\n  fold\n  ed\nd: 'it''s'\n", None),
+    ],
+)
+def test_both_parsers_find_the_same(text: str, found: dict[str, Any] | None) -> None:
+    assert parse(text, Path("a.yaml")) == (found or YAML(typ="safe", pure=True).load(text))
 
 
 @pytest.mark.slow

@@ -112,7 +112,7 @@ def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
     try:
         with catch_warnings(action="ignore"):  # of an anchor that is set twice, which YAML allows
             try:
-                data = YAML(typ="safe").load(text)  # by ruamel.yaml.clib
+                data = YAML(typ="safe", pure="%YAML" in text).load(text)  # by ruamel.yaml.clib, which reads no version
             except YAMLError:
                 data = YAML(typ="safe", pure=True).load(text)  # slower; allows more, and its errors say more
         if _entries(data, {}) > MOST_ENTRIES:
