@@ -170,6 +170,29 @@ def _frequencies(turbine: Turbine, icing: Icing, options: ModelOptions) -> dict[
     return {name: (found[0][name], found[1][name]) for name in found[0] if name in found[1]}
 
 
+def power_table(effects: IcingEffects) -> Table:
+    """Power in steady wind: clean, and changes by ice."""
+    clean = effects.power[CLEAN]
+    names = [name for name in effects.power if name != CLEAN]
+    rows = [
+        [f"{v:g}", f"{p / 1e6:.2f}", *(f"{100.0 * (effects.power[name][i] / p - 1.0):+.1f}" for name in names)]
+        for i, (v, p) in enumerate(zip(effects.speeds, clean, strict=True))
+    ]
+    head = ["wind\nm/s", "clean\nMW", *(f"{name}\n%" for name in names)]
+    return Table(head, rows, f"{effects.turbine}: power in steady wind, change by ice", text_columns=0)
+
+
+def frequency_table(effects: IcingEffects) -> Table:
+    """Natural frequencies of a blade."""
+    rows = [
+        [name, f"{clean:.3f}", f"{iced:.3f}", f"{100.0 * (iced / clean - 1.0):+.1f}"]
+        for name, (clean, iced) in effects.frequencies.items()
+    ]
+    ice, blade = effects.mass
+    note = f"Ice of {ice:,.0f} kg on a blade of {blade:,.0f} kg ({100.0 * ice / blade:.0f} %)."
+    return Table(["mode", "clean\nHz", "iced\nHz", "%"], rows, f"{effects.turbine}: blade at rest", note=note)
+
+
 def load_changes(effects: IcingEffects, name: str, load: str) -> list[MeanEstimate]:
     """Change of an equivalent load against the clean turbine in the same wind, for each wind speed, as a share."""
     ratio = effects.loads[name][load] / effects.loads[CLEAN][load] - 1.0

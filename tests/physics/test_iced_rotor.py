@@ -12,7 +12,7 @@ from meltemi.simulation.modes import natural_modes
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine import Icing, with_ice
 from meltemi.turbine.icing import ice_mass, ice_stations, leading_edge
-from meltemi_studies.icing import load_table, plot_icing
+from meltemi_studies.icing import frequency_table, load_table, plot_icing, power_table
 
 RIGID = ("tower", "yaw", "generator", "drivetrain", "blades")
 STILL = ("tower", "yaw", "generator", "drivetrain")
@@ -136,8 +136,8 @@ def test_effects_of_ice(turbine: Turbine) -> None:
     assert np.all(
         effects.loads["all blades"]["root_moment_in_plane_1"] > effects.loads["clean"]["root_moment_in_plane_1"]
     )
-    table = load_table(effects)
-    assert all(len(row) == len(table.head) for row in table.rows)
+    for table in (power_table(effects), frequency_table(effects), load_table(effects)):
+        assert all(len(row) == len(table.head) for row in table.rows)
     assert len(plot_icing(effects).axes) == 4
 
 

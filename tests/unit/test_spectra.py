@@ -100,6 +100,7 @@ def test_channels_bring_their_unit_and_time() -> None:
     run = result(100.0 + TIME, root_moment_out_of_plane_1=x)
     spectrum = power_spectrum(run, "RootMyc1", resolution=0.01)
     assert (spectrum.channel, spectrum.unit) == ("root_moment_out_of_plane_1", "N m")
+    assert spectrum.density_unit == "(N m)^2/Hz"
     np.testing.assert_allclose(spectrum.density, power_spectrum(x, dt=DT, resolution=0.01).density, rtol=1e-9)
 
 

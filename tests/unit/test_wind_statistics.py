@@ -201,7 +201,7 @@ def test_statistics_of_a_series() -> None:
     fine = np.interp((np.arange(300_000) + 0.5) * 1e-5, t, [10.0, 12.0, 15.0])
     assert found.std[0] == pytest.approx(fine.std(), rel=1e-6)
     assert (found.lowest[0], found.highest[0]) == (10.0, 15.0)
-    assert found.highest[2] - found.lowest[2] == pytest.approx(0.3)
+    assert found.direction_range == pytest.approx(0.3)
     head, rows = series_rows(found)
     assert rows[0][:2] == ["hub speed", "m/s"]
     assert rows[2] == ["direction", "deg", *rows[2][2:]]

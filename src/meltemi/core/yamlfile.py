@@ -115,7 +115,7 @@ def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
                 data = YAML(typ="safe", pure="%YAML" in text).load(text)  # by ruamel.yaml.clib, which reads no version
             except YAMLError:
                 data = YAML(typ="safe", pure=True).load(text)  # slower; allows more, and its errors say more
-        if _entries(data, {}) > MOST_ENTRIES:
+        if _entries(data, {}) > MOST_ENTRIES:  # which also refuses what is nested too deeply
             raise ValueError(f"its aliases expand to more than {MOST_ENTRIES} values")
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark

@@ -60,6 +60,11 @@ class PowerSpectrum(Brief):
     degrees_of_freedom: float
 
     @property
+    def density_unit(self) -> str:
+        """Unit of the density."""
+        return f"({self.unit or '-'})^2/Hz"
+
+    @property
     def variance(self) -> float:
         """Variance: integral of the density over all frequencies."""
         return float(self.density.sum() * self.resolution)

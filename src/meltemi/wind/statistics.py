@@ -103,6 +103,12 @@ class SeriesStatistics:
     highest: Float
     duration: float
 
+    @property
+    def direction_range(self) -> float:
+        """[rad] between the extreme directions."""
+        i = self.names.index("direction")
+        return float(self.highest[i] - self.lowest[i])
+
 
 @dataclass(frozen=True)
 class SpectrumEstimate:
