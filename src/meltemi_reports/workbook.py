@@ -46,9 +46,23 @@ def write_workbook(path: str | Path, document: Document) -> Path:
         for name, tables in _sheets(section.heading, section.content):
             if any(isinstance(each, Table) for each in tables):
                 _sheet(book, name, tables)
+    save_workbook(book, path)
+    return path
+
+
+def save_workbook(book: Any, path: Path) -> None:
+    """Write a book without formulas: text of an input that begins with ``=`` stays text, and is not evaluated.
+
+    Raises:
+      InputError: the file cannot be written.
+    """
+    for sheet in book.worksheets:
+        for row in sheet.iter_rows():
+            for cell in row:
+                if cell.data_type == "f":
+                    cell.data_type = "s"
     with replacing(path) as (partial,):
         book.save(partial)
-    return path
 
 
 def _sheets(heading: str, content: Sequence[Block]) -> Iterator[tuple[str, list[str | Table]]]:

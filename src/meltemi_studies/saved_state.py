@@ -3,32 +3,41 @@
 The time loop reads and writes a fixed set of vectors (``Simulation.moving``); all else is made anew from the
 description of the run. A saved state is these vectors, the samples recorded so far, the log of what was done by hand,
 and the identity of everything that must be equal in the run that continues.
+
+The kernels use numbers of these vectors as indices: states of a supervisor, rows of the output. A file is therefore
+read only with the signature of the same user (``core/private.py``), which covers every byte; its counters and constants
+are compared with those of the run all the same.
 """
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile
 
 import numpy as np
 
 from meltemi.control.controller import LogEntry
 from meltemi.control.signals import CALLBACK
 from meltemi.core.errors import InputError
-from meltemi.core.files import reading, replacing
+from meltemi.core.files import bytes_of, replacing
 from meltemi.core.kernel import source_hash
 from meltemi.core.physics import PHYSICS
+from meltemi.core.private import signed, user_key, verified
+from meltemi.maths.tables import View
 from meltemi.simulation import step
 from meltemi.simulation.simulate import Simulation, describe
+from meltemi.simulation.tables import Watch
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-FORMAT = 1
+FORMAT = 2
 LARGEST = 20_000_000_000
 VECTORS = "signals aero_states measured velocity acceleration clock controller_state faults watch weights".split()
 """Names of ``Simulation.moving`` in the file."""
@@ -47,6 +56,10 @@ REMEDIES = {
     "channels": "it was saved in a run with other channels",
 }
 """Keys of the description of a run that must be equal, with the reason why a state is refused."""
+SETTINGS = "every_output every_control corrections want_loads".split()
+"""Rows of ``Clock`` that a run does not move."""
+CONSTANT = ("limit", "notice", "scale", "place")
+"""Rows of ``Watch`` that a run does not move."""
 MACHINE = ("physics", "code", "python", "numba", "numpy", "machine", "processor")
 
 
@@ -55,14 +68,14 @@ def save_state(simulation: Simulation, path: str | Path) -> Path:
 
     Args:
       simulation: stopped by ``advance`` or ``march``, or at its end.
-      path: of the ``.npz`` file.
+      path: of the file, which only the same user can continue.
 
     Returns:
       The path.
 
     Raises:
       InputError: the run has failed, or something outside of it has a state of its own, a controller library or the
-        wakes of other turbines; or the file cannot be written.
+        wakes of other turbines; or the file or the user's key cannot be written.
     """
     case, path = simulation.case, Path(path)
     if case.clock.status != step.OK:
@@ -80,9 +93,10 @@ def save_state(simulation: Simulation, path: str | Path) -> Path:
     vectors = dict(zip(VECTORS, simulation.moving, strict=True))
     past = case.events[: int(case.clock.next_event)]
     output = simulation.loop.output[: int(case.clock.row)]
-    with replacing(path) as (partial,), partial.open("wb") as file:
-        text = np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)
-        np.savez(file, about=text, past_events=past, output=output, **vectors)
+    text, content = np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), BytesIO()
+    np.savez(content, about=text, past_events=past, output=output, **vectors)
+    with _key() as key, replacing(path) as (partial,):
+        partial.write_bytes(signed(content.getvalue(), key))
     return path
 
 
@@ -100,7 +114,7 @@ def restore_state(simulation: Simulation, path: str | Path) -> list[str]:
       What differs in code and machine, so that the rest may differ by rounding.
 
     Raises:
-      InputError: the file is no saved state, or that of another run; the message names what differs.
+      InputError: the file is no saved state of this user, or that of another run; the message names what differs.
     """
     path, case = Path(path), simulation.case
     about, arrays = _read(path)
@@ -112,7 +126,9 @@ def restore_state(simulation: Simulation, path: str | Path) -> list[str]:
     for name, array in moving.items():
         if arrays[name].shape != array.shape or arrays[name].dtype != array.dtype:
             raise InputError(f"{path}: {name}: expected the shape {array.shape}, found {arrays[name].shape}")
-    at, samples = int(arrays["clock"][type(case.clock).index("step")]), arrays["output"]
+    if not _counts_fit(simulation, bool(about["acted"]), arrays):
+        raise InputError(f"{path}: its counters are not those of a state of this run")
+    at, samples = int(type(case.clock)(arrays["clock"]).step), arrays["output"]
     past, coming = arrays["past_events"], case.events[len(arrays["past_events"]) :]
     if not np.array_equal(case.events[: len(past)], past) or np.any(coming[:, 0] < at):
         raise InputError(
@@ -162,26 +178,49 @@ def _machine(simulation: Simulation) -> dict[str, Any]:
     return {key: known[key] for key in MACHINE}
 
 
+@contextmanager
+def _key() -> Iterator[bytes]:
+    """Secret key of the user.
+
+    Raises:
+      InputError: it cannot be made or read.
+    """
+    try:
+        yield user_key()
+    except OSError as error:
+        raise InputError(f"{error.filename}: saved states need the user's key ({error.strerror or error})") from None
+
+
+def _counts_fit(simulation: Simulation, acted: bool, arrays: dict[str, NDArray[Any]]) -> bool:
+    """Whether counters and constants of a file, which kernels use as indices, are those of the run.
+
+    Args:
+      acted: events were given by hand, after which sensors report even in a run without events of its own.
+    """
+    own, rows = simulation.case.clock, simulation.loop.output.shape[1]
+    by_hand = acted and not len(simulation.case.events)
+    saved, output = type(own)(arrays["clock"]), arrays["output"]
+    watch, now = (View(Watch, array) for array in (arrays["watch"], simulation.case["watch"]))
+    return (
+        saved.step >= 0
+        and saved.row == len(output) <= saved.step // own.every_output + 1
+        and output.shape[1] == rows
+        and saved.next_event == max(len(arrays["past_events"]), by_hand)
+        and saved.status == step.OK
+        and all(getattr(saved, name) == getattr(own, name) for name in SETTINGS)
+        and all(np.array_equal(watch[name], now[name]) for name in CONSTANT)
+    )
+
+
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Description and arrays of a file."""
-    with reading(path, LARGEST) as (file, _):
-        try:
-            with np.load(file, allow_pickle=False) as found:
-                arrays = {name: found[name] for name in ("about", "past_events", "output", *VECTORS)}
-            about = json.loads(arrays["about"].tobytes())
-            assert about["format"] == FORMAT and isinstance(about["identity"], dict)
-            float(about["run_seconds"])
-            assert isinstance(about["machine"], dict) and isinstance(about["acted"], list)
-            assert arrays["output"].ndim == arrays["past_events"].ndim == 2
-        except (
-            BadZipFile,
-            ValueError,
-            KeyError,
-            TypeError,
-            EOFError,
-            AssertionError,
-            OSError,
-            NotImplementedError,
-        ) as e:
-            raise InputError(f"{path}: no state of a run, as `meltemi run --save-state` writes it ({e})") from None
-    return about, arrays
+    """Description and arrays of a file that the same user wrote."""
+    with _key() as key:
+        content = verified(bytes_of(path, LARGEST), key)
+    if content is None:
+        raise InputError(
+            f"{path}: no state of a run that you saved with `meltemi run --save-state`, or it was changed afterwards; "
+            "states of other users, or of a computer with another key of yours, are not read: save it again there"
+        )
+    with np.load(BytesIO(content), allow_pickle=False) as found:
+        arrays = {name: found[name] for name in ("about", "past_events", "output", *VECTORS)}
+    return json.loads(arrays["about"].tobytes()), arrays

@@ -12,7 +12,7 @@ CASE = "turbine: nrel5mw\nwind: {kind: turbulence, speed: 14.0, intensity: 0.14}
 
 
 def test_a_command_continues_what_another_saved(command: Command, tmp_path: Path) -> None:
-    case, state = tmp_path / "case.yaml", tmp_path / "state.npz"
+    case, state = tmp_path / "case.yaml", tmp_path / "run.state"
     case.write_text(CASE)
     assert command("run", case, "--out", tmp_path / "whole").status == 0
     first = command("run", case, "--until", 0.5, "--save-state", state, "--out", tmp_path / "first")
@@ -31,7 +31,7 @@ def test_what_is_no_state_is_refused_in_a_line(command: Command, tmp_path: Path)
         (("--continue", case), "no state of a run"),
         (("--continue", tmp_path / "none.npz"), "cannot be read"),
         (("--until", 2.0), "until: expected a time from 0 s to the end of the run at 1 s"),
-        (("--save-state", tmp_path / "none" / "state.npz", "--until", 0.1), "cannot be written"),
+        (("--save-state", tmp_path / "none" / "run.state", "--until", 0.1), "cannot be written"),
     ):
         ran = command("run", case, *arguments, "--out", tmp_path / "out")
         assert ran.status == 2 and words in ran.err and len(ran.err.splitlines()) == 1, ran

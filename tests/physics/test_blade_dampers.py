@@ -297,8 +297,8 @@ def test_a_saved_run_continues_bit_for_bit(tmp_path: Path) -> None:
     first, second, whole = (meltemi.Simulation(run) for _ in range(3))
     stop_at(first, 0.8)
     first.advance(10**9)
-    save_state(first, tmp_path / "state.npz")
-    assert restore_state(second, tmp_path / "state.npz") == []
+    save_state(first, tmp_path / "run.state")
+    assert restore_state(second, tmp_path / "run.state") == []
     second.advance(10**9)
     whole.advance(10**9)
     assert np.abs(whole.result()["mass_damper_1_y_position_1"]).max() > 0.1  # it meets a stop

@@ -169,8 +169,8 @@ def test_a_run_of_moving_lines_is_continued(tmp_path: Path) -> None:
     whole.advance(whole.n_steps)
     stop_at(first, 2.0)
     first.advance(first.n_steps)
-    save_state(first, tmp_path / "state.npz")
-    restore_state(second, tmp_path / "state.npz")
+    save_state(first, tmp_path / "run.state")
+    restore_state(second, tmp_path / "run.state")
     second.advance(second.n_steps)
     assert (second.result().data == whole.result().data).all()
 

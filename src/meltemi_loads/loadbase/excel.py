@@ -15,7 +15,7 @@ from meltemi.core.files import bytes_of, replacing
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import validated
 from meltemi_loads.loadbase.table import Fault, LoadTable, Row, load_table
-from meltemi_reports.workbook import openpyxl
+from meltemi_reports.workbook import openpyxl, save_workbook
 
 LARGEST = 20_000_000
 """[bytes] of a file."""
@@ -43,8 +43,7 @@ def write_excel(table: LoadTable, path: str | Path) -> Path:
     _sheet(book, "values", list(HEAD), values, {})
     about = [["title", table.title], ["edition", str(table.edition)], ["source", table.source]]
     _sheet(book, "about", ["key", "value"], about, {})
-    with replacing(path) as (partial,):
-        book.save(partial)
+    save_workbook(book, path)
     return path
 
 

@@ -148,10 +148,11 @@ class LiveClock {
     const slider = ({ name, label, unit, low, high, step }) => `<label><span>${label}</span><output></output><input type="range" name="${name}" data-unit="${unit}" min="${low}" max="${high}" step="${step}" aria-label="${label}, ${unit}"></label>`;
     const button = (kind) => ([name, text]) => `<button data-${kind}="${name}">${text}</button>`;
     panel.innerHTML = `<h2>Wind and power</h2>${sliders.map(slider).join("")}
-      <h2>Controller</h2><select name="controller" aria-label="Controller">${controllers.map((c) => `<option value="${c.name}">${c.name}</option>`).join("")}</select><p class="about"></p>
+      <h2>Controller</h2><select name="controller" aria-label="Controller"></select><p class="about"></p>
       <div class="buttons">${Object.entries(requests).map(button("request")).join("")}</div>
       <h2>Faults</h2><div class="buttons">${Object.entries(faults).map(button("fault")).join("")}</div>
       <h2>Events and warnings</h2><ol aria-live="polite"></ol>`;
+    panel.querySelector("select").append(...controllers.map(({ name }) => new Option(name))); // a name is text, not HTML
     root.insertBefore(panel, find("plots"));
     this.panel = panel;
     this.inputs = [...panel.querySelectorAll("input")];
