@@ -118,7 +118,7 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
       InputError: a file is missing or has another size than the grid, or nothing describes the grid.
     """
     path = Path(path)
-    paths, note = _names(path, "read")
+    paths, note = box_names(path, "read")
     if grid is None:
         if not note.is_file():
             if not path.is_file():
@@ -201,7 +201,7 @@ def write_hawc2(box: WindBox, path: str | Path, box_front: Front = "last") -> li
       InputError: the name is another one, or a file cannot be written.
     """
     path = Path(path)
-    paths, note = _names(path, "write")
+    paths, note = box_names(path, "write")
     v = box.velocity
     means = v.mean(axis=(0, 2), dtype=float)
     grid = Hawc2Grid(
@@ -232,7 +232,7 @@ def _order(planes: int, box_front: Front) -> tuple[NDArray[np.int64], slice]:
     return np.arange(planes) * (-1 if last else 1) % planes, slice(None, None, 1 if last else -1)
 
 
-def _names(path: Path, purpose: Literal["read", "write"]) -> tuple[list[Path], Path]:
+def box_names(path: Path, purpose: Literal["read", "write"]) -> tuple[list[Path], Path]:
     """Names of the three files and of the description, from one of them."""
     match = NAME.fullmatch(path.name)
     # a name to write, such as menu.bin, may end with one of the letters by chance
