@@ -6,12 +6,13 @@ import struct
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import meltemi
 from meltemi.core.errors import InputError
 from meltemi.wind.fields import WindBox
 from meltemi.wind.files import (
@@ -23,6 +24,10 @@ from meltemi.wind.files import (
     write_bts,
     write_hawc2,
 )
+from meltemi.wind.files.hawc2 import divergences
+from meltemi.wind.turbulence.field import generate_field
+from meltemi.wind.turbulence.grid import WindGrid
+from meltemi.wind.turbulent import TurbulentWind
 
 NT, NZ, NY = 4, 2, 3
 STEPS = {"dt": 0.5, "dy": 10.0, "dz": 12.0, "bottom": 30.0, "speed": 8.0}
@@ -253,33 +258,94 @@ def hawc2(folder: Path, names: str = "box_{}.bin") -> None:
         (folder / names.format("uvw"[c])).write_bytes(struct.pack("<24f", *values))
 
 
-@pytest.mark.parametrize("names", ["box_{}.bin", "box-{}.bin", "box{}.bin", "{}.bin"])
+NAMES = ["box_{}.bin", "box-{}.bin", "box{}.bin", "{}.bin", "box_4.00_s0001_{}", "box_{}.turb", "box_16x8x8.{}"]
+
+
+@pytest.mark.parametrize("names", NAMES)
 def test_axes_of_a_hawc2_box(tmp_path: Path, names: str) -> None:
     hawc2(tmp_path, names)
-    field = read_hawc2(tmp_path / names.format("v"), Hawc2Grid(**GRID))
-    assert field.velocity.shape == (2, 4, 3, 3)
-    for x, y, z, c in product(range(2), range(3), range(4), range(3)):
-        mean = 8.0 * (c == 0)
-        assert field.velocity[x, z, 2 - y, c] == mean + 100 * c + 50 * x + 10 * y + z
-    assert (field.dt, field.dy, field.dz, field.bottom, field.speed) == (0.5, 10.0, 12.0, 42.0, 8.0)
-    assert field.periodic and field.hub_height == 60.0
+    for front in ("last", "first"):
+        field = meltemi.read_wind(tmp_path / names.format("v"), Hawc2Grid(**GRID, box_front=front))
+        assert isinstance(field, WindBox) and field.velocity.shape == (2, 4, 3, 3)
+        for x, y, z, c in product(range(2), range(3), range(4), range(3)):
+            column = y if front == "last" else 2 - y  # from the right; two planes have one order
+            assert field.velocity[x, z, column, c] == 8.0 * (c == 0) + 100 * c + 50 * x + 10 * y + z
+        assert (field.dt, field.dy, field.dz, field.bottom, field.speed) == (0.5, 10.0, 12.0, 42.0, 8.0)
+        assert field.periodic and field.hub_height == 60.0
 
 
-def test_the_left_column_of_a_hawc2_box_is_on_the_left(tmp_path: Path) -> None:
+@pytest.mark.parametrize("front", ["last", "first"])
+def test_a_point_of_a_hawc2_box_over_time(tmp_path: Path, front: Literal["last", "first"]) -> None:
+    """HAWC2: plane 0 is at the tower at time 0, then the last, column 0 on the right; InflowWind: 0, 1, on the left."""
     from meltemi.maths.vectors import Vec
     from meltemi.wind.fields import wind_field
     from meltemi.wind.velocity import wind_velocity
 
-    hawc2(tmp_path)
-    field = read_hawc2(tmp_path / "box_u.bin", Hawc2Grid(**GRID))
+    for c in range(3):  # u: 50 a plane, 10 a column, 1 a row
+        values = [0.1 * (50 * x + 10 * y + z) * (c == 0) for x, y, z in product(range(4), range(3), range(4))]
+        (tmp_path / f"box_{'uvw'[c]}.bin").write_bytes(struct.pack("<48f", *values))
+    field = read_hawc2(tmp_path / "box_u.bin", Hawc2Grid(**(GRID | {"planes": 4, "box_front": front})))
     kernel_wind = wind_field(field, 60.0, 20.0)
-    # a box of HAWC2 is periodic: its first plane stands at the tower at time 0
-    at = {(10.0, 42.0): 8.0 + 0.0, (-10.0, 42.0): 8.0 + 20.0, (10.0, 78.0): 8.0 + 3.0}
-    for (y, z), expected in at.items():
-        u = wind_velocity(Vec(0.0, y, z), 0.0, kernel_wind).x
-        assert u == pytest.approx(expected, abs=1e-4)
-    later = wind_velocity(Vec(0.0, 0.0, 42.0), 0.5, kernel_wind).x
-    assert later == pytest.approx(8.0 + 60.0, abs=1e-4)
+    played = [0, 3, 2, 1, 0] if front == "last" else [0, 1, 2, 3, 0]
+    for k, plane in enumerate(played):
+        for y, z in product((-10.0, 0.0, 10.0), (42.0, 78.0)):
+            column = 1 + round(y / 10.0) * (1 if front == "last" else -1)
+            u = wind_velocity(Vec(0.0, y, z), 0.5 * k, kernel_wind).x
+            assert u == pytest.approx(8.0 + 0.1 * (50 * plane + 10 * column + (z - 42.0) / 12.0), abs=1e-4)
+
+
+def test_hawc2_plays_its_box_as_it_is_read_here(reference: Path) -> None:
+    """Free wind of HAWC2 13.0.4 at a corner of the box of h2lib-tests, whose plane 0 begins 2 m downwind."""
+    folder = Path(str(pytest.importorskip("h2lib_tests").__path__[0])) / "test_files/minimal/turb"
+    time, u, v, w = np.loadtxt(reference / "hawc2/mann_corner_hawc2.csv", delimiter=",", skiprows=1).T
+    grid = Hawc2Grid(planes=512, columns=32, rows=16, dx=2, dy=3, dz=4, speed=5, bottom=1, profile="none")
+    field = read_hawc2(next(folder.glob("*_s0001_u")), grid)
+    corner = np.column_stack([np.interp(time + 0.4, field.passing, x) for x in field.velocity[:, 0, 0].T])
+    np.testing.assert_allclose(corner, np.column_stack([u, v, w]), atol=1e-6)
+    here, turned = divergences(field)
+    assert turned > 5.0 * here
+
+
+@pytest.mark.parametrize("front", ["last", "first"])
+def test_the_divergence_tells_the_order_of_a_box(tmp_path: Path, front: Literal["last", "first"]) -> None:
+    """A field whose divergence vanishes: the curl of a smooth random potential that fades across."""
+    rng = np.random.default_rng(1)
+    shape = (64, 16, 16)
+    k = np.meshgrid(*(2.0 * np.pi * np.fft.fftfreq(n) for n in shape), indexing="ij")
+    smooth = np.exp(-4.0 * (k[0] ** 2 + k[1] ** 2 + k[2] ** 2))
+    a = [np.fft.fftn(rng.normal(size=shape)) * smooth for _ in range(3)]
+    curl = [k[(i + 1) % 3] * a[(i + 2) % 3] - k[(i + 2) % 3] * a[(i + 1) % 3] for i in range(3)]
+    u, v, w = (np.fft.ifftn(1j * c).real for c in curl)  # over x, y, z: downwind, to the left, up
+    played = np.stack([u, v, w], axis=-1).transpose(0, 2, 1, 3)[-np.arange(64) % 64]  # what is downwind passes first
+    steps = {"dt": 1.0, "dy": 8.0, "dz": 8.0, "bottom": 20.0, "speed": 8.0, "periodic": True}
+    field = WindBox(velocity=(100.0 * played + [8.0, 0.0, 0.0]).astype(np.float32), **steps)
+    here, turned = divergences(field)
+    assert here < 1e-2 * turned  # central differences
+    write_hawc2(field, tmp_path / "a.bin", front)
+    raw = [np.fromfile(tmp_path / f"a-{c}.bin", "<f4").reshape(64, 16, 16) for c in "uvw"]
+    signs = (1.0, 1.0, 1.0) if front == "last" else (-1.0, -1.0, 1.0)  # of the file's axes
+    slopes = [s * np.gradient(x, axis=i)[2:-2, 2:-2, 2:-2] for i, (s, x) in enumerate(zip(signs, raw, strict=True))]
+    assert np.var(sum(slopes)) < 1e-2 * sum(np.var(x) for x in slopes)
+    np.testing.assert_allclose(read_hawc2(tmp_path / "a-u.bin").velocity, field.velocity, atol=1e-5)
+    note = (tmp_path / "a.hawc2.yaml").read_text()
+    other = "first" if front == "last" else "last"
+    (tmp_path / "a.hawc2.yaml").write_text(note.replace(f"box_front: {front}", f"box_front: {other}"))
+    with pytest.warns(UserWarning, match=f"a-u.bin: read with box_front: {other}, .* with box_front: {front}"):
+        read_hawc2(tmp_path / "a-u.bin")
+
+
+def test_turbulence_of_mann_passes_with_its_lee_first(tmp_path: Path) -> None:
+    """The generator's field is freer of divergence than when turned, and so is what HAWC2 plays of its file; Kaimal's
+    components are independent, and no order is better."""
+    grid = WindGrid(points_y=12, points_z=12, dy=3.0, dz=3.0, bottom=73.5, hub_height=90.0)
+    settings: dict[str, Any] = {"speed": 8.0, "intensity": 0.1, "coherent": "all", "dt": 0.25, "periodic": True}
+    made = {name: generate_field(TurbulentWind(spectrum=name, **settings), grid, 100.0) for name in ("mann", "kaimal")}
+    here, turned = divergences(made["mann"])
+    assert turned > 2.0 * here
+    assert divergences(made["kaimal"])[0] == pytest.approx(divergences(made["kaimal"])[1], rel=0.05)
+    raw = [np.fromfile(path, "<f4").reshape(400, 12, 12) for path in write_hawc2(made["mann"], tmp_path / "a.bin")[:3]]
+    x, y, z = (np.gradient(c, step, axis=i) for i, (c, step) in enumerate(zip(raw, (2.0, 3.0, 3.0), strict=True)))
+    assert np.var(z - x - y) > 2.0 * np.var(x + y + z)  # axes of HAWC2's box: downwind, to the left, up
 
 
 @pytest.mark.parametrize(
@@ -294,7 +360,7 @@ def test_the_left_column_of_a_hawc2_box_is_on_the_left(tmp_path: Path) -> None:
 def test_the_mean_wind_of_a_hawc2_box(tmp_path: Path, change: dict[str, Any], means: NDArray[np.float64]) -> None:
     hawc2(tmp_path)
     field = read_hawc2(tmp_path / "box_u.bin", Hawc2Grid(**(GRID | change)))
-    np.testing.assert_allclose(field.velocity[0, :, 2, 0], means + np.arange(4), rtol=1e-6)
+    np.testing.assert_allclose(field.velocity[0, :, 0, 0], means + np.arange(4), rtol=1e-6)
     assert field.bottom == change.get("bottom", 42.0)
 
 
@@ -303,10 +369,13 @@ def test_bytes_of_a_hawc2_box(tmp_path: Path) -> None:
     paths = write_hawc2(box(), tmp_path / "a.bin")
     assert [p.name for p in paths] == ["a-u.bin", "a-v.bin", "a-w.bin", "a.hawc2.yaml"]
     means = v.mean(axis=(0, 2), dtype=float)
-    for c in range(3):
-        order = product(range(NT), reversed(range(NY)), range(NZ))
-        expected = [v[t, z, y, c] - means[z, c] for t, y, z in order]
-        np.testing.assert_allclose(np.frombuffer(paths[c].read_bytes(), "<f4"), expected, atol=1e-7)
+    orders = {"last": ((0, 3, 2, 1), (0, 1, 2)), "first": ((0, 1, 2, 3), (2, 1, 0))}  # of planes and columns
+    for front, (planes, columns) in orders.items():
+        write_hawc2(box(), tmp_path / "a.bin", front)  # type: ignore[arg-type]
+        for c in range(3):
+            expected = [v[t, z, y, c] - means[z, c] for t, y, z in product(planes, columns, range(NZ))]
+            np.testing.assert_allclose(np.frombuffer(paths[c].read_bytes(), "<f4"), expected, atol=1e-7)
+        assert f"box_front: {front}" in paths[3].read_text()
     assert "planes: 4" in paths[3].read_text()
 
 
@@ -329,6 +398,11 @@ def test_hawc2_files_that_do_not_fit_their_grid(tmp_path: Path) -> None:
     (tmp_path / "box_w.bin").unlink()
     with pytest.raises(InputError, match=r"box_w\.bin: cannot be read"):
         read_hawc2(tmp_path / "box_u.bin", Hawc2Grid(**GRID))
+    write_hawc2(box(), tmp_path / "old.bin")
+    note = (tmp_path / "old.hawc2.yaml").read_text()
+    (tmp_path / "old.hawc2.yaml").write_text(note.replace("box_front: last\n", ""))
+    with pytest.raises(InputError, match=r"old\.hawc2\.yaml: box_front is missing: add 'box_front: last' for .* HAWC2"):
+        read_hawc2(tmp_path / "old-u.bin")
     (tmp_path / "box.hawc2.yaml").write_text("planes: 2\ncolums: 3\n")
     with pytest.raises(InputError, match=r"box\.hawc2\.yaml:2: colums: unknown key; did you mean 'columns'"):
         read_hawc2(tmp_path / "box_u.bin")

@@ -39,7 +39,7 @@ from meltemi.turbine.imbalance import Imbalance
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.fields import SteadyWind, WindSeries
-from meltemi.wind.files import read_hub_csv
+from meltemi.wind.files import Hawc2Grid, read_hub_csv
 from meltemi.wind.formats import read_wind
 from meltemi.wind.iec.classes import WindClass
 from meltemi.wind.iec.models import IecWind, iec_wind
@@ -104,6 +104,8 @@ class FileCase(Record):
     """All three read any of these files."""
     file: str
     """Path, relative to the case file."""
+    grid: Hawc2Grid | None = None
+    """Of a HAWC2 turbulence box without its ``.hawc2.yaml``."""
 
 
 class StartCase(Record):
@@ -302,7 +304,7 @@ def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
         if twice := given.keys() & w.turbulence.keys():
             raise InputError(f"wind.turbulence: {', '.join(sorted(twice))} is given twice")
         return inclined(iec_wind(turbine=turbine, **given, **w.turbulence), w.upflow)
-    return read_wind(folder / w.file)
+    return read_wind(folder / w.file, w.grid)
 
 
 def inclined(wind: IecWind, upflow: float) -> IecWind:

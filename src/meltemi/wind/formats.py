@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import reading
@@ -36,67 +36,23 @@ class WindFormat(FileFormat):
         return f"{self.text} ({self.suffix})"
 
 
-FILES = "meltemi.wind.files"
+def _row(name: str, suffix: str, text: str, functions: str, note: str, **more: Any) -> WindFormat:
+    module, read, write = f"meltemi.wind.files.{name}", f"read_{functions}", f"write_{functions}"
+    return WindFormat(name=name, suffix=suffix, text=text, module=module, reader=read, writer=write, note=note, **more)
+
+
+BLADED = tuple(first.to_bytes(2, "little", signed=True) for first in (-99, -1, -2, -3))
+HUB = "contains hub-height wind only: read it with meltemi.io.read_hub_csv, and pass it as hub_series to "
 FORMATS = (
-    WindFormat(
-        name="bts",
-        suffix=".bts",
-        text="TurbSim full field",
-        module=f"{FILES}.bts",
-        reader="read_bts",
-        writer="write_bts",
-        note="OpenFAST (WindType 3), FAST.Farm",
-    ),
-    WindFormat(
-        name="bladed",
-        suffix=".wnd",
-        text="Bladed-style full field with its .sum",
-        module=f"{FILES}.bladed",
-        reader="read_bladed",
-        writer="write_bladed",
-        begins=tuple(first.to_bytes(2, "little", signed=True) for first in (-99, -1, -2, -3)),
-        note="OpenFAST (WindType 4)",
-    ),
-    WindFormat(
-        name="uniform",
-        suffix=".wnd",
-        text="uniform wind as text",
-        module=f"{FILES}.uniform",
-        reader="read_wnd",
-        writer="write_wnd",
-        holds=("WindSeries",),
-        note="OpenFAST (WindType 2)",
-    ),
-    WindFormat(
-        name="hawc2",
-        suffix=".bin",
-        text="HAWC2 turbulence box",
-        module=f"{FILES}.hawc2",
-        reader="read_hawc2",
-        writer="write_hawc2",
-        lacks_grid=True,
-        note="HAWC2, OpenFAST (WindType 5)",
-    ),
-    WindFormat(
-        name="netcdf",
-        suffix=".nc",
-        text="netCDF4",
-        module=f"{FILES}.netcdf",
-        reader="read_wind_netcdf",
-        writer="write_wind_netcdf",
-        note="xarray, any program for netCDF4",
-    ),
-    WindFormat(
-        name="hub_csv",
-        suffix=".csv",
-        text="wind at the hub",
-        module=f"{FILES}.hub_csv",
-        reader="read_hub_csv",
-        writer="write_hub_csv",
+    _row("bts", ".bts", "TurbSim full field", "bts", "OpenFAST (WindType 3), FAST.Farm"),
+    _row("bladed", ".wnd", "Bladed-style full field with its .sum", "bladed", "OpenFAST (WindType 4)", begins=BLADED),
+    _row("uniform", ".wnd", "uniform wind as text", "wnd", "OpenFAST (WindType 2)", holds=("WindSeries",)),
+    _row("hawc2", ".bin", "HAWC2 turbulence box", "hawc2", "HAWC2, OpenFAST (WindType 5)", lacks_grid=True),
+    _row("netcdf", ".nc", "netCDF4", "wind_netcdf", "xarray, any program for netCDF4"),
+    _row(
+        *("hub_csv", ".csv", "wind at the hub", "hub_csv", "spreadsheets"),
         holds=("WindBox", "HubSeries"),
-        no_wind="contains hub-height wind only: read it with meltemi.io.read_hub_csv, and pass it as hub_series to "
-        "meltemi.TurbulentWind",
-        note="spreadsheets",
+        no_wind=f"{HUB}meltemi.TurbulentWind",
     ),
 )
 """All formats. Where several have one suffix, the first that fits the content is read, and the first that holds the
@@ -113,13 +69,14 @@ def read_wind(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox | Wind
 
     Args:
       path: of the file; of a box of HAWC2 any of the three.
-      grid: for HAWC2 files without a ``.hawc2.yaml`` in their folder.
+      grid: for HAWC2 files without a ``.hawc2.yaml`` in their folder; these may be without suffix, as ``NAME_u``.
 
     Raises:
       InputError: there is no such format, or the file is missing, damaged or of another kind.
     """
     path = Path(path)
-    found = with_suffix(FORMATS, path, "wind file")
+    named = grid is None or path.suffix.lower() in {f.suffix for f in FORMATS}
+    found = with_suffix(FORMATS, path, "wind file") if named else [f for f in FORMATS if f.lacks_grid]
     if grid is not None and not found[0].lacks_grid:
         those = ", ".join(f.title for f in FORMATS if f.lacks_grid)
         raise InputError(f"{path}: grid= applies to {those} only, this is a {found[0].title}")

@@ -23,6 +23,7 @@ from meltemi_exchange.hawc2.bodies import Body, Lump, read_bodies
 from meltemi_exchange.hawc2.control import read_control
 from meltemi_exchange.hawc2.htc import Block, file_of, notes_on, read_htc
 from meltemi_exchange.hawc2.sections import read_planform, read_polars
+from meltemi_exchange.hawc2.wind import read_wind
 from meltemi_exchange.openfast.deck import LEAST_YAW_FREQUENCY
 from meltemi_exchange.openfast.tower import STEEL_SPEED
 from meltemi_exchange.report import ImportedModel, ImportNote
@@ -116,9 +117,7 @@ def import_hawc2(
         hint = "without the DTU Wind Energy Controller, give control_of=..., or extra={...} with these keys"
         raise InputError(f"{error}\n{hint}; to `meltemi import`: --control-of, --extra") from None
     wind = root.find("wind")
-    shear = wind.get("shear_format")
-    law = shear is not None and shear.values[:1] == ("3",)
-    steady = {"kind": "steady", "speed": wind.value("wsp", 10.0)}
+    case_wind = read_wind(wind, path, notes)
     turned = structure.block("orientation").within("relative")
     start = next((float(c.numbers(3, 1)[0]) for b in turned for c in b.all("mbdy2_ini_rotvec_d1")), 0.0)
     x, y = (parts.down @ parts.blade.axes[:, k] for k in (0, 1))
@@ -127,7 +126,7 @@ def import_hawc2(
         tuple(notes),
         options=_options(aero, wind, structure, parts, turbine),
         environment={"air_density": wind.value("density", 1.225)},
-        wind=steady | ({"shear_exponent": wind.value("shear_format", 0.0, 1)} if law else {}),
+        wind=case_wind,
         duration=root.find("simulation").value("time_stop", 60.0),
         start={"rotor_speed": start, "pitch": math.atan2(-x, y), "azimuth": 0.0},
     )

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from meltemi.core.errors import InputError
+from meltemi_exchange.boxes import Profile, box_case
 from meltemi_exchange.openfast.text import InputFile
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.report import ImportNote
@@ -22,7 +23,9 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
     steady = ("upflow", "speed", "reference_height", "shear_exponent")
     files = {1: "", 2: "uniform_file", 3: "turbsim_file", 4: "bladed_file"}
     unread = [name for name in files.values() if name and name != files.get(v["wind_type"])]
-    v.unneeded("of another WindType", *unread, *(() if v["wind_type"] == 1 else steady))
+    others = {"box_": 5, "uniform_": 2}
+    unread += [name for name in v.source for o, kind in others.items() if name.startswith(o) and v["wind_type"] != kind]
+    v.unneeded("of another WindType", *unread, *(() if v["wind_type"] == 1 else steady[1:]))
     if v["wind_type"] == 1:
         if v["speed"] is None:
             raise InputError(f"{file.path}: WindType is 1, but HWindSpeed is missing")
@@ -38,11 +41,17 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
             "shear_exponent": shear,
         }
         return wind | {name: v[name] for name in ("direction", "upflow") if v.given(name, 0.0)}
+    _only_steady(v, "upflow", "only a steady wind can have an upflow; turn the tilt of the shaft instead")
+    if v["wind_type"] == 5:
+        return _box(file, v)
     target, suffix = {2: ("uniform_file", ""), 3: ("turbsim_file", ""), 4: ("bladed_file", ".wnd")}.get(
         v["wind_type"], ("", "")
     )
-    if v.given("direction", 0.0):
-        v.note("ignored", "direction", "only a steady wind can have a direction; yaw the nacelle instead")
+    _only_steady(v, "direction", "only a steady wind or a HAWC2 box can have a direction; yaw the nacelle instead")
+    if v["wind_type"] == 2:
+        v.note("approximated", "uniform_length", "of linear shears; the rotor diameter is taken")
+        same = abs(v.given("uniform_height", hub_height) - hub_height) < 1e-3 * hub_height
+        v.note("equivalent" if same else "ignored", "uniform_height", "the hub height is the reference height")
     if not target or v[target] is None:
         v.note("ignored", "wind_type", "this kind of wind is not supported in a deck; specify a wind file for the run")
         return None
@@ -56,3 +65,60 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
         v.note("ignored", target, "the file does not exist; specify a wind file for the run")
         return None
     return None if found is None else {"kind": "file", "file": str(found.absolute())}
+
+
+def _only_steady(v: Values, target: str, why: str) -> None:
+    """Replace the note on an angle of the wind that the case does not have."""
+    if target in v.source:
+        v.note("ignored" if v.given(target, 0.0) else "equivalent", target, why)
+
+
+PROFILES: dict[int, Profile] = {-1: "none", 0: "constant", 1: "log", 2: "power"}
+BOX = ("planes", "columns", "rows", "dx", "dy", "dz", "height", "speed", "profile")
+
+
+def _box(file: InputFile, v: Values) -> dict[str, Any] | None:
+    """A HAWC2 box as InflowWind plays it, which is not as HAWC2 does (:func:`meltemi.io.read_hawc2`)."""
+    missing = [name for name in ("u", "v", "w", *BOX) if v[f"box_{name}"] is None]
+    if missing:
+        raise InputError(f"{file.path}: WindType is 5, but the box has no {', '.join(missing)}")
+    factors = [f"box_factor_{c}" for c in "uvw"]
+    if v.given("box_scaling", 0) not in (0, 1) or (
+        v.given("box_scaling", 0) == 1 and any(v.given(name, 1.0) != 1.0 for name in factors)
+    ):
+        v.note("ignored", "box_scaling", "boxes are not scaled; specify a scaled wind file for the run")
+        return None
+    v.unneeded("the box is not scaled", "box_scaling", *factors)
+    profile = PROFILES.get(v["box_profile"])
+    if profile is None:
+        raise InputError(f"{file.path}: WindProfile is {v['box_profile']}, expected -1, 0, 1 or 2")
+    value = {"power": v.given("box_exponent", 0.0), "log": v.given("box_roughness", 0.0)}.get(profile, 0.0)
+    v.unneeded(
+        "of another WindProfile",
+        *[f"box_{n}" for n, p in (("exponent", "power"), ("roughness", "log")) if p != profile],
+    )
+    if not (v["box_height"] > 0.0 and v["box_speed"] > 0.0) or (profile == "log" and not 0.0 < value < v["box_height"]):
+        raise InputError(f"{file.path}: RefHt_Hawc and URef must be positive, and Z0 of WindProfile 1 below RefHt_Hawc")
+    if "box_offset" in v.source:
+        v.note("approximated" if v["box_offset"] else "equivalent", "box_offset", "plane 0 is at the tower at time 0")
+    points, steps = ([v[f"box_{name}"] for name in BOX[i : i + 3]] for i in (0, 3))
+    try:
+        found = [v.file(file, f"box_{c}") for c in "uvw"]
+        files = [one for one in found if one is not None]
+        if len(files) < 3:
+            raise InputError("a file is not given")
+        wind = box_case(
+            files,
+            points,
+            steps,
+            speed=v["box_speed"],
+            height=v["box_height"],
+            front="first",
+            profile=profile,
+            value=value,
+        )
+    except InputError as error:
+        v.note("ignored", "box_u", f"specify a wind file for the run: {error}")
+        return None
+    wind["grid"] |= {"direction": v["direction"]} if v.given("direction", 0.0) else {}
+    return wind

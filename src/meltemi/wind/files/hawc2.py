@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+import warnings
 from pathlib import Path
 from typing import Literal, Self
 
@@ -16,7 +18,12 @@ from meltemi.core.yamlfile import read_record, write_record
 from meltemi.wind.fields import WindBox
 from meltemi.wind.files.common import box_or_error, numbers, reading, replacing, spans
 
-NAME = re.compile(r"(?P<base>.*?)(?P<sign>[-_.]?)(?P<component>[uvwUVW])(?P<suffix>\.bin)", re.IGNORECASE)
+NAME = re.compile(r"(?P<base>.*?)(?P<sign>[-_.]?)(?P<component>[uvwUVW])(?P<suffix>(\.bin|\.turb)?)", re.IGNORECASE)
+Front = Literal["last", "first"]
+SAME = ("dy", "dz", "speed", "hub_height", "periodic", "direction")
+"""Names that a box and its grid have in common."""
+LEAST, SAMPLE = 10_000, 1 << 18
+"""Points, at least and at most, from which the divergence of a box is estimated."""
 
 
 class Hawc2Grid(Record):
@@ -54,6 +61,8 @@ class Hawc2Grid(Record):
     """The field repeats after its last plane."""
     direction: float = 0.0
     """[rad] from which the box is turned."""
+    box_front: Front = "last"
+    """End of the box that meets the turbine first: its last plane, as in HAWC2, or its first, as in InflowWind."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -89,27 +98,27 @@ class Hawc2Grid(Record):
 
 
 def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
-    """Read a HAWC2 turbulence box, as HAWC2 and InflowWind (WindType 5) do.
+    """Read a HAWC2 turbulence box.
 
-    Each file holds one component: planes in the order in which they pass the turbine, in each the columns from left
-    to right looking downwind (against y), in each column the rows from bottom to top. u is positive downwind, v to
-    the left, w up. The mean wind is not in the files and is added as ``grid`` says.
+    Each file holds one component: planes, in each the columns, in each column the rows from bottom to top. u is
+    positive downwind, v to the left, w up. The mean wind is not in the files and is added as ``grid`` says.
 
-    Mann's generator writes with x downwind, so its last plane should pass first; the codes take the first one first
-    all the same (OpenFAST issue 256), and so does this function.
-    ``dataclasses.replace(box, velocity=box.velocity[::-1])`` turns the box round.
+    HAWC2 (``box_front="last"``) has plane 0 at the tower at time 0, then the last plane, the last but one and so on;
+    column 0 is on the right looking downwind. InflowWind (``"first"``) turns the box about the vertical, but not the
+    velocities: planes 0, 1, 2 and so on pass, with column 0 on the left. A warning tells when the
+    divergence of the flow would have less than two thirds of its variance in the other order.
 
-    Source: OpenFAST, InflowWind_IO.f90, IfW_HAWC_Init.
+    Source: output of HAWC2 13.0.4 (h2lib-tests 13.2.2103); OpenFAST, InflowWind_IO.f90, IfW_HAWC_Init.
 
     Args:
-      path: of one of the three files, ``NAME-u.bin``, ``NAME_u.bin`` or ``NAMEu.bin``.
+      path: of one of the three files, ``NAME-u.bin``, ``NAME_u.bin``, ``NAMEu.bin``, ``NAME_u``, ``NAME_u.turb``.
       grid: size, steps, speed and mean wind; read from ``NAME.hawc2.yaml`` if not given.
 
     Raises:
       InputError: a file is missing or has another size than the grid, or nothing describes the grid.
     """
     path = Path(path)
-    paths, note = _names(path, "read")
+    paths, note = box_names(path, "read")
     if grid is None:
         if not note.is_file():
             if not path.is_file():
@@ -121,53 +130,69 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
                 "hub_height=...)"
             )
         grid = read_record(note, Hawc2Grid)
-    shape = grid.planes, grid.columns, grid.rows
-    expected = 4 * shape[0] * shape[1] * shape[2]
-    for one in paths:
-        with reading(one) as (_, size):
-            if size != expected:
-                raise InputError(
-                    f"{one}: {size} bytes, expected {expected} for {shape[0]} planes of {shape[1]} columns and "
-                    f"{shape[2]} rows of 4 bytes"
-                )
-    velocity = np.empty((shape[0], shape[2], shape[1], 3), np.float32)
-    means = grid.means()
+        if "box_front" not in grid.model_fields_set:
+            raise InputError(
+                f"{note}: box_front is missing: add 'box_front: last' for a box that HAWC2 plays, 'box_front: first' "
+                "for one that InflowWind plays or meltemi wrote without this key"
+            )
+    planes, *plane = shape = grid.planes, grid.columns, grid.rows
+    velocity, means, (order, across) = np.empty(0), grid.means(), _order(planes, grid.box_front)
     for c, one in enumerate(paths):
-        with reading(one) as (file, _):
-            for span in spans(shape[0], shape[1] * shape[2]):
-                raw = numbers(file, "<f4", shape[1] * shape[2] * (span.stop - span.start), one)
-                part = raw.reshape(-1, shape[1], shape[2])[:, ::-1].transpose(0, 2, 1)
+        with reading(one) as (file, size):
+            if size != 4 * math.prod(shape):
+                raise InputError(
+                    f"{one}: {size} bytes, expected {4 * math.prod(shape)} for {planes} planes of {grid.columns} "
+                    f"columns and {grid.rows} rows of 4 bytes"
+                )
+            if c == 0:
+                velocity = np.empty((planes, grid.rows, grid.columns, 3), np.float32)
+            for span in spans(planes, math.prod(plane)):
+                raw = numbers(file, "<f4", math.prod(plane) * (span.stop - span.start), one)
+                part = raw.reshape(-1, *plane)[:, across].transpose(0, 2, 1)
                 with np.errstate(all="ignore"):  # the box says what is not finite
-                    velocity[span, :, :, c] = part + means[:, c, None]
-    return box_or_error(
-        path,
-        velocity=velocity,
-        dt=float(f"{grid.dx / grid.speed:.14g}"),
-        dy=grid.dy,
-        dz=grid.dz,
-        bottom=grid.lowest,
-        speed=grid.speed,
-        hub_height=grid.hub_height,
-        periodic=grid.periodic,
-        direction=grid.direction,
-        source=path.name,
-    )
+                    velocity[order[span], :, :, c] = part + means[:, c, None]
+    same = {name: getattr(grid, name) for name in SAME}
+    dt = float(f"{grid.dx / grid.speed:.14g}")
+    box = box_or_error(path, velocity=velocity, dt=dt, bottom=grid.lowest, source=path.name, **same)
+    here, turned = divergences(box)
+    if turned < here / 1.5:
+        other = "first" if grid.box_front == "last" else "last"
+        text = f"its divergence has {here / turned:.2g} times the variance that it would have with box_front: {other}"
+        warnings.warn(f"{path}: read with box_front: {grid.box_front}, {text}; check the order", stacklevel=2)
+    return box
 
 
-def write_hawc2(box: WindBox, path: str | Path) -> list[Path]:
+def divergences(box: WindBox) -> tuple[float, float]:
+    """[1/s2] variance of the divergence of a box, and of the same box turned about the vertical without its velocities.
+
+    Central differences of the first planes; turning changes the sign of the derivatives along and across the wind. Both
+    are 0 for a box that is too small to tell.
+    """
+    shape = box.velocity.shape
+    if min(shape[:3]) < 3 or math.prod(shape[:3]) < LEAST:
+        return 0.0, 0.0
+    v = box.velocity[: max(SAMPLE // (shape[1] * shape[2]), 3)].astype(float)
+    level = (v[1:-1, 1:-1, 2:, 1] - v[1:-1, 1:-1, :-2, 1]) / (2.0 * box.dy)
+    level -= (v[2:, 1:-1, 1:-1, 0] - v[:-2, 1:-1, 1:-1, 0]) / (2.0 * box.dt * box.speed)
+    up = (v[1:-1, 2:, 1:-1, 2] - v[1:-1, :-2, 1:-1, 2]) / (2.0 * box.dz)
+    return float(np.var(up + level)), float(np.var(up - level))
+
+
+def write_hawc2(box: WindBox, path: str | Path, box_front: Front = "last") -> list[Path]:
     """Write a box for HAWC2: ``NAME-u.bin``, ``NAME-v.bin``, ``NAME-w.bin`` and ``NAME.hawc2.yaml``.
 
     The files hold single-precision numbers in the order of :func:`read_hawc2`, without the mean of each component
     over time and width at each height. These means, the grid and all else are in the ``.yaml`` file, a
     :class:`Hawc2Grid`, with which the box is read back as it was. HAWC2 and InflowWind need the numbers of points,
     the steps, the mean speed and a shear in their own input, must not scale the turbulence (``dont_scale 1``), and
-    take every box as periodic.
+    take every box as periodic. At time 0 plane 0 is at the y of ``center_pos0``, which shall be :attr:`WindBox.lead`.
 
     Source: as for :func:`read_hawc2`.
 
     Args:
       box: what to write.
       path: ``NAME.bin``, or the name of one of the files, such as ``NAME_u.bin``.
+      box_front: for HAWC2 ``"last"``, for InflowWind ``"first"``.
 
     Returns:
       Paths of the four files.
@@ -176,7 +201,7 @@ def write_hawc2(box: WindBox, path: str | Path) -> list[Path]:
       InputError: the name is another one, or a file cannot be written.
     """
     path = Path(path)
-    paths, note = _names(path, "write")
+    paths, note = box_names(path, "write")
     v = box.velocity
     means = v.mean(axis=(0, 2), dtype=float)
     grid = Hawc2Grid(
@@ -184,29 +209,30 @@ def write_hawc2(box: WindBox, path: str | Path) -> list[Path]:
         columns=v.shape[2],
         rows=v.shape[1],
         dx=box.dt * box.speed,
-        dy=box.dy,
-        dz=box.dz,
-        speed=box.speed,
-        hub_height=box.hub_height,
         bottom=box.bottom,
         profile="none",  # the means take its place
-        mean_u=means[:, 0],
-        mean_v=means[:, 1],
-        mean_w=means[:, 2],
-        periodic=box.periodic,
-        direction=box.direction,
+        box_front=box_front,
+        **dict(zip(("mean_u", "mean_v", "mean_w"), means.T, strict=True)),
+        **{name: getattr(box, name) for name in SAME},
     )
+    order, across = _order(len(v), box_front)
     with replacing(*paths, note) as (*partial, text):
         for c, one in enumerate(partial):
             with one.open("wb") as file:
                 for span in spans(v.shape[0], v[0].size // 3):
-                    part = (v[span, :, :, c] - means[:, c, None]).transpose(0, 2, 1)[:, ::-1]
+                    part = (v[order[span], :, :, c] - means[:, c, None]).transpose(0, 2, 1)[:, across]
                     file.write(part.astype("<f4").tobytes())
         write_record(grid, text)
     return [*paths, note]
 
 
-def _names(path: Path, purpose: Literal["read", "write"]) -> tuple[list[Path], Path]:
+def _order(planes: int, box_front: Front) -> tuple[NDArray[np.int64], slice]:
+    """The order of the planes and of the columns of a file in a box, and of those of a box in a file."""
+    last = box_front == "last"
+    return np.arange(planes) * (-1 if last else 1) % planes, slice(None, None, 1 if last else -1)
+
+
+def box_names(path: Path, purpose: Literal["read", "write"]) -> tuple[list[Path], Path]:
     """Names of the three files and of the description, from one of them."""
     match = NAME.fullmatch(path.name)
     # a name to write, such as menu.bin, may end with one of the letters by chance
