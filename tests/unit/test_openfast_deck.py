@@ -17,6 +17,7 @@ from meltemi import InputError, ModelOptions, UnsupportedError
 from meltemi.core.errors import MeltemiError
 from meltemi.simulation.options import AdvancedOptions
 from meltemi_exchange.openfast.keywords import ROWS, UNITS, row_of
+from meltemi_exchange.openfast.members import members_table
 from meltemi_exchange.openfast.text import Entry, key, number, read_input, split
 from meltemi_verification.openfast_deck import deck_options, deck_turbine
 
@@ -553,3 +554,54 @@ def test_every_required_keyword_is_missed_by_name(master: Path, tmp_path: Path) 
 def test_numbers_as_fortran_writes_them() -> None:
     assert [number(t) for t in ("1.5D+03", "1.", ".5", "-2d-1", "True", "")] == [1500.0, 1.0, 0.5, -0.2, None, None]
     assert split("1, 9, 19  BlOutNd - text") == ["1", "9", "19", "BlOutNd", "-", "text"]
+
+
+def test_tables_are_read_by_place_with_a_check_of_their_names(deck: Deck) -> None:
+    """Names of the header do not move a column (ElastoDyn_IO.f90, ReadTowerFile); another's name is a warning."""
+    before = meltemi.io.read_deck(deck())
+    assert not before.noted("warning")
+    found = meltemi.io.read_deck(deck("ElastoDyn_tower.dat", ("TMassDen", "Density")))
+    assert [note.what for note in found.noted("warning")] == ["column 2 is headed Density"]
+    assert found.turbine == before.turbine
+    found = meltemi.io.read_deck(deck("BeamDyn.dat", ("kp_xr", "kp_yr_")), blade="beamdyn")
+    assert found.turbine == meltemi.io.read_deck(deck(), blade="beamdyn").turbine
+
+
+@pytest.mark.parametrize("column", ["BlCrvAC", "BlSwpAC"])
+def test_columns_that_aerodyn_needs_are_no_zeros(deck: Deck, column: str) -> None:
+    with pytest.raises(InputError, match=f"needs the column {column}"):
+        meltemi.io.read_openfast(deck("AeroDyn_blade.dat", (column, "Other")))
+
+
+def test_cant_without_its_column_is_that_of_the_mid_chord_line(deck: Deck) -> None:
+    """AeroDyn's setCantAngle: a parabola through three stations, here of a chord that twists by a small angle."""
+    path = deck("AeroDyn_blade.dat", ("BlCrvAng", "Other"))
+    blade = meltemi.io.read_openfast(path).blade.aerodynamics
+    assert blade.cant is not None and blade.centre_x is not None
+    middle = np.asarray(blade.centre_x) + 0.25 * np.asarray(blade.chord) * np.sin(blade.twist)
+    curve = np.polyfit(blade.position[8:11], middle[8:11], 2)
+    assert blade.cant[9] == pytest.approx(math.atan(np.polyval(np.polyder(curve), blade.position[9])), rel=1e-9)
+    assert blade.cant[9] != 0.0
+
+
+@pytest.mark.parametrize(
+    ("row", "model", "within"),
+    [
+        ("7 1 2 1 1 0.5 3 T", 3.0, True),
+        ("7 1 2 1 1 0.5 2 0 .false. ! before 5", 2.0, False),
+        ("7 1 2 1 1 1 0.0 0.5 1 0 TRUE", 1.0, True),
+    ],
+)
+def test_members_of_hydrodyn_by_version(tmp_path: Path, row: str, model: float, within: bool) -> None:
+    """PropPot, the only word that is no number, tells the order of the columns."""
+    (tmp_path / "hydro.dat").write_text(f"title\na title\n1 NMembers\na b c\n(-)\n! a comment\n\n{row}\n")
+    members, inside = members_table(read_input(tmp_path / "hydro.dat", "HydroDyn"), [])
+    assert (members["b"][0], members["model"][0], inside) == (2.0, model, {7: within})
+
+
+def test_a_table_never_begins_in_the_next_section(tmp_path: Path) -> None:
+    (tmp_path / "hydro.dat").write_text(
+        "title\na title\n1 NMembers\n--- FILLED\n1 NFillGroups\nh\n(-)\n1 7 0 default\n"
+    )
+    with pytest.raises(InputError, match="hydro.dat:3: NMembers says 1 lines, but the table"):
+        members_table(read_input(tmp_path / "hydro.dat", "HydroDyn"), [])

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError, UnsupportedError
+from meltemi_exchange.openfast.columns import KEY_POINTS
 from meltemi_exchange.openfast.text import Float, InputFile, number, read_input, split
 from meltemi_exchange.openfast.tower import shapes
 from meltemi_exchange.openfast.values import Values
@@ -80,10 +81,8 @@ def read_beamdyn(file: InputFile, length: float, notes: list[ImportNote]) -> dic
     values.read(file)
     if values.given("members", 1) != 1:
         raise UnsupportedError(f"{file.path}: blades of {values['members']} members are not read, only of one")
-    keys = file.table(
-        file.require(["kp_total"], "number of key points"),
-        {"x": "kp_xr", "y": "kp_yr", "z": "kp_zr", "twist": "initial_twist"},
-    )
+    wanted = {"x": "kp_xr", "y": "kp_yr", "z": "kp_zr", "twist": "initial_twist"}
+    keys = file.placed(file.require(["kp_total"], "number of key points"), KEY_POINTS, wanted, notes, skip=1)
     if len(keys["z"]) < 3:
         raise InputError(f"{file.path}: at least 3 key points are needed")
     z = keys["z"]
@@ -179,6 +178,12 @@ def _sections(file: InputFile, notes: list[ImportNote]) -> tuple[Float, Float, F
     return share, symmetric[0], symmetric[1], damping
 
 
+def _cant(columns: dict[str, Float]) -> Float:
+    """(S,) [deg] slope of the line of mid-chords, as AeroDyn has it without BlCrvAng (``setCantAngle``)."""
+    middle = columns["centre_x"] + 0.25 * columns["chord"] * np.sin(np.radians(columns["twist"]))
+    return np.degrees(np.arctan(np.gradient(middle, columns["position"], edge_order=2)))
+
+
 def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[ImportNote]) -> dict[str, Any]:
     """Read the outer shape of an AeroDyn blade.
 
@@ -189,7 +194,12 @@ def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[ImportNote
     entry = file.require(["NumBlNds"], "number of stations")
     wanted = {"position": "BlSpn", "chord": "BlChord", "twist": "BlTwist", "airfoil": "BlAFID"}
     offsets = {"centre_x": "BlCrvAC", "centre_y": "BlSwpAC", "cant": "BlCrvAng"}
-    columns: dict[str, Any] = dict(file.table(entry, wanted | offsets, optional=tuple(offsets)))
+    columns: dict[str, Any] = dict(file.table(entry, wanted | offsets, optional=("cant",)))
+    if "cant" not in columns and len(columns["position"]) > 2:
+        columns["cant"] = _cant(columns)
+        notes.append(
+            ImportNote("used", file.path.name, "no BlCrvAng", "cant: that of the mid-chord line, as in AeroDyn")
+        )
     ids = columns["airfoil"]
     if np.any(ids != np.round(ids)) or np.any(ids < 1) or np.any(ids > len(names)):
         i = int(np.flatnonzero((ids != np.round(ids)) | (ids < 1) | (ids > len(names)))[0])
