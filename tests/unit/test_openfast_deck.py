@@ -458,7 +458,7 @@ def test_fixed_base_and_momentum_wake_when_the_user_says_so(deck: Deck) -> None:
 )
 def test_broken_decks_say_what_is_wrong(deck: Deck, name: str, old: str, new: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
-        meltemi.io.read_openfast(deck(name, (old, new)))
+        meltemi.io.read_openfast(deck(name, (old, new)), blade="beamdyn" if name.startswith("BeamDyn") else "deck")
 
 
 def test_a_deck_without_a_readable_controller_asks_for_one(deck: Deck, turbine: meltemi.Turbine) -> None:
@@ -605,3 +605,45 @@ def test_a_table_never_begins_in_the_next_section(tmp_path: Path) -> None:
     )
     with pytest.raises(InputError, match="hydro.dat:3: NMembers says 1 lines, but the table"):
         members_table(read_input(tmp_path / "hydro.dat", "HydroDyn"), [])
+
+
+@pytest.mark.parametrize("blade", ["deck", "elastodyn"])
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [("BeamDyn.dat", '"BeamDyn_Blade.dat"', '"no_such_file.dat"'), ("BeamDyn.dat", "kp_total", "key_points")],
+)
+def test_beamdyn_files_are_not_needed_with_elastodyn(
+    deck: Deck, tmp_path: Path, blade: str, name: str, old: str, new: str
+) -> None:
+    """OpenFAST opens them with CompElast 2 only (FAST_Subs.f90)."""
+    found = meltemi.io.read_deck(deck(name, (old, new)), blade=blade)
+    assert found.turbine.blade.structure.torsion_stiffness is None
+    assert any("blades without torsion" in note.why for note in found.noted("ignored"))
+    with pytest.raises(InputError):
+        meltemi.io.read_deck(tmp_path / "copy" / "5MW.fst", blade="beamdyn")
+
+
+def test_beamdyn_blades_that_end_nearly_at_the_tip(deck: Deck) -> None:
+    path = deck()
+    file = path.parent / "BeamDyn.dat"
+    lines = file.read_text().splitlines()
+    last = max(i for i, line in enumerate(lines) if len(line.split()) == 4 and number(line.split()[2]) == 61.5)
+    for end, outcome in ((62.0, "stretched"), (55.0, "kp_zr must increase")):
+        file.write_text("\n".join([*lines[:last], " ".join(["0 0", str(end), "0"]), *lines[last + 1 :]]))
+        if outcome == "stretched":
+            found = meltemi.io.read_deck(path, blade="beamdyn")
+            assert [note.what for note in found.noted("warning")] == ["kp_zr ends at 62 m"]
+            assert found.turbine.blade.structure.position[-1] == pytest.approx(61.5)
+        else:
+            with pytest.raises(InputError, match=outcome):
+                meltemi.io.read_deck(path, blade="beamdyn")
+
+
+def test_blade_files_of_elastodyn_are_not_needed_with_beamdyn(deck: Deck) -> None:
+    """ED_ReadInput leaves them unread where BeamDyn has the blades."""
+    path = deck("5MW.fst", ("1   CompElast", "2   CompElast"))
+    before = meltemi.io.read_openfast(path)
+    (path.parent / "ElastoDyn_blade.dat").unlink()
+    assert meltemi.io.read_openfast(path) == before
+    with pytest.raises(InputError, match=r"ElastoDyn.dat:\d+: the file does not exist"):
+        meltemi.io.read_openfast(path, blade="elastodyn")

@@ -13,6 +13,9 @@ from meltemi_exchange.openfast.tower import shapes
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.report import ImportNote
 
+MATCHES, NEARLY = 2e-3, 2e-2
+"""Differences of BeamDyn's from ElastoDyn's length of a blade, relative: that are rounding, and that are accepted."""
+
 
 def read_elastodyn_blade(file: InputFile, length: float, notes: list[ImportNote]) -> dict[str, Any]:
     """Read ElastoDyn section properties: a straight blade without torsion.
@@ -86,7 +89,12 @@ def read_beamdyn(file: InputFile, length: float, notes: list[ImportNote]) -> dic
     if len(keys["z"]) < 3:
         raise InputError(f"{file.path}: at least 3 key points are needed")
     z = keys["z"]
-    if abs(z[0]) > 1e-6 or np.any(np.diff(z) <= 0.0) or abs(z[-1] / length - 1.0) > 2e-3:
+    off = abs(z[-1] / length - 1.0)
+    if MATCHES < off < NEARLY:
+        what = f"kp_zr ends at {z[-1]:g} m"
+        why = f"stretched to ElastoDyn's length of the blade, {length:g} m"
+        notes.append(ImportNote("warning", file.path.name, what, why))
+    if abs(z[0]) > 1e-6 or np.any(np.diff(z) <= 0.0) or off > NEARLY:
         raise InputError(
             f"{file.path}: kp_zr must increase from 0 to the blade's length of {length:g} m, but goes from {z[0]:g} to "
             f"{z[-1]:g} m"

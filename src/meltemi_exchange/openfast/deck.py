@@ -321,13 +321,22 @@ def _structure(
         path = None
         v.note("ignored", "beamdyn", "the file does not exist, and the deck does not need it")
     if matrices:
+        v.unneeded("of ElastoDyn's blades", "blade_file")
         if path is None:
             raise InputError(f"{main.path}: BDBldFile(1) names no BeamDyn file")
         return read_beamdyn(read_input(path, "BeamDyn"), length, notes)
-    structure = read_elastodyn_blade(read_input(_file(elastodyn, v, "blade_file"), "ElastoDyn blade"), length, notes)
+    own = v.file(elastodyn, "blade_file")
+    if own is None:
+        raise InputError(f"{elastodyn.path}: BldFile(1) names no file, but the blades are ElastoDyn's")
+    structure = read_elastodyn_blade(read_input(own, "ElastoDyn blade"), length, notes)
     v.differs("ignored", 0.0, tip_mass="tip brakes are not modelled")
     if path is not None:
-        add_torsion(structure, read_beamdyn(read_input(path, "BeamDyn"), length, []), path.name, notes)
+        try:
+            of_beam = read_beamdyn(read_input(path, "BeamDyn"), length, [])
+        except (InputError, UnsupportedError) as error:
+            v.note("ignored", "beamdyn", f"blades without torsion: {error}; the deck does not need it")
+        else:
+            add_torsion(structure, of_beam, path.name, notes)
     return structure
 
 

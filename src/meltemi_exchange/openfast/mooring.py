@@ -116,7 +116,7 @@ def read_mooring(  # noqa: C901 - a branch for each thing that a line can be att
             raise InputError(f"{file.path}: line {row} names a type or point that the tables do not have")
     steps = _steps({name: what for name, (what, _) in ends.items()}, [(row["a"], row["b"]) for row in rows])
     for row in rows:
-        kind = types[row["type"]]
+        properties = types[row["type"]][1]
         up, low = sorted((row["a"], row["b"]), key=steps.__getitem__)
         places: dict[str, Any] = {}
         for name, end, other in (("fairlead", up, "anchor"), ("anchor", low, "fairlead")):
@@ -127,12 +127,12 @@ def read_mooring(  # noqa: C901 - a branch for each thing that a line can be att
                     "go from the platform to an anchor, directly or through free points"
                 )
             places[name] = f"point{end}" if what == "free" else place
-        values = {name: _number(file, text) for name, text in kind[1].items() if name != "bending"}
+        values = {name: _number(file, text) for name, text in properties.items() if name != "bending"}
         for name, why in (("stiffness", "the static stiffness"), ("damping_ratio", "the static damping")):
-            if "|" in kind[1].get(name, ""):
-                note("approximated", f"{row['type']}: {kind[1][name]}", why)
-        if kind[1].get("bending", "0").strip("0.eE+-"):
-            note("ignored", f"{row['type']}: EI {kind[1]['bending']}", "lines have no bending stiffness")
+            if "|" in properties.get(name, ""):
+                note("approximated", f"{row['type']}: {properties[name]}", why)
+        if properties.get("bending", "0").strip("0.eE+-"):
+            note("ignored", f"{row['type']}: EI {properties['bending']}", "lines have no bending stiffness")
         if values.get("damping_ratio", 0.0) < 0.0:
             values["damping_ratio"] *= -1.0
         else:  # a damping in N s has no counterpart
@@ -247,7 +247,9 @@ def _bodies(
     """Of each body, as ``body1``: how it is attached, and its place (3,) [m]."""
     if program != "MoorDyn 2" or "bodies" not in sections:
         return {}
-    names = {name: (name,) for name in ("Attachment", "X0", "Y0", "Z0", "r0", "p0", "y0", "M", "V")}
+    names: dict[str, tuple[str, ...]] = {
+        name: (name,) for name in ("Attachment", "X0", "Y0", "Z0", "r0", "p0", "y0", "M", "V")
+    }
     found = {}
     for number_of, (line, row) in _table(file, sections, program, "bodies", names, notes).items():
         kind = row["Attachment"].lower()
