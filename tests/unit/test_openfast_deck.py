@@ -14,8 +14,10 @@ import pytest
 
 import meltemi
 from meltemi import InputError, ModelOptions, UnsupportedError
+from meltemi.control.baseline import parameters, steady_torque
 from meltemi.core.errors import MeltemiError
 from meltemi.simulation.options import AdvancedOptions
+from meltemi.simulation.rotors import operating_point
 from meltemi_exchange.openfast.keywords import ROWS, UNITS, row_of
 from meltemi_exchange.openfast.members import members_table
 from meltemi_exchange.openfast.text import Entry, key, number, read_input, split
@@ -593,7 +595,7 @@ def test_cant_without_its_column_is_that_of_the_mid_chord_line(deck: Deck) -> No
     ],
 )
 def test_members_of_hydrodyn_by_version(tmp_path: Path, row: str, model: float, within: bool) -> None:
-    """PropPot, the only word that is no number, tells the order of the columns."""
+    """PropPot, the only True or False, tells the order of the columns."""
     (tmp_path / "hydro.dat").write_text(f"title\na title\n1 NMembers\na b c\n(-)\n! a comment\n\n{row}\n")
     members, inside = members_table(read_input(tmp_path / "hydro.dat", "HydroDyn"), [])
     assert (members["b"][0], members["model"][0], inside) == (2.0, model, {7: within})
@@ -647,3 +649,75 @@ def test_blade_files_of_elastodyn_are_not_needed_with_beamdyn(deck: Deck) -> Non
     assert meltemi.io.read_openfast(path) == before
     with pytest.raises(InputError, match=r"ElastoDyn.dat:\d+: the file does not exist"):
         meltemi.io.read_openfast(path, blade="elastodyn")
+
+
+SIMPLE = {
+    "PCMode": "0",
+    "VSContrl": "1",
+    "VS_RtGnSp": "1200.0",
+    "VS_RtTq": "1800.0",
+    "VS_Rgn2K": "3.6d-4",
+    "VS_SlPc": "1",
+}
+
+
+def with_simple_law(deck: Deck, **values: str) -> Path:
+    lines = (deck().parent / "ServoDyn.dat").read_text().splitlines()
+    names = SIMPLE | values
+    own = [(line, line.split()[1]) for line in lines if line.split()[1:2] and line.split()[1] in names]
+    return deck("ServoDyn.dat", *((line, f"{names[name]} {name}") for line, name in own))
+
+
+def simple_law(rpm: float) -> float:
+    """[N m] of ServoDyn.f90, CalculateTorque, in its own words and units."""
+    rated, torque, gain, slip = 1200.0, 1800.0, 3.6e-4, 0.01
+    synchronous = rated / (1.0 + slip)
+    slope = torque / (rated - synchronous)
+    transition = (slope - math.sqrt(slope * (slope - 4.0 * gain * synchronous))) / (2.0 * gain)
+    if rpm >= rated:
+        return torque
+    return gain * rpm**2 if rpm < transition else slope * (rpm - synchronous)
+
+
+@pytest.mark.parametrize("rpm", [30.0, 600.0, 1190.0, 1191.0, 1196.0, 1199.9, 1201.0, 1500.0])
+def test_the_torque_law_of_servodyn(deck: Deck, rpm: float) -> None:
+    turbine = meltemi.io.read_openfast(with_simple_law(deck))
+    law = parameters(turbine.control)
+    assert steady_torque(law, rpm * math.pi / 30.0, law.minimum_pitch) == pytest.approx(simple_law(rpm), rel=1e-9)
+    assert law.minimum_pitch == pytest.approx(math.radians(3.83), rel=1e-3)  # BlPitch(1)
+    assert turbine.rated_power == pytest.approx(1800.0 * 40.0 * math.pi * 0.944)
+
+
+def test_more_torque_in_region_2_than_rated_is_refused(deck: Deck) -> None:
+    with pytest.raises(InputError, match=r"ServoDyn.dat:\d+ VS_Rgn2K: VS_Rgn2K times"):
+        meltemi.io.read_openfast(with_simple_law(deck, VS_Rgn2K="1.0"))
+
+
+def test_a_rigid_shaft_needs_no_stiffness(deck: Deck) -> None:
+    stiff = next(x for x in (deck().parent / "ElastoDyn.dat").read_text().splitlines() if "DTTorSpr" in x)
+    path = deck("ElastoDyn.dat", (stiff, "0.0 DTTorSpr"))
+    with pytest.raises(InputError, match="DTTorSpr is 0 in ElastoDyn's file although"):
+        meltemi.io.read_openfast(path)
+    path = deck("ElastoDyn.dat", (stiff, "0.0 DTTorSpr"), ("True          DrTrDOF", "False DrTrDOF"))
+    found = meltemi.io.read_deck(path)
+    shaft = found.turbine.drivetrain
+    assert shaft.stiffness == pytest.approx((20.0 * math.pi) ** 2 * 534.116 * 97.0**2)
+    assert found.options["locked"] == ("drivetrain",)
+    assert [note.kind for note in found.notes if "DTTorSpr" in note.what] == ["approximated"]
+
+
+@pytest.mark.slow
+def test_swift_at_the_speeds_of_openfast(reference: Path) -> None:
+    """Steady performance of the deck by OpenFAST 2, 1.064 kg/m^3 (NREL/wakebench_swift, RotorPerformances_OF2)."""
+    path = reference / "swift_v27/deck/OpenFAST_model/SNLV27_OF2.fst"
+    if not path.is_file():
+        pytest.skip("the deck of SWiFT is not in the reference folder")
+    deck = meltemi.io.read_deck(path)
+    site = meltemi.Environment(air_density=1.064)
+    model = meltemi.build(deck.turbine, ModelOptions(**deck.options), site)
+    for wind, rpm, power in ((5.0, 27.7301, 16.5348e3), (8.0, 43.5116, 67.5888e3), (10.0, 43.6227, 123.4121e3)):
+        point = operating_point(model, meltemi.SteadyWind(speed=wind))
+        assert point.rotor_speed == pytest.approx(rpm * math.pi / 30.0, rel=1e-4)
+        shaft = deck.turbine.drivetrain
+        speed = point.rotor_speed * shaft.gear_ratio
+        assert point.generator_torque * speed * shaft.generator_efficiency == pytest.approx(power, rel=2e-3)
