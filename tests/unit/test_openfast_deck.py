@@ -20,7 +20,7 @@ from meltemi.simulation.options import AdvancedOptions
 from meltemi.simulation.rotors import operating_point
 from meltemi_exchange.openfast.keywords import ROWS, UNITS, row_of
 from meltemi_exchange.openfast.members import members_table
-from meltemi_exchange.openfast.text import Entry, key, number, read_input, split
+from meltemi_exchange.openfast.text import Entry, flag, key, number, read_input, split
 from meltemi_verification.openfast_deck import deck_options, deck_turbine
 
 Deck = Callable[..., Path]
@@ -555,6 +555,17 @@ def test_every_required_keyword_is_missed_by_name(master: Path, tmp_path: Path) 
 
 def test_numbers_as_fortran_writes_them() -> None:
     assert [number(t) for t in ("1.5D+03", "1.", ".5", "-2d-1", "True", "")] == [1500.0, 1.0, 0.5, -0.2, None, None]
+    assert [number(t) for t in ("1d3", "1.5+3", "-2.-1", "1-2-3", "2:1")] == [1000.0, 1500.0, -0.2, None, None]
+    assert [flag(t) for t in ("T", ".true.", "TRUE", "tru", "'F'", ".f.", "1")] == [
+        True,
+        True,
+        True,
+        True,
+        False,
+        False,
+        True,
+    ]
+    assert [flag(t) for t in ("maybe", "2", "", "default")] == [None] * 4
     assert split("1, 9, 19  BlOutNd - text") == ["1", "9", "19", "BlOutNd", "-", "text"]
 
 

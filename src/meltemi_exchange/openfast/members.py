@@ -7,14 +7,13 @@ and rho A plate_drag v^2 / 2 here.
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
 
+import meltemi_exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi_exchange.openfast import columns
-from meltemi_exchange.openfast.text import DIFFRACTS, Entry, Float, InputFile, number
+from meltemi_exchange.openfast.text import DIFFRACTS, Entry, Float, InputFile, flag, number
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.report import ImportNote
 
@@ -56,7 +55,10 @@ def members_table(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict
     """
     entry = file.require(["NMembers"], "of lines")
     rows = file.rows(entry, file.count(entry))[1]
-    places = [next((k for k, word in enumerate(row) if FLAG.match(word)), -1) for _, row in rows]
+    places = [
+        next((k for k, word in enumerate(row) if number(word) is None and flag(word) is not None), -1)
+        for _, row in rows
+    ]
     for (line, row), place in zip(rows, places, strict=True):
         if place not in columns.MEMBERS:
             raise InputError(
@@ -70,12 +72,8 @@ def members_table(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict
         wrong = [line for line, row in rows if number(row[5]) != 1.0]
         if wrong:
             raise UnsupportedError(f"{file.at(wrong[0])}: MSecGeom: members are round (1)")
-    inside = [row[place].lstrip(".").lower().startswith("t") for (_, row), place in zip(rows, places, strict=True)]
+    inside = [bool(flag(row[place])) for (_, row), place in zip(rows, places, strict=True)]
     return members, {int(i): within for i, within in zip(members["id"], inside, strict=True)}
-
-
-FLAG = re.compile(r"\.?[tf]\w*\.?$", re.IGNORECASE)
-"""True or False as Fortran reads them."""
 
 
 def _geometry(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict[int, Float], dict[int, Float]]:

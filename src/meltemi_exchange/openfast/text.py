@@ -42,11 +42,18 @@ def key(name: str) -> str:
 
 def number(text: str) -> float | None:
     """A finite number in Fortran notation, or None."""
-    for spelled in (text, re.sub(r"(?<=[\d.])[dDqQ](?=[+-]?\d)", "e", text)):
+    fortran = re.sub(r"(?<=[\d.])(?:[dDqQ]|(?=[+-]\d+$))(?=[+-]?\d)", "e", text)  # 1.5d3, and 1.5+3 is that too
+    for spelled in (text, fortran):
         with suppress(ValueError):
             value = float(spelled)
             return value if math.isfinite(value) else None
     return None
+
+
+def flag(text: str) -> bool | None:
+    """True or False as Fortran reads them, by the first letter after a point; 1 and 0 too; or None."""
+    found = re.match(r"\.?([tf])\w*\.?$|([01])$", text.strip("'\""), re.IGNORECASE)
+    return None if found is None else found[0].lstrip(".")[0].lower() in "t1"
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+import meltemi_exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.turbine.definition import Foundation
-from meltemi_exchange.openfast import columns
 from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.openfast.water import Water

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+import meltemi_exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi_exchange.openfast import columns
 from meltemi_exchange.openfast.members import (
     COEFFICIENTS,
     diffracts,
