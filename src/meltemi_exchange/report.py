@@ -9,8 +9,8 @@ from typing import Any, Literal
 from meltemi.core.shown import Brief
 from meltemi.turbine.definition import Turbine
 
-Kind = Literal["approximated", "ignored", "used", "equivalent", "not needed"]
-KINDS: tuple[Kind, ...] = ("approximated", "ignored", "used", "equivalent", "not needed")
+Kind = Literal["warning", "approximated", "ignored", "used", "equivalent", "not needed"]
+KINDS: tuple[Kind, ...] = ("warning", "approximated", "ignored", "used", "equivalent", "not needed")
 """In the order of a reader's interest."""
 
 
@@ -19,8 +19,8 @@ class ImportNote:
     """Note on the treatment of one item of an imported file.
 
     Attributes:
-      kind: used as it is; approximated; ignored, although it asks for something; equivalent, since the model is like
-        that anyway; or not needed by any model.
+      kind: a warning; used as it is; approximated; ignored, although it asks for something; equivalent, since the model
+        is like that anyway; or not needed by any model.
       where: file and line, or key path.
       what: name and value.
       why: where it went, or the reason.

@@ -80,15 +80,22 @@ def read_layout(path: str | Path, diameter: float) -> Layout:
         if isinstance(layouts, dict) and "coordinates" not in layouts and len(layouts) == 1:
             (layouts,) = layouts.values()  # windIO 1: layouts by name
         types = layouts.get("turbine_types") if isinstance(layouts, dict) else None
-        if isinstance(types, list) and len({str(each) for each in types}) > 1:
-            notes.append("it has several types of turbines; all turbines are the one that is given")
+        notes += _several(types)
         return _mapped(_columns(file, layouts, "layouts.coordinates", ("x", "y")), notes)
     if isinstance(farm.get("farm"), dict):
-        return _mapped(_columns(file, {"farm": farm["farm"]}, "farm", ("layout_x", "layout_y")), [])
+        notes = _several(farm["farm"].get("turbine_type"))
+        return _mapped(_columns(file, {"farm": farm["farm"]}, "farm", ("layout_x", "layout_y")), notes)
     raise InputError(
         f"{file}: expected the layout of a farm: layouts.coordinates.x and y (windIO plant), or farm.layout_x and "
         f"layout_y (FLORIS); {did_you_mean('layouts', farm)}"
     )
+
+
+def _several(types: Any) -> list[str]:
+    """A note, if a farm names different turbines."""
+    if isinstance(types, list) and len({str(each) for each in types}) > 1:
+        return ["it has several types of turbines; all turbines are the one that is given"]
+    return []
 
 
 def _tree(path: Path) -> dict[str, Any]:
@@ -126,7 +133,7 @@ def _fast_farm(file: InputFile, diameter: float) -> Layout:
     turbines = file.require(["NumTurbines"], "number of turbines")
     if file.find("Mod_Wake", "NumPlanes", "NumRadii") is None:
         raise InputError(f"{file.path}: no wake dynamics (NumRadii): expected a FAST.Farm primary file of 4.x or 5.x")
-    table = file.table(turbines, {"x": "WT_X", "y": "WT_Y", "z": "WT_Z"})
+    table = file.placed(turbines, "WT_X WT_Y WT_Z", {"x": "WT_X", "y": "WT_Y", "z": "WT_Z"}, [])
     if not len(table["x"]):
         raise InputError(f"{file.at(turbines.line)}: NumTurbines: expected one turbine or more")
     kind = _numbers(file, "Mod_Wake") or (1.0,)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -115,3 +116,18 @@ def test_bad_input_writes_nothing(arguments: tuple[str, ...], says: str, command
     ran = command("export", *arguments, "--out", tmp_path / "deck")
     assert ran.status == 2 and says in ran.err and len(ran.err.splitlines()) == 1
     assert not (tmp_path / "deck").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("of", ["library", "case"])
+def test_the_proposed_commands_work(command: Command, tmp_path: Path, of: str) -> None:
+    """That of the export, and that which it proposes in turn: the deck runs with the turbine's own control."""
+    (tmp_path / "case.yaml").write_text("turbine: nrel5mw\nwind: {kind: steady, speed: 9.0}\nduration: 2.0\n")
+    source = "nrel5mw" if of == "library" else tmp_path / "case.yaml"
+    ran = command("export", source, "--duration", 2, "--wind-speed", 9, "--out", tmp_path / "deck")
+    for expected in ("import", "run"):
+        words = shlex.split(next(line for line in ran.out.splitlines() if line.startswith("next: ")))
+        assert words[2] == expected
+        ran = command(*words[2:])
+        assert ran.status == 0, ran
+    assert ran.files

@@ -52,11 +52,29 @@ def test_extra_values_come_on_top(command: Command, deck: Path, tmp_path: Path) 
     assert meltemi.load_turbine(tmp_path / "mine" / "turbine.yaml").hub.mass == 60000.0
 
 
+def of_user(deck: Path, folder: Path) -> Path:
+    """A copy whose controller is a routine of the user."""
+    shutil.copytree(deck.parent, folder / "own", dirs_exist_ok=True)
+    servo = folder / "own" / "ServoDyn.dat"
+    servo.write_text(re.sub(r"\S+( +(?:PCMode|VSContrl) )", r"3\1", servo.read_text()))
+    return folder / "own" / deck.name
+
+
+@pytest.mark.slow
+def test_a_deck_with_servodyn_own_torque_keeps_its_pitch(command: Command, deck: Path, tmp_path: Path) -> None:
+    ran = command("import", deck, "--out", tmp_path / "mine")
+    assert ran.status == 0 and "is its unit right" not in ran.err
+    assert "BlPitch(1) =" in ran.out and "keep their initial pitch" in " ".join(ran.out.split())
+    assert command("run", ran.files[1], "--out", tmp_path / "run").status == 0
+    pitch = meltemi.io.read_netcdf(tmp_path / "run" / "result.nc")["BldPitch1"]
+    assert abs(pitch - pitch[0]).max() < 1e-4
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
         (("nope.fst",), "nope.fst: cannot be read"),
-        (("{deck}",), "control.pitch.*--control-of"),
+        (("{own}",), "control.pitch.*--control-of"),
         (("{deck}", "--blade", "beam"), "--blade 'beam': expected deck, elastodyn or beamdyn"),
         (("{deck}", "--control-of", "nrel5mv"), "did you mean 'nrel5mw'"),
         (("{deck}", "--discon", "{deck}"), "not the settings of ROSCO"),
@@ -66,14 +84,19 @@ def test_extra_values_come_on_top(command: Command, deck: Path, tmp_path: Path) 
 def test_bad_input_is_one_error_and_writes_nothing(
     command: Command, deck: Path, tmp_path: Path, arguments: tuple[str, ...], says: str
 ) -> None:
-    ran = command("import", *(argument.format(deck=deck) for argument in arguments), "--out", tmp_path / "out")
+    ran = command(
+        "import",
+        *(argument.format(deck=deck, own=of_user(deck, tmp_path)) for argument in arguments),
+        "--out",
+        tmp_path / "out",
+    )
     assert ran.status == 2 and ran.err.startswith("error: ") and "Traceback" not in ran.err
     assert re.search(says, ran.err, re.DOTALL)
     assert not (tmp_path / "out").exists()
 
 
 def test_a_deck_without_readable_control_cannot_be_run_as_it_is(command: Command, deck: Path, tmp_path: Path) -> None:
-    ran = command("run", deck, "--out", tmp_path / "out")
+    ran = command("run", of_user(deck, tmp_path), "--out", tmp_path / "out")
     assert ran.status == 2 and "--control-of" in ran.err
     assert not (tmp_path / "out").exists()
 

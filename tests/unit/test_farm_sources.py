@@ -128,3 +128,10 @@ def test_mistakes_are_answered_in_words(name: str, text: str, words: str, tmp_pa
     (tmp_path / name).write_text(text)
     with pytest.raises(InputError, match=words):
         read_layout(tmp_path / name, D)
+
+
+def test_several_types_of_turbines_are_noted_in_floris_as_in_windio(tmp_path: Path) -> None:
+    (tmp_path / "farm.yaml").write_text(FLORIS.replace("[nrel_5MW]", "[nrel_5MW, iea_10MW]"))
+    (tmp_path / "one.yaml").write_text(FLORIS.replace("[nrel_5MW]", "[nrel_5MW, nrel_5MW]"))
+    assert any("several types" in note for note in read_layout(tmp_path / "farm.yaml", D).notes)
+    assert not any("several types" in note for note in read_layout(tmp_path / "one.yaml", D).notes)

@@ -14,10 +14,13 @@ import pytest
 
 import meltemi
 from meltemi import InputError, ModelOptions, UnsupportedError
+from meltemi.control.baseline import parameters, steady_torque
 from meltemi.core.errors import MeltemiError
 from meltemi.simulation.options import AdvancedOptions
+from meltemi.simulation.rotors import operating_point
 from meltemi_exchange.openfast.keywords import ROWS, UNITS, row_of
-from meltemi_exchange.openfast.text import Entry, key, number, read_input, split
+from meltemi_exchange.openfast.members import members_table
+from meltemi_exchange.openfast.text import Entry, flag, key, number, read_input, split
 from meltemi_verification.openfast_deck import deck_options, deck_turbine
 
 Deck = Callable[..., Path]
@@ -457,7 +460,7 @@ def test_fixed_base_and_momentum_wake_when_the_user_says_so(deck: Deck) -> None:
 )
 def test_broken_decks_say_what_is_wrong(deck: Deck, name: str, old: str, new: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
-        meltemi.io.read_openfast(deck(name, (old, new)))
+        meltemi.io.read_openfast(deck(name, (old, new)), blade="beamdyn" if name.startswith("BeamDyn") else "deck")
 
 
 def test_a_deck_without_a_readable_controller_asks_for_one(deck: Deck, turbine: meltemi.Turbine) -> None:
@@ -552,4 +555,180 @@ def test_every_required_keyword_is_missed_by_name(master: Path, tmp_path: Path) 
 
 def test_numbers_as_fortran_writes_them() -> None:
     assert [number(t) for t in ("1.5D+03", "1.", ".5", "-2d-1", "True", "")] == [1500.0, 1.0, 0.5, -0.2, None, None]
+    assert [number(t) for t in ("1d3", "1.5+3", "-2.-1", "1-2-3", "2:1")] == [1000.0, 1500.0, -0.2, None, None]
+    assert [flag(t) for t in ("T", ".true.", "TRUE", "tru", "'F'", ".f.", "1")] == [
+        True,
+        True,
+        True,
+        True,
+        False,
+        False,
+        True,
+    ]
+    assert [flag(t) for t in ("maybe", "2", "", "default")] == [None] * 4
     assert split("1, 9, 19  BlOutNd - text") == ["1", "9", "19", "BlOutNd", "-", "text"]
+
+
+def test_tables_are_read_by_place_with_a_check_of_their_names(deck: Deck) -> None:
+    """Names of the header do not move a column (ElastoDyn_IO.f90, ReadTowerFile); another's name is a warning."""
+    before = meltemi.io.read_deck(deck())
+    assert not before.noted("warning")
+    found = meltemi.io.read_deck(deck("ElastoDyn_tower.dat", ("TMassDen", "Density")))
+    assert [note.what for note in found.noted("warning")] == ["column 2 is headed Density"]
+    assert found.turbine == before.turbine
+    found = meltemi.io.read_deck(deck("BeamDyn.dat", ("kp_xr", "kp_yr_")), blade="beamdyn")
+    assert found.turbine == meltemi.io.read_deck(deck(), blade="beamdyn").turbine
+
+
+@pytest.mark.parametrize("column", ["BlCrvAC", "BlSwpAC"])
+def test_columns_that_aerodyn_needs_are_no_zeros(deck: Deck, column: str) -> None:
+    with pytest.raises(InputError, match=f"needs the column {column}"):
+        meltemi.io.read_openfast(deck("AeroDyn_blade.dat", (column, "Other")))
+
+
+def test_cant_without_its_column_is_that_of_the_mid_chord_line(deck: Deck) -> None:
+    """AeroDyn's setCantAngle: a parabola through three stations, here of a chord that twists by a small angle."""
+    path = deck("AeroDyn_blade.dat", ("BlCrvAng", "Other"))
+    blade = meltemi.io.read_openfast(path).blade.aerodynamics
+    assert blade.cant is not None and blade.centre_x is not None
+    middle = np.asarray(blade.centre_x) + 0.25 * np.asarray(blade.chord) * np.sin(blade.twist)
+    curve = np.polyfit(blade.position[8:11], middle[8:11], 2)
+    assert blade.cant[9] == pytest.approx(math.atan(np.polyval(np.polyder(curve), blade.position[9])), rel=1e-9)
+    assert blade.cant[9] != 0.0
+
+
+@pytest.mark.parametrize(
+    ("row", "model", "within"),
+    [
+        ("7 1 2 1 1 0.5 3 T", 3.0, True),
+        ("7 1 2 1 1 0.5 2 0 .false. ! before 5", 2.0, False),
+        ("7 1 2 1 1 1 0.0 0.5 1 0 TRUE", 1.0, True),
+    ],
+)
+def test_members_of_hydrodyn_by_version(tmp_path: Path, row: str, model: float, within: bool) -> None:
+    """PropPot, the only True or False, tells the order of the columns."""
+    (tmp_path / "hydro.dat").write_text(f"title\na title\n1 NMembers\na b c\n(-)\n! a comment\n\n{row}\n")
+    members, inside = members_table(read_input(tmp_path / "hydro.dat", "HydroDyn"), [])
+    assert (members["b"][0], members["model"][0], inside) == (2.0, model, {7: within})
+
+
+def test_a_table_never_begins_in_the_next_section(tmp_path: Path) -> None:
+    (tmp_path / "hydro.dat").write_text(
+        "title\na title\n1 NMembers\n--- FILLED\n1 NFillGroups\nh\n(-)\n1 7 0 default\n"
+    )
+    with pytest.raises(InputError, match="hydro.dat:3: NMembers says 1 lines, but the table"):
+        members_table(read_input(tmp_path / "hydro.dat", "HydroDyn"), [])
+
+
+@pytest.mark.parametrize("blade", ["deck", "elastodyn"])
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [("BeamDyn.dat", '"BeamDyn_Blade.dat"', '"no_such_file.dat"'), ("BeamDyn.dat", "kp_total", "key_points")],
+)
+def test_beamdyn_files_are_not_needed_with_elastodyn(
+    deck: Deck, tmp_path: Path, blade: str, name: str, old: str, new: str
+) -> None:
+    """OpenFAST opens them with CompElast 2 only (FAST_Subs.f90)."""
+    found = meltemi.io.read_deck(deck(name, (old, new)), blade=blade)
+    assert found.turbine.blade.structure.torsion_stiffness is None
+    assert any("blades without torsion" in note.why for note in found.noted("ignored"))
+    with pytest.raises(InputError):
+        meltemi.io.read_deck(tmp_path / "copy" / "5MW.fst", blade="beamdyn")
+
+
+def test_beamdyn_blades_that_end_nearly_at_the_tip(deck: Deck) -> None:
+    path = deck()
+    file = path.parent / "BeamDyn.dat"
+    lines = file.read_text().splitlines()
+    last = max(i for i, line in enumerate(lines) if len(line.split()) == 4 and number(line.split()[2]) == 61.5)
+    for end, outcome in ((62.0, "stretched"), (55.0, "kp_zr must increase")):
+        file.write_text("\n".join([*lines[:last], " ".join(["0 0", str(end), "0"]), *lines[last + 1 :]]))
+        if outcome == "stretched":
+            found = meltemi.io.read_deck(path, blade="beamdyn")
+            assert [note.what for note in found.noted("warning")] == ["kp_zr ends at 62 m"]
+            assert found.turbine.blade.structure.position[-1] == pytest.approx(61.5)
+        else:
+            with pytest.raises(InputError, match=outcome):
+                meltemi.io.read_deck(path, blade="beamdyn")
+
+
+def test_blade_files_of_elastodyn_are_not_needed_with_beamdyn(deck: Deck) -> None:
+    """ED_ReadInput leaves them unread where BeamDyn has the blades."""
+    path = deck("5MW.fst", ("1   CompElast", "2   CompElast"))
+    before = meltemi.io.read_openfast(path)
+    (path.parent / "ElastoDyn_blade.dat").unlink()
+    assert meltemi.io.read_openfast(path) == before
+    with pytest.raises(InputError, match=r"ElastoDyn.dat:\d+: the file does not exist"):
+        meltemi.io.read_openfast(path, blade="elastodyn")
+
+
+SIMPLE = {
+    "PCMode": "0",
+    "VSContrl": "1",
+    "VS_RtGnSp": "1200.0",
+    "VS_RtTq": "1800.0",
+    "VS_Rgn2K": "3.6d-4",
+    "VS_SlPc": "1",
+}
+
+
+def with_simple_law(deck: Deck, **values: str) -> Path:
+    lines = (deck().parent / "ServoDyn.dat").read_text().splitlines()
+    names = SIMPLE | values
+    own = [(line, line.split()[1]) for line in lines if line.split()[1:2] and line.split()[1] in names]
+    return deck("ServoDyn.dat", *((line, f"{names[name]} {name}") for line, name in own))
+
+
+def simple_law(rpm: float) -> float:
+    """[N m] of ServoDyn.f90, CalculateTorque, in its own words and units."""
+    rated, torque, gain, slip = 1200.0, 1800.0, 3.6e-4, 0.01
+    synchronous = rated / (1.0 + slip)
+    slope = torque / (rated - synchronous)
+    transition = (slope - math.sqrt(slope * (slope - 4.0 * gain * synchronous))) / (2.0 * gain)
+    if rpm >= rated:
+        return torque
+    return gain * rpm**2 if rpm < transition else slope * (rpm - synchronous)
+
+
+@pytest.mark.parametrize("rpm", [30.0, 600.0, 1190.0, 1191.0, 1196.0, 1199.9, 1201.0, 1500.0])
+def test_the_torque_law_of_servodyn(deck: Deck, rpm: float) -> None:
+    turbine = meltemi.io.read_openfast(with_simple_law(deck))
+    law = parameters(turbine.control)
+    assert steady_torque(law, rpm * math.pi / 30.0, law.minimum_pitch) == pytest.approx(simple_law(rpm), rel=1e-9)
+    assert law.minimum_pitch == pytest.approx(math.radians(3.83), rel=1e-3)  # BlPitch(1)
+    assert turbine.rated_power == pytest.approx(1800.0 * 40.0 * math.pi * 0.944)
+
+
+def test_more_torque_in_region_2_than_rated_is_refused(deck: Deck) -> None:
+    with pytest.raises(InputError, match=r"ServoDyn.dat:\d+ VS_Rgn2K: VS_Rgn2K times"):
+        meltemi.io.read_openfast(with_simple_law(deck, VS_Rgn2K="1.0"))
+
+
+def test_a_rigid_shaft_needs_no_stiffness(deck: Deck) -> None:
+    stiff = next(x for x in (deck().parent / "ElastoDyn.dat").read_text().splitlines() if "DTTorSpr" in x)
+    path = deck("ElastoDyn.dat", (stiff, "0.0 DTTorSpr"))
+    with pytest.raises(InputError, match="DTTorSpr is 0 in ElastoDyn's file although"):
+        meltemi.io.read_openfast(path)
+    path = deck("ElastoDyn.dat", (stiff, "0.0 DTTorSpr"), ("True          DrTrDOF", "False DrTrDOF"))
+    found = meltemi.io.read_deck(path)
+    shaft = found.turbine.drivetrain
+    assert shaft.stiffness == pytest.approx((20.0 * math.pi) ** 2 * 534.116 * 97.0**2)
+    assert found.options["locked"] == ("drivetrain",)
+    assert [note.kind for note in found.notes if "DTTorSpr" in note.what] == ["approximated"]
+
+
+@pytest.mark.slow
+def test_swift_at_the_speeds_of_openfast(reference: Path) -> None:
+    """Steady performance of the deck by OpenFAST 2, 1.064 kg/m^3 (NREL/wakebench_swift, RotorPerformances_OF2)."""
+    path = reference / "swift_v27/deck/OpenFAST_model/SNLV27_OF2.fst"
+    if not path.is_file():
+        pytest.skip("the deck of SWiFT is not in the reference folder")
+    deck = meltemi.io.read_deck(path)
+    site = meltemi.Environment(air_density=1.064)
+    model = meltemi.build(deck.turbine, ModelOptions(**deck.options), site)
+    for wind, rpm, power in ((5.0, 27.7301, 16.5348e3), (8.0, 43.5116, 67.5888e3), (10.0, 43.6227, 123.4121e3)):
+        point = operating_point(model, meltemi.SteadyWind(speed=wind))
+        assert point.rotor_speed == pytest.approx(rpm * math.pi / 30.0, rel=1e-4)
+        shaft = deck.turbine.drivetrain
+        speed = point.rotor_speed * shaft.gear_ratio
+        assert point.generator_torque * speed * shaft.generator_efficiency == pytest.approx(power, rel=2e-3)

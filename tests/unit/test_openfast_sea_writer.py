@@ -260,13 +260,14 @@ PropSetID PropD PropThck
 (-) (m) (m)
 1 24.0 0.06
 2 12.0 0.06
-SimplCd SimplCa SimplCp
-(-) (-) (-)
-0.6 0.9 1.0
+---------- SIMPLE HYDRODYNAMIC COEFFICIENTS ----------
+SimplCd SimplCdMG SimplCa SimplCaMG SimplCp SimplCpMG
+(-) (-) (-) (-) (-) (-)
+0.6 0.7 0.9 0.8 1.0 1.1
 1 NCoefMembersCyl
-MemberID MemberCd1 MemberCd2 MemberCa1 MemberCa2 MemberCp1 MemberCp2
-(-) (-) (-) (-) (-) (-) (-)
-7 0.5 0.7 0.2 0.4 1.0 1.0
+MemberID_HydC MemberCd1 MemberCd2 MemberCdMG1 MemberCdMG2 MemberCa1 MemberCa2 MemberCaMG1 MemberCaMG2 MemberCp1
+(-) (-) (-) (-) (-) (-) (-) (-) (-) (-) (-)
+7 0.5 0.7 0.8 0.8 0.2 0.4 0.9 0.9 1.0 1.0
 2 NMembers
 MemberID MJointID1 MJointID2 MPropSetID1 MPropSetID2 MDivSize MCoefMod PropPot
 (-) (-) (-) (-) (-) (m) (-) (-)
@@ -287,13 +288,15 @@ def hydrodyn(folder: Path, text: str = HYDRODYN) -> tuple[Any, Values]:
 
 def test_a_base_column_under_a_thinner_one(tmp_path: Path) -> None:
     """The plate has the whole area below, and the ring above; the base has both ends in the water: two halves."""
-    low, high, column = read_members(*hydrodyn(tmp_path))
+    file, values = hydrodyn(tmp_path)
+    low, high, column = read_members(file, values)
     assert (low["drag"], low["added_mass"], column["drag"], column["added_mass"]) == pytest.approx((0.6, 0.3, 0.6, 0.9))
     ring = 1.0 - (12.0 / 24.0) ** 2
     assert (low["plate_drag"], high["plate_drag"]) == pytest.approx((4.8, 4.8 * ring))
     assert high["plate_added_mass"] == pytest.approx(1.0 - 0.5**3)
     assert (low["start"][2], low["end"][2], high["start"][2], high["end"][2]) == (-20.0, -17.0, -14.0, -17.0)
     assert "plate_drag" not in column
+    assert not [note for note in values.notes if note.kind == "warning"]
     within = HYDRODYN.replace("FALSE", "TRUE")
     low, _, column = read_members(*hydrodyn(tmp_path, within))
     assert (low["added_mass"], low["plate_drag"], column["pressure"]) == (0.0, 4.8, 0.0)

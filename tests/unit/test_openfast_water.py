@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from meltemi_exchange.openfast.mooring import read_mooring
 from meltemi_exchange.openfast.text import read_input
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.openfast.water import Water
+from meltemi_exchange.report import ImportNote
 from meltemi_float.moorings import MooringLine
 from meltemi_sea.kinds import sea_of
 
@@ -101,7 +103,7 @@ DEFAULT CurrSSDir
 def lines_of(folder: Path, text: str) -> list[MooringLine]:
     path = folder / "mooring.dat"
     path.write_text(text)
-    lines = read_mooring(read_input(path, "mooring"), 320.0)["lines"]
+    lines = read_mooring(read_input(path, "mooring"), 320.0, [], of_map="repeat" in text)["lines"]
     return [validated(line, MooringLine, "line") for line in lines]
 
 
@@ -136,12 +138,70 @@ def test_one_line_in_three_formats(tmp_path: Path) -> None:
         ("1  Vessel", "1  Fixed", UnsupportedError, "both of kind 'Fixed'"),
         ("1  main  2", "1  other  2", InputError, "names a type or point"),
         ("902.2", "long", InputError, "expected a number, found 'long'"),
-        ("Diam", "Width", InputError, "no table of mooring diam"),
+        ("--- LINE TYPES", "--- TYPES", InputError, "no section of types: .* LINE DICTIONARY or LINE TYPES"),
+        ("0 0 0 0\n2  Fixed", "0 0 0\n2  Fixed", InputError, "mooring.dat:10: the table of points has 9 columns"),
+        ("1  Vessel", "1  Body1", UnsupportedError, "point 1 is of kind 'Body1'"),
+        (
+            "--- SOLVER",
+            "--- RODS\nID\n(-)\n1 a Fixed 0 0 0 0 0 1 0 -\n--- SOLVER",
+            UnsupportedError,
+            "mooring.dat:19: rods of MoorDyn",
+        ),
     ],
 )
 def test_other_lines_are_refused(tmp_path: Path, old: str, new: str, kind: type[Exception], says: str) -> None:
     with pytest.raises(kind, match=says):
         lines_of(tmp_path, MOORDYN_2.replace(old, new))
+
+
+def read(folder: Path, text: str) -> tuple[Any, list[ImportNote]]:
+    path, notes = folder / "mooring.dat", list[ImportNote]()
+    path.write_text(text)
+    return read_mooring(read_input(path, "mooring"), 320.0, notes), notes
+
+
+CLUMP = "3  Free  40.0  0.0  -85.0  50000 4.0 2.0 0.5\n"
+CLUMPED = MOORDYN_2.replace("--- LINES", CLUMP + "--- LINES").replace(
+    "1  main  2  1  902.2", "1  main  3  1  40.0 20 -\n2  main  2  3  862.2"
+)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "warns"),
+    [
+        ("MassDen", "Mass/m", ""),
+        ("MassDen", "MassDenInAir", ""),
+        (" M  V ", " Mass  Volume ", ""),
+        ("Name  Diam", "TypeName  Diam", ""),
+        (" M  V ", " V  M ", "column 6 is headed V"),
+        ("Diam", "Width", "column 2 is headed Width"),
+    ],
+)
+def test_columns_of_moordyn_are_known_by_their_place(tmp_path: Path, old: str, new: str, warns: str) -> None:
+    """MoorDyn.f90 reads the line without a look at its header; a clump of 50 t stays one."""
+    assert old in CLUMPED
+    found, notes = read(tmp_path, CLUMPED.replace(old, new))
+    assert found["lines"][0]["mass"] == 77.0 and found["lines"][0]["diameter"] == 0.09
+    assert found["points"]["point3"] == {"mass": 50e3, "volume": 4.0, "drag_area": 2.0, "added_mass": 0.5}
+    assert [note.what for note in notes if note.kind == "warning"][:1] == ([warns] if warns else [])
+
+
+def test_a_body_of_the_platform_carries_its_points(tmp_path: Path) -> None:
+    bodies = "--- BODIES\nID Attachment X0 Y0 Z0 r0 p0 y0 Mass CG I Volume CdA Ca\n(-)\n"
+    bodies += "1 Coupled 0.2 0.0 -1.0 0 0 0 9.0 0 0 0 0 0\n--- POINTS"
+    found, notes = read(tmp_path, MOORDYN_2.replace("--- POINTS", bodies).replace("1  Vessel", "1  Body1"))
+    assert found["lines"][0]["fairlead"] == pytest.approx([5.4, 0.0, -71.0])
+    assert [note.what for note in notes] == ["body 1"]
+    with pytest.raises(UnsupportedError, match="mooring.dat:10: body 1 is turned"):
+        read(tmp_path, MOORDYN_2.replace("--- POINTS", bodies.replace("-1.0 0 0 0", "-1.0 0 9 0")))
+
+
+@pytest.mark.parametrize("z", ["seabed", "Ground", "-320.0"])
+def test_attachments_and_heights_by_their_other_names(tmp_path: Path, z: str) -> None:
+    text = CLUMPED.replace("-320.0", z).replace("  3  1  40.0", "  P3  Point1  40.0").replace("Vessel", "Cpld")
+    found, _ = read(tmp_path, text.replace("3.84E+08", "3.84d8|5e8|1 ", 1))
+    assert found["lines"][1]["anchor"] == [853.87, 0.0, -320.0]
+    assert found["lines"][0]["stiffness"] == 3.84e8
 
 
 BRIDLES = {
@@ -173,7 +233,7 @@ def test_a_bridle_in_three_formats(tmp_path: Path, kind: str) -> None:
     at = text.index("---", text.index("Vessel"))
     path = tmp_path / "mooring.dat"
     path.write_text((text[:at] + points + text[at:]).replace(line, lines))
-    found = read_mooring(read_input(path, "mooring"), 320.0)
+    found = read_mooring(read_input(path, "mooring"), 320.0, [], of_map=kind == "MAP++")
     first, second, third = found["lines"][:3]
     assert (first["anchor"], second["anchor"], third["fairlead"]) == ("point4",) * 3
     assert first["fairlead"][2] == second["fairlead"][2] == -70.0 and third["anchor"][2] == -320.0
@@ -187,7 +247,7 @@ def test_a_bridle_in_three_formats(tmp_path: Path, kind: str) -> None:
     path.write_text(path.read_text().replace("500 0.1 0 0 0", "500 0.1 0 0 9"))
     if kind != "MoorDyn 2":
         with pytest.raises(UnsupportedError, match="point 4 has forces"):
-            read_mooring(read_input(path, "mooring"), 320.0)
+            read_mooring(read_input(path, "mooring"), 320.0, [], of_map=kind == "MAP++")
 
 
 @pytest.mark.parametrize("old", [False, True], ids=["SeaState", "HydroDyn before 4"])

@@ -94,7 +94,9 @@ def export(
     rows = [[note.kind, note.what, note.why] for note in written.notes]
     print_table(f"{described.name}: differences of the deck", ["", "what", "how"], rows, text_columns=3)
     wrote(*written.files)
-    suggest("run", written.main, "--out", out / "check")
+    beside = folder / case.turbine  # the deck itself has no control that can be read
+    source = beside if beside.is_file() else case.turbine
+    suggest("import", written.main, "--control-of", source, "--out", out / "check")
 
 
 def _operation(turbine: Any, options: Any, environment: Any, wind: Any) -> tuple[float | None, float | None]:

@@ -121,7 +121,7 @@ def _show(imported: ImportedTurbine) -> None:
     from meltemi.turbine.plausibility import plausibility_warnings
     from meltemi_exchange.report import KINDS
 
-    heads: dict[Kind, str] = {"approximated": "how", "ignored": "why"}
+    heads: dict[Kind, str] = {"warning": "what is done", "approximated": "how", "ignored": "why"}
     for kind, head in heads.items():
         if notes := imported.noted(kind):
             rows = [[note.where, note.what, note.why] for note in notes[:MOST_LINES]]

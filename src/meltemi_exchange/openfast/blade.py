@@ -7,10 +7,14 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError, UnsupportedError
+from meltemi_exchange.openfast.columns import KEY_POINTS
 from meltemi_exchange.openfast.text import Float, InputFile, number, read_input, split
 from meltemi_exchange.openfast.tower import shapes
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.report import ImportNote
+
+MATCHES, NEARLY = 2e-3, 2e-2
+"""Differences of BeamDyn's from ElastoDyn's length of a blade, relative: that are rounding, and that are accepted."""
 
 
 def read_elastodyn_blade(file: InputFile, length: float, notes: list[ImportNote]) -> dict[str, Any]:
@@ -80,14 +84,17 @@ def read_beamdyn(file: InputFile, length: float, notes: list[ImportNote]) -> dic
     values.read(file)
     if values.given("members", 1) != 1:
         raise UnsupportedError(f"{file.path}: blades of {values['members']} members are not read, only of one")
-    keys = file.table(
-        file.require(["kp_total"], "number of key points"),
-        {"x": "kp_xr", "y": "kp_yr", "z": "kp_zr", "twist": "initial_twist"},
-    )
+    wanted = {"x": "kp_xr", "y": "kp_yr", "z": "kp_zr", "twist": "initial_twist"}
+    keys = file.placed(file.require(["kp_total"], "number of key points"), KEY_POINTS, wanted, notes, skip=1)
     if len(keys["z"]) < 3:
         raise InputError(f"{file.path}: at least 3 key points are needed")
     z = keys["z"]
-    if abs(z[0]) > 1e-6 or np.any(np.diff(z) <= 0.0) or abs(z[-1] / length - 1.0) > 2e-3:
+    off = abs(z[-1] / length - 1.0)
+    if MATCHES < off < NEARLY:
+        what = f"kp_zr ends at {z[-1]:g} m"
+        why = f"stretched to ElastoDyn's length of the blade, {length:g} m"
+        notes.append(ImportNote("warning", file.path.name, what, why))
+    if abs(z[0]) > 1e-6 or np.any(np.diff(z) <= 0.0) or off > NEARLY:
         raise InputError(
             f"{file.path}: kp_zr must increase from 0 to the blade's length of {length:g} m, but goes from {z[0]:g} to "
             f"{z[-1]:g} m"
@@ -179,6 +186,12 @@ def _sections(file: InputFile, notes: list[ImportNote]) -> tuple[Float, Float, F
     return share, symmetric[0], symmetric[1], damping
 
 
+def _cant(columns: dict[str, Float]) -> Float:
+    """(S,) [deg] slope of the line of mid-chords, as AeroDyn has it without BlCrvAng (``setCantAngle``)."""
+    middle = columns["centre_x"] + 0.25 * columns["chord"] * np.sin(np.radians(columns["twist"]))
+    return np.degrees(np.arctan(np.gradient(middle, columns["position"], edge_order=2)))
+
+
 def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[ImportNote]) -> dict[str, Any]:
     """Read the outer shape of an AeroDyn blade.
 
@@ -189,7 +202,12 @@ def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[ImportNote
     entry = file.require(["NumBlNds"], "number of stations")
     wanted = {"position": "BlSpn", "chord": "BlChord", "twist": "BlTwist", "airfoil": "BlAFID"}
     offsets = {"centre_x": "BlCrvAC", "centre_y": "BlSwpAC", "cant": "BlCrvAng"}
-    columns: dict[str, Any] = dict(file.table(entry, wanted | offsets, optional=tuple(offsets)))
+    columns: dict[str, Any] = dict(file.table(entry, wanted | offsets, optional=("cant",)))
+    if "cant" not in columns and len(columns["position"]) > 2:
+        columns["cant"] = _cant(columns)
+        notes.append(
+            ImportNote("used", file.path.name, "no BlCrvAng", "cant: that of the mid-chord line, as in AeroDyn")
+        )
     ids = columns["airfoil"]
     if np.any(ids != np.round(ids)) or np.any(ids < 1) or np.any(ids > len(names)):
         i = int(np.flatnonzero((ids != np.round(ids)) | (ids < 1) | (ids > len(names)))[0])

@@ -20,6 +20,10 @@ REGION_3 = 0.99
 MINIMUM_TO_OPTIMAL = 1.05
 """Where the line of region 1 1/2 meets the optimal curve, over the minimum speed that ROSCO holds."""
 UNUSED = 9999.0
+LEAST = 1e-3
+"""Share that stands for nothing, where a record wants a number above zero."""
+UNFILTERED = 50.0
+"""Corner frequency of the speed of a law that has no filter, over the rated rotor speed."""
 
 
 def from_discon(v: Values, notes: list[ImportNote]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -129,23 +133,47 @@ def _schedule(angle: Float, gains: Float) -> tuple[float, Float, Float]:
 
 
 def simple_torque(v: Values) -> dict[str, Any] | None:
-    """Region 2 and rated point of ServoDyn's simple torque control, if the deck has them."""
+    """ServoDyn's simple variable-speed control, if the deck has it (``VSContrl`` 1; ServoDyn.f90, ``CalculateTorque``).
+
+    Region 2 from standstill, VS_Rgn2K times speed squared; region 2 1/2 a line from VS_RtGnSp / (1 + VS_SlPc) to the
+    rated point; region 3 the torque VS_RtTq. No filter and no limit of the rate.
+
+    Raises:
+      InputError: region 2 exceeds the rated torque at rated speed.
+    """
     speed, torque, gain, slip = (v[f"simple_{name}"] for name in ("speed", "torque", "gain", "slip"))
-    if (
-        None in (speed, torque, gain)
-        or speed > UNUSED * math.pi / 30.0 * 0.99
-        or torque in (0.0, UNUSED)
-        or speed <= 0.0
-    ):
+    unused = UNUSED * math.pi / 30.0 * 0.99
+    if None in (speed, torque, gain) or not 0.0 < speed < unused or torque in (0.0, UNUSED):
         return None
+    if gain * speed**2 > torque:
+        raise InputError(
+            f"{v.source['simple_gain']}: VS_Rgn2K times VS_RtGnSp squared is {gain * speed**2:g} N m, expected at most "
+            f"VS_RtTq, {torque:g} N m"
+        )
     return {
-        "cut_in_speed": 0.3 * speed,
-        "optimal_speed": 0.35 * speed,
-        "rated_speed": REGION_3 * speed,
-        "optimal_gain": gain,
-        "slip": slip if slip and slip < 1.0 else SLIP,
+        "cut_in_speed": 0.0,
+        "optimal_speed": LEAST * speed,
+        "rated_speed": speed,
+        "optimal_gain": max(gain, LEAST**2 * torque / speed**2),
+        "slip": min(max(slip or 0.0, LEAST**2), 0.99),
         "rated_power": torque * speed,
-        "maximum_torque": 1.1 * torque,
-        "rate_limit": torque,
-        "power_pitch": math.radians(1.0),
+        "maximum_torque": torque,
+        "rate_limit": torque / LEAST,
+        "power_pitch": math.pi,
+        "hold": "torque",
     }
+
+
+def fixed_pitch(torque: dict[str, Any], pitch: float, gear_ratio: float, source: str) -> dict[str, Any]:
+    """Control of a deck with ServoDyn's torque alone (``PCMode`` 0): blades stay at their initial pitch [rad]."""
+    law = {
+        "reference_speed": torque["rated_speed"],
+        "proportional_gain": 0.0,
+        "integral_gain": LEAST**3,
+        "gain_halving_pitch": 0.3,  # of no effect, as the gains are zero
+        "minimum": pitch,
+        "maximum": pitch + 1e-4,
+        "rate_limit": IDEAL_RATE,
+    }
+    frequency = UNFILTERED * torque["rated_speed"] / gear_ratio
+    return {"filter_frequency": frequency, "torque": torque, "pitch": law, "source": f"{source}: VSContrl 1, PCMode 0"}

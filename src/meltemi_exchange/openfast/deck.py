@@ -17,7 +17,7 @@ from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import BaseMotion, Turbine
 from meltemi_exchange.openfast.airfoils import Polars, read_airfoils
 from meltemi_exchange.openfast.blade import add_torsion, read_aerodyn_blade, read_beamdyn, read_elastodyn_blade
-from meltemi_exchange.openfast.control import IDEAL_RATE, from_discon, simple_torque
+from meltemi_exchange.openfast.control import IDEAL_RATE, fixed_pitch, from_discon, simple_torque
 from meltemi_exchange.openfast.mass_dampers import read_mass_dampers
 from meltemi_exchange.openfast.mooring import read_mooring
 from meltemi_exchange.openfast.text import InputFile, read_input
@@ -29,6 +29,8 @@ from meltemi_exchange.report import ImportedModel, ImportNote
 from meltemi_sea.pile_beam import first_frequency
 
 BladeChoice = Literal["deck", "elastodyn", "beamdyn"]
+RIGID_SHAFT = 2.0 * math.pi * 10.0
+"""[rad/s] of the generator on the shaft, where the deck has it rigid and without a stiffness."""
 LEAST_YAW_FREQUENCY = 2.0 * math.pi * 2.0
 """[rad/s] of the nacelle on its bearing, where the deck has no spring."""
 
@@ -121,7 +123,7 @@ def read_deck(
         data |= _floating(main, v, water)
     else:
         data |= read_substructure(main, v, water, notes)
-    servo = _control(main, data, v, None if discon is None else Path(discon), notes)
+    servo = _control(main, data, v, None if discon is None else Path(discon), control_of)
     _drivetrain(data, v)
     _replaced(data, control_of, extra or {}, notes)
     _ask(path, data)
@@ -229,7 +231,9 @@ def _floating(main: InputFile, v: Values, water: Water) -> dict[str, Any]:
     platform = water.platform(v)
     moored = v.file(main, "mooring_file") if v.given("comp_mooring", 0) else None
     if moored is not None:
-        platform |= read_mooring(read_input(moored, "mooring"), platform["depth"])
+        platform |= read_mooring(
+            read_input(moored, "mooring"), platform["depth"], v.notes, of_map=v["comp_mooring"] == 1
+        )
     foundation = {"motions": get_args(BaseMotion), "stiffness": np.zeros((6, 6))}
     return {"platform": platform, "foundation": foundation}
 
@@ -319,13 +323,22 @@ def _structure(
         path = None
         v.note("ignored", "beamdyn", "the file does not exist, and the deck does not need it")
     if matrices:
+        v.unneeded("of ElastoDyn's blades", "blade_file")
         if path is None:
             raise InputError(f"{main.path}: BDBldFile(1) names no BeamDyn file")
         return read_beamdyn(read_input(path, "BeamDyn"), length, notes)
-    structure = read_elastodyn_blade(read_input(_file(elastodyn, v, "blade_file"), "ElastoDyn blade"), length, notes)
+    own = v.file(elastodyn, "blade_file")
+    if own is None:
+        raise InputError(f"{elastodyn.path}: BldFile(1) names no file, but the blades are ElastoDyn's")
+    structure = read_elastodyn_blade(read_input(own, "ElastoDyn blade"), length, notes)
     v.differs("ignored", 0.0, tip_mass="tip brakes are not modelled")
     if path is not None:
-        add_torsion(structure, read_beamdyn(read_input(path, "BeamDyn"), length, []), path.name, notes)
+        try:
+            of_beam = read_beamdyn(read_input(path, "BeamDyn"), length, [])
+        except (InputError, UnsupportedError) as error:
+            v.note("ignored", "beamdyn", f"blades without torsion: {error}; the deck does not need it")
+        else:
+            add_torsion(structure, of_beam, path.name, notes)
     return structure
 
 
@@ -359,14 +372,19 @@ def _drivetrain(data: dict[str, Any], v: Values) -> None:
     if d.get("generator_inertia") == 0.0:
         d["generator_inertia"] = 1e-3 * max(data["hub"]["inertia"], 1.0) / d["gear_ratio"] ** 2
         v.note("approximated", "drivetrain.generator_inertia", "a thousandth of the hub's, as it may not be zero")
+    if "stiffness" not in d and v.given("drivetrain", True) is False:
+        d["stiffness"] = RIGID_SHAFT**2 * d["generator_inertia"] * d["gear_ratio"] ** 2
+        d["damping"] = 0.1 * d["stiffness"] / RIGID_SHAFT
+        why = "the shaft is rigid (DrTrDOF): 10 Hz with the generator alone, damping ratio 5 %, where it is free"
+        v.note("approximated", "drivetrain.stiffness", why)
 
 
 def _control(  # noqa: C901 - a branch for each kind of control
-    main: InputFile, data: dict[str, Any], v: Values, discon: Path | None, notes: list[ImportNote]
+    main: InputFile, data: dict[str, Any], v: Values, discon: Path | None, control_of: Turbine | None
 ) -> dict[str, Any]:
     """Set controller, actuator and yaw drive; returns the controller library of the deck."""
     library: dict[str, Any] = {}
-    given = discon is not None
+    notes, given = v.notes, discon is not None
     servo = v.file(main, "servo") if v.given("comp_servo", 1) == 1 else None
     if servo is not None:
         file = v.read(read_input(servo, "ServoDyn"))
@@ -383,7 +401,12 @@ def _control(  # noqa: C901 - a branch for each kind of control
         torque = simple_torque(v) if v.given("torque_mode", 0) == 1 else None
         if v.given("torque_mode", 0) != 1:
             v.unneeded("of VSContrl 1", "simple_speed", "simple_torque", "simple_gain", "simple_slip")
-        if torque is not None:
+        if torque is not None and v.given("pitch_mode", 0) == 0:
+            data["control"] = fixed_pitch(torque, v.given("pitch", 0.0), v["drivetrain.gear_ratio"], servo.name)
+            if control_of is None:
+                why = "blades keep their initial pitch, as PCMode is 0; control_of= (--control-of) gives other control"
+                v.note("warning", "pitch", why)
+        elif torque is not None:
             set_keys(data, "control.torque", torque)
         if 5 in (v["pitch_mode"], v["torque_mode"]):
             step = v["library_step"]
@@ -464,6 +487,11 @@ def _ask(path: Path, data: dict[str, Any]) -> None:
         "rated_power": ("[W]", "rated_power" in data or "torque" in control),
     }
     missing = [f"  {name}: {what}" for name, (what, there) in wanted.items() if not there]
+    if not wanted["drivetrain.stiffness"][1]:
+        raise InputError(
+            f"{path}: DTTorSpr is 0 in ElastoDyn's file although the shaft twists (DrTrDOF True): expected a stiffness "
+            "[N m/rad], or DrTrDOF False; or give drivetrain.stiffness by extra={...} (--extra)"
+        )
     if missing:
         raise InputError(
             f"{path}: missing in the deck (its controller is not ROSCO with a readable DISCON.IN):\n"

@@ -11,25 +11,78 @@ from typing import Any
 
 import numpy as np
 
+import meltemi_exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, split
+from meltemi_exchange.openfast.text import DIFFRACTS, Entry, Float, InputFile, flag, number
 from meltemi_exchange.openfast.values import Values
+from meltemi_exchange.report import ImportNote
 
 AXIAL = {"plate_drag": 0.5, "plate_added_mass": 1.0, "plate_pressure": 1.0}
 """Our coefficient over HydroDyn's AxCd, AxCa, AxCp."""
 COEFFICIENTS = {"drag": "Cd", "added_mass": "Ca", "pressure": "Cp"}
 
 
-def _table(file: InputFile, count: str, columns: dict[str, str]) -> dict[str, Float]:
-    return file.table(file.require([count, f"{count}Cyl"], "of lines"), columns)
+Notes = list[ImportNote]
 
 
-def _geometry(file: InputFile) -> tuple[dict[str, Float], dict[int, Float], dict[int, Float]]:
+def hydro_table(file: InputFile, count: str, layout: str, wanted: dict[str, str], notes: Notes) -> dict[str, Float]:
+    """Columns of the table of a number of lines, of OpenFAST 5 or before."""
+    return file.placed(file.require([count, f"{count}Cyl"], "of lines"), layout, wanted, notes)
+
+
+def simple_coefficients(file: InputFile, notes: Notes) -> tuple[dict[str, float], bool]:
+    """Coefficients of all members, and whether they diffract; the table follows that of sections, without a number."""
+    entry = file.find("NPropSetsRec") or file.require(["NPropSets", "NPropSetsCyl"], "of lines")
+    after = file.rows(entry, file.count(entry))[2]
+    wanted = {n: f"Simpl{c}" for n, c in COEFFICIENTS.items()}
+    one = Entry("SimplCd", ("1",), after)
+    found = file.placed(one, columns.SIMPLE, wanted, notes, skip=1)
+    return {n: float(x[0]) for n, x in found.items()}, diffracts(file, one, skip=1)
+
+
+def diffracts(file: InputFile, entry: Entry, skip: int = 0) -> bool:
+    """Whether a table of coefficients asks for diffraction."""
+    return any(
+        DIFFRACTS in [w.strip("'\"").upper() for w in r] for _, r in file.rows(entry, file.count(entry), None, skip)[1]
+    )
+
+
+def members_table(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict[int, bool]]:
+    """Members with ends, sections and kind of coefficients, and of each whether it is part of potential flow.
+
+    Raises:
+      InputError: a row has no place for PropPot.
+    """
+    entry = file.require(["NMembers"], "of lines")
+    rows = file.rows(entry, file.count(entry))[1]
+    places = [
+        next((k for k, word in enumerate(row) if number(word) is None and flag(word) is not None), -1)
+        for _, row in rows
+    ]
+    for (line, row), place in zip(rows, places, strict=True):
+        if place not in columns.MEMBERS:
+            raise InputError(
+                f"{file.at(line)}: expected True or False for PropPot in column 8 (OpenFAST 2), 9 (3, 4) or 11 (5) of "
+                f"the table of members, found {' '.join(row)[:60]!r}"
+            )
+    layout = columns.MEMBERS[places[0] if places else 10]
+    wanted = {"id": "MemberID", "a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
+    members = file.placed(entry, layout, wanted | {"model": "MCoefMod"}, notes)
+    if 10 in places:
+        wrong = [line for line, row in rows if number(row[5]) != 1.0]
+        if wrong:
+            raise UnsupportedError(f"{file.at(wrong[0])}: MSecGeom: members are round (1)")
+    inside = [bool(flag(row[place])) for (_, row), place in zip(rows, places, strict=True)]
+    return members, {int(i): within for i, within in zip(members["id"], inside, strict=True)}
+
+
+def _geometry(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict[int, Float], dict[int, Float]]:
     """Members, places of joints [m], and outer diameter and wall [m] of sections, by their numbers."""
-    names = {"id": "MemberID", "a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
-    members = _table(file, "NMembers", names | {"model": "MCoefMod" if file.has_word("MCoefMod") else "CoefMod"})
-    joints = _table(file, "NJoints", {"id": "JointID", "x": "Jointxi", "y": "Jointyi", "z": "Jointzi"})
-    sections = _table(file, "NPropSets", {"id": "PropSetID", "d": "PropD", "t": "PropThck"})
+    members, _ = members_table(file, notes)
+    wanted = {"id": "JointID", "x": "Jointxi", "y": "Jointyi", "z": "Jointzi"}
+    joints = hydro_table(file, "NJoints", columns.HYDRO_JOINTS, wanted, notes)
+    wanted = {"id": "PropSetID", "d": "PropD", "t": "PropThck"}
+    sections = hydro_table(file, "NPropSets", columns.HYDRO_SECTIONS, wanted, notes)
     places = {int(i): np.array(x) for i, *x in zip(*joints.values(), strict=True)}
     found = {int(i): np.array(x) for i, *x in zip(*sections.values(), strict=True)}
     for i, a, b, first, second, _ in zip(*members.values(), strict=True):
@@ -45,15 +98,16 @@ def read_members(file: InputFile, v: Values) -> list[dict[str, Any]]:
       InputError: with file and line.
       UnsupportedError: members of other sections.
     """
-    members, places, sections = _geometry(file)
+    members, places, sections = _geometry(file, v.notes)
     if (rectangles := file.find("NPropSetsRec")) is not None and file.count(rectangles):
         raise UnsupportedError(f"{file.path}: NPropSetsRec: members of a platform are round")
     v.differs("ignored", 0, growth="growth on a platform is not modelled")
-    wet = _of_members(file, members, places)
-    inside = _in_potential_flow(file)
-    axial = _table(file, "NAxCoef", {"id": "AxCoefID"} | dict(zip(AXIAL, ("AxCd", "AxCa", "AxCp"), strict=True)))
+    wet = _of_members(file, members, places, v)
+    inside = members_table(file, v.notes)[1]
+    wanted = {"id": "AxCoefID"} | dict(zip(AXIAL, ("AxCd", "AxCa", "AxCp"), strict=True))
+    axial = hydro_table(file, "NAxCoef", columns.AXIAL, wanted, v.notes)
     sets = {int(i): c for i, *c in zip(*axial.values(), strict=True)}
-    kinds = _table(file, "NJoints", {"id": "JointID", "kind": "JointAxID"})
+    kinds = hydro_table(file, "NJoints", columns.HYDRO_JOINTS, {"id": "JointID", "kind": "JointAxID"}, v.notes)
     ends = _ends(members, places, sections)
     found: list[dict[str, Any]] = []
     plates = {int(j): sets.get(int(k), [0.0] * 3) for j, k in zip(kinds["id"], kinds["kind"], strict=True)}
@@ -106,12 +160,15 @@ def _plate(
     return {n: x for n, x in found.items() if x > 1e-9}
 
 
-def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Float]) -> dict[str, Float]:
+def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Float], v: Values) -> dict[str, Float]:
     """Coefficients of members: for all, by depth (at their middle), or of each (mean of both ends)."""
-    simple = file.table(Entry("SimplCd", ("1",), 0), {n: f"Simpl{c}" for n, c in COEFFICIENTS.items()})
-    found = {name: np.full(len(members["id"]), x[0]) for name, x in simple.items()}
+    simple, diffract = simple_coefficients(file, v.notes)
+    found = {name: np.full(len(members["id"]), x) for name, x in simple.items()}
+    diffract = diffract and bool(np.any(members["model"] == 1))
     if np.any(members["model"] == 2):
-        by_depth = _table(file, "NCoefDpth", {"z": "Dpth"} | {n: f"Dpth{c}" for n, c in COEFFICIENTS.items()})
+        wanted = {"z": "Dpth"} | {n: f"Dpth{c}" for n, c in COEFFICIENTS.items()}
+        by_depth = hydro_table(file, "NCoefDpth", columns.BY_DEPTH, wanted, v.notes)
+        diffract |= diffracts(file, file.require(["NCoefDpth", "NCoefDpthCyl"], "of lines"))
         order = np.argsort(by_depth["z"])
         z = np.array(
             [0.5 * (places[int(a)][2] + places[int(b)][2]) for a, b in zip(members["a"], members["b"], strict=True)]
@@ -120,7 +177,8 @@ def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Fl
             x[members["model"] == 2] = np.interp(z, by_depth["z"][order], by_depth[name][order])[members["model"] == 2]
     if np.any(members["model"] == 3):
         names = {f"{n}{k}": f"Member{c}{k}" for n, c in COEFFICIENTS.items() for k in (1, 2)}
-        each = _table(file, "NCoefMembers", {"id": "MemberID", **names})
+        each = hydro_table(file, "NCoefMembers", columns.BY_MEMBER, {"id": "MemberID", **names}, v.notes)
+        diffract |= diffracts(file, file.require(["NCoefMembers", "NCoefMembersCyl"], "of lines"))
         where = {int(i): k for k, i in enumerate(each["id"])}
         for row in np.flatnonzero(members["model"] == 3):
             k = where.get(int(members["id"][row]))
@@ -130,15 +188,10 @@ def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Fl
                 )
             for name, x in found.items():
                 x[row] = 0.5 * (each[f"{name}1"][k] + each[f"{name}2"][k])
+    if diffract:
+        why = "diffraction of a platform's members is not modelled: their inertia is that of slender ones"
+        v.notes.append(ImportNote("approximated", file.path.name, "MCF", why))
     return found
-
-
-def _in_potential_flow(file: InputFile) -> dict[int, bool]:
-    """Of each member whether it is part of potential flow (PropPot)."""
-    entry = file.require(["NMembers"], "of lines")
-    header, rows = file.rows(entry, file.count(entry), "MJointID1")
-    place = next((k for k, name in enumerate(header) if name.lower() == "proppot"), None)
-    return {int(number(r[0]) or 0): place is not None and r[place].lower().startswith("t") for _, r in rows}
 
 
 def displaced(members: list[dict[str, Any]]) -> float:
@@ -157,17 +210,15 @@ def with_ballast(body: list[float], file: InputFile, v: Values) -> list[float]:
     count = int(v.given("fills", 0))
     if not count:
         return body
-    members, places, sections = _geometry(file)
+    members, places, sections = _geometry(file, v.notes)
     number_of = {int(i): k for k, i in enumerate(members["id"])}
-    at = next((i for i, line in enumerate(file.lines) if line.split()[:1] == ["FillNumM"]), len(file.lines))
     parts = [(body[0], np.array(body[1:4]), np.diag(body[4:]))]
-    for line in file.lines[at + 2 : at + 2 + count]:
-        words = split(line)
+    for line, words in file.rows(file.require(["NFillGroups"], "of lines"), count)[1]:
         n = int(number(words[0]) or 0) if words else 0
         which = [number_of.get(int(number(w) or 0)) for w in words[1 : n + 1]]
         if len(words) < n + 3 or not which or None in which:
             raise InputError(
-                f"{file.path}: FillNumM: expected {n} members, level and density, found {line.strip()[:60]!r}"
+                f"{file.at(line)}: FillNumM: expected {n} members, level and density, found {' '.join(words)[:60]!r}"
             )
         level, density = number(words[n + 1]) or 0.0, number(words[n + 2]) or v.given("water_density", 1025.0)
         for row in filter(lambda k: k is not None, which):

@@ -1,7 +1,8 @@
-"""Parser of OpenFAST's input files: values by keyword, tables by header.
+"""Parser of OpenFAST's input files: values by keyword, tables by the place of their columns.
 
 OpenFAST reads by position; versions differ in order, spelling and number of lines. Here a line is
-``value(s)  Keyword  - comment``, wherever it stands; brackets and case of keywords do not matter.
+``value(s)  Keyword  - comment``, wherever it stands; brackets and case of keywords do not matter. Tables are read as
+OpenFAST reads them: by the places of their columns, those of ElastoDyn's and AeroDyn's blades by their names.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, closest
 from meltemi.core.files import bytes_of
+from meltemi_exchange.report import ImportNote
 
 Float = NDArray[np.float64]
 _TOKEN = re.compile(r"""@?"[^"]*"|@?'[^']*'|[^\s,;]+""")
@@ -26,6 +28,8 @@ _NAME = re.compile(r"[A-Za-z_][\w]*([(\[][\w,]+[)\]])?$")
 NO_FILE = frozenset(["", "unused", "none", "unsed", "n/a", "default"])
 WORDS = NO_FILE | {"true", "false", "t", "f"}
 """Values that are words."""
+DIFFRACTS = "MCF"
+"""In the place of HydroDyn's pressure coefficients: 1, and MacCamy and Fuchs's diffraction (``ParseRAryWKywrd``)."""
 LARGEST = 64_000_000
 """[bytes] no text file of a deck is larger."""
 
@@ -38,11 +42,18 @@ def key(name: str) -> str:
 
 def number(text: str) -> float | None:
     """A finite number in Fortran notation, or None."""
-    for spelled in (text, re.sub(r"(?<=[\d.])[dDqQ](?=[+-]?\d)", "e", text)):
+    fortran = re.sub(r"(?<=[\d.])(?:[dDqQ]|(?=[+-]\d+$))(?=[+-]?\d)", "e", text)  # 1.5d3, and 1.5+3 is that too
+    for spelled in (text, fortran):
         with suppress(ValueError):
             value = float(spelled)
             return value if math.isfinite(value) else None
     return None
+
+
+def flag(text: str) -> bool | None:
+    """True or False as Fortran reads them, by the first letter after a point; 1 and 0 too; or None."""
+    found = re.match(r"\.?([tf])\w*\.?$|([01])$", text.strip("'\""), re.IGNORECASE)
+    return None if found is None else found[0].lstrip(".")[0].lower() in "t1"
 
 
 @dataclass(frozen=True)
@@ -104,12 +115,8 @@ class InputFile:
             "a line reads: value, keyword, comment"
         )
 
-    def has_word(self, word: str) -> bool:
-        """Whether a word stands in the file, such as a column that has another name in other versions."""
-        return any(word in line.split() for line in self.lines)
-
     def table(self, entry: Entry, wanted: Mapping[str, str], optional: Sequence[str] = ()) -> dict[str, Float]:
-        """Columns of numbers by their names in the header.
+        """Columns of numbers by their names in the header, as OpenFAST reads the blades of ElastoDyn and AeroDyn.
 
         Args:
           entry: the line that says how many rows there are.
@@ -119,8 +126,16 @@ class InputFile:
         Raises:
           InputError: with file, line, and what was expected.
         """
-        count = self.count(entry)
-        header, rows = self.rows(entry, count, next(iter(wanted.values())))
+        count, first = self.count(entry), next(iter(wanted.values()))
+        at = next(
+            (i for i in range(entry.line, len(self.lines)) if first.lower() in self.lines[i].lower().split()), None
+        )
+        if at is None:
+            raise InputError(
+                f"{self.path}: no table header with {first} below line {entry.line} ({entry.name}); "
+                "columns of this table are found by their names"
+            )
+        header, rows, _ = self.rows(entry, count, at)
         columns = [key(name) for name in header]
         missing = [name for target, name in wanted.items() if key(name) not in columns and target not in optional]
         if missing:
@@ -134,53 +149,92 @@ class InputFile:
             for target, (place, name) in places.items()
         }
 
+    def placed(
+        self,
+        entry: Entry,
+        layout: str,
+        wanted: Mapping[str, str],
+        notes: list[ImportNote],
+        *,
+        after: int | None = None,
+        skip: int = 0,
+    ) -> dict[str, Float]:
+        """Columns of numbers by their places, as OpenFAST reads its other tables; names of the header are a check.
+
+        Args:
+          entry: the line that says how many rows there are.
+          layout: names of the columns in the order in which OpenFAST reads them; a bar separates spellings.
+          wanted: for each column its name in the layout.
+          notes: gets a warning if the header has something else at a place.
+          after: the table follows this line; by default that of ``entry``.
+          skip: lines between that line and the header.
+
+        Raises:
+          InputError: with file, line, and what was expected.
+        """
+        header, rows, line = self.rows(entry, self.count(entry), entry.line if after is None else after, skip)
+        order = layout.split()
+        names = [name.split("|")[0] for name in order]
+        places = {target: names.index(name) for target, name in wanted.items()}
+        if rows:
+            check_header(f"{self.path.name}:{line}", header, order, sorted(set(places.values())), notes)
+        return {
+            target: np.array([self._cell(at, tokens, place, names[place]) for at, tokens in rows])
+            for target, place in places.items()
+        }
+
     def _cell(self, line: int, tokens: list[str], place: int, name: str) -> float:
         if place >= len(tokens):
             raise InputError(
                 f"{self.at(line)}: the table has {place + 1} columns or more ({name}), found {len(tokens)}"
             )
-        value = number(tokens[place])
+        value = 1.0 if tokens[place].strip("'\"").upper() == DIFFRACTS else number(tokens[place])
         if value is None or not np.isfinite(value):
             raise InputError(f"{self.at(line)}: expected a number for {name}, found {tokens[place]!r}")
         return value
 
-    def rows(self, entry: Entry, count: int, first: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
-        """Header that has the word ``first``, and ``count`` rows with their lines, of the table of a keyword.
+    def rows(
+        self, entry: Entry, count: int, after: int | None = None, skip: int = 0
+    ) -> tuple[list[str], list[tuple[int, list[str]]], int]:
+        """Header, ``count`` rows with their lines, and the line of the last one, of the table of a keyword.
+
+        A table is two lines of header, names and units, and rows that begin with a number; blank lines and comments do
+        not count.
+
+        Args:
+          entry: the line that says how many rows there are.
+          count: of rows.
+          after: the table follows this line; by default that of ``entry``.
+          skip: lines between that line and the header, such as the title of a section.
 
         Raises:
           InputError: there is no such table, or it has other rows.
         """
-        at = entry.line
-        while at < len(self.lines):
-            tokens = [t for t in split(self.lines[at]) if t.strip("!")]
-            if key(first) in (key(t.lstrip("!")) for t in tokens):
-                break
-            at += 1
-        else:
+        at = entry.line if after is None else after
+        body = [(i, split(line)) for i, line in enumerate(self.lines[at:], at + 1) if is_content(line)][skip:]
+        head = next((k for k, (_, tokens) in enumerate(body[:3]) if begins_with_number(tokens)), 2)
+        if count and any(self.lines[i - 1].strip().startswith(("---", "===")) for i, _ in body[:head]):
             raise InputError(
-                f"{self.path}: no table header with {first} below line {entry.line} ({entry.name}); "
-                "columns are found by their names"
+                f"{self.at(at)}: {entry.name} says {count} lines, but the table of {entry.name} does not follow: "
+                "expected two lines of header, names and units, and rows of numbers"
             )
-        header = [t.lstrip("!") for t in tokens]
-        at += 1
-        while at < len(self.lines) and self.lines[at].strip().lstrip("!").strip().startswith("("):
-            at += 1
-        rows: list[tuple[int, list[str]]] = []
+        rows = body[head : head + count]
         for i in range(count):
-            tokens = split(self.lines[at + i]) if at + i < len(self.lines) else []
-            if not tokens or number(tokens[0].strip("'\"")) is None:
+            if i >= len(rows) or not begins_with_number(rows[i][1]):
+                line, tokens = rows[i] if i < len(rows) else (len(self.lines), [])
                 raise InputError(
-                    f"{self.at(min(at + i + 1, len(self.lines)))}: {entry.name} in line {entry.line} says {count} "
+                    f"{self.at(line)}: {entry.name} in line {entry.line} says {count} "
                     f"lines, but line {i + 1} of the table is not one ({' '.join(tokens)[:40]!r})"
                 )
-            rows.append((at + i + 1, tokens))
-        after = split(self.lines[at + count]) if at + count < len(self.lines) else []
-        if count and len(after) >= len(rows[0][1]) > 1 and all(number(t) is not None for t in after):
+        beyond = body[head + count : head + count + 1]
+        follows = beyond[0] if count and beyond and beyond[0][0] == rows[-1][0] + 1 else (0, [])
+        if len(follows[1]) >= len(rows[0][1] if count else []) > 1 and all(number(t) is not None for t in follows[1]):
             raise InputError(
-                f"{self.at(at + count + 1)}: {entry.name} in line {entry.line} says {count} lines, "
-                "but the table goes on"
+                f"{self.at(follows[0])}: {entry.name} in line {entry.line} says {count} lines, but the table goes on"
             )
-        return header, rows
+        header = [t.strip("!") for t in body[0][1]] if head and body else []
+        last = rows[-1][0] if rows else body[head - 1][0] if 0 < head <= len(body) else at
+        return header, rows, last
 
     def count(self, entry: Entry) -> int:
         """Number of lines that a keyword gives.
@@ -215,6 +269,41 @@ class InputFile:
                 f"{self.at(line)}: the file does not exist: {path}" + (f"; did you mean {near[0]!r}?" if near else "")
             )
         return found
+
+
+def is_content(line: str) -> bool:
+    """Whether a line is neither blank nor a comment."""
+    bare = line.strip()
+    return bool(bare) and bare[0] not in "!#%"
+
+
+def begins_with_number(tokens: Sequence[str]) -> bool:
+    """Whether words are a row of a table."""
+    return bool(tokens) and number(tokens[0].strip("'\"")) is not None
+
+
+def check_header(
+    where: str, header: Sequence[str], order: Sequence[str], places: Sequence[int], notes: list[ImportNote]
+) -> None:
+    """Warn of columns whose names say that they are something else; other programs' spellings begin alike.
+
+    Args:
+      where: file and line of the table.
+      header: its words.
+      order: names of the columns; a bar separates spellings.
+      places: of the columns that are read.
+    """
+    spelled = [[re.sub(r"\W", "", word.lower()) for word in name.split("|")] for name in order]
+    for place in places:
+        found = re.sub(r"\W", "", header[place].lower()) if place < len(header) else ""
+        own = spelled[place]
+        other = any(found in words for k, words in enumerate(spelled) if k != place and found not in own)
+        alike = any(found.startswith(word) or word.startswith(found) for word in own)
+        if found and (other or not alike):
+            what = f"column {place + 1} is headed {header[place]}"
+            why = f"read as {order[place].split('|')[0]}: OpenFAST reads this table by position"
+            if not any((n.where, n.what) == (where, what) for n in notes):
+                notes.append(ImportNote("warning", where, what, why))
 
 
 def any_case(folder: Path, parts: Sequence[str]) -> Path | None:

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+import meltemi_exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.turbine.definition import Foundation
-from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input, split
+from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.openfast.water import Water
 from meltemi_exchange.pile import pile_foundation
@@ -20,6 +21,8 @@ STEEL_SPEED = math.sqrt(210e9 / 8500.0)
 SHEAR_SHARE = 0.53
 """Share of the area of a thin tube that carries shear (Cowper 1966 for a Poisson ratio of 0.3)."""
 
+ADJUSTED = ("AdjTwMa", "AdjFASt", "AdjSSSt")
+"""Keywords of the lines that stand before the table of the tower's sections."""
 SPRINGS = ("x", "y", "z", "tx", "ty", "tz")
 """Directions in the names of SubDyn's springs: Kxx, Kxty and so on."""
 
@@ -39,11 +42,12 @@ def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict
         "fore_aft_stiffness": "TwFAStif",
         "side_side_stiffness": "TwSSStif",
     }
-    columns = file.table(entry, wanted)
+    below = max((e.line for e in map(file.find, ADJUSTED) if e is not None), default=entry.line)
+    found = file.placed(entry, columns.TOWER, wanted, notes, after=below, skip=1)
     length = values["tower_top"] - values["tower.base_height"]
     if not length > 0.0:
         raise InputError(f"{values.source['tower_top']}: TowerHt must be above TowerBsHt")
-    position = columns["position"] * length
+    position = found["position"] * length
     for axis, what in (("fore_aft", "fore-aft"), ("side_side", "side-to-side")):
         for target, mode in ((f"{axis}_tuner", 1), (f"{axis}_tuner_2", 2)):
             why = f"tuning of {what} mode {mode}: modes follow from the stiffness"
@@ -52,9 +56,9 @@ def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict
         own.like(f"{first}_2", first, f"both modes have that of the first, {own[first]:g}")
     return {
         "position": position,
-        "mass": columns["mass"] * own.given("mass_factor", 1.0),
-        "fore_aft_stiffness": columns["fore_aft_stiffness"] * own.given("fore_aft_factor", 1.0),
-        "side_side_stiffness": columns["side_side_stiffness"] * own.given("side_side_factor", 1.0),
+        "mass": found["mass"] * own.given("mass_factor", 1.0),
+        "fore_aft_stiffness": found["fore_aft_stiffness"] * own.given("fore_aft_factor", 1.0),
+        "side_side_stiffness": found["side_side_stiffness"] * own.given("side_side_factor", 1.0),
         "damping": {"fore_aft": own["fore_aft_damping"], "side_side": own["side_side_damping"]},
         "mode_shapes": shapes(file, {"fore_aft": ("TwFAM1Sh", "TwFAM2Sh"), "side_side": ("TwSSM1Sh", "TwSSM2Sh")}),
         "base_height": values["tower.base_height"],
@@ -92,18 +96,14 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
     entry = aero.find("NumTwrNds")
     count = aero.count(entry) if entry is not None else 0
     if entry is not None and count >= 2:
-        table = aero.table(entry, {"height": "TwrElev", "diameter": "TwrDiam", "drag": "TwrCd"}, optional=("drag",))
+        wanted = {"height": "TwrElev", "diameter": "TwrDiam", "drag": "TwrCd"}
+        table = aero.placed(entry, columns.TOWER_AIR, wanted, notes)
         height = tower["position"] + tower["base_height"]
         tower["diameter"] = np.interp(height, table["height"], table["diameter"])
-        if "drag" in table:
-            drag = float(np.mean(table["drag"]))
-            tower["drag_coefficient"] = drag
-            if np.ptp(table["drag"]) > 1e-9:
-                notes.append(
-                    ImportNote(
-                        "approximated", f"{aero.path.name}:{entry.line}", "TwrCd", f"the mean, {drag:.3g}, everywhere"
-                    )
-                )
+        drag = tower["drag_coefficient"] = float(np.mean(table["drag"]))
+        if np.ptp(table["drag"]) > 1e-9:
+            why = f"the mean, {drag:.3g}, everywhere"
+            notes.append(ImportNote("approximated", f"{aero.path.name}:{entry.line}", "TwrCd", why))
         notes.append(
             ImportNote(
                 "used", f"{aero.path.name}:{entry.line}", f"tower, {count} stations", "tower.diameter, interpolated"
@@ -127,9 +127,10 @@ def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.
       InputError: with file and line.
     """
-    joints = _subdyn(file, "NJoints", {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"})
+    wanted = {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"}
+    joints = _subdyn(file, "NJoints", columns.SUB_JOINTS, wanted, notes)
     wanted = {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
-    members = _subdyn(file, "NMembers", wanted)
+    members = _subdyn(file, "NMembers", columns.SUB_MEMBERS, wanted, notes)
     order = np.argsort(joints["z"], kind="stable")
     height, foot = joints["z"][order], order[0]
     off = np.hypot(joints["x"] - joints["x"][foot], joints["y"] - joints["y"][foot])
@@ -143,9 +144,8 @@ def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
             f"{file.path}: {why}; only upright monopiles are modelled; fixed_base=True (--fixed-base) clamps the tower "
             "base instead"
         )
-    shear = "ShearG1" if file.has_word("ShearG1") else "ShearG"
-    wanted = {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": shear, "density": "MatDens"}
-    sets = _subdyn(file, "NPropSets", wanted)
+    wanted = {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": "ShearG", "density": "MatDens"}
+    sets = _subdyn(file, "NPropSets", columns.SUB_SECTIONS, wanted, notes)
     joint_height = {int(j): float(z) for j, z in zip(joints["id"], joints["z"], strict=True)}
     which = {int(i): k for k, i in enumerate(sets["id"])}
     stations: list[tuple[float, int]] = []
@@ -164,8 +164,10 @@ def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
     return {"z": np.array([s[0] for s in stations])} | found
 
 
-def _subdyn(file: InputFile, count: str, wanted: dict[str, str]) -> dict[str, Float]:
-    return file.table(file.require([count, f"{count}Cyl"], "a number of lines"), wanted)
+def _subdyn(
+    file: InputFile, count: str, layout: str, wanted: dict[str, str], notes: list[ImportNote]
+) -> dict[str, Float]:
+    return file.placed(file.require([count, f"{count}Cyl"], "a number of lines"), layout, wanted, notes)
 
 
 def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
@@ -230,8 +232,9 @@ def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNot
     found |= {"elastic_modulus": at["E"][0], "shear_modulus": at["G"][0], "density": at["density"][0]}
     masses: list[tuple[float, ...]] = []
     if own.given("lumped_masses", 0):
-        lumps = _subdyn(file, "NCmass", {"id": "CMJointID", "m": "JMass", "x": "JMXX", "z": "JMZZ"})
-        joints = _subdyn(file, "NJoints", {"id": "JointID", "z": "JointZss"})
+        wanted = {"id": "CMJointID", "m": "JMass", "x": "JMXX", "z": "JMZZ"}
+        lumps = _subdyn(file, "NCmass", columns.SUB_MASSES, wanted, notes)
+        joints = _subdyn(file, "NJoints", columns.SUB_JOINTS, {"id": "JointID", "z": "JointZss"}, notes)
         heights = dict(zip(joints["id"], joints["z"], strict=True))
         masses = [(heights.get(joint, z[0]), *own) for joint, *own in zip(*lumps.values(), strict=True)]
     about = v.given("platform_inertia_R", 0.0)
@@ -261,9 +264,9 @@ def read_substructure(main: InputFile, values: Values, water: Water, notes: list
     if water.file is None:
         return {"foundation": read_pile(file, notes)}
     found = {"support": read_support(file, values, water, notes)}
-    at = next((i for i, line in enumerate(file.lines) if line.split()[:1] == ["RJointID"]), len(file.lines))
-    row = split(file.lines[at + 2]) if at + 2 < len(file.lines) else []
-    springs = file.file(row[7], at + 3) if len(row) > 7 and "1" not in row[1:7] else None
+    foot = file.find("NReact")
+    line, row = file.rows(foot, 1)[1][0] if foot is not None and file.count(foot) else (0, [])
+    springs = file.file(row[7], line) if len(row) > 7 and "1" not in row[1:7] else None
     return found if springs is None else found | {"foundation": _springs(read_input(springs, "SSI"))}
 
 

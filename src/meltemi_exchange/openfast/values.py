@@ -9,10 +9,9 @@ from typing import Any
 
 from meltemi.core.errors import InputError
 from meltemi_exchange.openfast.keywords import ROWS, UNITS, Row, row_of
-from meltemi_exchange.openfast.text import Entry, InputFile, number
+from meltemi_exchange.openfast.text import Entry, InputFile, flag, number
 from meltemi_exchange.report import ImportNote, Kind
 
-FLAGS = {"true": True, "t": True, ".true.": True, "1": True, "false": False, "f": False, ".false.": False, "0": False}
 EXPECTED = {
     "int": "a whole number",
     "float": "a number",
@@ -100,10 +99,9 @@ class Values:
             return first is not None and first.values == entry.values
         if row.same == ">TMax":
             return (number(value) or 0.0) >= self.given("duration", math.inf)
-        places = [FLAGS.get(text, number(text)) for text in row.same.lower().split()]
-        return value in row.same.lower().split() or FLAGS.get(value, number(value)) in [
-            p for p in places if p is not None
-        ]
+        words = row.same.lower().split()
+        meant = {one(word) for word in words for one in (flag, number)} - {None}
+        return value in words or bool({flag(value), number(value)} & meant)
 
     def differs(self, kind: Kind, usual: object, **reasons: str) -> None:
         """Add notes, with their reasons, on those values that the deck gives and that are not the usual one."""
@@ -155,9 +153,9 @@ def convert(file: InputFile, entry: Entry, row: Row) -> Any:
             raise InputError(f"{file.at(entry.line)}: {entry.name}: {_what(row)}, found {text!r}")
         return text
     if row.kind == "flag":
-        if text.lower() not in FLAGS:
+        if (found := flag(text)) is None:
             raise InputError(f"{file.at(entry.line)}: {entry.name}: {_what(row)}, found {text!r}")
-        return FLAGS[text.lower()]
+        return found
     numbers = [number(value) for value in (entry.values if row.kind == "list" else entry.values[:1])]
     bad = next((t for t, x in zip(entry.values, numbers, strict=False) if x is None or x != x or abs(x) > 1e30), None)
     if row.kind == "int" and bad is None and numbers[0] != int(numbers[0] or 0.0):

@@ -11,9 +11,19 @@ from typing import Any
 
 import numpy as np
 
+import meltemi_exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi_exchange.openfast.members import displaced, read_members, with_ballast
-from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input, split
+from meltemi_exchange.openfast.members import (
+    COEFFICIENTS,
+    diffracts,
+    displaced,
+    hydro_table,
+    members_table,
+    read_members,
+    simple_coefficients,
+    with_ballast,
+)
+from meltemi_exchange.openfast.text import Float, InputFile, number, read_input, split
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.report import ImportNote
 
@@ -137,11 +147,10 @@ class Water:
         found = np.array(rows, dtype=np.float64)
         return found if found.any() else None
 
-    def table(self, count: str | Entry, columns: dict[str, str]) -> dict[str, Float]:
+    def table(self, count: str, layout: str, wanted: dict[str, str]) -> dict[str, Float]:
         """Columns of a table of HydroDyn."""
         assert self.file is not None
-        names = [count, f"{count}Cyl"] if isinstance(count, str) else []
-        return self.file.table(count if isinstance(count, Entry) else self.file.require(names, "of lines"), columns)
+        return hydro_table(self.file, count, layout, wanted, self.notes)
 
     def hydrodynamics(self, height: Float) -> dict[str, Any]:
         """What a pile with stations at heights (S,) [m] has from the water, as keys of ``Support``.
@@ -155,30 +164,31 @@ class Water:
             raise InputError("WtrDpth: the depth of the water is needed, in the main file or in SeaState")
         if v.given("potential", 0):
             raise UnsupportedError(f"{file.path}: PotMod {v['potential']}: a pile has Morison's equation; set it to 0")
-        joints = self.table("NJoints", {"x": "Jointxi", "y": "Jointyi"})
+        joints = self.table("NJoints", columns.HYDRO_JOINTS, {"x": "Jointxi", "y": "Jointyi"})
         if np.ptp(joints["x"]) > 0.01 or np.ptp(joints["y"]) > 0.01:
             raise UnsupportedError(
                 f"{file.path}: Jointxi, Jointyi: joints that are not above each other; only upright monopiles are "
                 "modelled; fixed_base=True (--fixed-base) clamps the tower base instead"
             )
-        which = self.table("NMembers", {"model": "MCoefMod" if file.has_word("MCoefMod") else "CoefMod"})
-        model = int(which["model"][0])
+        which = members_table(file, self.notes)[0]["model"]
+        model = int(which[0]) if len(which) else 1
         water: dict[str, Any] = {}
         if model == 1:
-            names = {"drag": "SimplCd", "added_mass": "SimplCa", "pressure": "SimplCp"}
-            water = {k: float(x[0]) for k, x in self.table(Entry("SimplCd", ("1",), 0), names).items()}
+            simple, large = simple_coefficients(file, self.notes)
+            water = dict(simple)
         elif model == 2:
-            names = {"z": "Dpth", "drag": "DpthCd", "added_mass": "DpthCa", "pressure": "DpthCp"}
-            table = self.table("NCoefDpth", names)
+            names = {"z": "Dpth"} | {n: f"Dpth{c}" for n, c in COEFFICIENTS.items()}
+            table = self.table("NCoefDpth", columns.BY_DEPTH, names)
+            large = diffracts(file, file.require(["NCoefDpth", "NCoefDpthCyl"], "of lines"))
             order = np.argsort(table["z"])
             water = {k: np.interp(height, table["z"][order], table[k][order]) for k in names if k != "z"}
         else:
             raise UnsupportedError(f"{file.path}: MCoefMod {model}: coefficients are read by depth or for all (2, 1)")
-        if v.given("diffraction_radius", 0.0) > 0.0:
+        if large or v.given("diffraction_radius", 0.0) > 0.0:
             water["diffraction"] = "maccamy_fuchs"
         found |= {"hydrodynamics": water, "flooded": self._flooded()}
         if v.given("growth", 0) > 1:
-            grown = self.table("NMGDepths", {"z": "MGDpth", "t": "MGThck", "density": "MGDens"})
+            grown = self.table("NMGDepths", columns.GROWTH, {"z": "MGDpth", "t": "MGThck", "density": "MGDens"})
             z, t, density = (grown[name][np.argsort(grown["z"])] for name in ("z", "t", "density"))
             found["growth"] = [
                 {"bottom": a, "top": b, "thickness": thick, "density": d}
@@ -193,11 +203,10 @@ class Water:
         assert self.file is not None
         if not self.v.given("fills", 0):
             return None
-        at = next((i for i, line in enumerate(self.file.lines) if line.split()[:1] == ["FillNumM"]), None)
-        row = split(self.file.lines[at + 2]) if at is not None and at + 2 < len(self.file.lines) else []
-        place = int(number(row[0]) or 0.0) + 1 if row else 0
+        line, row = self.file.rows(self.file.require(["NFillGroups"], "of lines"), int(self.v["fills"]))[1][0]
+        place = int(number(row[0]) or 0.0) + 1
         if not 1 < place < len(row):
-            raise InputError(f"{self.file.path}: no table with FillNumM, FillMList, FillFSLoc of NFillGroups")
+            raise InputError(f"{self.file.at(line)}: expected FillNumM, FillMList, FillFSLoc of NFillGroups")
         return number(row[place]) or 0.0
 
     def platform(self, main: Values) -> dict[str, Any]:
