@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -89,7 +90,7 @@ class IecCase(Record):
     """EWM: steady instead of turbulent."""
     seed: int | None = None
     """Seed of the turbulence."""
-    direction: float | None = Field(default=None, ge=-3.2, le=3.2)
+    direction: float | None = Field(default=None, ge=-7.0, le=7.0)
     """[rad] clockwise from above."""
     upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
     """[rad] inclination of the flow, upwards when positive."""
@@ -104,6 +105,8 @@ class FileCase(Record):
     """All three read any of these files."""
     file: str
     """Path, relative to the case file."""
+    direction: float = Field(default=0.0, ge=-7.0, le=7.0)
+    """[rad] clockwise from above, by which the wind of the file is turned about the tower."""
 
 
 class StartCase(Record):
@@ -302,7 +305,10 @@ def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
         if twice := given.keys() & w.turbulence.keys():
             raise InputError(f"wind.turbulence: {', '.join(sorted(twice))} is given twice")
         return inclined(iec_wind(turbine=turbine, **given, **w.turbulence), w.upflow)
-    return read_wind(folder / w.file)
+    wind = read_wind(folder / w.file)
+    if isinstance(wind, WindSeries):
+        return wind.replace(direction=wind.direction + w.direction)
+    return replace(wind, direction=math.remainder(wind.direction + w.direction, 2.0 * math.pi))
 
 
 def inclined(wind: IecWind, upflow: float) -> IecWind:

@@ -516,6 +516,7 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
         "tower_drag": aero.given("tower_drag", False),
         "blade_nodes": tuple(np.asarray(turbine.blade.aerodynamics.position).tolist()),
     }
+    options |= _yaw(v)
     advanced = options["advanced"] = {"chord_angle": "openfast"}
     if options["stall"] != "static":
         options["stall_constants"] = polars.constants
@@ -536,6 +537,23 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
         if shapes and turbine.foundation is None:
             options["mode_shapes"] = "given"
     return options
+
+
+def _yaw(v: Values) -> dict[str, Any]:
+    """Angle and bearing of the nacelle: a spring turns it to ``YawNeut``, from which a controller's rates count."""
+    sprung = v.given("yaw", True) and v["yaw_neutral"] is not None
+    angle = v.given("yaw_neutral" if sprung else "nacelle_yaw", 0.0)
+    if sprung and v.given("nacelle_yaw", angle) != angle:
+        v.note("ignored", "nacelle_yaw", "YawSpr turns the nacelle to YawNeut, where simulations start")
+    if not sprung:
+        v.unneeded("of YawDOF True", "yaw_neutral")
+    mode = v.given("yaw_mode", 0)
+    if mode == 5 and not v.given("yaw", True):
+        v.unneeded("of YawDOF True", "yaw_mode")
+    elif mode not in (0, 5):
+        v.note("ignored", "yaw_mode", "yaw is set by a controller of meltemi, or by a library (5)")
+    driven = {"yaw": "driven"} if mode == 5 and v.given("yaw", True) else {}
+    return driven | ({"nacelle_yaw": angle} if angle else {})
 
 
 def _influence(aero: Values) -> str:

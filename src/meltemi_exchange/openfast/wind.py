@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -34,15 +35,16 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
             raise InputError(f"{file.path}: HWindSpeed must be zero or more, RefHt positive")
         wind: dict[str, Any] = {
             "kind": "steady",
-            "speed": v["speed"] * (hub_height / height) ** shear,
+            # HWindSpeed lies along the inclined flow, our speed is its horizontal part
+            "speed": v["speed"] * (hub_height / height) ** shear * math.cos(v.given("upflow", 0.0)),
             "shear_exponent": shear,
         }
         return wind | {name: v[name] for name in ("direction", "upflow") if v.given(name, 0.0)}
     target, suffix = {2: ("uniform_file", ""), 3: ("turbsim_file", ""), 4: ("bladed_file", ".wnd")}.get(
         v["wind_type"], ("", "")
     )
-    if v.given("direction", 0.0):
-        v.note("ignored", "direction", "only a steady wind can have a direction; yaw the nacelle instead")
+    if v.given("upflow", 0.0):
+        v.note("ignored", "upflow", "only a steady wind can be inclined")
     if not target or v[target] is None:
         v.note("ignored", "wind_type", "this kind of wind is not supported in a deck; specify a wind file for the run")
         return None
@@ -55,4 +57,5 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
     except InputError:
         v.note("ignored", target, "the file does not exist; specify a wind file for the run")
         return None
-    return None if found is None else {"kind": "file", "file": str(found.absolute())}
+    turned = {"direction": v["direction"]} if v.given("direction", 0.0) else {}
+    return None if found is None else {"kind": "file", "file": str(found.absolute())} | turned
