@@ -133,10 +133,11 @@ def read_deck(
     wind = read_inflow(read_input(inflow, "InflowWind"), turbine.hub_height, notes) if inflow else None
     density = v["air_density"] if v["air_density"] is not None else aero_values["air_density"]
     surroundings = {"air_density": density, "gravity": v["gravity"]}
+    options = _options(turbine, v, aero_values, polars, momentum_wake)  # whose notes are among those of the deck
     return Deck(
         turbine,
         tuple(notes),
-        options=_options(turbine, v, aero_values, polars, momentum_wake),
+        options=options,
         environment={name: value for name, value in surroundings.items() if value is not None},
         wind=wind,
         duration=min(v.given("duration", 60.0), 1e6),
