@@ -24,6 +24,7 @@ from meltemi.loadcases.case import case_run, case_turbine
 from meltemi.maths.tables import View
 from meltemi.simulation import step
 from meltemi.simulation.case import Case
+from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint, steady_wind
 from meltemi.simulation.plan import multiple
 from meltemi.simulation.points import initial_state
@@ -31,7 +32,6 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build, default_step
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
-from meltemi.simulation.model import Model
 from meltemi.simulation.start import Start
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import AnyWind
@@ -160,8 +160,8 @@ class Turbine:
         t = float(run.case.clock.step) * run.dt
         step.sense(t, int(run.case.clock.next_event), run.case.control, run.case.system)
         measured = View(Measurements, run.case.measured.copy())
-        measured["yaw"] += self.direction
-        measured["wind_direction"] -= self.direction
+        for name, sign in (("yaw", 1.0), ("wind_direction", -1.0)):
+            measured[name] = math.remainder(measured[name] + sign * self.direction, 2.0 * math.pi)
         return measured
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi_farm.layout import FarmCase
-from meltemi_farm.settings import WakeSettings
 from meltemi.simulation.operating_point import OperatingPoint
+from meltemi_farm.layout import FarmCase
 from meltemi_farm.report import FORE_AFT, SIDE_SIDE, along_wind
+from meltemi_farm.settings import WakeSettings
 from meltemi_farm.simulation import FarmResult, SetPoint, begin_at
 
 D = 126.0
@@ -221,7 +221,7 @@ def test_a_farm_that_turns_with_its_wind_is_the_same_farm(model: Any, turn: floa
     assert np.array_equal(turned.yaw, yaw)
     for i in range(2):
         one, other = straight[i], along_wind(turned[i], turned.direction)
-        for name, share in (("generator_power", 1e-3), ("wind_x", 1e-6), (FORE_AFT, 2e-3)):
+        for name, share in (("generator_power", 1e-3), ("wind_x", 1e-5), (FORE_AFT, 2e-3)):
             assert other[name].mean() == pytest.approx(one[name].mean(), rel=share)
         nacelle = np.remainder(other["nacelle_yaw"] + angle - one["nacelle_yaw"] + 1.0, 2.0 * np.pi) - 1.0
         assert np.abs(nacelle).max() < 1e-4

@@ -118,7 +118,9 @@ def run(
         ),
     ],
     options: RunOptions,
-    yaw: Annotated[float | None, typer.Option(help="Yaw of the nacelle [deg], counter-clockwise from above [0].")] = None,
+    yaw: Annotated[
+        float | None, typer.Option(help="Yaw of the nacelle [deg], counter-clockwise from above [0].")
+    ] = None,
     transient: Annotated[
         float | None, typer.Option("--transient", help="Initial transient, excluded from statistics [s] [0].")
     ] = None,
