@@ -31,8 +31,10 @@ LOADS = {
 }
 """Loads of the table by channel, and their names."""
 LABEL = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.7}
-CHANNELS = ("wind_x", "wind_y", "rotor_speed", "pitch_1", "generator_power", "rotor_aero_thrust", "nacelle_yaw")
-CHANNELS += (*LOADS, SIDE_SIDE)
+CHANNELS = (
+    *("wind_x", "wind_y", "rotor_speed", "pitch_1", "generator_power", "rotor_aero_thrust", "nacelle_yaw"),
+    *(*LOADS, SIDE_SIDE),
+)
 """Channels that the table needs, and usual ones."""
 
 
