@@ -496,10 +496,10 @@ def unusual(wind: Any, *, produces: bool = True, yaw: float = 0.0) -> list[str]:
     if abs(worst) > USUAL_UPFLOW:
         said.append(f"wind: an upflow of {np.degrees(worst):.3g} deg is unusual; IEC 61400-1 has 8 deg; it is in rad")
     worst = float(np.arccos(np.min(np.cos(np.asarray(getattr(wind, "direction", 0.0)) + yaw))))
-    if produces and worst > 0.5 * np.pi:
+    if produces and worst > 0.49 * np.pi:
         said.append(
-            f"wind: it comes from behind the rotor, {np.degrees(worst):.3g} deg from its front, where sections "
-            "and wake have no model of a producing turbine; in Python and in files directions are in rad"
+            f"wind: it comes across the rotor or from behind, {np.degrees(worst):.3g} deg from its front, where "
+            "sections and wake have no model of a producing turbine; in Python and in files directions are in rad"
         )
     speed = float(getattr(wind, "speed", 0.0)) if intensity else 0.0
     extreme = 0.36 * (0.576 * (0.5 * speed - 4.0) + 10.0)
