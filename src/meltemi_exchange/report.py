@@ -12,6 +12,8 @@ from meltemi.turbine.definition import Turbine
 Kind = Literal["warning", "approximated", "ignored", "used", "equivalent", "not needed"]
 KINDS: tuple[Kind, ...] = ("warning", "approximated", "ignored", "used", "equivalent", "not needed")
 """In the order of a reader's interest."""
+MOST_LINES = 20
+"""Notes on a terminal of each kind."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,16 @@ class ImportedTurbine(Brief):
     def noted(self, kind: Kind) -> list[ImportNote]:
         """The notes of one kind."""
         return [note for note in self.notes if note.kind == kind]
+
+    def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
+        """Title, head and rows of what was approximated and ignored, for a terminal; :func:`report_text` has all."""
+        heads: dict[Kind, str] = {"approximated": "how", "ignored": "why"}
+        shown = {kind: self.noted(kind)[:MOST_LINES] for kind in heads}
+        return [
+            (kind.capitalize(), ["where", "what", head], [[n.where, n.what, n.why] for n in shown[kind]])
+            for kind, head in heads.items()
+            if shown[kind]
+        ]
 
 
 @dataclass(frozen=True, repr=False)

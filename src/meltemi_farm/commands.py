@@ -34,13 +34,20 @@ def farm(
     turbulence: Annotated[
         float | None, typer.Option(help="Turbulence intensity [0.1]; 0 is a wind without turbulence.")
     ] = None,
-    direction: Annotated[float | None, typer.Option(help="Wind direction [deg], clockwise from above [0].")] = None,
+    direction: Annotated[
+        float | None, typer.Option(help="Wind direction [deg], clockwise from above; turbines face it [0: along x].")
+    ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the turbulence [1].")] = None,
     duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [600].")] = None,
     wakes: Annotated[
         str | None, typer.Option("--wakes", help="Constants: fast.farm, curled, iec, madsen, keck, none [fast.farm].")
     ] = None,
-    yaw: Annotated[str | None, typer.Option("--yaw", help="Yaw angles of the turbines [deg], e.g. 20,0,0.")] = None,
+    yaw: Annotated[
+        str | None,
+        typer.Option(
+            "--yaw", help="Yaw of the turbines from the wind [deg], counter-clockwise from above, e.g. 20,0,0."
+        ),
+    ] = None,
     alone: Annotated[bool, typer.Option(help="Also simulate without wakes, to compare.")] = True,
     seen: Annotated[bool, typer.Option("--view", help="Also write the farm in three dimensions (HTML).")] = False,
     out: OutOption = Path("out"),

@@ -52,7 +52,8 @@ class FarmCase(LoadCase):
     positions: Annotated[tuple[tuple[float, float], ...], BeforeValidator(_pairs)]
     """(x, y) [m] of the turbines: x downwind for wind direction 0, y to the left."""
     yaw: tuple[float, ...] = ()
-    """[rad] constant yaw angle of each nacelle, counter-clockwise from above; by default 0."""
+    """[rad] constant yaw of each nacelle from the wind, counter-clockwise from above; by default 0: all face the
+    wind."""
     wakes: WakeSettings = WakeSettings()
 
     @model_validator(mode="after")
@@ -72,7 +73,8 @@ class Farm:
       turbine: name, description or model of all turbines, or one for each.
       positions: (x, y) [m] of each: x downwind for wind direction 0, y to the left looking downwind.
       wakes: name of a set of constants (``fast.farm``, ``iec``, ``madsen``, ``keck``, ``none``), or settings.
-      yaw: [rad] constant yaw angle of all nacelles, or of each; counter-clockwise from above.
+      yaw: [rad] constant yaw of all nacelles, or of each, from the direction of the mean wind (of a series from that
+        at its start); counter-clockwise from above. At 0 they face the wind, whatever its direction.
 
     Raises:
       InputError: turbines are closer than two rotor diameters, or numbers do not fit.
@@ -106,7 +108,7 @@ class Farm:
         return _numbers(list(self.positions), "positions", _pairs)
 
     def angles(self) -> Float:
-        """(turbines,) [rad] yaw angles."""
+        """(turbines,) [rad] yaw from the wind."""
         angles = _numbers(self.yaw, "yaw [rad]")
         return angles if angles.ndim else np.full(len(self.positions), angles)
 

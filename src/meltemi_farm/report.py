@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,17 +20,21 @@ if TYPE_CHECKING:
 
     from meltemi.simulation.result import Result
 
-SHOWN = ("root_moment_out_of_plane_1", "tower_base_moment_fore_aft")
+FORE_AFT, SIDE_SIDE = "tower_base_moment_fore_aft", "tower_base_moment_side_side"
+SHOWN = ("root_moment_out_of_plane_1", FORE_AFT)
 """Loads of the table on a terminal."""
 LOADS = {
     "root_moment_out_of_plane_1": "blade root",
     "root_moment_in_plane_1": "blade root in plane",
-    "tower_base_moment_fore_aft": "tower base",
+    FORE_AFT: "tower base",
     "yaw_moment_z": "yaw bearing torsion",
 }
 """Loads of the table by channel, and their names."""
 LABEL = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.7}
-CHANNELS = ("wind_x", "rotor_speed", "pitch_1", "generator_power", "rotor_aero_thrust", "nacelle_yaw", *LOADS)
+CHANNELS = (
+    *("wind_x", "wind_y", "rotor_speed", "pitch_1", "generator_power", "rotor_aero_thrust", "nacelle_yaw"),
+    *(*LOADS, SIDE_SIDE),
+)
 """Channels that the table needs, and usual ones."""
 
 
@@ -41,15 +46,18 @@ def cost_rows(
     Args:
       result: with wakes.
       alone: the same without wakes; columns then say how much wakes change, in percent.
-      loads: channels of :data:`LOADS`; those that were not recorded are left out.
+      loads: channels of :data:`LOADS`; those that were not recorded are left out. The tower base is bent along the
+        mean wind.
     """
-    loads = [name for name in loads if all(name in each for each in result.turbines)]
+    needed = {FORE_AFT: (FORE_AFT, SIDE_SIDE)} if result.direction else {}
+    loads = [name for name in loads if all(x in each for each in result.turbines for x in needed.get(name, (name,)))]
     head = ["turbine", "x m", "y m", "yaw deg", "wind m/s", "power kW"] + ["power %"] * (alone is not None)
     for name in loads:
         head += [f"{LOADS[name]} DEL kN m"] + [f"{LOADS[name]} %"] * (alone is not None)
     rows, powers = [], []
     for i, each in enumerate(result.turbines):
-        both = [turbine.evaluated for turbine in ([each] if alone is None else [each, alone.turbines[i]])]
+        turbines = [each] if alone is None else [each, alone.turbines[i]]
+        both = [along_wind(turbine.evaluated, result.direction) for turbine in turbines]
         cells = [f"T{i + 1}", *map(number, result.positions[i]), number(float(np.degrees(result.yaw[i])))]
         powers.append([float(turbine["generator_power"].mean()) for turbine in both])
         cells += [number(float(both[0]["wind_x"].mean())), *_compared(powers[-1])]
@@ -59,6 +67,21 @@ def cost_rows(
         cells = ["farm", "", "", "", "", *_compared([sum(column) for column in zip(*powers, strict=True)])]
         rows.append(cells + [""] * (len(head) - len(cells)))
     return head, rows
+
+
+def along_wind(result: Result, direction: float) -> Result:
+    """A result whose ``wind_x`` and fore-aft moment of the tower base are along a wind of a direction [rad] (K-25).
+
+    They are NaN without the component across x.
+    """
+    if not direction:
+        return result
+    data, c, s = result.data.copy(), np.cos(direction), np.sin(direction)
+    for name, other, sign in (("wind_x", "wind_y", -1.0), (FORE_AFT, SIDE_SIDE, 1.0)):
+        if name in result.names:
+            across = result[other] if other in result.names else np.nan
+            data[:, result.names.index(name)] = c * result[name] + sign * s * across
+    return replace(result, data=data)
 
 
 def _compared(values: Sequence[float]) -> list[str]:
@@ -84,8 +107,9 @@ def plot_farm(result: FarmResult, alone: FarmResult | None = None, title: str = 
         bar = above.inset_axes((1.01, 0.0, 0.01, 1.0), axes_class=type(above))  # as high as they are
         figure.colorbar(image, cax=bar, label="wind [m/s]")
         above.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    for i, ((x0, y0), yaw, diameter) in enumerate(zip(result.positions, result.yaw, result.diameters, strict=True)):
-        across = 0.5 * diameter * np.array([-np.sin(yaw), np.cos(yaw)])
+    places = zip(result.positions, result.yaw - result.direction, result.diameters, strict=True)
+    for i, ((x0, y0), angle, diameter) in enumerate(places):
+        across = 0.5 * diameter * np.array([-np.sin(angle), np.cos(angle)])
         above.plot([x0 - across[0], x0 + across[0]], [y0 - across[1], y0 + across[1]], color="white", linewidth=3.0)
         above.annotate(f"T{i + 1}", (x0, y0 + 0.6 * diameter), ha="center", fontsize=9, bbox=LABEL)
     for wake in result.wakes:

@@ -24,6 +24,7 @@ from meltemi.loadcases.case import case_run, case_turbine
 from meltemi.maths.tables import View
 from meltemi.simulation import step
 from meltemi.simulation.case import Case
+from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint, steady_wind
 from meltemi.simulation.plan import multiple
 from meltemi.simulation.points import initial_state
@@ -32,8 +33,6 @@ from meltemi.simulation.rotors import build, default_step
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import Start
-from meltemi.simulation.system import shaft_row
-from meltemi.structure.kinematics import YAW
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import AnyWind
 from meltemi_farm.layout import Farm, FarmCase, check_layout
@@ -85,8 +84,8 @@ class SetPoint:
     """What a farm controller demands of a turbine until the next exchange.
 
     Attributes:
-      yaw: [rad] of the nacelle, which its drive approaches at its rate; None leaves it. The model needs
-        ``ModelOptions(yaw="driven")``.
+      yaw: [rad] of the nacelle from the direction of the mean wind, counter-clockwise from above, which its drive
+        approaches at its rate; None leaves it. The model needs ``ModelOptions(yaw="driven")``.
       power: [W] limit of the operator, for controllers that follow it, such as the supervised one.
       pitch: [rad] offset of the blades from what their controller demands; its actuators bring it about.
     """
@@ -97,7 +96,8 @@ class SetPoint:
 
 
 FarmControl = Callable[[float, Sequence[View]], Sequence[SetPoint]]
-"""Called at each exchange with the time [s] and the measurements of the turbines; returns a set-point for each."""
+"""Called at each exchange with the time [s] and the measurements of the turbines, whose ``yaw`` and
+``wind_direction`` are from the direction of the mean wind; returns a set-point for each."""
 
 
 Watch = Callable[[FarmWakes, float], None]
@@ -105,14 +105,13 @@ Watch = Callable[[FarmWakes, float], None]
 
 
 class Turbine:
-    """A turbine of a farm in progress, and what its rotor gave to its wake."""
+    """A turbine of a farm in progress, and what its rotor gave to its wake.
 
-    def __init__(self, run: Run, yaw: float) -> None:
-        def turned(case: Case, unsettled: bool) -> None:
-            case["q"][shaft_row(case.plain) + YAW] += yaw
-            case.view("drive")["yaw_command"] = yaw
+    ``direction`` [rad] is that of the mean wind, from which set-points and measurements have their angles.
+    """
 
-        self.simulation = Simulation(run, starting=turned if yaw else None)
+    def __init__(self, run: Run, direction: float) -> None:
+        self.simulation, self.direction = Simulation(run), direction
         self.reader = RotorReader(self.simulation.case)
         self.yaw: float | None = None
         self._actuators = View(Actuators, self.simulation.case["actuators"])
@@ -124,7 +123,8 @@ class Turbine:
         for i in range(SAMPLES):
             until = steps * (i + 1) // SAMPLES
             if self.yaw is not None:
-                turn = self.yaw - float(run.case.view("drive")["yaw_command"])
+                turn = nacelle_yaw(self.yaw, self.direction) - float(run.case.view("drive")["yaw_command"])
+                turn = math.remainder(turn, 2.0 * math.pi)
                 run.case.view("demands")["yaw_rate"] = turn / (max(until - done, 1) * run.dt)
             run.advance(until - done)
             self.reader.sample()
@@ -159,7 +159,45 @@ class Turbine:
         run = self.simulation
         t = float(run.case.clock.step) * run.dt
         step.sense(t, int(run.case.clock.next_event), run.case.control, run.case.system)
-        return View(Measurements, run.case.measured.copy())
+        measured = View(Measurements, run.case.measured.copy())
+        for name, sign in (("yaw", 1.0), ("wind_direction", -1.0)):
+            measured[name] = math.remainder(measured[name] + sign * self.direction, 2.0 * math.pi)
+        return measured
+
+
+def nacelle_yaw(yaw: float, direction: float) -> float:
+    """[rad] angle within half a turn of a nacelle at a yaw [rad] from a wind of a direction [rad] (K-25)."""
+    return math.remainder(yaw - direction, 2.0 * math.pi)
+
+
+def facing(models: Sequence[Model[Any]], yaw: Float, direction: float) -> list[Model[Any]]:
+    """The models with their nacelles at a yaw [rad] from a wind of a direction [rad]; equal ones stay one.
+
+    Raises:
+      InputError: a model has a ``nacelle_yaw`` of its own.
+    """
+    if any(model.options.nacelle_yaw for model in models):
+        raise InputError(
+            "farm: options.nacelle_yaw: turbines of a farm face the wind; their angles from it are the farm's yaw"
+        )
+    made = {(id(model), 0.0): model for model in models}
+    found = []
+    for model, angle in zip(models, yaw, strict=True):
+        key = id(model), nacelle_yaw(float(angle), direction)
+        if key not in made:
+            made[key] = replace(model, options=model.options.replace(nacelle_yaw=key[1]))
+        found.append(made[key])
+    return found
+
+
+def begin_at(given: Any, model: Model[Any]) -> OperatingPoint | Start | None:
+    """The start of a run; a point of a model whose nacelle stands at 0 is turned to where that of ``model`` stands."""
+    start: OperatingPoint | Start | None = given() if callable(given) else given
+    if not (isinstance(start, OperatingPoint) and model.options.nacelle_yaw):
+        return start
+    row = np.zeros_like(start.revolution[0])
+    row[model.coordinates.index("yaw")] = model.options.nacelle_yaw
+    return replace(start, q=start.q + row[: len(start.q)], revolution=start.revolution + row)
 
 
 @dataclass(frozen=True)
@@ -193,12 +231,13 @@ class FarmResult:
     Attributes:
       turbines: result of each turbine.
       positions: (turbines, 2) [m].
-      yaw: (turbines,) [rad].
+      yaw: (turbines,) [rad] of the nacelles from the wind.
       diameters, hubs: [m] of the rotors.
       settings: of the wakes.
       wakes: path of each wake; empty without wakes.
       view: wind speed over the farm at the end, at the first hub's height: x, y [m] and (x, y) [m/s].
       facts: planes, exchanges, seconds.
+      direction: [rad] of the mean wind, clockwise from above.
     """
 
     turbines: tuple[Result, ...]
@@ -210,6 +249,7 @@ class FarmResult:
     wakes: tuple[WakeTrack, ...] = ()
     view: tuple[Float, Float, Float] | None = field(default=None, repr=False)
     facts: dict[str, float] = field(default_factory=dict)
+    direction: float = 0.0
 
     def __getitem__(self, i: int) -> Result:
         return self.turbines[i]
@@ -317,7 +357,7 @@ def march_farm(
     shift, facts = positions - march.places, march.facts()
     tracks, seen = march.tracks(shift), march.view(shift)
     results = farm_scenes(results, positions, march.planes, facts.get("step", 1.0), max(diameters))
-    return FarmResult(results, positions, yaw, diameters, hubs, settings, tracks, seen, facts)
+    return FarmResult(results, positions, yaw, diameters, hubs, settings, tracks, seen, facts, march.mean.direction)
 
 
 class FarmMarch:
@@ -343,11 +383,12 @@ class FarmMarch:
         given = runs[0].wind() if callable(runs[0].wind) else runs[0].wind
         wind, places = placed(given, turbines, positions, runs[0].duration)
         self.places = places
+        self.mean = steady_wind(wind, turbines[0].hub_height)
+        models = facing(models, yaw, self.mean.direction)
         self.runs = runs = [
-            replace(run, model=model, wind=wind, origin=(float(x), float(y)))
+            replace(run, model=model, wind=wind, start=begin_at(run.start, model), origin=(float(x), float(y)))
             for run, model, (x, y) in zip(runs, models, places, strict=True)
         ]
-        self.mean = steady_wind(wind, turbines[0].hub_height)
         self.wakes: FarmWakes | None = None
         self.done = 0
         self.times, self.planes = list[float](), list[list[NDArray[np.float32]]]()
@@ -360,26 +401,26 @@ class FarmMarch:
                 )
             diameters, hubs = [t.rotor_diameter for t in turbines], [t.hub_height for t in turbines]
             self.wakes = FarmWakes(settings, wind, places, diameters, hubs, self.mean, step)
-            starts = self._develop(self.wakes, yaw)
+            starts = self._develop(self.wakes)
             parts = self.wakes.parts
             runs = [
                 replace(run, other_wind=part, start=start) for run, part, start in zip(runs, parts, starts, strict=True)
             ]
-        self.turbines = [Turbine(run, float(angle)) for run, angle in zip(runs, yaw, strict=True)]
+        self.turbines = [Turbine(run, self.mean.direction) for run in runs]
 
-    def _develop(self, wakes: FarmWakes, yaw: Float) -> list[OperatingPoint | Start]:
+    def _develop(self, wakes: FarmWakes) -> list[OperatingPoint | Start]:
         """Let the wakes develop before the run, in its wind; returns the states in which its turbines start."""
-        given = [run.start() if callable(run.start) else run.start for run in self.runs]
-        known: dict[tuple[int, int, float, int], RotorState] = {}
+        given = [run.start for run in self.runs]
+        known: dict[tuple[int, int, int], RotorState] = {}
 
         def start(i: int, share: float) -> tuple[SteadyWind, OperatingPoint | Start]:
             wind = self.mean.replace(speed=share * self.mean.speed)
             return wind, initial_state(self.runs[i].model, wind, given[i])[0]  # type: ignore[arg-type]
 
         def steady(i: int, level: int) -> RotorState:
-            key = id(self.runs[i].model), id(given[i]), float(yaw[i]), level
+            key = id(self.runs[i].model), id(given[i]), level
             if key not in known:
-                known[key] = _steady_rotor(self.runs[i], *start(i, level * LEVEL), float(yaw[i]))
+                known[key] = _steady_rotor(self.runs[i], *start(i, level * LEVEL))
             return known[key]
 
         def rotor(i: int, share: float) -> RotorState:
@@ -477,12 +518,10 @@ def _exchange_step(runs: Sequence[Run], settings: WakeSettings, speed: float) ->
     return given, [multiple(given, dt, "farm: wakes.step") for dt in steps]
 
 
-def _steady_rotor(run: Run, wind: SteadyWind, start: OperatingPoint | Start, yaw: float) -> RotorState:
-    """State of a rotor in steady operation, turned by a yaw angle [rad]."""
+def _steady_rotor(run: Run, wind: SteadyWind, start: OperatingPoint | Start) -> RotorState:
+    """State of a rotor in steady operation."""
     case = Case(run.model, wind)  # type: ignore[arg-type]
     start.put(case)
-    case["q"][shaft_row(case.plain) + YAW] += yaw
-    case.view("drive")["yaw_command"] = yaw
     case.begin_parts()
     case.evaluate(0.0)
     reader = RotorReader(case)

@@ -511,7 +511,7 @@ def test_a_uniform_wind_file_is_refused_with_its_name(command: Command, tmp_path
     refused(command("run", "nrel5mw", "--wnd", path, "--duration", 5, "--out", out), out, str(path), said)
 
 
-@pytest.mark.parametrize("row", ["0 10 270 0 0 0.2 0 0", "0 150 0 0 0 0.2 0 0", "0 10 0 0 0 1.5 0 0"])
+@pytest.mark.parametrize("row", ["0 10 450 0 0 0.2 0 0", "0 150 0 0 0 0.2 0 0", "0 10 0 0 0 1.5 0 0"])
 def test_a_uniform_wind_no_run_can_begin_in(command: Command, tmp_path: Path, row: str) -> None:
     path, out = tmp_path / "gust.wnd", tmp_path / "out"
     path.write_text(row + "\n")

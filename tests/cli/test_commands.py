@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -559,3 +561,29 @@ def test_an_interrupted_run_keeps_what_it_computed(
 def test_output_is_plain_text_where_no_terminal_is(tmp_path: Path) -> None:
     ran = subprocess.run([sys.executable, "-m", "meltemi.app.cli", "turbines"], capture_output=True, check=True)
     assert b"\x1b" not in ran.stdout + ran.stderr
+
+
+def test_a_nacelle_turns_to_the_wind_of_a_file(command: Command, tmp_path: Path) -> None:
+    """A wind of direction 270 deg meets a nacelle at 90 deg from its front; --direction turns that of a file."""
+    wind, out = tmp_path / "side.wnd", tmp_path / "out"
+    wind.write_text("0 9 250 0 0 0.2 0 0\n")
+    base = ("run", "nrel5mw", "--wind-file", wind, "--direction", 20, "--duration", 1, "--out", out)
+    ran = command(*base)
+    assert ran.status == 2 and "across the rotor or from behind, 90 deg from its front" in ran.err
+    ran = command(*base, "--yaw", 90)
+    assert ran.status == 0, ran
+    case = meltemi.io.read_case(out / "case.yaml")
+    assert case.options.nacelle_yaw == pytest.approx(0.5 * math.pi)
+    assert case.wind.direction == pytest.approx(math.radians(20.0))
+    ran = command("run", out / "case.yaml", "--yaw", 5, "--out", out)
+    assert ran.status == 2 and "set options.nacelle_yaw: 5 deg in it" in ran.err
+
+
+def test_a_run_of_a_deck_prints_what_was_ignored(command: Command, openfast_deck: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "deck"
+    shutil.copytree(openfast_deck, folder)
+    file = folder / "ElastoDyn.dat"
+    file.write_text(re.sub(r"(?m)^ *0 +NacYaw(?!\S)", "10 NacYaw", file.read_text(), count=1))
+    ran = command("run", folder / "5MW.fst", "--wind-speed", 9, "--duration", 1, "--out", tmp_path / "out")
+    assert ran.status == 0, ran
+    assert "Ignored" in ran.out and "NacYaw = 10 deg" in ran.out

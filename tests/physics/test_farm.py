@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import meltemi
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi_farm.layout import FarmCase
+from meltemi_farm.report import FORE_AFT, SIDE_SIDE, along_wind
 from meltemi_farm.settings import WakeSettings
-from meltemi_farm.simulation import FarmResult, SetPoint
+from meltemi_farm.simulation import FarmResult, SetPoint, begin_at
 
 D = 126.0
 CHANNELS = ("generator_power", "wind_x", "root_moment_out_of_plane_1")
@@ -199,3 +201,59 @@ def test_wakes_follow_a_turning_wind(model: Any) -> None:
     assert aside[-1] == pytest.approx(-np.tan(np.radians(10.0)) * 5.0 * D - 0.2 * D, abs=0.05 * D)
     power = result[1]["generator_power"]
     assert power[-1] > 1.9 * power[0]
+
+
+@pytest.mark.parametrize("turn", [60.0, 250.0])
+def test_a_farm_that_turns_with_its_wind_is_the_same_farm(model: Any, turn: float) -> None:
+    """Nacelles follow the direction, yaw is from it: power, wakes and the loads along the wind do not change."""
+    yaw, angle = np.radians([20.0, 0.0]), np.radians(turn)
+    channels = ("generator_power", "wind_x", "wind_y", FORE_AFT, SIDE_SIDE, "nacelle_yaw")
+    settings = WakeSettings(added_turbulence=False)
+    found = []
+    for direction in (0.0, angle):
+        c, s = np.cos(direction), np.sin(direction)
+        places = [(float(x * c + y * s), float(y * c - x * s)) for x, y in ((0.0, 0.0), (5.0 * D, 60.0))]
+        wind = meltemi.SteadyWind(speed=9.0, direction=direction)
+        farm = meltemi.Farm(model, places, settings, yaw=list(yaw))
+        found.append(meltemi.simulate_farm(farm, wind, duration=12.0, channels=channels))
+    straight, turned = found
+    assert turned.direction == angle
+    assert np.array_equal(turned.yaw, yaw)
+    for i in range(2):
+        one, other = straight[i], along_wind(turned[i], turned.direction)
+        for name, share in (("generator_power", 1e-3), ("wind_x", 1e-5), (FORE_AFT, 2e-3)):
+            assert other[name].mean() == pytest.approx(one[name].mean(), rel=share)
+        nacelle = np.remainder(other["nacelle_yaw"] + angle - one["nacelle_yaw"] + 1.0, 2.0 * np.pi) - 1.0
+        assert np.abs(nacelle).max() < 1e-4
+    way = straight.wake(0).centre(4.0 * D)[-1], turned.wake(0).centre(4.0 * D)[-1]
+    assert way[1][0] * np.sin(angle) + way[1][1] * np.cos(angle) == pytest.approx(way[0][1], abs=0.5)
+    assert way[0][1] < -10.0  # the nacelle turned counter-clockwise sends its wake to the right
+
+
+def test_set_points_and_measurements_are_from_the_wind(model: Any) -> None:
+    options = model.options.replace(yaw="driven")
+    driven = meltemi.build(model.turbine, options)
+    seen: list[Any] = []
+
+    def control(time: float, measured: Any) -> list[SetPoint]:
+        seen.append((measured[0]["yaw"], measured[0]["wind_direction"]))
+        return [SetPoint(yaw=np.radians(1.0))]
+
+    wind = meltemi.SteadyWind(speed=9.0, direction=np.radians(200.0))
+    farm = meltemi.Farm(driven, [(0.0, 0.0)], "none")
+    result = meltemi.simulate_farm(farm, wind, duration=8.0, channels=("nacelle_yaw",), control=control)
+    assert seen[0] == pytest.approx((0.0, 0.0), abs=1e-3)
+    assert np.degrees(seen[-1][0]) == pytest.approx(1.0, abs=0.05)
+    assert np.degrees(result[0]["nacelle_yaw"][-1]) == pytest.approx(161.0, abs=0.1)
+
+
+def test_a_point_of_a_nacelle_at_rest_is_turned_to_the_wind(model: Any) -> None:
+    point = meltemi.operating_point(model, 9.0)
+    turned = meltemi.build(model.turbine, model.options.replace(nacelle_yaw=-0.5))
+    found = begin_at(lambda: point, turned)
+    assert isinstance(found, OperatingPoint) and begin_at(point, model) is point
+    yaw = model.coordinates.index("yaw")
+    assert found.q[yaw] - point.q[yaw] == pytest.approx(-0.5)
+    assert found.revolution[:, yaw] - point.revolution[:, yaw] == pytest.approx(-0.5)
+    with pytest.raises(meltemi.InputError, match="options.nacelle_yaw: turbines of a farm face the wind"):
+        meltemi.simulate_farm(meltemi.Farm(turned, ROW), 9.0, duration=1.0)

@@ -454,3 +454,13 @@ def test_derivatives_of_a_run_are_those_of_differences() -> None:
         difference = (high.data - low.data) / (2.0 * step)
         error = np.abs(found.slopes[..., k] - difference).max(axis=0)
         assert (error < 3e-5 * np.abs(difference).max(axis=0)).all(), name
+
+
+def test_the_nacelle_of_a_power_turbine_stands_at_its_angle() -> None:
+    found = {}
+    for yaw in (-0.5, 0.5):
+        model = meltemi.build(meltemi.load_turbine("pmsg20mw"), meltemi.ModelOptions(nacelle_yaw=yaw))
+        found[yaw] = meltemi.operating_point(model, meltemi.SteadyWind(speed=8.0, direction=0.5))["generator_power"]
+    plain = meltemi.build(meltemi.load_turbine("pmsg20mw"))
+    assert found[-0.5] == pytest.approx(meltemi.operating_point(plain, 8.0)["generator_power"], rel=1e-9)
+    assert found[0.5] < 0.3 * found[-0.5]

@@ -16,6 +16,7 @@ from meltemi.control.actuators import yaw_advance
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.run import Run
+from meltemi.wind.fields import unusual
 from meltemi_gradients.sensitivity import finite_difference_runs
 
 Float = NDArray[np.float64]
@@ -253,3 +254,58 @@ def test_derivatives_through_drive_brake_and_friction(turbine: Turbine, kind: An
         # where a spring begins to slide within the step a difference is a mixture of both sides
         error = np.abs(found.slopes[:, :, k] - slope) / size
         assert np.quantile(error, 0.97) < 1e-3, (name, np.quantile(error, [0.5, 0.9, 0.97, 1.0]))
+
+
+# the angle at which the nacelle stands ---------------------------------------------------------------------
+
+
+def test_a_nacelle_against_the_wind_has_the_power_of_one_that_faces_it(turbine: Turbine) -> None:
+    """Direction is clockwise, yaw counter-clockwise: their sum is the yaw error, whichever of both makes it."""
+    turn = np.radians(20.0)
+
+    def power(yaw: float, direction: float) -> float:
+        model = meltemi.build(turbine, ModelOptions(nacelle_yaw=yaw, blade_nodes=8, tower_nodes=5))
+        point = meltemi.operating_point(model, SteadyWind(speed=9.0, direction=direction))
+        assert point["nacelle_yaw"] == pytest.approx(yaw, abs=1e-3)
+        return point["generator_power"]
+
+    aligned = power(0.0, 0.0)
+    assert power(-turn, turn) == pytest.approx(aligned, rel=1e-5)
+    assert power(-0.75 * np.pi, 0.75 * np.pi) == pytest.approx(aligned, rel=1e-5)
+    of_wind, of_nacelle = power(0.0, turn), power(turn, 0.0)
+    assert of_nacelle == pytest.approx(of_wind, rel=1e-3)
+    assert of_wind < 0.87 * aligned
+    assert power(turn, turn) < 0.6 * aligned  # 40 deg
+
+
+@pytest.mark.parametrize("yaw", [-20.0, 30.0])
+def test_a_yawed_run_starts_in_steady_operation(turbine: Turbine, yaw: float) -> None:
+    """The tower is bent towards the side from the start and stays so; turned after the search it swung for 20 s."""
+    options = ModelOptions(nacelle_yaw=np.radians(yaw), blade_nodes=8, tower_nodes=5)
+    names = ["TwrBsMxt", "TwrBsMyt", "rotor_speed", "nacelle_yaw"]
+    result = simulate(meltemi.build(turbine, options), SteadyWind(speed=9.0), duration=15.0, channels=names)
+    side, ahead = result["TwrBsMxt"], result["TwrBsMyt"]
+    bent = side.mean() - 2.5e6  # what the torque of the rotor adds
+    assert bent / ahead.mean() == pytest.approx(-np.tan(np.radians(yaw)), rel=0.15)
+    assert side.std() < 0.02 * abs(bent)
+    assert ahead.std() < 0.02 * ahead.mean()
+    assert result["rotor_speed"].std() < 1e-3 * result["rotor_speed"].mean()
+    assert np.degrees(result["nacelle_yaw"]) == pytest.approx(np.full(len(side), yaw), abs=0.05)
+
+
+def test_other_starts_have_the_nacelle_at_its_angle(turbine: Turbine) -> None:
+    options = ModelOptions(nacelle_yaw=-0.4, blade_nodes=8, tower_nodes=5)
+    case = Case(meltemi.build(turbine, options), CALM)
+    yaw = case.model.coordinates.index("yaw")
+    for start in (Start(coordinates={}), meltemi.analysis.parked_point(case.model, SteadyWind(speed=5.0))):
+        start.put(case)
+        assert case["q"][yaw] == pytest.approx(-0.4, abs=1e-3)
+        assert case.view("drive")["yaw_command"] == -0.4
+
+
+def test_only_a_wind_from_behind_the_rotor_is_told() -> None:
+    wind = SteadyWind(speed=9.0, direction=2.5)
+    assert any("or from behind, 143 deg" in words for words in unusual(wind))
+    assert not unusual(wind, yaw=-2.5)
+    assert any("or from behind, 115 deg" in words for words in unusual(wind, yaw=-0.5))
+    assert not unusual(SteadyWind(speed=9.0, direction=np.radians(350.0)))

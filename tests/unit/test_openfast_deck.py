@@ -732,3 +732,36 @@ def test_swift_at_the_speeds_of_openfast(reference: Path) -> None:
         shaft = deck.turbine.drivetrain
         speed = point.rotor_speed * shaft.gear_ratio
         assert point.generator_torque * speed * shaft.generator_efficiency == pytest.approx(power, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("yaw", "neutral", "free", "mode", "angle", "kind"),
+    [
+        (-20, -20, "True", 0, -20.0, "used"),
+        (0, -20, "True", 0, -20.0, "ignored"),
+        (-20, 0, "True", 0, 0.0, "ignored"),  # the spring turns it back
+        (-20, 0, "False", 0, -20.0, "used"),
+        (-20, 15, "False", 5, -20.0, "used"),
+        (10, 10, "True", 5, 10.0, "used"),
+    ],
+)
+def test_where_the_nacelle_of_a_deck_stands(
+    deck: Deck, yaw: int, neutral: int, free: str, mode: int, angle: float, kind: str
+) -> None:
+    """Counter-clockwise, as in OpenFAST; the spring of ServoDyn is free at YawNeut."""
+    main = deck()
+    for name, changes in (
+        ("ElastoDyn.dat", {"NacYaw": yaw, "YawDOF": free}),
+        ("ServoDyn.dat", {"YawNeut": neutral, "YCMode": mode}),
+    ):
+        text = (main.parent / name).read_text()
+        for keyword, value in changes.items():
+            text, count = re.subn(rf"(?m)^ *\S+ +{keyword}(?!\S)", f"{value} {keyword}", text)
+            assert count == 1
+        (main.parent / name).write_text(text)
+    found = meltemi.io.read_deck(main)
+    assert np.degrees(found.options.get("nacelle_yaw", 0.0)) == pytest.approx(angle)
+    assert found.options.get("yaw", "held") == ("driven" if mode == 5 and free == "True" else "held")
+    assert [note.kind for note in found.notes if "NacYaw =" in note.what] == [kind]
+    printed = [row for _, _, rows in found.tables() for row in rows if "NacYaw" in row[1]]
+    assert len(printed) == (kind == "ignored")

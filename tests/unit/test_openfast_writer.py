@@ -43,6 +43,7 @@ FILES = {
     "InflowWind": "InflowWind.dat",
     "ServoDyn": "ServoDyn.dat",
 }
+WIND_KEYS = ("PropagationDir", "VFlowAng", "HWindSpeed")
 PITCH_ACTUATOR = ("usepitchact", "pitchj", "pitchk", "pitchc")
 """Of BeamDyn before OpenFAST 5, which ends at these lines (OpenFAST pull request 3105)."""
 
@@ -489,3 +490,37 @@ def test_weather_that_a_deck_does_not_have(turbine: Turbine, tmp_path: Path) -> 
     assert read_deck(written.main, control_of=turbine).environment["air_density"] == pytest.approx(
         float(air_density(30.0)), rel=1e-6
     )
+
+
+@pytest.mark.parametrize(("yaw", "direction", "upflow"), [(-20.0, 20.0, 8.0), (15.0, -170.0, -5.0), (0.0, 200.0, 0.0)])
+def test_angles_of_wind_and_nacelle_return(
+    turbine: Turbine, tmp_path: Path, yaw: float, direction: float, upflow: float
+) -> None:
+    """PropagationDir is clockwise as our direction, NacYaw and YawNeut counter-clockwise as our yaw; HWindSpeed lies
+    along the inclined flow."""
+    options = ModelOptions(nacelle_yaw=math.radians(yaw))
+    wind = SteadyWind(speed=9.0, direction=math.radians(direction), upflow=math.radians(upflow))
+    written = write(turbine, tmp_path, options=options, wind=wind)
+    values = {
+        name: float(entry.values[0])
+        for file, names in (("ElastoDyn", ("NacYaw",)), ("ServoDyn", ("YawNeut",)), ("InflowWind", WIND_KEYS))
+        for name in names
+        if (entry := read_input(tmp_path / FILES[file], "any").find(name))
+    }
+    turned = math.remainder(direction, 360.0)
+    expected = (yaw, yaw, turned, upflow, 9.0 / math.cos(math.radians(upflow)))
+    assert tuple(values.values()) == pytest.approx(expected, rel=1e-5)
+    deck = read_deck(written.main, control_of=turbine)
+    assert math.degrees(deck.options.get("nacelle_yaw", 0.0)) == pytest.approx(yaw)
+    assert deck.wind is not None
+    back = [math.degrees(deck.wind.get(name, 0.0)) for name in ("direction", "upflow")]
+    assert back == pytest.approx([turned, upflow], rel=1e-5)
+    assert deck.wind["speed"] == pytest.approx(9.0, rel=1e-5)
+
+
+def test_the_direction_of_a_wind_file_returns(turbine: Turbine, tmp_path: Path) -> None:
+    (tmp_path / "field.bts").touch()
+    written = write(turbine, tmp_path / "deck", wind=tmp_path / "field.bts", direction=math.radians(25.0))
+    deck = read_deck(written.main, control_of=turbine)
+    file = str((tmp_path / "field.bts").absolute())
+    assert deck.wind == {"kind": "file", "file": file, "direction": pytest.approx(math.radians(25.0))}

@@ -118,6 +118,9 @@ def run(
         ),
     ],
     options: RunOptions,
+    yaw: Annotated[
+        float | None, typer.Option(help="Yaw of the nacelle [deg], counter-clockwise from above [0].")
+    ] = None,
     transient: Annotated[
         float | None, typer.Option("--transient", help="Initial transient, excluded from statistics [s] [0].")
     ] = None,
@@ -140,13 +143,15 @@ def run(
     from tempfile import TemporaryDirectory
 
     from meltemi import io
-    from meltemi.core.yamlfile import validated, write_record
-    from meltemi.loadcases.case import LoadCase, case_run, case_turbine, self_contained
+    from meltemi.core.yamlfile import write_record
+    from meltemi.loadcases.case import case_run, case_turbine, self_contained
 
-    if transient is not None:
-        if written:
-            raise InputError(f"{path} is a case file, which defines its own run; set transient: {transient:g} in it")
-        case = validated(case.content() | {"transient": transient}, LoadCase, "command line")
+    own = {} if transient is None else {"transient": f"{transient:g}"}
+    own |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
+    if own and written:
+        words = ", ".join(f"{key}: {value}" for key, value in own.items())
+        raise InputError(f"{path} is a case file, which defines its own run; set {words} in it")
+    case = case.replace(**own) if own else case
     from meltemi.simulation.simulate import Simulation, march
 
     with _named(path if written else None):
@@ -261,6 +266,8 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
     from meltemi.loadcases.case import LoadCase
 
     deck = read_deck(path)
+    for title, head, rows in deck.tables():
+        print_table(title, head, rows, text_columns=3)
     case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck")
     own = deck.library.get("input")
     if own and "--controller" in given and controller_keys(given["--controller"])["kind"] == "bladed":

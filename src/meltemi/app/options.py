@@ -74,7 +74,7 @@ ClassOption = Annotated[
     ),
 ]
 DirectionOption = Annotated[
-    float | None, typer.Option("--direction", help="Wind direction [deg], clockwise from above [0: along the shaft].")
+    float | None, typer.Option("--direction", help="Wind direction [deg], clockwise from above; the nacelle stays [0].")
 ]
 EditionOption = Annotated[int | None, typer.Option("--edition", help="Edition of IEC 61400-1: 2, 3, 4 [3].")]
 SpectrumOption = Annotated[
@@ -246,8 +246,9 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
         for name in ("--wind-speed", "--iec"):
             if name in given:
                 raise InputError(f"give one of {name}, --wind-file")
-        only(because="a wind file defines shear, direction and turbulence")
-        return {"kind": "file", "file": str(given["--wind-file"].absolute())}
+        only("--direction", because="a wind file defines shear and turbulence")
+        turned = {"direction": radians(given["--direction"])} if "--direction" in given else {}
+        return {"kind": "file", "file": str(given["--wind-file"].absolute())} | turned
     keys = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
     wind = {key: given[name] for name, key in keys.items() if name in given}
     if "--direction" in given:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -89,7 +90,7 @@ class IecCase(Record):
     """EWM: steady instead of turbulent."""
     seed: int | None = None
     """Seed of the turbulence."""
-    direction: float | None = Field(default=None, ge=-3.2, le=3.2)
+    direction: float | None = Field(default=None, ge=-7.0, le=7.0)
     """[rad] clockwise from above."""
     upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
     """[rad] inclination of the flow, upwards when positive."""
@@ -106,6 +107,8 @@ class FileCase(Record):
     """Path, relative to the case file."""
     grid: Hawc2Grid | None = None
     """Of a HAWC2 turbulence box without its ``.hawc2.yaml``."""
+    direction: float = Field(default=0.0, ge=-7.0, le=7.0)
+    """[rad] clockwise from above, by which the wind of the file is turned about the tower."""
 
 
 class StartCase(Record):
@@ -304,7 +307,10 @@ def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
         if twice := given.keys() & w.turbulence.keys():
             raise InputError(f"wind.turbulence: {', '.join(sorted(twice))} is given twice")
         return inclined(iec_wind(turbine=turbine, **given, **w.turbulence), w.upflow)
-    return read_wind(folder / w.file, w.grid)
+    wind = read_wind(folder / w.file, w.grid)
+    if isinstance(wind, WindSeries):
+        return wind.replace(direction=wind.direction + w.direction)
+    return replace(wind, direction=math.remainder(wind.direction + w.direction, 2.0 * math.pi))
 
 
 def inclined(wind: IecWind, upflow: float) -> IecWind:
@@ -341,92 +347,5 @@ def case_run(
     )
 
 
-TEMPLATE = """\
-# A load case of meltemi: run it with   meltemi run CASE.yaml --out FOLDER
-# Units are SI: m, s, rad. Everything below `duration` is optional.
-turbine: nrel5mw             # a name from `meltemi turbines`, or the path of a .yaml file
-
-wind:
-  kind: turbulence           # or: iec, steady, file
-  speed: 12.0                # m/s, mean at hub height
-  intensity: 0.14            # standard deviation over mean
-  seed: 1                    # the same seed gives the same field
-  shear_exponent: 0.2        # of the mean wind
-  spectrum: kaimal           # kaimal, vonkarman, mann
-# wind: {kind: steady, speed: 12.0, shear_exponent: 0.2, direction: 0.0}
-# wind: {kind: iec, model: NTM, wind_class: IIB, speed: 12.0, seed: 1}
-# wind: {kind: iec, model: EOG, wind_class: IIB, speed: 12.0, begin: 30.0}
-# wind: {kind: file, file: field.bts}    # TurbSim, Bladed, HAWC2, netCDF or uniform wind
-
-duration: 60.0               # s
-
-# sea: {kind: irregular, height: 2.0, period: 8.0}    # m, s; for a turbine at sea, such as iea15mw-monopile; docs: sea
-# sea: {kind: regular, height: 6.0, period: 10.0, direction: 30 deg, current: {uniform: 0.5}}
-
-controller: baseline         # or another name or file: supervised, ipc, cpfc, A2, rosco@DISCON.IN, mine.py, or keys:
-# controller: {kind: supervised, scheme: ipc}                    # start, stop, protection; individual pitch, tuned
-# controller: {kind: python, file: mine.py}                      # with a function controller(turbine)
-# controller: {kind: baseline, yaw: {dead_band: 0.14}}           # active yaw; with options: {yaw: driven}
-# controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
-# controller: {kind: power, scheme: hold}   # or another of A0 to A3; tracks power_reference below; docs: power control
-# controller: {kind: supervised}         # start, stop, protection; then also   start: standstill
-# controller: {kind: fixed}              # constant torque and pitch; for   start: {rotor_speed: idling}, parked
-
-output_step: 0.05            # s between outputs
-transient: 0.0               # s initial transient, excluded from statistics
-view: false                  # true records the motion for `meltemi view`
-channels:                    # listed by `meltemi channels`; OpenFAST's names are accepted
-  - wind_x
-  - rotor_speed
-  - azimuth
-  - pitch_1
-  - generator_power
-  - RootMyc1
-  - RootMxc1
-  - TwrBsMyt
-  - tip_out_of_plane_1
-
-blade_stations: [20.0, 40.0] # m from the root: section loads there are channels station_1_..., station_2_...
-tower_stations: [43.8]       # m above the base
-
-events: []                   # faults, grid losses and operator requests; docs: events. Examples:
-# events:
-#   - {at: 40.0, type: pitch_stuck, blade: 2, until: 50.0}
-#   - {at: 45.0, type: grid_loss}
-#   - {at: 30.0, type: sensor_offset, sensor: generator_speed, offset: 2.0}
-#   - {at: 50.0, type: request, request: normal_stop}
-
-options:                     # docs: options; defaults are shown
-  flap_modes: 2              # modes of each blade; by default more for blades of 6 x 6 sections
-  edge_modes: 1
-  torsion_modes: 1
-  fore_aft_modes: 2          # modes of the tower
-  side_side_modes: 2
-  locked: []                 # e.g. [yaw, drivetrain]
-  blade_nodes: 20
-  inflow: variable           # variable, constant, quasi_steady
-  stall: hansen              # hansen, static
-  skew: glauert              # glauert, none
-  skew_momentum: axial       # axial, glauert, cylinder
-  tower_influence: potential # potential, lower_half, powles, eames, none
-  tower_drag: true
-  # electrical: averaged     # ideal, averaged: generator, converters, DC link and grid of the turbine file
-
-# electrical: sized          # system sized by rule; with options: {electrical: averaged}; docs: electrical system
-
-# grid:                      # constant or time-varying, as the air temperature below; docs: power control
-#   power_reference: 3.0e6   # W, reference of the operator; by default rated power
-#   voltage: 1.0             # per unit; with options: {electrical: averaged}
-#   frequency: 50.0          # Hz; by default that of the turbine's electrical system
-
-environment:
-  air_density: 1.225         # kg/m^3
-  gravity: 9.80665           # m/s^2
-  # air: {temperature: 15.0, humidity: 0.4, altitude: 0.0}   # degC, 0 to 1, m; instead of air_density
-  # air: {temperature: {time: [0, 100, 100], value: [30, 30, 10]}}   # over time; a repeated time is a step
-  # rain: {rate: 8.0}          # mm/h; or a class, {kind: moderate}
-
-# imbalance: {pitch: [0.3 deg, -0.3 deg], mass: [0.005]}   # of blades 1, 2, ...; docs: turbine files
-# icing: {blades: [1], amount: 0.5}   # blade icing, by default on all blades; docs: icing
-"""
+TEMPLATE = (Path(__file__).parent / "template.yaml").read_text(encoding="utf-8")
 """What ``meltemi template case`` writes."""

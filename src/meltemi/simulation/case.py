@@ -164,6 +164,7 @@ class Case:
         self.settings.efficiency = turbine.drivetrain.generator_efficiency
         self.view("drive")["brake_speed"] = LEAST_BRAKE_SPEED
         self.view("drive")["yaw_held"] = float(options.yaw != "free")
+        self.view("drive")["yaw_command"] = self["q"][self.model.coordinates.index("yaw")] = options.nacelle_yaw
         memory = self.aero_state.views.get("memory", AeroMemory.zeros(blade=0, node=0))
         memory[AeroMemory.index("phi")] = 0.1
         memory[AeroMemory.index("slope")] = 1.0

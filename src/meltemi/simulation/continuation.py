@@ -80,6 +80,7 @@ class CarefulOrbit(Orbit):
         """Converge the motion from that in vacuum."""
         for part in (self.blade_c, self.blade_s, self.own, self.core_c, self.core_s):
             part[:] = 0.0
+        self.core_c[0] = self.undeflected
         goal = np.array([speed, pitch, torque, self.air])
         self.at = goal * [1.0, 1.0, 1.0, 0.0]
         self.impose(speed, pitch, torque)

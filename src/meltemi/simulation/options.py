@@ -99,6 +99,8 @@ class ModelOptions(Record):
     "tower", "yaw", "generator", "drivetrain", "blades", "flap", "edge", "torsion", or a full name."""
     yaw: Literal["held", "free", "driven"] = "held"
     """The yaw bearing: held by its spring and damper, free, or driven by the controller's yaw rate."""
+    nacelle_yaw: float = Field(default=0.0, ge=-7.0, le=7.0)
+    """[rad] counter-clockwise from above: where the nacelle is held, or where a free or driven one starts."""
     drivetrain: Literal["two_mass", "quasi_static", "multibody"] = "two_mass"
     """Torsion of the drivetrain: one spring between rotor and generator; with the inertia of the gearbox's parts in
     quasi-static motion; or with all their degrees of freedom. The latter two need ``drivetrain.gearbox``."""

@@ -115,6 +115,7 @@ class Orbit:
         # cosine and sine coefficients; a blade's in its own azimuth, the core's for harmonics 0 and B
         self.coefficients = np.zeros(2 * (2 * self.core + (BLADE_HARMONICS + 1) * self.K))
         self.core_c, self.core_s, self.blade_c, self.blade_s = self.groups(self.coefficients)
+        self.core_c[0] = self.undeflected = self.case["q"][: self.core].copy()
         # individual deviations of the blades from it in the mean, for they differ if not all have ice
         self.own = np.zeros((self.B, self.K))
         self.azimuth = 0.0

@@ -142,7 +142,8 @@ def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
       InputError: it does not cover the run.
     """
     turbine, described = plan.model.turbine, run.wind() if callable(run.wind) else run.wind
-    noticed = [*plausibility_warnings(turbine), *unusual(described, produces=not isinstance(run.start, Start))]
+    produces, yaw = not isinstance(run.start, Start), plan.model.options.nacelle_yaw
+    noticed = [*plausibility_warnings(turbine), *unusual(described, produces=produces, yaw=yaw)]
     if run.controller is None and plan.events.given:
         from meltemi.simulation.events import ignored
 

@@ -61,7 +61,8 @@ class Start:
         """
         names = case.model.coordinates
         set_actuators(case, self.pitch, self.generator_torque)
-        for array, values in (("q", self.coordinates or {}), ("v", self.velocities)):
+        placed = {"yaw": case.model.options.nacelle_yaw} | dict(self.coordinates or {})
+        for array, values in (("q", placed), ("v", self.velocities)):
             case[array][:] = 0.0
             for name, value in values.items():
                 if name not in names:

@@ -33,7 +33,7 @@ class SteadyWind(Record, Viewed):
     """Exponent of the power law [-]; 0 is no shear."""
     roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
     """[m] length of the logarithmic profile, used instead of the power law when above zero."""
-    direction: float = Field(default=0.0, ge=-3.2, le=3.2)
+    direction: float = Field(default=0.0, ge=-7.0, le=7.0)
     """[rad] clockwise seen from above: the wind then blows towards -y."""
     veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
     """[rad/m] change of the direction with height."""
@@ -475,11 +475,12 @@ USUAL_TURBULENCE = 1.5
 """Over the extreme turbulence of class IA+."""
 
 
-def unusual(wind: Any, *, produces: bool = True) -> list[str]:
+def unusual(wind: Any, *, produces: bool = True, yaw: float = 0.0) -> list[str]:
     """Warnings about implausible shear, upflow, direction and turbulence of a wind.
 
     Args:
       produces: the turbine faces the wind, to produce.
+      yaw: [rad] of its nacelle, counter-clockwise from above.
     """
     intensity = _intensity(wind)
     wind = wind.mean if isinstance(wind, SharedTurbulence) else wind
@@ -494,12 +495,11 @@ def unusual(wind: Any, *, produces: bool = True) -> list[str]:
     worst = upflow[np.argmax(np.abs(upflow))]
     if abs(worst) > USUAL_UPFLOW:
         said.append(f"wind: an upflow of {np.degrees(worst):.3g} deg is unusual; IEC 61400-1 has 8 deg; it is in rad")
-    direction = np.atleast_1d(getattr(wind, "direction", 0.0))
-    worst = direction[np.argmax(np.abs(direction))]
-    if produces and abs(worst) > 0.5 * np.pi:
+    worst = float(np.arccos(np.min(np.cos(np.asarray(getattr(wind, "direction", 0.0)) + yaw))))
+    if produces and worst > 0.49 * np.pi:
         said.append(
-            f"wind: it comes from behind the rotor, {np.degrees(abs(worst)):.3g} deg from its front, where sections "
-            "and wake have no model of a producing turbine; in Python and in files directions are in rad"
+            f"wind: it comes across the rotor or from behind, {np.degrees(worst):.3g} deg from its front, where "
+            "sections and wake have no model of a producing turbine; in Python and in files directions are in rad"
         )
     speed = float(getattr(wind, "speed", 0.0)) if intensity else 0.0
     extreme = 0.36 * (0.576 * (0.5 * speed - 4.0) + 10.0)

@@ -64,7 +64,7 @@ class TurbulentWind(Record, Viewed):
     """Exponent of the power law of the mean wind [-]."""
     roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
     """[m] length of the logarithmic profile, used instead of the power law when above zero."""
-    direction: float = Field(default=0.0, ge=-3.2, le=3.2)
+    direction: float = Field(default=0.0, ge=-7.0, le=7.0)
     """[rad] clockwise seen from above."""
     veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
     """[rad/m] change of the mean direction with height."""

@@ -57,11 +57,12 @@ def export(
     options = validated(_options(case.options.content(), option or []), ModelOptions, "--option")
     start = case.start if isinstance(case.start, StartCase) else None
     if wind_speed is not None:
-        wind: Any = validated({"speed": wind_speed}, SteadyWind, "--wind-speed")
-    elif wind_file is not None or isinstance(case.wind, FileCase):
-        wind = wind_file or folder / case.wind.file  # type: ignore[union-attr]
-    else:
-        wind = case_wind(case, described, folder)
+        steady = validated({"speed": wind_speed}, SteadyWind, "--wind-speed")
+        case = case.replace(wind={"kind": "steady"} | steady.content())
+    elif wind_file is not None:
+        case = case.replace(wind={"kind": "file", "file": str(wind_file.absolute())})
+    field = case.wind if isinstance(case.wind, FileCase) else None
+    wind: Any = folder / field.file if field else case_wind(case, described, folder)
     waves: Any = case.sea
     if sea is not None:
         from meltemi_sea.kinds import sea_of
@@ -75,13 +76,14 @@ def export(
         if start is not None:
             rotor_speed, pitch = None if start.rotor_speed == "idling" else start.rotor_speed, start.pitch
         elif case.start == "operating":
-            rotor_speed, pitch = _operation(described, options, case.environment, wind)
+            rotor_speed, pitch = _operation(described, options, case, folder)
         written = write_openfast(
             described,
             out,
             options=options,
             environment=case.environment,
             wind=wind,
+            direction=field.direction if field else 0.0,
             duration=duration or case.duration,
             rotor_speed=rotor_speed,
             pitch=pitch,
@@ -99,14 +101,13 @@ def export(
     suggest("import", written.main, "--control-of", source, "--out", out / "check")
 
 
-def _operation(turbine: Any, options: Any, environment: Any, wind: Any) -> tuple[float | None, float | None]:
-    """Rotor speed [rad/s] and pitch [rad] of steady operation in the mean of a wind; None where nothing turns."""
+def _operation(turbine: Any, options: Any, case: LoadCase, folder: Path) -> tuple[float | None, float | None]:
+    """Rotor speed [rad/s] and pitch [rad] of steady operation in the mean of the wind; None where nothing turns."""
+    from meltemi.loadcases.case import case_wind
     from meltemi.simulation.rotors import build, operating_point
-    from meltemi.wind.formats import read_wind
 
     try:
-        wind = read_wind(wind) if isinstance(wind, str | Path) else wind
-        point = operating_point(build(turbine, options, environment), wind)
+        point = operating_point(build(turbine, options, case.environment), case_wind(case, turbine, folder))
     except MeltemiError:
         return None, None
     return point.rotor_speed, point.pitch
@@ -121,7 +122,10 @@ def case_of(target: str) -> tuple[LoadCase, Path]:
 
     path = Path(target)
     if path.suffix.lower() == ".fst":
-        return deck_case(read_deck(path), path.absolute(), started=True), Path()
+        deck = read_deck(path)
+        for title, head, rows in deck.tables():
+            print_table(title, head, rows, text_columns=3)
+        return deck_case(deck, path.absolute(), started=True), Path()
     if path.suffix in (".yaml", ".yml") and is_case(path):
         return read_case(path), path.parent
     data = {"turbine": target, "wind": {"kind": "steady", "speed": 12.0}, "duration": 600.0}

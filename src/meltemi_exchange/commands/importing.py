@@ -12,11 +12,9 @@ from meltemi.app.terminal import OutOption, folder_for, print_table, say, simula
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
-    from meltemi_exchange.report import ImportedModel, ImportedTurbine, Kind
+    from meltemi_exchange.report import ImportedModel, ImportedTurbine
 
 SOURCES = {".yaml": "a windIO file", ".yml": "a windIO file", ".htc": "a HAWC2 model"}
-MOST_LINES = 20
-"""Notes printed of each kind; the report has all."""
 
 
 def import_(
@@ -121,11 +119,8 @@ def _show(imported: ImportedTurbine) -> None:
     from meltemi.turbine.plausibility import plausibility_warnings
     from meltemi_exchange.report import KINDS
 
-    heads: dict[Kind, str] = {"warning": "what is done", "approximated": "how", "ignored": "why"}
-    for kind, head in heads.items():
-        if notes := imported.noted(kind):
-            rows = [[note.where, note.what, note.why] for note in notes[:MOST_LINES]]
-            print_table(kind.capitalize(), ["where", "what", head], rows, text_columns=3)
+    for title, head, rows in imported.tables():
+        print_table(title, head, rows, text_columns=3)
     print(", ".join(f"{len(imported.noted(kind))} {kind}" for kind in KINDS) + ": see the report")
     for words in plausibility_warnings(imported.turbine):
         say(f"warning: {words}")

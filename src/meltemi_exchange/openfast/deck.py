@@ -135,10 +135,11 @@ def read_deck(
     wind = read_inflow(read_input(inflow, "InflowWind"), turbine.hub_height, notes) if inflow else None
     density = v["air_density"] if v["air_density"] is not None else aero_values["air_density"]
     surroundings = {"air_density": density, "gravity": v["gravity"]}
+    options = _options(turbine, v, aero_values, polars, momentum_wake)  # whose notes are among those of the deck
     return Deck(
         turbine,
         tuple(notes),
-        options=_options(turbine, v, aero_values, polars, momentum_wake),
+        options=options,
         environment={name: value for name, value in surroundings.items() if value is not None},
         wind=wind,
         duration=min(v.given("duration", 60.0), 1e6),
@@ -544,6 +545,7 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
         "tower_drag": aero.given("tower_drag", False),
         "blade_nodes": tuple(np.asarray(turbine.blade.aerodynamics.position).tolist()),
     }
+    options |= _yaw(v)
     advanced = options["advanced"] = {"chord_angle": "openfast"}
     if options["stall"] != "static":
         options["stall_constants"] = polars.constants
@@ -564,6 +566,23 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
         if shapes and turbine.foundation is None:
             options["mode_shapes"] = "given"
     return options
+
+
+def _yaw(v: Values) -> dict[str, Any]:
+    """Angle and bearing of the nacelle: a spring turns it to ``YawNeut``, from which a controller's rates count."""
+    sprung = v.given("yaw", True) and v["yaw_neutral"] is not None
+    angle = v.given("yaw_neutral" if sprung else "nacelle_yaw", 0.0)
+    if sprung and v.given("nacelle_yaw", angle) != angle:
+        v.note("ignored", "nacelle_yaw", "YawSpr turns the nacelle to YawNeut, where simulations start")
+    if not sprung:
+        v.unneeded("of YawDOF True", "yaw_neutral")
+    mode = v.given("yaw_mode", 0)
+    if mode == 5 and not v.given("yaw", True):
+        v.unneeded("of YawDOF True", "yaw_mode")
+    elif mode not in (0, 5):
+        v.note("ignored", "yaw_mode", "yaw is set by a controller of meltemi, or by a library (5)")
+    driven = {"yaw": "driven"} if mode == 5 and v.given("yaw", True) else {}
+    return driven | ({"nacelle_yaw": angle} if angle else {})
 
 
 def _influence(aero: Values) -> str:

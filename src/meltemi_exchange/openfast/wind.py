@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,8 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
             raise InputError(f"{file.path}: HWindSpeed must be zero or more, RefHt positive")
         wind: dict[str, Any] = {
             "kind": "steady",
-            "speed": v["speed"] * (hub_height / height) ** shear,
+            # HWindSpeed lies along the inclined flow, our speed is its horizontal part
+            "speed": v["speed"] * (hub_height / height) ** shear * math.cos(v.given("upflow", 0.0)),
             "shear_exponent": shear,
         }
         return wind | {name: v[name] for name in ("direction", "upflow") if v.given(name, 0.0)}
@@ -47,11 +49,12 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
     target, suffix = {2: ("uniform_file", ""), 3: ("turbsim_file", ""), 4: ("bladed_file", ".wnd")}.get(
         v["wind_type"], ("", "")
     )
-    _only_steady(v, "direction", "only a steady wind or a HAWC2 box can have a direction; yaw the nacelle instead")
     if v["wind_type"] == 2:
         v.note("approximated", "uniform_length", "of linear shears; the rotor diameter is taken")
         same = abs(v.given("uniform_height", hub_height) - hub_height) < 1e-3 * hub_height
         v.note("equivalent" if same else "ignored", "uniform_height", "the hub height is the reference height")
+    if v.given("upflow", 0.0):
+        v.note("ignored", "upflow", "only a steady wind can be inclined")
     if not target or v[target] is None:
         v.note("ignored", "wind_type", "this kind of wind is not supported in a deck; specify a wind file for the run")
         return None
@@ -64,13 +67,8 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
     except InputError:
         v.note("ignored", target, "the file does not exist; specify a wind file for the run")
         return None
-    return None if found is None else {"kind": "file", "file": str(found.absolute())}
-
-
-def _only_steady(v: Values, target: str, why: str) -> None:
-    """Replace the note on an angle of the wind that the case does not have."""
-    if target in v.source:
-        v.note("ignored" if v.given(target, 0.0) else "equivalent", target, why)
+    turned = {"direction": v["direction"]} if v.given("direction", 0.0) else {}
+    return None if found is None else {"kind": "file", "file": str(found.absolute())} | turned
 
 
 PROFILES: dict[int, Profile] = {-1: "none", 0: "constant", 1: "log", 2: "power"}

@@ -90,6 +90,7 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     options: ModelOptions | None = None,
     environment: Environment | None = None,
     wind: SteadyWind | str | Path | None = None,
+    direction: float = 0.0,
     duration: float = 600.0,
     time_step: float | None = None,
     rotor_speed: float | None = None,
@@ -112,6 +113,7 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
       options: degrees of freedom and aerodynamic models.
       environment: air density and gravity.
       wind: a steady wind (12 m/s by default), or a TurbSim file (.bts).
+      direction: [rad] by which the wind of a file is turned, clockwise from above.
       duration: [s].
       time_step: [s]; by default that of the options, or the one required by the highest frequency of ElastoDyn's
         degrees of freedom, at most 0.01 s; with BeamDyn and SubDyn, which are coupled implicitly, 0.01 s.
@@ -153,7 +155,7 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     if turbine.blade.structure.twists:
         deck.beamdyn(texts)
     deck.aerodyn(texts)
-    deck.inflow(texts, SteadyWind(speed=12.0) if wind is None else wind)
+    deck.inflow(texts, SteadyWind(speed=12.0) if wind is None else wind, direction)
     deck.servo(texts, start[1], library, settings)
     return Written(folder / f"{deck.name}.fst", tuple(_save(folder, texts)), tuple(deck.notes))
 
@@ -214,6 +216,7 @@ class _Deck:
             (weather, "weather that changes", "the density is that of the start"),
             (blade_modes, "further blade modes", "ElastoDyn has 2 flap modes and 1 edge mode"),
             (tower_modes, "further tower modes", "ElastoDyn has two each way"),
+            (o.yaw == "free", "free yaw", "YawSpr holds the nacelle"),
             (t.pitch_actuator.kind == "second_order", "pitch actuator", "the controller library has to model it"),
         ):
             if there:
@@ -300,6 +303,7 @@ class _Deck:
             "BlPitch": pitch * DEGREES,
             "Azimuth": azimuth * DEGREES % 360.0,
             "RotSpeed": rotor_speed * RPM,
+            "NacYaw": _turn(o.nacelle_yaw),
             "NumBl": t.n_blades,
             "TipRad": t.rotor_radius,
             "HubRad": h.radius,
@@ -479,22 +483,23 @@ class _Deck:
         for name, file in files.items():
             texts[file] = _airfoil(name, whole[name], o.stall_constants)
 
-    def inflow(self, texts: dict[str, str], wind: SteadyWind | str | Path) -> None:
+    def inflow(self, texts: dict[str, str], wind: SteadyWind | str | Path, direction: float) -> None:
         hub = self.turbine.hub_height
         values: dict[str, object] = {"WindVziList": hub, "RefHt": hub, "RefHt_Uni": hub, "RefHt_Hawc": hub}
         if isinstance(wind, SteadyWind):
             values |= {
                 "WindType": 1,
-                "HWindSpeed": wind.speed,
+                "HWindSpeed": wind.speed / math.cos(wind.upflow),
                 "RefHt": wind.reference_height or hub,
                 "PLexp": wind.shear_exponent,
-                "PropagationDir": wind.direction * DEGREES,
+                "PropagationDir": _turn(wind.direction),
                 "VFlowAng": wind.upflow * DEGREES,
             }
             if wind.roughness or wind.veer:
                 self.lost("roughness or veer of the wind", "InflowWind's steady wind has a power law only")
         elif isinstance(wind, str | Path) and Path(wind).suffix.lower() == ".bts":
             values |= {"WindType": 3, "FileName_BTS": Path(wind).absolute().as_posix()}
+            values["PropagationDir"] = _turn(direction)
         else:
             raise InputError(f"write_openfast: wind {str(wind)[:60]!r}: expected a SteadyWind or a TurbSim file (.bts)")
         texts["InflowWind.dat"] = fill("InflowWind", self.title, values, {"outputs": OUTPUTS["InflowWind"].split()})
@@ -522,6 +527,8 @@ class _Deck:
             "VS_Rgn2K": law.optimal_gain / RPM**2,
             "VS_SlPc": 100.0 * law.slip,
             "HSSBrTqF": t.drivetrain.brake_torque,
+            "YCMode": mode if self.options.yaw == "driven" else 0,
+            "YawNeut": _turn(self.options.nacelle_yaw),
             "YawSpr": t.yaw.stiffness,
             "YawDamp": t.yaw.damping,
             "YawManRat": t.yaw.rate * DEGREES,
@@ -542,6 +549,11 @@ class _Deck:
         }
         tables = {"torque_table": table("GenSpd_TLU GenTrq_TLU", "rpm Nm"), "outputs": OUTPUTS["ServoDyn"].split()}
         texts["ServoDyn.dat"] = fill("ServoDyn", self.title, values, tables)
+
+
+def _turn(angle: float) -> float:
+    """[deg] within half a turn of an angle [rad]."""
+    return math.remainder(angle * DEGREES, 360.0)
 
 
 def _given(modes: Sequence[tuple[float, ...]]) -> list[Shape]:

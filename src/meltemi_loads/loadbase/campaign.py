@@ -144,6 +144,8 @@ class Campaign(Record):
             )
         if isinstance(self.controller, BaselineCase | PowerCase) and self.controller.yaw is not None:
             raise ValueError("controller.yaw: yaw errors of load cases are constant; leave active yaw control out")
+        if self.options.get("nacelle_yaw"):
+            raise ValueError("options.nacelle_yaw: yaw errors of load cases are directions of the wind; leave it out")
         if isinstance(self.controller, FixedCase):
             raise ValueError("controller: fixed holds torque and pitch and cannot produce")
         if isinstance(self.wind_class, str):
@@ -225,6 +227,8 @@ def make_campaign(
 
         deck = read_deck(path)
         described, data["options"], data["environment"] = deck.turbine, deck.options, deck.environment
+        for name in ("yaw", "nacelle_yaw"):  # yaw errors are those of the load cases
+            data["options"].pop(name, None)
     else:
         described = aeroelastic(load_turbine(turbine), "meltemi loads")
     described = aeroelastic(described, "meltemi loads")

@@ -83,6 +83,8 @@ class SurrogateCampaign(Record):
     def _check(self) -> Self:
         if isinstance(self.controller, FixedCase):
             raise ValueError("controller: fixed holds torque and pitch and cannot produce")
+        if self.options.get("nacelle_yaw"):
+            raise ValueError("options.nacelle_yaw: yaw errors are directions of the wind, the variable yaw_error")
         if "power_reference" in self.variables and not isinstance(self.controller, PowerCase):
             raise ValueError("variables: power_reference needs controller: {kind: power}")
         if not self.loads or min(self.loads.values()) <= 0.0:

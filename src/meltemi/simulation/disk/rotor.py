@@ -29,7 +29,7 @@ from meltemi.wind.fields import SharedTurbulence, Wind, WindBox
 Float = NDArray[np.float64]
 
 COORDINATES = ("yaw", "generator", "drivetrain")
-OPTIONS = ("locked", "yaw", "time_step", "disk_points", "electrical")
+OPTIONS = ("locked", "yaw", "nacelle_yaw", "time_step", "disk_points", "electrical")
 """Options that apply to such a turbine."""
 GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 """[rad] golden angle, between successive points of the disk."""

@@ -36,7 +36,7 @@ BEGIN = 60.0
 """[s] begin of a transient, unless another one is given."""
 LATEST = 1e6
 """[s] begin: no run is longer."""
-MOST_TURNED = 3.2
+MOST_TURNED = 7.0
 """[rad] direction, as of other winds."""
 STEP = 0.05
 """[s] between rows while something changes."""
