@@ -53,8 +53,6 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
         v.note("approximated", "uniform_length", "of linear shears; the rotor diameter is taken")
         same = abs(v.given("uniform_height", hub_height) - hub_height) < 1e-3 * hub_height
         v.note("equivalent" if same else "ignored", "uniform_height", "the hub height is the reference height")
-    if v.given("upflow", 0.0):
-        v.note("ignored", "upflow", "only a steady wind can be inclined")
     if not target or v[target] is None:
         v.note("ignored", "wind_type", "this kind of wind is not supported in a deck; specify a wind file for the run")
         return None

@@ -11,7 +11,7 @@ from typing import Any
 from zipfile import ZipFile
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.files import bytes_of, replacing
+from meltemi.core.files import bytes_of
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import validated
 from meltemi_loads.loadbase.table import Fault, LoadTable, Row, load_table
