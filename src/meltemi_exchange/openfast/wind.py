@@ -43,7 +43,9 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
             "shear_exponent": shear,
         }
         return wind | {name: v[name] for name in ("direction", "upflow") if v.given(name, 0.0)}
-    _only_steady(v, "upflow", "only a steady wind can have an upflow; turn the tilt of the shaft instead")
+    if "upflow" in v.source:
+        why = "only a steady wind can have an upflow; turn the tilt of the shaft instead"
+        v.note("ignored" if v.given("upflow", 0.0) else "equivalent", "upflow", why)
     if v["wind_type"] == 5:
         return _box(file, v)
     target, suffix = {2: ("uniform_file", ""), 3: ("turbsim_file", ""), 4: ("bladed_file", ".wnd")}.get(
