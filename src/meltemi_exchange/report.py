@@ -46,7 +46,7 @@ class ImportedTurbine(Brief):
         return [note for note in self.notes if note.kind == kind]
 
     def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
-        """Title, head and rows of warnings, approximated and ignored keys, for a terminal; :func:`report_text` has all."""
+        """Title, head and rows of warnings, approximated, ignored keys, for a terminal; :func:`report_text` has all."""
         heads: dict[Kind, str] = {"warning": "what is done", "approximated": "how", "ignored": "why"}
         shown = {kind: self.noted(kind)[:MOST_LINES] for kind in heads}
         return [
