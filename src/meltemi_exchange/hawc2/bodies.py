@@ -189,8 +189,11 @@ def _arc(nodes: Float) -> Float:
     return arc
 
 
-def read_bodies(structure: Block, main: Path, blade: str) -> list[Body]:
+def read_bodies(structure: Block, main: Path, blade: str, ground: Float = INERTIAL) -> list[Body]:
     """The bodies from the ground to a blade.
+
+    Args:
+      ground: (3, 3) our inertial axes from HAWC2's global ones.
 
     Raises:
       InputError: with file and line.
@@ -208,7 +211,7 @@ def read_bodies(structure: Block, main: Path, blade: str) -> list[Body]:
     if base is None:
         raise InputError(f"{orientation.where}: no chain of bodies from a base to {blade}: it ends at {chain[0]}")
     at = base.need("inipos").numbers(0, 3)
-    found = [_body(chain[0], base, blocks, main, INERTIAL @ _turned(base), INERTIAL @ at)]
+    found = [_body(chain[0], base, blocks, main, ground @ _turned(base), ground @ at)]
     for name in chain[1:]:
         joint, parent = joints[name], found[-1]
         body = _body(name, joint, blocks, main, parent.axes @ _turned(joint), np.zeros(3))
@@ -248,22 +251,22 @@ def _rotation(command: Command, kind: str) -> Float:
     if kind == "eulerang":
         R: Float = np.eye(3)
         for axis, angle in zip(np.eye(3), np.radians(command.numbers(0, 3)), strict=True):
-            R = R @ _about(axis, angle)
+            R = R @ rotation(axis, angle)
         return R
     values = command.numbers(0, 4)
     if kind == "axisangle":
         length = float(np.linalg.norm(values[:3]))
         if length == 0.0 and values[3]:
             raise InputError(f"{command.where}: {command.name}: expected an axis, three numbers, found zeros")
-        return _about(values[:3] / (length or 1.0), math.radians(values[3]))
+        return rotation(values[:3] / (length or 1.0), math.radians(values[3]))
     length = float(np.linalg.norm(values))
     if abs(length - 1.0) > 1e-3:
         raise InputError(f"{command.where}: {command.name}: expected four numbers of length 1, found length {length:g}")
     sine = float(np.linalg.norm(values[1:]))
-    return _about(values[1:] / (sine or 1.0), 2.0 * math.atan2(sine, values[0]))
+    return rotation(values[1:] / (sine or 1.0), 2.0 * math.atan2(sine, values[0]))
 
 
-def _about(axis: Float, angle: float) -> Float:
+def rotation(axis: Float, angle: float) -> Float:
     """(3, 3) rotation by an angle [rad] about a unit vector (Rodrigues)."""
     x, y, z = axis
     S = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

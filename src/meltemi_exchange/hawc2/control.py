@@ -67,8 +67,8 @@ def read_control(
     ratio = control_of.drivetrain.gear_ratio if control_of is not None else c.get(76) or servo.get(5) or 1.0
     if (control_of is not None or c.get(76)) and 5 in servo:
         init = blocks["generator_servo"].find("init")
-        given = ("not needed", "the gear ratio is that of the controller")
-        treatment.said |= {id(k): given for k in init.all("constant") if k.numbers(0, 1)[0] == 5}
+        fifth = [k for k in init.all("constant") if k.numbers(0, 1)[0] == 5]
+        treatment.say(fifth, "not needed", "the gear ratio is that of the controller")
     efficiency = servo.get(4, 1.0)
     drive: dict[str, Any] = {"gear_ratio": ratio, "generator_efficiency": efficiency}
     if 1 in known.get(BRAKE, {}):
@@ -138,9 +138,7 @@ def _smallest_pitch(angle: float, dll: Block, main: Path, notes: list[ImportNote
     try:
         path = file_of(main, f"control/{name}", dll.where)
     except InputError as error:
-        hint = (
-            "constant 5 of the controller names it; without it give extra={'control.pitch.minimum': ...} or control_of"
-        )
+        hint = "constant 5 names it; without it give extra={'control.pitch.minimum': ...} or control_of"
         raise InputError(f"{error}; {hint}") from None
     rows = [[number(word) for word in line.split()[:2]] for line in lines_of(path)[1:] if line.split()]
     pitch = [row[1] for row in rows if len(row) == 2 and row[1] is not None]

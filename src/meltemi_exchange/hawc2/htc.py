@@ -2,15 +2,16 @@
 
 A line is ``command values ; comment``; ``begin name`` and ``end name`` enclose a block; ``continue_in_file`` inserts a
 file. ``commands.csv`` states the treatment of every command: its path of blocks as a pattern, first values for which
-the row stands (all without any), the kind of the note, and a remark. The first row that fits counts. A block with a role
-in the model, such as the body of the tower, is ``block:role`` in the path, a constant of a library ``constant_number``.
+the row stands (all without any), the kind of the note, and a remark. The first row that fits counts. A block with a
+role in the model, such as the body of the tower, is ``block:role`` in the path, a constant of a library
+``constant_number``.
 """
 
 from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cache
@@ -170,9 +171,7 @@ def lines_of(path: Path) -> list[str]:
     """
     text = text_of(path)
     if text.startswith(LFS):
-        raise InputError(
-            f"{path}: this is a pointer to a file in Git LFS, not the file: `git lfs pull` in that repository fetches it"
-        )
+        raise InputError(f"{path}: this is a pointer to a file in Git LFS, not the file: `git lfs pull` fetches it")
     return text.splitlines()
 
 
@@ -279,6 +278,10 @@ class Treatment:
 
     roles: dict[int, str] = field(default_factory=dict)
     said: dict[int, tuple[Kind, str]] = field(default_factory=dict)
+
+    def say(self, commands: Iterable[Command], kind: Kind, remark: str) -> None:
+        """State what becomes of commands."""
+        self.said |= {id(command): (kind, remark) for command in commands}
 
 
 def treatments(root: Block, treatment: Treatment) -> Iterator[tuple[str, Command, Kind, str]]:

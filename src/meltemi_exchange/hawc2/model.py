@@ -19,7 +19,7 @@ from meltemi.core.record import Record, set_keys
 from meltemi.core.yamlfile import validated
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.plausibility import bending_frequency
-from meltemi_exchange.hawc2.bodies import Body, Lump, read_bodies
+from meltemi_exchange.hawc2.bodies import INERTIAL, Body, Lump, read_bodies, rotation
 from meltemi_exchange.hawc2.case import read_start, read_wind
 from meltemi_exchange.hawc2.control import read_control
 from meltemi_exchange.hawc2.htc import Block, Treatment, notes_on, read_htc
@@ -103,6 +103,16 @@ def import_hawc2(
     if link is None:
         raise InputError(f"{aero.where}: expected: link 1 mbdy_c2_def NAME, the body of blade 1")
     parts = _parts(read_bodies(structure, path, link.word(2)), root, aero)
+    # our nacelle looks along x: a rotor that is turned about the vertical is the same in a wind that is turned
+    yaw = math.atan2(parts.down[1], parts.down[0])
+    ground = INERTIAL
+    if abs(yaw) > 1e-9:
+        ground = rotation(np.array([0.0, 0.0, 1.0]), -yaw) @ INERTIAL
+        parts = _parts(read_bodies(structure, path, link.word(2), ground), root, aero)
+        what = f"{math.degrees(yaw):.4g} deg about the vertical"
+        notes.append(
+            ImportNote("approximated", parts.shaft.joint.where, what, "the model is turned back, with its wind")
+        )
     alike = other_blades(structure, aero, path, parts.blade, parts.down, count, notes)
     chain = {
         "foundation": parts.foundation,
@@ -134,9 +144,10 @@ def import_hawc2(
         hint = "without the DTU Wind Energy Controller, give control_of=..., or extra={...} with these keys"
         raise InputError(f"{error}\n{hint}; to `meltemi import`: --control-of, --extra") from None
     wind = root.find("wind")
-    case = read_wind(wind, treatment, notes)
+    case = read_wind(wind, yaw, treatment, notes)
     beyond = [*parts.hub, parts.blade]
-    start = read_start(parts.bearing, [parts.tower, *parts.nacelle][-1], parts.shaft, beyond, parts.down, treatment)
+    carrier = [parts.tower, *parts.nacelle][-1]
+    start = read_start(parts.bearing, ground, carrier, parts.shaft, beyond, parts.down, treatment)
     return ImportedModel(
         turbine,
         (*notes_on(root, treatment), *notes),
@@ -252,8 +263,8 @@ def _tower(body: Body, root: Block, treatment: Treatment, notes: list[ImportNote
         raise UnsupportedError(f"{body.block.where}: the tower {body.name} is not upright and straight")
     span = body.span
     lumps = {id(command): body.concentrated(command) for command in body.block.all("concentrated_mass")}
-    below = ("ignored", "a mass of the tower below its top is not modelled")
-    treatment.said |= {command: below for command, lump in lumps.items() if not lump.last}
+    below = [c for c in body.block.all("concentrated_mass") if not lumps[id(c)].last]
+    treatment.say(below, "ignored", "a mass of the tower below its top is not modelled")
     mass, side, fore, torsion, axial = (
         A[:, i, i]
         for A, i in ((body.mass, 0), (body.stiffness, 4), (body.stiffness, 3), (body.stiffness, 5), (body.stiffness, 2))
