@@ -13,7 +13,7 @@ import meltemi
 from meltemi.core.yamlfile import validated
 from meltemi.loadcases.case import FileCase, LoadCase, case_wind
 from meltemi.wind.fields import WindBox
-from meltemi_exchange.hawc2.htc import notes_on, read_htc
+from meltemi_exchange.hawc2.htc import Treatment, notes_on, read_htc
 from meltemi_exchange.hawc2.wind import read_wind
 from meltemi_exchange.openfast.text import read_input
 from meltemi_exchange.openfast.wind import read_inflow
@@ -91,9 +91,10 @@ def folder(tmp_path: Path) -> Path:
 def of_hawc2(folder: Path, text: str) -> Imported:
     path = folder / "model.htc"
     path.write_text(text)
-    root = read_htc(path)
-    notes = notes_on(root)
-    return read_wind(root.find("wind"), path, notes), notes
+    root, treatment = read_htc(path), Treatment()
+    notes: list[ImportNote] = []
+    wind = read_wind(root.find("wind"), path, 0.0, treatment, notes)
+    return wind, [*notes_on(root, treatment), *notes]
 
 
 def of_inflow(folder: Path, text: str) -> Imported:
@@ -196,8 +197,7 @@ def test_what_is_used_changes_the_wind(read: Callable[..., Imported], text: str,
         (of_hawc2, HTC.replace("dont_scale 1", "dont_scale 1;\nfactor_scaling 1 2 3"), "factor_scaling is not read"),
         (of_hawc2, HTC.replace("turb/a_s1_w", "turb/none_w"), "turb/none_w does not exist"),
         (of_hawc2, HTC.replace("turb/a_s1_w", "turb/b_s1_w"), r"must differ in u, v, w only"),
-        (of_hawc2, STEADY.replace("format 3 0.2", "format 0 0"), "no mean wind in HAWC2"),
-        (of_hawc2, STEADY.replace("format 3 0.2", "format 4 0.01"), "only shear_format 0 to 3 are read"),
+        (of_hawc2, STEADY.replace("format 3 0.2", "format 4 0.01"), "only 0 to 3 are read"),
         (of_inflow, INFLOW.replace("0 ScaleMethod", "2 ScaleMethod"), "boxes are not scaled"),
         (of_inflow, INFLOW.replace("0 ScaleMethod", "1 ScaleMethod").replace("1 SFy", "2 SFy"), "boxes are not scaled"),
         (of_inflow, INFLOW.replace("turb/a_s1_w", "turb/none_w"), "the file does not exist"),
@@ -211,6 +211,7 @@ def test_what_is_not_read_of_a_wind_is_said(read: Callable[..., Imported], text:
 
 
 def test_a_mean_wind_that_a_box_does_not_have(folder: Path) -> None:
+    assert of_hawc2(folder, STEADY.replace("format 3 0.2", "format 0 0"))[0] == {"kind": "steady", "speed": 0.0}
     wind, _ = of_hawc2(folder, HTC.replace("format 3 0.2", "format 0 0"))
     u = np.fromfile(folder / "turb/a_s1_u", "<f4").reshape(SHAPE)
     np.testing.assert_allclose(played(wind, folder).velocity[0, :, :, 0], u[0].T, rtol=1e-6)

@@ -6,14 +6,15 @@ Reference: Hansen and Henriksen (2013), Basic DTU Wind Energy controller, DTU E-
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.core.files import text_of
-from meltemi_exchange.hawc2.htc import Block, file_of
+from meltemi.turbine.definition import Turbine
+from meltemi_exchange.hawc2.htc import Block, Treatment, file_of, lines_of
 from meltemi_exchange.openfast.text import number
 from meltemi_exchange.report import ImportNote
 from meltemi_exchange.windio.control import POWER_PITCH, REGION_3, SLIP, TORQUE_BEGINS
@@ -23,31 +24,51 @@ CONTROLLERS = {"controller": "dtu_we_controller", "servo": "generator_servo", "p
 BRAKE = "mech_brake"
 
 
-def constants(dll: Block) -> dict[str, dict[int, float]]:
-    """Constants of the libraries of a model, by what their names or files contain."""
-    found: dict[str, dict[int, float]] = {}
+def libraries(dll: Block) -> dict[str, Block]:
+    """The libraries that are read, by what their names or files contain."""
+    found: dict[str, Block] = {}
     for block in dll.within("type2_dll"):
         words = " ".join(w for c in block.all("name", "filename") for w in c.values).lower()
         for name in (*CONTROLLERS.values(), BRAKE):
             if name in words and name not in found:
-                rows = [c.numbers(0, 2) for c in block.find("init").all("constant")]
-                found[name] = {int(row[0]): float(row[1]) for row in rows}
+                found[name] = block
+                break
     return found
 
 
-def read_control(dll: Block, main: Path, notes: list[ImportNote]) -> dict[str, Any]:
+def _constants(block: Block) -> dict[int, float]:
+    rows = [c.numbers(0, 2) for c in block.find("init").all("constant")]
+    return {int(row[0]): float(row[1]) for row in rows}
+
+
+def read_control(
+    dll: Block,
+    main: Path,
+    notes: list[ImportNote],
+    treatment: Treatment,
+    control_of: Turbine | None,
+    extra: Mapping[str, Any],
+) -> dict[str, Any]:
     """Content of a turbine's control, pitch actuator, rated power, and parts of its drivetrain, as far as given.
 
     The controller's gains act on the rotor speed, ours on the generator speed. Its gain schedule
-    1 / (1 + t / K1 + t^2 / K2) becomes that of one pitch angle at which the gains are halved.
+    1 / (1 + t / K1 + t^2 / K2) becomes that of one pitch angle at which the gains are halved. The control of another
+    turbine comes with its gear ratio, as its generator speeds do; the generator's inertia about the shaft remains.
 
     Raises:
       InputError: the table of the smallest pitch is missing or wrong.
     """
-    known = constants(dll)
+    blocks = libraries(dll)
+    if control_of is not None:
+        blocks = {name: block for name, block in blocks.items() if name in ("generator_servo", BRAKE)}
+    known = {name: _constants(block) for name, block in blocks.items()}
     servo = known.get("generator_servo", {})
     c, p = known.get("dtu_we_controller", {}), known.get("servo_with_limits", {})
-    ratio = c.get(76) or servo.get(5) or 1.0
+    ratio = control_of.drivetrain.gear_ratio if control_of is not None else c.get(76) or servo.get(5) or 1.0
+    if (control_of is not None or c.get(76)) and 5 in servo:
+        init = blocks["generator_servo"].find("init")
+        fifth = [k for k in init.all("constant") if k.numbers(0, 1)[0] == 5]
+        treatment.say(fifth, "not needed", "the gear ratio is that of the controller")
     efficiency = servo.get(4, 1.0)
     drive: dict[str, Any] = {"gear_ratio": ratio, "generator_efficiency": efficiency}
     if 1 in known.get(BRAKE, {}):
@@ -67,7 +88,8 @@ def read_control(dll: Block, main: Path, notes: list[ImportNote]) -> dict[str, A
     missing = [i for i in (1, 2, 3, 4, 5, 6, 7, 8, 11, 16, 17, 21) if i not in c]
     if missing:
         return data
-    low = _smallest_pitch(c[5], dll, main, notes) * DEGREE
+    stated = extra.get("control.pitch.minimum")  # then the table is not needed
+    low = _smallest_pitch(c[5], dll, main, notes) * DEGREE if stated is None else 0.0
     half = c[21] if not c.get(22) else 0.5 * (math.sqrt((k := c[22] / c[21]) ** 2 + 4.0 * c[22]) - k)
     slowest, rated, power = ratio * c[2], ratio * c[3], 1e3 * c[1] / efficiency
     # of the electrical torque, which the servo divides by the efficiency
@@ -103,12 +125,8 @@ def read_control(dll: Block, main: Path, notes: list[ImportNote]) -> dict[str, A
         },
         "source": "dtu_we_controller",
     }
-    for what, why in (
-        ("constants 1 to 11, 15 to 17, 21, 22, 33, 76", "the baseline law: torque by regions, first-order filter"),
-        ("constants 21, 22", f"gains halved at {half:.3g} deg, linear in between"),
-        ("constants 12 to 14", "a torque ramp of 10 % slip near rated speed in place of a PI loop"),
-    ):
-        notes.append(ImportNote("approximated", "dtu_we_controller", what, why))
+    why = f"gains halved at {half:.3g} deg, linear in between"
+    notes.append(ImportNote("approximated", "dtu_we_controller", "constants 21, 22", why))
     return data
 
 
@@ -117,8 +135,12 @@ def _smallest_pitch(angle: float, dll: Block, main: Path, notes: list[ImportNote
     if abs(angle) <= 90.0:
         return angle
     name = f"wpdata.{int(angle)}"
-    path = file_of(main, f"control/{name}", dll.where)
-    rows = [[number(word) for word in line.split()[:2]] for line in text_of(path).splitlines()[1:] if line.split()]
+    try:
+        path = file_of(main, f"control/{name}", dll.where)
+    except InputError as error:
+        hint = "constant 5 names it; without it give extra={'control.pitch.minimum': ...} or control_of"
+        raise InputError(f"{error}; {hint}") from None
+    rows = [[number(word) for word in line.split()[:2]] for line in lines_of(path)[1:] if line.split()]
     pitch = [row[1] for row in rows if len(row) == 2 and row[1] is not None]
     if not pitch:
         raise InputError(f"{path}: expected rows of wind speed and smallest pitch")

@@ -19,10 +19,12 @@ from meltemi.core.record import Record, set_keys
 from meltemi.core.yamlfile import validated
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.plausibility import bending_frequency
-from meltemi_exchange.hawc2.bodies import Body, Lump, read_bodies
+from meltemi_exchange.hawc2.bodies import INERTIAL, Body, Lump, read_bodies, rotation
 from meltemi_exchange.hawc2.control import read_control
-from meltemi_exchange.hawc2.htc import Block, file_of, notes_on, read_htc
+from meltemi_exchange.hawc2.htc import Block, Treatment, notes_on, read_htc
+from meltemi_exchange.hawc2.roles import assign_roles, is_about, other_blades
 from meltemi_exchange.hawc2.sections import read_planform, read_polars
+from meltemi_exchange.hawc2.start import read_start
 from meltemi_exchange.hawc2.wind import read_wind
 from meltemi_exchange.openfast.deck import LEAST_YAW_FREQUENCY
 from meltemi_exchange.openfast.tower import STEEL_SPEED
@@ -34,26 +36,32 @@ SECTION = np.kron(np.eye(2), np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 
 """(6, 6) our axes of a section, x to the suction side and y to the trailing edge, from HAWC2's."""
 RIGID_TORSION = 1e13
 """[N m/rad] of a shaft beyond which it is rigid for any turbine."""
+OVERDAMPED = 0.99
+"""Largest damping ratio of a tower: stiffer or more damped ones do not swing at all."""
 BOUND = 0.5
 """Of the torsional compliance from the generator to the hub: what lies beyond turns with the hub."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Parts:
     """The bodies of a model by their part in the turbine.
 
     Attributes:
+      foundation: those below the tower.
+      bearing: the block of the shaft's bearing.
       nacelle: those between tower and shaft.
       hub: those between shaft and blade.
       down: (3,) direction of the shaft, downwind, inertial axes.
     """
 
+    foundation: list[Body]
     tower: Body
     nacelle: list[Body]
     shaft: Body
     hub: list[Body]
     blade: Body
     down: Float
+    bearing: Block
 
     @property
     def apex(self) -> Float:
@@ -88,17 +96,37 @@ def import_hawc2(
     """
     path = Path(path)
     root = read_htc(path)
-    notes = notes_on(root)
+    treatment = Treatment()
+    notes: list[ImportNote] = []
     structure, aero = root.block("new_htc_structure"), root.block("aero")
     count = int(aero.value("nblades", 3.0))
-    link = next((c for c in aero.all("link") if c.values[:1] == ("1",) and len(c.values) == 3), None)
+    link = next((c for c in aero.all("link") if c.values[:1] == ("1",) and len(c.values) > 2), None)
     if link is None:
         raise InputError(f"{aero.where}: expected: link 1 mbdy_c2_def NAME, the body of blade 1")
-    parts = _parts(read_bodies(structure, path, link.values[2]), structure, aero)
+    parts = _parts(read_bodies(structure, path, link.word(2)), root, aero)
+    # our nacelle looks along x: a rotor that is turned about the vertical is the same in a wind that is turned
+    yaw = math.atan2(parts.down[1], parts.down[0])
+    ground = INERTIAL
+    if abs(yaw) > 1e-9:
+        ground = rotation(np.array([0.0, 0.0, 1.0]), -yaw) @ INERTIAL
+        parts = _parts(read_bodies(structure, path, link.word(2), ground), root, aero)
+        what = f"{math.degrees(yaw):.4g} deg about the vertical"
+        notes.append(
+            ImportNote("approximated", parts.shaft.joint.where, what, "the model is turned back, with its wind")
+        )
+    alike = other_blades(structure, aero, path, parts.blade, parts.down, count, notes)
+    chain = {
+        "foundation": parts.foundation,
+        "tower": [parts.tower],
+        "rigid": parts.nacelle + parts.hub,
+        "shaft": [parts.shaft],
+        "blade": [parts.blade],
+    }
+    assign_roles(root, chain, alike, control_of is not None, treatment)
     data: dict[str, Any] = {"name": path.stem, "source": f"HAWC2 model {path.name}", "n_blades": count}
-    data |= read_control(root.find("dll"), path, notes)
+    data |= read_control(root.find("dll"), path, notes, treatment, control_of, extra or {})
     blade, airfoils = _blade(parts.blade, aero, path, notes)
-    data |= {"blade": blade, "airfoils": airfoils, "tower": _tower(parts.tower, root, notes)}
+    data |= {"blade": blade, "airfoils": airfoils, "tower": _tower(parts.tower, root, treatment, notes)}
     data |= _rotating(parts, count, data["drivetrain"], notes)
     inertia = max(data["nacelle"]["yaw_inertia"], 1.0)
     stiffness = LEAST_YAW_FREQUENCY**2 * inertia
@@ -117,32 +145,36 @@ def import_hawc2(
         hint = "without the DTU Wind Energy Controller, give control_of=..., or extra={...} with these keys"
         raise InputError(f"{error}\n{hint}; to `meltemi import`: --control-of, --extra") from None
     wind = root.find("wind")
-    case_wind = read_wind(wind, path, notes)
-    turned = structure.block("orientation").within("relative")
-    start = next((float(c.numbers(3, 1)[0]) for b in turned for c in b.all("mbdy2_ini_rotvec_d1")), 0.0)
-    x, y = (parts.down @ parts.blade.axes[:, k] for k in (0, 1))
+    case = read_wind(wind, path, yaw, treatment, notes)
+    beyond = [*parts.hub, parts.blade]
+    carrier = [parts.tower, *parts.nacelle][-1]
+    start = read_start(parts.bearing, ground, carrier, parts.shaft, beyond, parts.down, treatment)
     return ImportedModel(
         turbine,
-        tuple(notes),
+        (*notes_on(root, treatment), *notes),
         options=_options(aero, wind, structure, parts, turbine),
         environment={"air_density": wind.value("density", 1.225)},
-        wind=case_wind,
+        wind=case,
         duration=root.find("simulation").value("time_stop", 60.0),
-        start={"rotor_speed": start, "pitch": math.atan2(-x, y), "azimuth": 0.0},
+        start=start,
     )
 
 
-def _parts(chain: list[Body], structure: Block, aero: Block) -> Parts:
-    constraint = structure.block("constraint")
+def _parts(chain: list[Body], root: Block, aero: Block) -> Parts:
+    constraint = root.block("new_htc_structure").block("constraint")
     names = [b.name for b in chain]
-    rotating = [b.need("mbdy2", "body2").values[0] for b in constraint.within("bearing1", "bearing3")]
+    rotating = {b.need("mbdy2").word(): b for b in constraint.within("bearing1", "bearing3")}
     place = next((i for i, name in enumerate(names) if i and name in rotating), None)
     if place is None or place > len(chain) - 2:
         raise InputError(f"{constraint.where}: no bearing1 or bearing3 of a body between tower and blade: the shaft")
-    base = next((i for i, name in enumerate(names[:place]) if "tower" in name.lower()), 0)
+    # the body that casts the tower's shadow, or the longest one below the shaft
+    shadows = [b.need("tower_mbdy_link").word() for b in root.find("wind").blocks if b.get("tower_mbdy_link")]
+    linked = [name for name in shadows if name in names[:place]]
+    longest = max(range(place), key=lambda i: float(chain[i].arc[-1]))
+    base = names.index(linked[0]) if len(set(linked)) == 1 else longest
     shaft = chain[place]
     hub_vec = aero.get("hub_vec")
-    if hub_vec is not None and (hub_vec.values[0] != shaft.name or hub_vec.numbers(1, 1)[0] != -3.0):
+    if hub_vec is not None and (hub_vec.word() != shaft.name or hub_vec.numbers(1, 1)[0] != -3.0):
         raise UnsupportedError(f"{hub_vec.where}: hub_vec: only {shaft.name} -3, a rotor that turns clockwise, is read")
     along = shaft.nodes[0, :3] - shaft.nodes[-1, :3]
     down = shaft.axes @ (along / np.linalg.norm(along))
@@ -150,7 +182,16 @@ def _parts(chain: list[Body], structure: Block, aero: Block) -> Parts:
         if not 0.98 * body.arc[-1] < body.given:
             end = f"the sections of {body.name} end at {body.given:g} m, its axis at {body.arc[-1]:g} m"
             raise InputError(f"{body.block.where}: {end}")
-    return Parts(chain[base], chain[base + 1 : place], shaft, chain[place + 1 : -1], chain[-1], np.sign(down[0]) * down)
+    return Parts(
+        foundation=chain[:base],
+        tower=chain[base],
+        nacelle=chain[base + 1 : place],
+        shaft=shaft,
+        hub=chain[place + 1 : -1],
+        blade=chain[-1],
+        down=np.sign(down[0]) * down,
+        bearing=rotating[shaft.name],
+    )
 
 
 def _blade(
@@ -177,9 +218,7 @@ def _blade(
     }
     ae, pc = aero.need("ae_filename"), aero.need("pc_filename")
     sets = aero.get("ae_sets")
-    shape = read_planform(
-        file_of(path, " ".join(ae.values), ae.where), 1 if sets is None else int(sets.numbers(0, 1)[0])
-    )
+    shape = read_planform(ae.file(path), 1 if sets is None else int(sets.numbers(0, 1)[0]))
     reach = shape[-1, 0] / arc[-1]
     if not 0.98 < reach < 1.02:
         raise InputError(f"{ae.where}: the planform ends at {shape[-1, 0]:g} m, the blade is {arc[-1]:g} m long")
@@ -191,7 +230,7 @@ def _blade(
     x, y, z, twist = half_chord(grid)
     chord = np.interp(grid, s, shape[:, 1])
     group = int(shape[-1, 3])
-    polars = read_polars(file_of(path, " ".join(pc.values), pc.where), group)
+    polars = read_polars(pc.file(path), group)
     masters = [
         {
             "name": f"{name or 'airfoil'} {thickness:g} %",
@@ -219,11 +258,14 @@ def _blade(
     return {"aerodynamics": outer, "structure": structure, "source": body.name}, airfoils
 
 
-def _tower(body: Body, root: Block, notes: list[ImportNote]) -> dict[str, Any]:
+def _tower(body: Body, root: Block, treatment: Treatment, notes: list[ImportNote]) -> dict[str, Any]:
     height = -body.nodes[:, 2] + body.nodes[0, 2]
     if np.any(np.ptp(body.nodes[:, :2], axis=0) > 1e-6) or np.any(np.diff(height) <= 0.0) or body.axes[2, 2] > -0.999:
         raise UnsupportedError(f"{body.block.where}: the tower {body.name} is not upright and straight")
     span = body.span
+    lumps = {id(command): body.concentrated(command) for command in body.block.all("concentrated_mass")}
+    below = [c for c in body.block.all("concentrated_mass") if not lumps[id(c)].last]
+    treatment.say(below, "ignored", "a mass of the tower below its top is not modelled")
     mass, side, fore, torsion, axial = (
         A[:, i, i]
         for A, i in ((body.mass, 0), (body.stiffness, 4), (body.stiffness, 3), (body.stiffness, 5), (body.stiffness, 2))
@@ -236,7 +278,7 @@ def _tower(body: Body, root: Block, notes: list[ImportNote]) -> dict[str, Any]:
         "torsion_stiffness": torsion,
         "axial_stiffness": axial,
         "base_height": float(body.origin[2] - body.nodes[0, 2]),
-        "top_mass": sum(lump.mass for lump in body.lumps() if lump.last),
+        "top_mass": sum(lump.mass for lump in lumps.values() if lump.last),
         "source": body.name,
     }
     # x to the left, y downwind; the ratio of the first mode of the tower alone
@@ -246,11 +288,13 @@ def _tower(body: Body, root: Block, notes: list[ImportNote]) -> dict[str, Any]:
     }
     data["damping"]["torsion"] = data["damping"]["fore_aft"]
     what = ", ".join(f"{name} {100 * ratio:.3g} %" for name, ratio in data["damping"].items())
+    if max(data["damping"].values()) > OVERDAMPED:
+        # a mode this stiff follows its load at once, whatever its damping
+        data["damping"] = {name: min(ratio, OVERDAMPED) for name, ratio in data["damping"].items()}
+        what += f", at most {100 * OVERDAMPED:g} % here"
     notes.append(ImportNote("approximated", body.block.where, "damping", f"{what}: ratios of the tower alone"))
-    elements = [b for b in root.find("aerodrag").within("aerodrag_element") if _is(b, body.name)]
+    elements = [b for b in root.find("aerodrag").within("aerodrag_element") if is_about(b, body.name)]
     rows = np.array([c.numbers(0, 3) for b in elements for c in b.all("sec")])
-    if len(rows):
-        data["drag_coefficient"] = float(np.mean(rows[:, 1]))
     radii = [
         c.numbers(0, 2) for b in root.find("wind").blocks if b.name.startswith("tower_shadow") for c in b.all("radius")
     ]
@@ -262,12 +306,11 @@ def _tower(body: Body, root: Block, notes: list[ImportNote]) -> dict[str, Any]:
     else:
         data["diameter"] = np.sqrt(8.0 * fore / mass) / STEEL_SPEED
         notes.append(ImportNote("approximated", body.block.where, "tower without radii", "steel tube of its EI / m"))
+    if len(rows):
+        # the drag of the tower: its widths need not be our diameters
+        area = np.interp(span, np.abs(rows[:, 0]), rows[:, 1] * rows[:, 2])
+        data["drag_coefficient"] = float(np.trapezoid(area, span) / np.trapezoid(data["diameter"], span))
     return data
-
-
-def _is(element: Block, name: str) -> bool:
-    command = element.get("mbdy_name", "body_name")
-    return command is not None and command.values[:1] == (name,)
 
 
 def _rotating(parts: Parts, count: int, drive: dict[str, Any], notes: list[ImportNote]) -> dict[str, Any]:
@@ -282,10 +325,17 @@ def _rotating(parts: Parts, count: int, drive: dict[str, Any], notes: list[Impor
         return float(down @ lump.inertia @ down + lump.mass * (arm @ arm - (arm @ down) ** 2))
 
     # the generator's rotor is the largest inertia that is not on the hub
+    rigid = compliance[-1] * RIGID_TORSION <= 1.0
+
+    def reached(lump: Lump) -> float:
+        """Compliance up to a mass; a rigid shaft carries it where its centre is, whatever the node."""
+        along = grid[-1] - float((lump.position - apex) @ down) if rigid else lump.span
+        return float(np.interp(along, grid, compliance))
+
     inner = [lump for lump in lumps if not lump.last]
-    generator = float(np.interp(max(inner, key=about_shaft).span, grid, compliance)) if inner else 0.0
+    generator = reached(max(inner, key=about_shaft)) if inner else 0.0
     bound = generator + BOUND * (compliance[-1] - generator)
-    side = [lump.last or float(np.interp(lump.span, grid, compliance)) > bound for lump in lumps]
+    side = [lump.last or reached(lump) > bound for lump in lumps]
     with_hub = [lump for lump, there in zip(lumps, side, strict=True) if there]
     with_generator = [lump for lump, there in zip(lumps, side, strict=True) if not there]
     arms = [lump for body in parts.hub for lump in body.lumps()]
@@ -341,7 +391,7 @@ def _options(aero: Block, wind: Block, structure: Block, parts: Parts, turbine: 
     locked = ["generator"] if held else []
     if turbine.drivetrain.stiffness >= RIGID_TORSION:
         locked.append("drivetrain")
-    influence = {0: "none", 2: "eames"}.get(int(wind.value("tower_shadow_method", 0.0)), "potential")
+    influence = {0: "none", 2: "eames", 4: "eames"}.get(int(wind.value("tower_shadow_method", 0.0)), "potential")
     return {
         "locked": tuple(locked),
         "wake": "momentum" if aero.value("induction_method", 1.0) else "none",

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.core.files import text_of
+from meltemi_exchange.hawc2.htc import lines_of
 from meltemi_exchange.openfast.text import number
 
 Float = NDArray[np.float64]
@@ -36,7 +36,7 @@ def read_subset(path: Path, group: int, subset: int, full: bool) -> Float:
     Raises:
       InputError: the file has no such subset, or it is incomplete.
     """
-    lines = text_of(path).splitlines()
+    lines = lines_of(path)
     width = FULL_COLUMNS if full else COLUMNS
     groups = {_index(line, path, i): i for i, line in enumerate(lines) if line.lstrip().startswith("#")}
     if group not in groups:
@@ -129,7 +129,7 @@ def read_planform(path: Path, group: int) -> Float:
     Raises:
       InputError: with file and line.
     """
-    lines = text_of(path).splitlines()
+    lines = lines_of(path)
     at = 1
     for i in range(1, group + 1):
         words = lines[at].split() if at < len(lines) else []
@@ -148,7 +148,7 @@ def read_polars(path: Path, group: int) -> list[tuple[float, str, Float]]:
     Raises:
       InputError: with file and line.
     """
-    lines = text_of(path).splitlines()
+    lines = lines_of(path)
 
     def header(i: int, count: int) -> list[str]:
         words = lines[i].split() if i < len(lines) else []

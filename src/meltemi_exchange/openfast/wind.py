@@ -118,5 +118,4 @@ def _box(file: InputFile, v: Values) -> dict[str, Any] | None:
     except InputError as error:
         v.note("ignored", "box_u", f"specify a wind file for the run: {error}")
         return None
-    wind["grid"] |= {"direction": v["direction"]} if v.given("direction", 0.0) else {}
-    return wind
+    return wind | ({"direction": v["direction"]} if v.given("direction", 0.0) else {})
