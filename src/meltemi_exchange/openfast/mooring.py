@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi_exchange.openfast.text import InputFile, number, split
 
@@ -22,14 +24,22 @@ TYPES = {
 POINTS = {"kind": ("type", "attachment"), "x": ("x",), "y": ("y",), "z": ("z",)}
 FREE = {"mass": ("m",), "volume": ("v",), "drag_area": ("cda",), "added_mass": ("ca",)}
 PULLED = {"fx": ("fx",), "fy": ("fy",), "fz": ("fz",)}
-LINES = {"type": ("linetype",), "length": ("unstrlen",), "a": ("attacha", "nodeanch"), "b": ("attachb", "nodefair")}
+LINES = {
+    "type": ("linetype",),
+    "length": ("unstrlen",),
+    "a": ("attacha", "nodeanch"),
+    "b": ("attachb", "nodefair"),
+    "segments": ("numsegs",),
+}
 """Columns by the names that the three programs give them."""
+SEGMENTS = 4, 400
+"""Least and most segments of a line; all lines have those of the one with the most."""
 BED_FRICTION = ("mu_kT", "mu_kA")
 """Options of MoorDyn 2: friction of all lines on the bed, across and along."""
 
 
 def read_mooring(file: InputFile, depth: float) -> dict[str, Any]:
-    """Mooring lines (``lines``), and the free points where they meet (``points``).
+    """Mooring lines (``lines``), the free points where they meet (``points``), and MoorDyn's ``segments``.
 
     Args:
       depth: [m] of the water, for anchors at "depth".
@@ -81,7 +91,12 @@ def read_mooring(file: InputFile, depth: float) -> dict[str, Any]:
     turns = next((split(line)[1:] for line in file.lines if line.split()[:1] == ["repeat"]), [])
     found = [(lines, free), *(_turned(lines, free, _number(file, text), f"_{text}") for text in turns)]
     every = {name: point for _, each in found for name, point in each.items()}
-    return {"lines": [line for each, _ in found for line in each]} | ({"points": every} if every else {})
+    segments = [_number(file, row["segments"]) for row in rows if "segments" in row]
+    return {
+        "lines": [line for each, _ in found for line in each],
+        **({"points": every} if every else {}),
+        **({"segments": int(np.clip(max(segments), *SEGMENTS))} if segments else {}),
+    }
 
 
 ENDS = {
