@@ -423,6 +423,11 @@ class FloaterPart(Part):
         names = tuple(f"radiation {part} {i + 1}" for part in ("real", "imaginary") for i in range(n))
         return (StateRows("radiation", "d_radiation", names, ("m",) * (2 * n)),)
 
+    def notices(self, channels: Sequence[Channel]) -> list[str]:
+        """What recorded tensions of static lines lack."""
+        tensions = any(channel.source[0] == "line_load" for channel in channels)
+        return [self.platform.tension_warning] if tensions and self.platform.tension_warning else []
+
     def why(self, case: Any) -> str:
         """The platform turns over, or nothing."""
         if float(case.view("platform")["tilt"]) < pi:

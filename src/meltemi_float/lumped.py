@@ -22,7 +22,7 @@ from meltemi.maths.records import Record, Single
 from meltemi.maths.rotations import angular_velocity, rotation
 from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
 from meltemi.maths.vectors import cross, dot
-from meltemi.simulation.step import begin_parts_step
+from meltemi.simulation.step import ABSURD, begin_parts_step
 from meltemi_float.base import FloaterSystem
 from meltemi_float.catenary import span
 from meltemi_float.floater import FloaterPart, add_mass, line_pull, settle_junctions, settle_points, static_pull
@@ -35,6 +35,9 @@ BED_STIFFNESS, BED_DAMPING = 3e6, 3e5
 """[Pa/m], [Pa s/m] of the sea bed below a line, over its diameter; the defaults of MoorDyn."""
 CREEP = 0.01
 """[m/s] of a point on the bed, below which friction grows linearly."""
+LONGEST = 2.0
+"""Length of a segment over that without tension beyond which a line has diverged: a run ends."""
+BEGUN, DIVERGED = 1.0, 2.0
 RELAXATIONS, LONG_STEP = 200, 0.5
 """Steps without velocity [s] from the static shape of a continuous line to that of the points."""
 
@@ -49,7 +52,7 @@ class LinePoint(Table, axes="line node"):
 class LineState(Table, axes="line"):
     """Whether a line moves, and the first end of a string: at a junction that on the platform, else the anchor."""
 
-    begun: Numbers = number("-", "1 after the first step")
+    begun: Numbers = number("-", "1 after the first step, 2 once it diverges")
     start: Vectors = xyz("m", "state: place")
     start_velocity: Vectors = xyz("m/s", "state: velocity")
 
@@ -270,6 +273,7 @@ def hang(m: LumpedSystem) -> None:
 def lumped_begin(dt: float, m: LumpedSystem) -> None:
     """Lines follow their fairleads to the end of the step."""
     q, v, k, down, x = m.q, m.v, m.top_shape.modes - 6, Vec(0.0, 0.0, -m.structure.tower_base), m.line_state
+    s = m.line_point
     base, theta = Vec(q[k], q[k + 1], q[k + 2]) - down, Vec(q[k + 3], q[k + 4], q[k + 5])
     R, spin = rotation(theta), angular_velocity(theta, Vec(v[k + 3], v[k + 4], v[k + 5]))
     begun = 1.0
@@ -277,7 +281,7 @@ def lumped_begin(dt: float, m: LumpedSystem) -> None:
         if m.line_order.head[i] == NONE:
             m.line_end.upper[i] = base + R @ (down + m.line.fairlead[i])
         begun = x.begun[i]
-        x.begun[i] = 1.0
+        x.begun[i] = BEGUN
     if begun > 0.0:
         march(dt, THETA, m)
     else:
@@ -286,6 +290,10 @@ def lumped_begin(dt: float, m: LumpedSystem) -> None:
         if m.line_order.head[i] == NONE:
             speed = Vec(v[k], v[k + 1], v[k + 2]) + cross(spin, R @ (down + m.line.fairlead[i]))
             follow(i, begun, speed, m)
+            d, _ = last_segment(i, m)
+            size = sqrt(dot(d, d)) * s.nodes / m.line.length[i]
+            if pulls(i, m) and not size < LONGEST:  # not a number, too
+                x.begun[i], m.v[k + 4] = DIVERGED + 0.0 * size, 2.0 * ABSURD + 0.0 * size
 
 
 @kernel
@@ -373,6 +381,16 @@ class LumpedPart(FloaterPart):
         "line_point": LinePoint,
         "line_state": LineState,
     }
+
+    def why(self, case: Any) -> str:
+        """The platform turns over, a line diverges, or nothing."""
+        found = [i for i, begun in enumerate(case.view("line_state")["begun"]) if not begun <= BEGUN]
+        if (words := super().why(case)) or not found:
+            return words
+        return (
+            f"mooring line {found[0] + 1} diverges, with {self.platform.segments} segments: give it drag and a "
+            "damping_ratio, or fewer segments; a shorter time step helps, too (options.time_step)"
+        )
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:

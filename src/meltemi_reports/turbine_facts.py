@@ -59,6 +59,8 @@ def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
     weights.append(("tower top", f"{number((kg['rotor'] + kg['nacelle']) / 1e3)} t"))
     groups = [("Rotor", rotor), ("Operation", operation), ("Drivetrain", drive), ("Control", control)]
     groups.append(("Mass", weights))
+    if words := getattr(t.platform, "line_words", ""):
+        groups.append(("Mooring", [("lines", words)]))
     if frequencies := _frequencies(seen):
         groups.append(("Frequency at rest", frequencies))
     return groups

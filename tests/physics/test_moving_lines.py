@@ -267,3 +267,23 @@ def test_lines_that_hang_straight_down_hardly_pull() -> None:
     assert found["platform_surge"][-1] < found["platform_surge"][0]
     hanging = found["line_2_fairlead_tension"][0]
     assert 0.9e6 < hanging < 1.3e6  # the weight in water of the length above the bed
+
+
+def test_static_lines_have_less_fatigue() -> None:
+    """In a regular wave, what the sea does to the tension runs along the line: static ones have far less of it."""
+    sea = meltemi.environment.RegularSea(height=6.0, period=10.0)
+    tension, late = "line_2_fairlead_tension", slice(600, None)
+    moving, static = (run(100.0, line_model=kind, heave=-0.35, sea=sea) for kind in ("dynamic", "static"))
+    loads = [
+        meltemi.loads.damage_equivalent_load(each[tension][late], duration=40.0, slope=3.0) for each in (moving, static)
+    ]
+    assert loads[1] < 0.8 * loads[0]
+    assert any("static shapes" in words for words in static.warnings) and not moving.warnings
+
+
+def test_a_line_that_diverges_is_named() -> None:
+    """Nothing damps a line of 30 times the stiffness in a storm; the run ends, and says which line it is."""
+    line = {"stiffness": 1e11, "damping_ratio": 0.0, "drag": 0.0, "axial_drag": 0.0}
+    sea = meltemi.environment.IrregularSea(height=12.0, period=11.0)
+    with pytest.raises(meltemi.RunError, match=r"mooring line \d diverges, with 30 segments: give it drag"):
+        run(200.0, line=line, sea=sea, segments=30).raise_for_status()

@@ -238,6 +238,7 @@ def test_a_bridle_in_three_formats(tmp_path: Path, kind: str) -> None:
     assert (first["anchor"], second["anchor"], third["fairlead"]) == ("point4",) * 3
     assert first["fairlead"][2] == second["fairlead"][2] == -70.0 and third["anchor"][2] == -320.0
     assert {first["fairlead"][1], second["fairlead"][1]} == {0.0, 2.0}
+    assert found.get("segments") == (None if kind == "MAP++" else 20)
     assert (found["points"]["point4"]["mass"], found["points"]["point4"]["volume"]) == (500.0, 0.1)
     if kind == "MAP++":
         assert len(found["lines"]) == 9 and found["lines"][3]["anchor"] == "point4_120"

@@ -39,7 +39,7 @@ def test_the_platform_is_the_one_of_the_library(rosco_cases: Path) -> None:
     deck, library = deck_of(rosco_cases, "UMaineSemi"), meltemi.load_turbine("iea15mw-volturnus")
     found, expected = deck.turbine.platform, library.platform
     assert isinstance(found, Platform) and isinstance(expected, Platform)
-    names = {"volume", "coefficients", "members", "source", "line_model", "lines", "drift_directions"}
+    names = {"volume", "coefficients", "members", "source", "segments", "lines", "drift_directions"}
     assert unlike(found, expected) <= names
     assert all(unlike(a, b) <= {"strength"} for a, b in zip(found.lines, expected.lines, strict=True))
     assert found.volume == pytest.approx(expected.volume, rel=1e-8)

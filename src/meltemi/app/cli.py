@@ -203,6 +203,8 @@ def _show(result: Result, after: str) -> None:
     if result.log:
         happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
         print_table("Events", ["time s", "source", "what", "reason"], happened, text_columns=4)
+    if meta.get("lines"):
+        print(meta["lines"])
     print(
         f"{result.time[-1] if len(result.time) else 0.0:g} s simulated in {meta['run_seconds']:.2f} s: "
         f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "

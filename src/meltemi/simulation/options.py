@@ -100,10 +100,10 @@ class ModelOptions(Record):
     yaw: Literal["held", "free", "driven"] = "held"
     """The yaw bearing: held by its spring and damper, free, or driven by the controller's yaw rate."""
     nacelle_yaw: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] counter-clockwise from above: where the nacelle is held, or where a free or driven one starts."""
+    """[rad] counter-clockwise from above: where the nacelle is held, or a free or driven one starts."""
     drivetrain: Literal["two_mass", "quasi_static", "multibody"] = "two_mass"
     """Torsion of the drivetrain: one spring between rotor and generator; with the inertia of the gearbox's parts in
-    quasi-static motion; or with all their degrees of freedom. The latter two need ``drivetrain.gearbox``."""
+    quasi-static motion; or with all their degrees of freedom. The last two need ``drivetrain.gearbox``."""
 
     electrical: Literal["ideal", "averaged"] = "ideal"
     """Ideal generator, whose torque is the demand and whose power is torque times speed times an efficiency; or

@@ -101,6 +101,10 @@ class Part:
         """Inputs of linear models by name, for a case at an operating point."""
         return {}
 
+    def notices(self, channels: Sequence[Channel]) -> list[str]:
+        """Warnings about a run that records these channels."""
+        return []
+
     def why(self, case: Any) -> str:
         """Why it ended a run, or nothing."""
         return ""

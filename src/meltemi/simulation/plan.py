@@ -158,6 +158,7 @@ def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
         origin=run.origin,
     )
     changing = {"grid": run.grid, "environment.air": plan.model.environment.air}
+    noticed += [words for part in plan.model.parts for words in part.notices(plan.channels)]
     return wind, [*noticed, *unseen(wind, changing, run.duration, run.transient)]
 
 

@@ -11,6 +11,8 @@ import math
 import re
 from typing import Any, Literal
 
+import numpy as np
+
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi_exchange.openfast.text import InputFile, begins_with_number, check_header, is_content, number, split
 from meltemi_exchange.report import ImportNote, Kind
@@ -54,8 +56,11 @@ TYPES = {
 POINTS = {"kind": ("Attachment", "Type"), "x": ("X",), "y": ("Y",), "z": ("Z",)}
 FREE = {"mass": ("M",), "volume": ("V",), "drag_area": ("CdA",), "added_mass": ("Ca",)}
 PULLED = {"fx": ("FX",), "fy": ("FY",), "fz": ("FZ",)}
-LINES = {"type": ("LineType",), "length": ("UnstrLen",), "a": ("AttachA", "NodeAnch"), "b": ("AttachB", "NodeFair")}
+LINES = {"type": ("LineType",), "length": ("UnstrLen",), "a": ("AttachA", "NodeAnch"), "b": ("AttachB", "NodeFair"),
+         "segments": ("NumSegs",)}  # fmt: skip
 """Our names of the columns that are read."""
+SEGMENTS = 4, 400
+"""Least and most segments of a line; all lines have those of the one with the most."""
 BED_FRICTION = ("mu_kT", "mu_kA")
 """Options of MoorDyn 2: friction of all lines on the bed, across and along."""
 SEABED = ("DEPTH", "SEABED", "GROUND", "FLOOR")
@@ -65,7 +70,7 @@ SEABED = ("DEPTH", "SEABED", "GROUND", "FLOOR")
 def read_mooring(  # noqa: C901 - a branch for each thing that a line can be attached to
     file: InputFile, depth: float, notes: list[ImportNote], *, of_map: bool = False
 ) -> dict[str, Any]:
-    """Mooring lines (``lines``), and the free points where they meet (``points``).
+    """Mooring lines (``lines``), and the free points where they meet (``points``), and MoorDyn's ``segments``.
 
     Args:
       depth: [m] of the water, for anchors on the bed.
@@ -143,7 +148,12 @@ def read_mooring(  # noqa: C901 - a branch for each thing that a line can be att
     turns = next((split(line)[1:] for line in file.lines if line.lower().split()[:1] == ["repeat"]), [])
     found = [(lines, free), *(_turned(lines, free, _number(file, text), f"_{text}") for text in turns)]
     every = {name: point for _, each in found for name, point in each.items()}
-    return {"lines": [line for each, _ in found for line in each]} | ({"points": every} if every else {})
+    segments = [_number(file, row["segments"]) for row in rows if "segments" in row]
+    return {
+        "lines": [line for each, _ in found for line in each],
+        **({"points": every} if every else {}),
+        **({"segments": int(np.clip(max(segments), *SEGMENTS))} if segments else {}),
+    }
 
 
 ENDS = {

@@ -199,6 +199,7 @@ def plan_(
         campaign = options.campaign(turbine)
     planned = plan(campaign)
     _show(planned)
+    _warn(planned)
     folder_for(out)
     with simulation_bar("timing"):
         cost = finished_cost(planned, out) or timed_cost(planned)
@@ -313,7 +314,17 @@ def _planned(base: Path) -> Plan:
     from meltemi_loads.loadbase.campaign import read_campaign
     from meltemi_loads.loadbase.plan import plan
 
-    return plan(read_campaign(base))
+    found = plan(read_campaign(base))
+    _warn(found)
+    return found
+
+
+def _warn(plan: Plan) -> None:
+    """Say what the tensions of static mooring lines lack."""
+    from meltemi.turbine.library import load_turbine
+
+    if words := getattr(getattr(load_turbine(plan.campaign.turbine), "platform", None), "tension_warning", ""):
+        say(f"warning: {words}")
 
 
 def shard_of(text: str | None) -> tuple[int, int]:

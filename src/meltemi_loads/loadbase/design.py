@@ -168,11 +168,11 @@ def design_loads(
     roses = roses.join(rose_fatigue(fatigue.loads, interfaces, settings.slopes), how="outer") if len(roses) else roses
     energy, powers = energy_of(results, extremes, settings.availability)
     durations, duration_loads = durations_of(results)
-    coverage = coverage_of(results)
+    coverage, static = coverage_of(results), getattr(turbine.platform, "tension_warning", "")
     return DesignLoads(
         plan=plan,
         settings=settings,
-        notes=tuple(_notes(results, coverage, evaluation)),
+        notes=tuple(filter(None, [static, *_notes(results, coverage, evaluation)])),
         coverage=coverage,
         problems=problems_of(results),
         ultimate=matrix,
