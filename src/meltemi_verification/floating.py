@@ -7,7 +7,7 @@ iea15mw-volturnus. The rotor is parked with blades at 90 degrees without air, or
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import distribution
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,11 +21,9 @@ from meltemi.control.bladed.controller import BladedController
 from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
-from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
 from meltemi.environment.site import Environment
 from meltemi.io import read_openfast
-from meltemi.maths.algebra import Vec
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.postprocess.files.openfast import si_unit
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -155,7 +153,13 @@ def floating_run(case: str, duration: float, **changes: Any) -> Result:
     sea = None
     if waves is not None:
         frequency, amplitude, phase, direction = waves.T
-        sea = ComponentSea(frequency=frequency, amplitude=amplitude, phase=phase, direction=-float(direction[0]))
+        sea = ComponentSea(
+            frequency=frequency,
+            amplitude=amplitude,
+            phase=phase,
+            direction=-float(direction[0]),
+            stretching="none",
+        )
     surge, heave, pitch = (a + b for a, b in zip(REST, settings.offset[:3], strict=True))
     return simulate(
         floating_model(settings.drift, **changes),
@@ -176,30 +180,6 @@ def rosco_of(deck: str, turbine: Any, folder: Path) -> Controller:
     return BladedController(turbine, find_rosco(), settings, sample_time=CALL)
 
 
-def rosco_at(turbine: Any, folder: Path, step: float) -> Controller:
-    """ROSCO with the settings of the deck, which sees the nodding acceleration of the instant of its call.
-
-    Ours is that of the step [s] before. The undeflected tower is released with 0.42 rad/s^2, of which ROSCO's feedback
-    keeps the sum: half a call earlier is 0.05 rad of pitch, for 100 s.
-    """
-    library = rosco_of(DECK, turbine, folder)
-    assert library.fresh is not None
-    kept = library.fresh
-
-    def fresh() -> Controller:
-        own, last = kept(), []
-
-        def update(state: Any, m: Measurements, demands: Demands, dt: float) -> None:
-            x, y, z = m.nacelle_turning
-            last.append(y)
-            m.nacelle_turning = Vec(x, y + step / CALL * (y - last[-2 if len(last) > 1 else -1]), z)
-            own.update(state, m, demands, dt)
-
-        return replace(own, update=update)
-
-    return replace(library, fresh=fresh)
-
-
 def wind_run(case: str, duration: float, folder: Path | None) -> Result:
     """Our run of a case with wind, which for a box needs the folder of the reference runs, with its sea."""
     settings = (WINDS | TURBULENT)[case]
@@ -213,7 +193,7 @@ def wind_run(case: str, duration: float, folder: Path | None) -> Result:
     locked = ("drivetrain", "yaw", *(() if settings.rosco else ("generator",)))
     model = floating_model("none" if sea is None else "full", air=True, locked=locked)
     with TemporaryDirectory() as scratch:
-        rosco = rosco_at(model.turbine, Path(scratch), TIME_STEP) if settings.rosco else ConstantController()
+        rosco = rosco_of(DECK, model.turbine, Path(scratch)) if settings.rosco else ConstantController()
         return simulate(
             model, wind, duration=duration, sea=sea, controller=rosco, start=start, channels=WIND_CHANNELS,
             output_step=STEP,
@@ -228,7 +208,13 @@ def wind_and_sea(case: str, settings: Wind, folder: Path | None) -> tuple[Any, C
     _, frequency, _, amplitude, phase, direction = np.genfromtxt(
         folder / f"waves/{case}.csv", delimiter=",", skip_header=1
     ).T
-    sea = ComponentSea(frequency=frequency, amplitude=amplitude, phase=phase, direction=-np.radians(direction[0]))
+    sea = ComponentSea(
+        frequency=frequency,
+        amplitude=amplitude,
+        phase=phase,
+        direction=-np.radians(direction[0]),
+        stretching="none",
+    )
     return read_bts(folder / "wind" / settings.wind), sea
 
 

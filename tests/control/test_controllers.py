@@ -275,17 +275,53 @@ def test_measurements_agree_with_the_record(model: Model) -> None:
         (s.PITCH + 1, "pitch_2", 0),
         (s.YAW, "nacelle_yaw", 0),
         (s.POWER, "GenPwr", 0),
-        # loads, accelerations and wind are those of the step before
+        # loads and wind are those of the step before
         (s.OUT_OF_PLANE_MOMENT + 2, "RootMyc3", 1),
         (s.IN_PLANE_MOMENT, "RootMxc1", 1),
         (s.WIND_SPEED, "wind_x", 1),
-        (s.FORE_AFT_ACCELERATION, "YawBrTAxp", 1),
     ]
     for place, name, late in pairs:
         recorded = result[name][: len(seen) - late]
         scale = np.max(np.abs(recorded)) + 1e-9
         assert np.max(np.abs(seen[late:, place] - recorded)) < 1e-4 * scale, name
     assert np.all(seen[:, s.N_BLADES] == 3)
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_a_controller_sees_the_accelerations_of_the_instant_of_its_call(model: Model, every: int) -> None:
+    """(M-46) of what is recorded, from the undeflected start on, whose acceleration stands for the one before."""
+    calls: list[tuple[float, float, float]] = []
+
+    def watch(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        calls.append(
+            (
+                measurements.fore_aft_acceleration,
+                measurements.side_side_acceleration,
+                measurements.nacelle_turning.y,
+            )
+        )
+
+    law, step = Controller(watch, sample_time=every * 0.01), 0.01
+    start = Start(rotor_speed=1.2, generator_torque=3e4, coordinates={})
+    names = ["YawBrTAxp", "YawBrTAyp", "NcIMURAys"]
+    result = simulate(model, WIND, duration=2.0, controller=law, start=start, channels=names, output_step=step)
+    seen, now = np.array(calls), np.array([result[name] for name in names]).T
+    expected = np.concatenate([now[:1], now[:1], 2.0 * now[1:-1] - now[:-2]])[::every]
+    size = np.abs(now).max(axis=0)
+    assert np.all(np.abs(seen - expected)[1:] <= 1e-9 * size)
+    late = np.abs(now[every - 1 : -1 : every] - now[every::every])[1:].mean(axis=0)
+    assert np.all(np.abs(seen[1:] - now[every::every])[1:].mean(axis=0) < 0.4 * late)
+
+
+def test_feedback_of_motion_does_not_depend_on_the_output(model: Model) -> None:
+    """Its acceleration is that of each call, not of the last record."""
+    gains = {"control.pitch.motion_gain": 0.02, "control.pitch.motion_frequency": 0.5}
+    fed, start = meltemi.build(model.turbine.replace(**gains)), Start(rotor_speed=1.267, pitch=0.15, coordinates={})
+    fine, coarse = (
+        simulate(fed, SteadyWind(speed=14.0), duration=2.0, start=start, channels=["pitch_1"], output_step=step)
+        for step in (0.05, 0.5)
+    )
+    assert np.array_equal(fine["pitch_1"][::10], coarse["pitch_1"]) and np.ptp(fine["pitch_1"]) > 1e-3
 
 
 def test_baseline_holds_the_speed_above_rated(model: Model) -> None:

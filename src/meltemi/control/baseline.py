@@ -247,6 +247,6 @@ def BaselineController(turbine: AnyTurbine, *, sample_time: float | None = None,
         init=lambda start: start_state(law, start, smoothing),
         sample_time=sample_time,
         name="baseline",
-        uses_loads=False,
+        uses_loads=law.pitch.motion_gain != 0.0,
         state_names=tuple(BaselineState.names),
     )

@@ -326,7 +326,7 @@ def LoadController(
         init=init,
         sample_time=sample_time,
         name=name,
-        uses_loads=bool(settings.loops),
+        uses_loads=bool(settings.loops) or turbine.control.pitch.motion_gain != 0.0,
         state_names=LoadControlState.names_of(template.array) if settings.preview is None else (),
         warnings=lambda x: limit_warnings(LoadControlState(x)),
     )

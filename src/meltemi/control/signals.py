@@ -18,7 +18,7 @@ from meltemi.maths.tables import Numbers, Table, blades, flaps, number, xyz
 
 
 class Measurements(Table):
-    """What the turbine's sensors give. Loads and accelerations are those of the previous time step."""
+    """What the turbine's sensors give at an instant; loads are those of the time step before."""
 
     time: float = number("s", "simulation time")
     generator_speed: float = number("rad/s", "generator speed")

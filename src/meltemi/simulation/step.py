@@ -4,7 +4,7 @@
 coefficient as in ``simulation/disk``. ``advance`` marches either: at each instant, in this order,
 
 1. events that are due;
-2. sample: measurements from the state (with the extrapolated velocity) and the last loads, through the sensors;
+2. sample: measurements from the state (with extrapolated velocity and acceleration) and the last loads, by the sensors;
 3. control, at its sample instants: demands;
 4. actuators: their motion under the previous demands; ideal ones follow the new demands without lag; parts of the
    drive, such as converters, over the following step, whose mean torque acts at this instant;
@@ -293,7 +293,7 @@ def surroundings(t: float, c: Control, m: AnySystem) -> None:
 
 @kernel
 def sample(t: float, c: Control, m: AnySystem) -> None:
-    """Measure at time ``t``: motion of this instant, loads of the last one."""
+    """Measure at time ``t``: motion of this instant with its accelerations (M-46), loads of the last one."""
     x, n, drive, outside, chain = c.measured, shaft_row(m), c.drive, c.outside, c.chain
     x.time = t
     x.generator_speed = generator_speed(m)
@@ -314,12 +314,12 @@ def sample(t: float, c: Control, m: AnySystem) -> None:
     wind = c.summary.hub_wind
     x.wind_speed = sqrt(wind.x * wind.x + wind.y * wind.y)
     x.wind_direction = atan2(-wind.y, wind.x)
-    x.fore_aft_acceleration = chain.top_acceleration.x
-    x.side_side_acceleration = chain.top_acceleration.y
+    x.fore_aft_acceleration = chain.next_acceleration.x
+    x.side_side_acceleration = chain.next_acceleration.y
     x.rotor_power = c.summary.rotor_power
     x.hub_moment = chain.apex_moment
     x.yaw_bearing_moment = chain.yaw_moment
-    x.nacelle_turning = chain.nacelle_turning
+    x.nacelle_turning = chain.next_turning
     x.air_temperature = outside.air_temperature
     x.humidity = outside.humidity
     x.air_pressure = outside.air_pressure
@@ -360,10 +360,17 @@ def whole_machine(t: float, c: Control, m: AnySystem) -> None:
 def observe(t: float, c: Control, m: AnySystem, s: Outputs, everywhere: bool) -> None:
     """Section loads and summary after an evaluation; ``everywhere`` for outputs, else those that controllers need.
 
+    Controllers see the accelerations of the next instant (M-46), which need those of the step before.
+
     Args:
       m: node by node, not in lanes.
     """
+    chain, h = c.chain, c.settings.time_step
+    top, turning = chain.top_acceleration, chain.nacelle_turning
     section_loads(m, s, everywhere)
+    last = 1.0 if abs(t - h - c.summary.time) < 0.5 * h else 0.0  # not at the start, nor after steps without loads
+    chain.next_acceleration = chain.top_acceleration + last * (chain.top_acceleration - top)
+    chain.next_turning = chain.nacelle_turning + last * (chain.nacelle_turning - turning)
     whole_machine(t, c, m)
 
 

@@ -293,14 +293,7 @@ def natural_modes(
     moving = np.flatnonzero(inverse > 1e-12 * inverse[-1])[::-1]
     n, value = len(moving), 1.0 / inverse[moving]
     shape = (G @ y[:, moving] * np.sqrt(value)).T
-    return Modes(
-        mesh.z,
-        mesh.points,
-        shape.reshape(n, -1, 6),
-        np.diag(value),
-        np.eye(n),
-        shape @ alone @ shape.T,
-    )
+    return Modes(mesh.z, mesh.points, shape.reshape(n, -1, 6), np.diag(value), np.eye(n), shape @ alone @ shape.T)
 
 
 def residual_modes(mesh: Mesh, modes: Modes, loads: Float) -> Modes:

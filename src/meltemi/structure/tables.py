@@ -125,6 +125,8 @@ class MachineLoad(Table):
     top_rotation: Vec = xyz("rad", "rotation of the tower top")
     top_acceleration: Vec = xyz("m/s^2", "acceleration of the tower top, tower-top axes, without gravity")
     nacelle_turning: Vec = xyz("rad/s^2", "angular acceleration of the nacelle, shaft axes (not rotating)")
+    next_acceleration: Vec = xyz("m/s^2", "acceleration of the tower top, extrapolated to the next instant")
+    next_turning: Vec = xyz("rad/s^2", "angular acceleration of the nacelle, extrapolated to the next instant")
     rotor_acceleration: float = number("rad/s^2", "acceleration of the rotor about the shaft, relative to the nacelle")
     nacelle_force: Vec = xyz("N", "force at the yaw bearing on the tower, nacelle axes (yawing)")
     nacelle_moment: Vec = xyz("N m", "moment at the yaw bearing on the tower, nacelle axes (yawing)")

@@ -320,11 +320,7 @@ def _structure(turbine: Turbine, environment: Environment, options: ModelOptions
     v["top_mass"] = turbine.tower.top_mass
     v["shaft_height"], v["overhang"], v["tilt"] = n.shaft_height, n.overhang, n.tilt
     v["precone"], v["hub_radius"] = h.precone, h.radius
-    v["tip"] = (
-        0.0 if axis_x is None else axis_x[-1],
-        0.0 if axis_y is None else axis_y[-1],
-        turbine.rotor_radius,
-    )
+    v["tip"] = (0.0 if axis_x is None else axis_x[-1], 0.0 if axis_y is None else axis_y[-1], turbine.rotor_radius)
     v["hub_mass"], v["hub_centre"], v["hub_inertia"] = h.mass, h.mass_centre, h.inertia
     v["nacelle_mass"], v["nacelle_centre"] = n.mass, n.mass_centre
     x, y, _ = n.mass_centre
