@@ -14,7 +14,7 @@ from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
-from meltemi.simulation.energy import mechanical_energy
+from meltemi_verification.energy import mechanical_energy
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.rotors import build

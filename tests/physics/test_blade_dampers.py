@@ -14,7 +14,7 @@ from meltemi.core.errors import InputError
 from meltemi.environment import Environment
 from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
-from meltemi.simulation.energy import mechanical_energy
+from meltemi_verification.energy import mechanical_energy
 from meltemi.simulation.step import equations
 from meltemi.turbine import MassDamper
 from meltemi.turbine.exchange import BladeFrame, BladeMotion, Machine

@@ -16,7 +16,7 @@ from meltemi.control import signals as s
 from meltemi.maths.tables import View
 from meltemi.simulation.bladed.rotor import with_static_gears
 from meltemi.simulation.case import Case
-from meltemi.simulation.energy import mechanical_energy
+from meltemi_verification.energy import mechanical_energy
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation

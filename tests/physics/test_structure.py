@@ -169,7 +169,7 @@ def test_two_blades_are_symmetric_under_half_a_turn(turbine: Turbine) -> None:
 def energy_range(turbine: Turbine, blades: int, time_step: float, **more: Any) -> float:
     """Range of the total energy over that of the elastic energy, vibrating without air and damping."""
     from meltemi.simulation.case import Case
-    from meltemi.simulation.energy import mechanical_energy
+    from meltemi_verification.energy import mechanical_energy
 
     described = turbine.replace(
         n_blades=blades,

@@ -14,7 +14,8 @@ valid beyond, so with it a solution exists for every wind and rotor speed in -pi
 it there is a pole at phi = 0). Its g stays above zero there, so drag in C_y makes no pole and no second
 solution. Flow from behind and backward rotation are mirrored into that range.
 
-Reference: docs/theory/aerodynamics.md (A-5 to A-15); Ning (2014), Eqs. 5-14; Buhl (2005), Eq. 17.
+Reference: docs/theory/aerodynamics.md (A-5 to A-15, A-56 to A-58); Ning (2014), Eqs. 5-14; Buhl (2005), Eq. 17; Madsen
+et al. (2020).
 """
 
 from __future__ import annotations
@@ -50,6 +51,17 @@ LEAST_SKEW, MOST_SKEW = 0.02, 10.0
 """Range of the tangent of the skew angle; below, the flow is axial to 2e-4."""
 STILL = 1e-3
 """[m/s] below which the air counts as still."""
+MADSEN = 2
+"""Value of ``AeroOptions.high_induction``."""
+K1, K2, K3 = 0.2460, 0.0586, 0.0883
+"""a = K1 C + K2 C^2 + K3 C^3 at the thrust coefficient C (Madsen et al. 2020)."""
+TURNED = 0.7710083186826041
+"""1 / sqrt(C) where a = 1, so that no air passes."""
+TURNED_SLOPE = 1.0 + (K1 + (3.0 * K2 + 5.0 * K3 / TURNED**2) / TURNED**2) / TURNED**2
+MADSEN_STEPS = 5
+"""Newton steps of Madsen's balance: to rounding, from the guess."""
+LEAST_PASSAGE = 0.5
+"""Least flow through the annulus over that of the thrust, below all of a < 0.75, with Madsen's polynomial (A-58)."""
 
 
 class Strip(NamedTuple):
@@ -62,6 +74,7 @@ class Strip(NamedTuple):
       tip_number, hub_number: of Prandtl's loss factor.
       polar: index of the polar.
       skew: tangent of the angle between wind and shaft, for Glauert's momentum in skewed flow.
+      lean: cosine of the angle between the strip's normal and the shaft, for Madsen's momentum.
     """
 
     vx: float
@@ -72,6 +85,7 @@ class Strip(NamedTuple):
     hub_number: float
     polar: int
     skew: float
+    lean: float
 
 
 class Onset(NamedTuple):
@@ -159,6 +173,20 @@ def cylinder_axial(s: float, kappa: float, added: float, along: float) -> float:
 
 
 @kernel
+def madsen_axial(s: float, kappa: float) -> float:
+    """s / (1 - a) of Madsen's polynomial, 1 - s/y = K1 C + K2 C^2 + K3 C^3 with C = 4 kappa / y^2, by Newton (A-57)."""
+    scale = 2.0 * sqrt(max(kappa, TINY * TINY))
+    t = max(s, 0.0) / scale
+    y = 0.5 * (t + sqrt(t * t + 4.0 * TURNED * TURNED))
+    for _ in range(MADSEN_STEPS):
+        c = 1.0 / (y * y)
+        y -= (y - (K1 + (K2 + K3 * c) * c) / y - t) / (1.0 + (K1 + (3.0 * K2 + 5.0 * K3 * c) * c) * c)
+    # reversed flow along the tangent; a propeller by momentum theory
+    turned = max(scale * y + min(s, 0.0) / TURNED_SLOPE, TINY)
+    return where(kappa > 0.0, turned, where(s > 0.0, s + kappa / max(s, TINY), TINY))
+
+
+@kernel
 def balance(phi: float, strip: Strip, onset: Onset, m: Air) -> Balance:
     """The momentum balance at ``phi`` (A-6 to A-12)."""
     s, c = sin(phi), cos(phi)
@@ -188,6 +216,13 @@ def balance(phi: float, strip: Strip, onset: Onset, m: Air) -> Balance:
     flow = where(heavy, kappa / where(abs(added) > TINY, added, TINY), through)
     flow = max(flow, max(LEAST_FLOW * abs(s), TINY))
     axial = where(heavy, high, s + kappa / flow)
+    if m.aero_options.high_induction == MADSEN:
+        # momentum along the shaft; the blades' torque without loss factor, from the air that passes
+        kappa *= strip.lean * strip.lean
+        axial = madsen_axial(s, kappa)
+        flow = max(s, LEAST_PASSAGE * max(kappa, 0.0) / max(axial - s, TINY))
+        flow = max(flow, max(LEAST_FLOW * abs(s), TINY))
+        q *= F * strip.lean
     cy = lift * s - m.aero.tangential_drag * cd * c
     # air that turns back under blades that push it on does not exist: there the balance is left open
     tangential = c - q * where(s > 0.0, cy, min(cy, 0.0)) / flow

@@ -21,7 +21,7 @@ from math import acos, atan2, pi, sqrt, tan
 
 from meltemi.aero import inflow, stall, tower_flow
 from meltemi.aero.air import Air
-from meltemi.aero.bem import LEAST_SKEW, MOST_SKEW, STILL, Strip, induction
+from meltemi.aero.bem import LEAST_SKEW, MADSEN, MOST_SKEW, STILL, Strip, induction
 from meltemi.aero.flaps import equivalent_angle, flap_increment
 from meltemi.aero.polars import Coefficients, ramp, wrap
 from meltemi.aero.stall.section import CAMBER
@@ -130,6 +130,7 @@ def quasi_steady(m: Air) -> None:
     curved = 0.5 if options.stall != stall.STATIC and options.stall_rotation == CAMBER else 0.0
     skew = min(max(abs(tan(rotor.skew)), LEAST_SKEW), MOST_SKEW)
     for b in range(flow.blades):
+        cp, sp, shaft = m.frame.cos_pitch[b], m.frame.sin_pitch[b], m.frame.shaft[b]
         for n in range(flow.nodes):
             a, ap, residual = 0.0, 0.0, 0.0
             if options.wake == 1:
@@ -140,6 +141,10 @@ def quasi_steady(m: Air) -> None:
                 # so is that of flaps, at the angle of attack where the solver begins
                 guess = memory.phi[b, n] + memory.change[b, n]
                 _, bent = flapped(guess - theta, m, b, n)
+                lean = 1.0
+                if options.high_induction == MADSEN:
+                    cb = flow.cos_bend[b, n]
+                    lean = cb * (cp * shaft.x + sp * shaft.y) - flow.sin_bend[b, n] * shaft.z
                 strip = Strip(
                     vx,
                     vy,
@@ -149,6 +154,7 @@ def quasi_steady(m: Air) -> None:
                     nodes.hub_number[b, n],
                     g,
                     skew,
+                    lean,
                 )
                 solution = induction(guess, memory.slope[b, n], strip, m)
                 memory.change[b, n] = solution.phi - memory.phi[b, n]

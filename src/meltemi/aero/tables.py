@@ -36,7 +36,7 @@ class AeroOptions(Table, title="aerodynamic options", integer=True):
     """Options of the model, selected at run time."""
 
     wake: int = number("-", "0: no induction, 1: blade-element momentum")
-    high_induction: int = number("-", "0: momentum theory throughout, 1: Buhl")
+    high_induction: int = number("-", "0: momentum theory throughout, 1: Buhl, 2: Madsen's polynomial")
     skew: int = number("-", "0: none, 1: Glauert's redistribution")
     inflow: int = number("-", "model: 0: quasi-steady, 1: constant time, 2: time from wind and induction")
     stall: int = number("-", "model: 0: static polars, 1: Hansen-Gaunaa-Madsen")

@@ -41,8 +41,9 @@ BEDDOES = StallConstants(a1=0.3, a2=0.7, b1=0.14, b2=0.53, pressure_lag=1.7, sep
 class AdvancedOptions(Record):
     """Options for comparisons with other codes and for studies of convergence; load calculations need none of them."""
 
-    high_induction: Literal["buhl", "none"] = "buhl"
-    """Correction of momentum theory for heavily loaded rotors."""
+    high_induction: Literal["buhl", "none", "madsen"] = "buhl"
+    """Correction of momentum theory for heavily loaded rotors: Buhl's parabola, none, or, in place of momentum theory,
+    the polynomial of Madsen et al. (2020) for the momentum along the shaft, as in HAWC2."""
     stall_fit: Literal["hansen", "openfast"] = "hansen"
     """Degree of attachment and fully separated lift from the polar: as the model's authors define them, so that
     the static lift is recovered exactly, or as in OpenFAST 5."""
@@ -172,4 +173,6 @@ class ModelOptions(Record):
                 raise ValueError(f"blade_nodes must be between 5 and 200, found {self.blade_nodes}")
         elif not 5 <= len(self.blade_nodes) <= 200:
             raise ValueError(f"blade_nodes: from 5 to 200 positions are needed, found {len(self.blade_nodes)}")
+        if self.advanced.high_induction == "madsen" and self.skew_momentum != "axial":
+            raise ValueError(f"high_induction madsen needs skew_momentum axial, found {self.skew_momentum}")
         return self

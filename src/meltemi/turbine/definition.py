@@ -466,6 +466,8 @@ class Tower(Record):
     """(S,) [N m^2]; without it the tower is rigid in torsion."""
     axial_stiffness: Vector | None = None
     """(S,) [N]; without it the tower is rigid axially."""
+    shear_stiffness: Vector | None = None
+    """(S,) [N] of the section (k G A); without it the tower is rigid in shear."""
     diameter: Vector
     """(S,) [m] outer diameter."""
     drag_coefficient: float = Field(default=1.0, ge=0.0)
@@ -487,7 +489,7 @@ class Tower(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         n = len(stations(self.position, "position"))
-        names = "mass fore_aft_stiffness side_side_stiffness torsion_stiffness axial_stiffness diameter"
+        names = "mass fore_aft_stiffness side_side_stiffness torsion_stiffness axial_stiffness shear_stiffness diameter"
         per_station(self, names, n)
         positive(self, names)
         if abs(self.position[0]) > 1e-6:

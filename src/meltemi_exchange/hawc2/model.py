@@ -23,7 +23,7 @@ from meltemi_exchange.hawc2.bodies import INERTIAL, Body, Lump, read_bodies, rot
 from meltemi_exchange.hawc2.control import read_control
 from meltemi_exchange.hawc2.htc import Block, Treatment, notes_on, read_htc
 from meltemi_exchange.hawc2.roles import assign_roles, is_about, other_blades
-from meltemi_exchange.hawc2.sections import read_planform, read_polars
+from meltemi_exchange.hawc2.sections import at_elastic_centre, read_planform, read_polars
 from meltemi_exchange.hawc2.start import read_start
 from meltemi_exchange.hawc2.wind import read_wind
 from meltemi_exchange.openfast.deck import LEAST_YAW_FREQUENCY
@@ -205,14 +205,18 @@ def _blade(
         x, y, z, twist = (np.interp(s, arc, nodes[:, k]) for k in range(4))
         return y, -x, z, -np.radians(twist)
 
+    # the beam runs through the elastic centres
+    stiffness, mass, centre = at_elastic_centre(body.stiffness, body.mass)
     x, y, z, twist = half_chord(body.span)
+    c, s = np.cos(twist), np.sin(twist)
+    flap, edge = centre[:, 1], -centre[:, 0]
     structure = {
         "position": z,
         "twist": twist,
-        "axis_x": x,
-        "axis_y": y,
-        "stiffness_matrix": SECTION @ body.stiffness @ SECTION.T,
-        "mass_matrix": SECTION @ body.mass @ SECTION.T,
+        "axis_x": x + c * flap + s * edge,
+        "axis_y": y - s * flap + c * edge,
+        "stiffness_matrix": SECTION @ stiffness @ SECTION.T,
+        "mass_matrix": SECTION @ mass @ SECTION.T,
         # the factors belong to deflections along x, along y and to torsion
         "damping_time": dict(zip(("edge", "flap", "torsion"), body.damping[3:], strict=True)),
     }
@@ -254,6 +258,8 @@ def _blade(
         # a quarter chord ahead of the half chord
         "centre_x": x - 0.25 * chord * np.sin(twist),
         "centre_y": y - 0.25 * chord * np.cos(twist),
+        # sections are normal to the line of the half chords
+        "cant": np.arctan(np.gradient(x, z)),
     }
     return {"aerodynamics": outer, "structure": structure, "source": body.name}, airfoils
 
@@ -277,6 +283,7 @@ def _tower(body: Body, root: Block, treatment: Treatment, notes: list[ImportNote
         "side_side_stiffness": side,
         "torsion_stiffness": torsion,
         "axial_stiffness": axial,
+        "shear_stiffness": 0.5 * (body.stiffness[:, 0, 0] + body.stiffness[:, 1, 1]),
         "base_height": float(body.origin[2] - body.nodes[0, 2]),
         "top_mass": sum(lump.mass for lump in lumps.values() if lump.last),
         "source": body.name,
@@ -359,7 +366,9 @@ def _rotating(parts: Parts, count: int, drive: dict[str, Any], notes: list[Impor
     J = np.zeros((3, 3))
     for lump in fixed:
         arm = lump.position - parts.top - centre
-        own = lump.inertia - (0.0 if lump in still else 1.0) * about_shaft(lump) * np.outer(down, down)
+        own = lump.inertia - (0.0 if any(lump is one for one in still) else 1.0) * about_shaft(lump) * np.outer(
+            down, down
+        )
         J += own + lump.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     tilt = math.asin(-float(down[2]))
     overhang = float(-(apex - parts.top)[0] / math.cos(tilt))
@@ -388,16 +397,21 @@ def _rotating(parts: Parts, count: int, drive: dict[str, Any], notes: list[Impor
 def _options(aero: Block, wind: Block, structure: Block, parts: Parts, turbine: Turbine) -> dict[str, Any]:
     """Degrees of freedom and models as in HAWC2, with our own where it has no equal."""
     held = structure.block("constraint").within("bearing3")
-    locked = ["generator"] if held else []
+    # a shaft at a given speed; without a bearing for the yaw the nacelle is fixed to the tower
+    locked = ["yaw"] + (["generator"] if held else [])
     if turbine.drivetrain.stiffness >= RIGID_TORSION:
         locked.append("drivetrain")
     influence = {0: "none", 2: "eames", 4: "eames"}.get(int(wind.value("tower_shadow_method", 0.0)), "potential")
     return {
         "locked": tuple(locked),
+        "tower_torsion_modes": 1,
         "wake": "momentum" if aero.value("induction_method", 1.0) else "none",
         "tip_loss": bool(aero.value("tiploss_method", 1.0)),
         "hub_loss": False,
+        "axial_drag": True,
+        "tangential_drag": True,
         "stall": "hansen" if aero.value("dynstall_method", 0.0) else "static",
         "tower_influence": influence,
         "tower_drag": turbine.tower.drag_coefficient > 0.0,
+        "advanced": {"high_induction": "madsen"},
     }

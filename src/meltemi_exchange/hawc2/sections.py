@@ -101,6 +101,17 @@ def section_matrices(rows: Float) -> tuple[Float, Float]:
     return K, _congruent(_to_point(xg, yg, zero), J)
 
 
+def at_elastic_centre(K: Float, M: Float) -> tuple[Float, Float, Float]:
+    """Stiffness and mass, moved from the origin to the elastic centre, and its position (S-71).
+
+    Returns:
+      (S, 6, 6), (S, 6, 6) matrices there; (S, 2) [m] x and y of the point whose axial force does not bend the section.
+    """
+    x, y = -K[:, 2, 4] / K[:, 2, 2], K[:, 2, 3] / K[:, 2, 2]
+    A = _to_point(-x, -y, 0.0 * x)
+    return _congruent(A, K), _congruent(A, M), np.stack([x, y], axis=-1)
+
+
 def _to_point(x: Float, y: Float, angle: Float) -> Float:
     """(S, 6, 6) strains, or velocities, at points in axes turned by angles, from those at the origin."""
     c, s, zero = np.cos(angle), np.sin(angle), 0.0 * x

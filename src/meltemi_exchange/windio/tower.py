@@ -113,7 +113,9 @@ def read_tower(tree: Tree) -> dict[str, Any]:
         }
         if tree.get(f"{K}.K33") is not None:
             content["axial_stiffness"] = tree.at(K, grid, "K33")
-        elif walls is not None:
+        if tree.get(f"{K}.K11") is not None and tree.get(f"{K}.K22") is not None:
+            content["shear_stiffness"] = 0.5 * (tree.at(K, grid, "K11") + tree.at(K, grid, "K22"))
+        if "axial_stiffness" not in content and walls is not None:
             content["axial_stiffness"] = np.interp(height, walls.height, walls.axial)
             tree.note("approximated", f"{K}.K33", "axial stiffness", "from the walls")
         tree.note("used", elastic, "mass and stiffness of the tower")

@@ -85,7 +85,7 @@ def _tube(reference: Tower, stretch: float, diameter: float, length: float) -> d
     content = reference.content()
     multiply(content, "position", stretch)
     multiply(content, "diameter", diameter)
-    multiply(content, "mass axial_stiffness", diameter**2)
+    multiply(content, "mass axial_stiffness shear_stiffness", diameter**2)
     multiply(content, "fore_aft_stiffness side_side_stiffness torsion_stiffness", diameter**4)
     multiply(content, "base_height", length)
     return content

@@ -69,7 +69,7 @@ def aero_options(options: ModelOptions) -> NDArray[np.int64]:
     array, advanced = np.zeros(len(AeroOptions), dtype=np.int64), options.advanced
     chosen = {
         "wake": ("none", "momentum").index(options.wake),
-        "high_induction": ("none", "buhl").index(advanced.high_induction),
+        "high_induction": ("none", "buhl", "madsen").index(advanced.high_induction),
         "skew": ("none", "glauert").index(options.skew),
         "inflow": number(variants.InflowModel, options.inflow),
         "stall": number(variants.StallModel, options.stall),
