@@ -1,9 +1,9 @@
 """Potential-flow coefficients of one rigid body from a dataset of Capytaine (netCDF).
 
-Its time is e^{-i w t}, its forces are those of the water in SI units about the centre of rotation of its motions, and
-its stiffness contains the weight, which is taken out here.
+Its time is e^{-i w t}, its forces are those of the water in SI units about the centre of rotation of its motions, which
+is any point, and its stiffness contains the weight. Here they are about the platform's point, without the weight.
 
-Reference: docs/theory/floating.md (W-37); Capytaine 3.0, user manual, "Outputs".
+Reference: docs/theory/floating.md (W-37, W-43, W-44); Capytaine 3.0, user manual, "Outputs".
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import read_hdf5
 from meltemi.turbine.definition import BaseMotion
-from meltemi_float.potential import Coefficients
+from meltemi_float.potential import Coefficients, about_still_water, tilt_stiffness
 
 if TYPE_CHECKING:
     import h5py
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 MOTIONS = get_args(BaseMotion)
 NEEDED = (
     "omega wave_direction influenced_dof radiating_dof added_mass radiation_damping diffraction_force "
-    "Froude_Krylov_force hydrostatic_stiffness rho g center_of_mass disp_mass"
+    "Froude_Krylov_force hydrostatic_stiffness inertia_matrix rho g center_of_mass disp_mass rotation_center"
 ).split()
 
 
@@ -41,8 +41,8 @@ def read_capytaine(path: Path) -> Coefficients:
 def _coefficients(content: h5py.File, path: Path) -> Coefficients:
     if missing := [name for name in NEEDED if name not in content]:
         raise InputError(
-            f"{path}: no {', '.join(missing)}; a dataset of Capytaine 3 has them for a body with center_of_mass and "
-            "hydrostatic_stiffness (compute_hydrostatic_stiffness)"
+            f"{path}: no {', '.join(missing)}; a dataset of Capytaine 3 has them for a body with motions of "
+            "rigid_body_dofs and a center_of_mass (fill_dataset with hydrostatics=True)"
         )
     w, rho, g = np.asarray(content["omega"]), float(content["rho"][()]), float(content["g"][()])
     places = {axis: _motions(content[axis], path) for axis in ("influenced_dof", "radiating_dof")}
@@ -70,12 +70,12 @@ def _coefficients(content: h5py.File, path: Path) -> Coefficients:
     heading = np.degrees(np.asarray(content["wave_direction"]))
     along = np.argsort(heading)
     excitation = ((real - 1j * imaginary) / (rho * g))[finite][:, along]
-    C = array("hydrostatic_stiffness", "influenced_dof", "radiating_dof") / (rho * g)
-    x, y, z = float(content["disp_mass"][()]) / rho * np.asarray(content["center_of_mass"])
-    C[3, 3], C[4, 4], C[3, 5], C[4, 5] = C[3, 3] + z, C[4, 4] + z, C[3, 5] - x, C[4, 5] - y
-    return Coefficients(
-        w[finite], added[finite], damping[finite], added[limit[0]], heading[along], excitation, np.asarray(C)
-    )
+    motions = ("influenced_dof", "radiating_dof")
+    C, mass = array("hydrostatic_stiffness", *motions) / (rho * g), float(array("inertia_matrix", *motions)[0, 0])
+    centre, R = np.asarray(content["center_of_mass"]), np.asarray(content["rotation_center"])
+    water = C - tilt_stiffness(centre - R, -mass / rho)  # a body's own mass need not be that of the water displaced
+    found = Coefficients(w[finite], added[finite], damping[finite], added[limit[0]], heading[along], excitation, water)
+    return about_still_water(found, R, float(content["disp_mass"][()]) / rho)
 
 
 def _motions(names: Any, path: Path) -> list[int]:

@@ -46,6 +46,7 @@ from meltemi_float.base import (
     turned_tower_loads,
 )
 from meltemi_float.coefficients import read_coefficients
+from meltemi_float.consistency import check_coefficients
 from meltemi_float.members import flow_at, pieces, with_members
 from meltemi_float.mooring import (
     INNER,
@@ -498,6 +499,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     """
     platform: Platform = turbine.platform
     potential = read_coefficients(platform.coefficients) if platform.coefficients else None
+    if potential is not None:
+        check_coefficients(potential, platform, f"{turbine.name}: platform.coefficients")
     c = with_members(potential, platform.members, platform.depth, GRAVITY)
     check_balance(turbine, c)
     radiation, rho = fit_radiation(c), platform.water_density

@@ -1,11 +1,11 @@
 """Potential-flow coefficients of a platform.
 
-Reference: docs/theory/floating.md (W-1, W-2).
+Reference: docs/theory/floating.md (W-1, W-2, W-43, W-44).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,3 +45,28 @@ class Coefficients:
     sums_frequency: Float = field(default_factory=lambda: NONE)
     sums: Complex = field(default_factory=lambda: NO_FORCE)
     sums_heading: Float = field(default_factory=lambda: NONE)
+
+
+def tilt_stiffness(place: Float, force: float) -> Float:
+    """(6, 6) stiffness of a vertical force at a place (3,) of the body, about the body's point (W-44)."""
+    x, y, z = place
+    C = np.zeros((6, 6))
+    C[3, 3], C[4, 4], C[3, 5], C[4, 5] = force * z, force * z, -force * x, -force * y
+    return C
+
+
+def about_still_water(c: Coefficients, centre: Float, volume: float) -> Coefficients:
+    """Coefficients of first order about the origin, from those about another point of the body (W-43, W-44).
+
+    Args:
+      c: without forces of second order.
+      centre: (3,) [m] of rotation of the motions of ``c``.
+      volume: [m^3] of the water displaced.
+    """
+    T = np.eye(6)
+    T[:3, 3:] = np.cross(np.eye(3), centre).T
+    added, damping, infinite, C = (T.T @ each @ T for each in (c.added_mass, c.damping, c.infinite, c.hydrostatic))
+    stiffness = C + tilt_stiffness(centre, volume)
+    return replace(
+        c, added_mass=added, damping=damping, infinite=infinite, excitation=c.excitation @ T, hydrostatic=stiffness
+    )

@@ -14,7 +14,6 @@ from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
-from meltemi_verification.energy import mechanical_energy
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.rotors import build
@@ -26,6 +25,7 @@ from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
+from meltemi_verification.energy import mechanical_energy
 from meltemi_verification.table import Comparison, Row, relative
 
 Float = NDArray[np.float64]

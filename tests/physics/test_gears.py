@@ -16,7 +16,6 @@ from meltemi.control import signals as s
 from meltemi.maths.tables import View
 from meltemi.simulation.bladed.rotor import with_static_gears
 from meltemi.simulation.case import Case
-from meltemi_verification.energy import mechanical_energy
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
@@ -25,6 +24,7 @@ from meltemi.simulation.vibrations import time_step
 from meltemi.structure.gear_train import gear_train, reduced
 from meltemi.structure.tables import GearModes, StructureParameters
 from meltemi_verification.closed_form import NO_DAMPING
+from meltemi_verification.energy import mechanical_energy
 
 Float = NDArray[np.float64]
 GEAR_LOADS = [

@@ -77,9 +77,11 @@ def test_high_induction_correction_raises_thrust_of_a_heavily_loaded_rotor(turbi
         meltemi.analysis.rotor_performance(turbine, [12.0], [-0.035], options=advanced(high_induction=kind)).thrust[
             0, 0
         ]
-        for kind in ("buhl", "none")
+        for kind in ("buhl", "none", "madsen")
     ]
     assert thrust[0] > thrust[1] + 0.02
+    assert thrust[2] > thrust[1] + 0.02
+    assert abs(thrust[2] - thrust[0]) > 1e-3
 
 
 def test_rotational_augmentation_raises_torque_and_thrust_in_stall(turbine: Turbine) -> None:

@@ -50,7 +50,9 @@ def strip_at(
     x: float, vx: float, vy: float, *, theta: float = 0.0, solidity: float = 0.05, polar: int = 0, blades: int = 3
 ) -> Strip:
     """A strip at relative radius x."""
-    return Strip(vx, vy, theta, solidity, blades * (1.0 - x) / (2.0 * x), blades * (x - HUB) / (2.0 * HUB), polar, 0.02)
+    return Strip(
+        vx, vy, theta, solidity, blades * (1.0 - x) / (2.0 * x), blades * (x - HUB) / (2.0 * HUB), polar, 0.02, 1.0
+    )
 
 
 def solve(
@@ -104,6 +106,42 @@ def test_every_guess_finds_the_same_solution(polars: tuple[Float, Float], drag: 
         found = [solve(strip, polars[0], phi=phi, drag=drag).a for phi in (-0.7, -0.2, -0.02, 0.1, 0.5, 1.5, 2.2)]
         assert np.ptp(found) < 1e-9, strip
         assert max(found) < 1.0
+
+
+def polynomial(thrust: float) -> float:
+    """Induction factor of HAWC2 (Madsen et al. 2020)."""
+    return 0.2460 * thrust + 0.0586 * thrust**2 + 0.0883 * thrust**3
+
+
+@pytest.mark.parametrize("s", [0.0, 1e-4, 0.03, 0.2, 0.7, 1.0])
+def test_madsens_balance_is_his_polynomial(s: float) -> None:
+    """Newton's steps end at rounding for every load; where all flow is turned the thrust coefficient is 1.682."""
+    for kappa in np.geomspace(1e-6, 3.0, 40):
+        y = bem.madsen_axial(s, kappa)
+        assert 1.0 - s / y == pytest.approx(polynomial(4.0 * kappa / y**2), abs=1e-12)
+    kappa = 0.02
+    turned = bem.madsen_axial(0.0, kappa)
+    assert 4.0 * kappa / turned**2 == pytest.approx(1.6822, abs=1e-4)
+    step = 1e-6
+    slopes = [(bem.madsen_axial(x, kappa) - turned) / x for x in (step, -step)]
+    assert slopes[0] == pytest.approx(slopes[1], rel=1e-4)
+
+
+def test_madsens_strip_takes_thrust_along_the_shaft_and_torque_without_loss(polars: tuple[Float, Float]) -> None:
+    """The solved strip has the polynomial's thrust, of n^2 of its force, and the angular momentum of 4 pi r g."""
+    for x, theta, lean in ((0.5, 0.1, 1.0), (0.95, 0.02, 1.0), (0.6, 0.08, 0.97), (0.8, 0.04, 0.9)):
+        strip = strip_at(x, 8.0, 8.0 * 7.5 * x, theta=theta, solidity=0.025 / x)._replace(lean=lean)
+        found = solve(strip, polars[0], buhl=bem.MADSEN)
+        assert abs(found.residual) < 1e-10
+        s, c = sin(found.phi), cos(found.phi)
+        table = polars[0][0, :, LIFT].ravel()
+        lift = float(np.interp(found.phi - theta, np.linspace(-pi, pi, len(table)), table))
+        F = loss_factor(strip.tip_number, strip.hub_number, s)
+        speed = (1.0 - found.a) / s
+        assert found.a == pytest.approx(polynomial(strip.solidity * lift * c * lean**2 * speed**2 / F), abs=1e-6)
+        assert found.a < 0.75  # the flow is that through the annulus
+        turned = strip.solidity * lift * s * lean * (1.0 + found.ap) / (4.0 * s * c)
+        assert found.ap == pytest.approx(turned, rel=1e-6)
 
 
 @pytest.mark.slow
@@ -268,7 +306,7 @@ CONSTANT_LIFT[0, :, LIFT] = 1.0
 
 def axial(solidity: float, phi: float, tip_number: float = 1e9, buhl: int = 1) -> float:
     """s / (1 - a) at an inflow angle for lift coefficient 1."""
-    strip = Strip(10.0, 50.0, 0.0, solidity, tip_number, 1e9, 0, 0.02)
+    strip = Strip(10.0, 50.0, 0.0, solidity, tip_number, 1e9, 0, 0.02, 1.0)
     return bem.balance(phi, strip, Onset(0.2, 0.98, 1.0, 1.0), seen(CONSTANT_LIFT, 0.0, 0.0, buhl)).axial
 
 

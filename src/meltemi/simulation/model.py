@@ -20,7 +20,6 @@ from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import ParameterTables, Part
 from meltemi.turbine.exchange import ActuatorModel
-from meltemi.turbine.representation import summary
 from meltemi.wind.fields import Wind
 
 if TYPE_CHECKING:
@@ -132,6 +131,7 @@ class Model(Brief, Viewed, Generic[R]):
     def card(self) -> Card:
         """Turbine, coordinates, options and environment."""
         from meltemi.core.representation import Card, Fold
+        from meltemi.turbine.key_figures import summary
 
         locked = int(self.locked.sum())
         facts = [

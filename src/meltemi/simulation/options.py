@@ -42,8 +42,7 @@ class AdvancedOptions(Record):
     """Options for comparisons with other codes and for studies of convergence; load calculations need none of them."""
 
     high_induction: Literal["buhl", "none", "madsen"] = "buhl"
-    """Correction of momentum theory for heavily loaded rotors: Buhl's parabola, none, or, in place of momentum theory,
-    the polynomial of Madsen et al. (2020) for the momentum along the shaft, as in HAWC2."""
+    """Momentum at high loads: Buhl's, uncorrected, or HAWC2's polynomial (Madsen 2020)."""
     stall_fit: Literal["hansen", "openfast"] = "hansen"
     """Degree of attachment and fully separated lift from the polar: as the model's authors define them, so that
     the static lift is recovered exactly, or as in OpenFAST 5."""
@@ -101,7 +100,7 @@ class ModelOptions(Record):
     yaw: Literal["held", "free", "driven"] = "held"
     """The yaw bearing: held by its spring and damper, free, or driven by the controller's yaw rate."""
     nacelle_yaw: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] counter-clockwise from above: where the nacelle is held, or a free or driven one starts."""
+    """[rad] of the nacelle at the start, counter-clockwise."""
     drivetrain: Literal["two_mass", "quasi_static", "multibody"] = "two_mass"
     """Torsion of the drivetrain: one spring between rotor and generator; with the inertia of the gearbox's parts in
     quasi-static motion; or with all their degrees of freedom. The last two need ``drivetrain.gearbox``."""

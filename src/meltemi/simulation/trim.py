@@ -17,13 +17,7 @@ import numpy as np
 from meltemi.control.baseline import parameters, steady_torque
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.operating_point import (
-    NotConverged,
-    OperatingPoint,
-    check_prescribed,
-    no_balance,
-    steady_wind,
-)
+from meltemi.simulation.operating_point import NotConverged, OperatingPoint, check_prescribed, no_balance, steady_wind
 from meltemi.simulation.orbit import FULL, NEARLY, PITCH_SCAN, Orbit
 from meltemi.wind.turbulent import AnyWind
 

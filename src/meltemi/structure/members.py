@@ -136,8 +136,9 @@ def tower_beam(tower: Tower) -> Beam:
         tower.torsion_stiffness,
         tower.axial_stiffness,
         tower.position[-1],
-        tower.shear_stiffness,
     )
+    if tower.shear_stiffness is not None:
+        K[:, 0, 0] = K[:, 1, 1] = tower.shear_stiffness
     # a thin tube: J_z = m r^2, J_x = J_y = m r^2 / 2
     tube = tower.mass * (0.5 * tower.diameter) ** 2
     M = section_mass(tower.mass, np.zeros((n, 3)), np.stack([0.5 * tube, 0.5 * tube, tube], axis=1))
@@ -145,18 +146,13 @@ def tower_beam(tower: Tower) -> Beam:
 
 
 def _diagonal_stiffness(
-    about_x: Float,
-    about_y: Float,
-    torsion: Float | None,
-    axial: Float | None,
-    length: float,
-    shear: Float | None = None,
+    about_x: Float, about_y: Float, torsion: Float | None, axial: Float | None, length: float
 ) -> Float:
     """(S, 6, 6) uncoupled section stiffness."""
     stiff = np.maximum(about_x, about_y).max()
     n = len(about_x)
     K = np.zeros((n, 6, 6))
-    K[:, 0, 0] = K[:, 1, 1] = RIGID_SHEAR * stiff / length**2 if shear is None else shear
+    K[:, 0, 0] = K[:, 1, 1] = RIGID_SHEAR * stiff / length**2
     K[:, 2, 2] = RIGID_STRETCH * stiff / length**2 if axial is None else axial
     K[:, 3, 3], K[:, 4, 4] = about_x, about_y
     K[:, 5, 5] = RIGID_TORSION * stiff if torsion is None else torsion

@@ -366,9 +366,7 @@ def _rotating(parts: Parts, count: int, drive: dict[str, Any], notes: list[Impor
     J = np.zeros((3, 3))
     for lump in fixed:
         arm = lump.position - parts.top - centre
-        own = lump.inertia - (0.0 if any(lump is one for one in still) else 1.0) * about_shaft(lump) * np.outer(
-            down, down
-        )
+        own = lump.inertia - (0.0 if lump in still else 1.0) * about_shaft(lump) * np.outer(down, down)
         J += own + lump.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     tilt = math.asin(-float(down[2]))
     overhang = float(-(apex - parts.top)[0] / math.cos(tilt))

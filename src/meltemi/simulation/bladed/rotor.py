@@ -9,15 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import (
-    AeroMemory,
-    AeroNode,
-    AeroParameters,
-    BladeFlow,
-    InflowState,
-    StallState,
-    TowerFlow,
-)
+from meltemi.aero.tables import AeroMemory, AeroNode, AeroParameters, BladeFlow, InflowState, StallState, TowerFlow
 from meltemi.core.errors import InputError
 from meltemi.maths.records import Record, members
 from meltemi.maths.tables import Table

@@ -1,0 +1,62 @@
+"""Coefficients whose own waves say that they are about another point, or have the weight."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi.core.errors import InputError
+from meltemi_float.coefficients import read_coefficients
+from meltemi_float.consistency import check_coefficients, force_height, long_wave_stiffness
+from meltemi_float.members import Member, with_members
+from meltemi_float.potential import about_still_water, tilt_stiffness
+from meltemi_sea.airy import wave_number
+
+FLOATERS = ["nrel5mw-spar", "iea15mw-volturnus", "iea22mw-semi"]
+
+
+@cache
+def floater(name: str) -> tuple[Any, Any]:
+    platform = meltemi.load_turbine(name).platform
+    return platform, read_coefficients(platform.coefficients)
+
+
+def test_long_waves_have_the_stiffness_of_members() -> None:
+    """Of a slender column off the axis: volume, tilt stiffness within the shares k D, k T that the limit leaves."""
+    member = Member(start=[4.0, 2.0, -30.0], end=[4.0, 2.0, 9.0], diameter=6.0, added_mass=1.0, pressure=1.0,
+                    plate_pressure=1.0)  # fmt: skip
+    c = with_members(None, [member], 200.0, 9.80665)
+    k = wave_number(c.frequency, 200.0, 9.80665)
+    volume, found, known = long_wave_stiffness(c, k[0])
+    assert volume == pytest.approx(30.0 * 9.0 * np.pi, rel=0.02)
+    assert found == pytest.approx(known, rel=0.02)
+    depth = force_height(c, k)
+    assert depth is not None and -1.0 / 0.2 < depth < 0.0
+
+
+@pytest.mark.parametrize("name", FLOATERS)
+def test_a_centre_of_rotation_under_water_is_refused(name: str) -> None:
+    platform, c = floater(name)
+    check_coefficients(c, platform, name)
+    k = wave_number(c.frequency, platform.depth, 9.80665)
+    sunk = about_still_water(c, -platform.centre, platform.volume)
+    heights = [force_height(each, k) for each in (c, sunk)]
+    assert heights[1] == pytest.approx(heights[0] - platform.centre[2])  # type: ignore[operator]
+    with pytest.raises(InputError, match="short waves act .* m above the point of the moments"):
+        check_coefficients(sunk, platform, name)
+
+
+@pytest.mark.parametrize("name", FLOATERS[:2])
+def test_a_stiffness_with_the_weight_is_refused(name: str) -> None:
+    """As of a file .hst that Capytaine exports. The long waves of the third have another volume than its platform."""
+    platform, c = floater(name)
+    volume, found, known = long_wave_stiffness(c, float(wave_number(c.frequency, platform.depth, 9.80665)[0]))
+    assert volume == pytest.approx(platform.volume, rel=0.03) and found == pytest.approx(known, rel=0.04)
+    heavy = c.hydrostatic + tilt_stiffness(platform.centre, -platform.mass / platform.water_density)
+    with pytest.raises(InputError, match=r"the platform's weight adds .* give the water alone in \.hst"):
+        check_coefficients(replace(c, hydrostatic=heavy), platform, name)
