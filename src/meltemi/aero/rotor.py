@@ -143,8 +143,7 @@ def quasi_steady(m: Air) -> None:
                 _, bent = flapped(guess - theta, m, b, n)
                 lean = 1.0
                 if options.high_induction == MADSEN:
-                    cb = flow.cos_bend[b, n]
-                    lean = cb * (cp * shaft.x + sp * shaft.y) - flow.sin_bend[b, n] * shaft.z
+                    lean = flow.cos_bend[b, n] * (cp * shaft.x + sp * shaft.y) - flow.sin_bend[b, n] * shaft.z
                 strip = Strip(
                     vx,
                     vy,

@@ -126,7 +126,7 @@ def run(
     ] = None,
     outb: Annotated[bool, typer.Option("--outb", help="Also write the result as OpenFAST's binary output.")] = False,
     seen: Annotated[bool, typer.Option("--view", help="Also write the turbine in three dimensions (HTML).")] = False,
-    save_state: Annotated[Path | None, typer.Option(help="Save the state at the end, for --continue (.npz).")] = None,
+    save_state: Annotated[Path | None, typer.Option(help="Save the state at the end, for --continue.")] = None,
     resume: Annotated[
         Path | None, typer.Option("--continue", help="Continue the same case from a saved state.")
     ] = None,
