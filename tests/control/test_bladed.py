@@ -96,7 +96,7 @@ def test_records_are_what_the_turbine_measures(make: Any, model: Model, tmp_path
 
 
 def test_moments_are_those_of_the_channels(model: Model) -> None:
-    """The measurements that the records brought, by OpenFAST's names: of the step before, accelerations of now (M-46)."""
+    """The measurements that the records brought, by OpenFAST's names: of the step before; accelerations of now."""
     seen: list[Any] = []
 
     def law(state: Any, m: Any, demands: Any, dt: float) -> None:
