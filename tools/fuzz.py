@@ -978,11 +978,10 @@ def _only_begin_what_is_long() -> None:
     from meltemi.app import docs, warmup
     from meltemi.controllers import schemes
     from meltemi.core.errors import RunError
-    from meltemi.report import wind_plots
     from meltemi.simulation import campbell, rotors, simulate
     from meltemi_papers import study
     from meltemi_papers.he2018 import duel
-    from meltemi_reports import inspection
+    from meltemi_reports import inspection, wind_plots
     from meltemi_studies import difference, flutter, observer, parked_modes
     from meltemi_tuning import compare
     from meltemi_verification import bench, verification

@@ -42,7 +42,6 @@ from meltemi.app.terminal import (
     suggest,
     wrote,
 )
-from meltemi.app.wind import wind
 from meltemi.controllers.names import controller_keys
 from meltemi.core.errors import InputError, MeltemiError
 
@@ -458,7 +457,6 @@ def power_curve(
     finish(failures, interrupted)
 
 
-app.command()(wind)
 app.command()(docs)
 
 

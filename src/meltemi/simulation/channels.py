@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from meltemi.core.errors import InputError, closest, did_you_mean
+from meltemi.core.errors import InputError, UnknownNameError, closest, did_you_mean
 from meltemi.core.units import display
 
 
@@ -162,7 +162,7 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
     """A channel by its name or one of OpenFAST's, irrespective of case.
 
     Raises:
-      InputError: unknown name; the message lists the closest names.
+      UnknownNameError: the message lists the closest names.
     """
     if not isinstance(name, str):
         raise InputError(f"channels have names, found {name!r}")
@@ -185,7 +185,7 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
         hint = "only a turbine in the sea has it, with turbine.support"
     if lower in {row[0] for row in _rows("electrical")}:
         hint = "channels of the electrical system need options.electrical: averaged"
-    raise InputError(f"no channel {name!r}: {hint}")
+    raise UnknownNameError(f"no channel {name!r}: {hint}")
 
 
 def _last_node(channels: dict[str, Channel]) -> int:
