@@ -26,6 +26,7 @@ from meltemi.app.options import (
     controller_of_options,
     is_case,
     sea_of_options,
+    wind_changed,
     wind_of_options,
     wind_options,
     with_options,
@@ -147,9 +148,11 @@ def run(
 
     own = {} if transient is None else {"transient": f"{transient:g}"}
     own |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
-    if own and written:
-        words = ", ".join(f"{key}: {value}" for key, value in own.items())
-        raise InputError(f"{path} is a case file, which defines its own run; set {words} in it")
+    changed = written and bool(own or options.given())
+    if changed and path.resolve() == (out / "case.yaml").resolve():
+        raise InputError(
+            f"{path} describes the results in {out}, and options change it; choose another folder with --out"
+        )
     case = case.replace(**own) if own else case
     from meltemi.simulation.simulate import Simulation, march
 
@@ -250,11 +253,28 @@ def _named(path: Path | None) -> Iterator[None]:
 
 
 def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
+    """The case of a file, with options overriding it."""
     from meltemi.loadcases.case import read_case
 
-    if given:
-        raise InputError(f"{path} is a case file, which defines its own run; remove {', '.join(given)}")
-    return read_case(path)
+    case = read_case(path)
+    if given.get("--start") == "deck":
+        raise InputError("--start deck: only available for OpenFAST decks (.fst)")
+    changes: dict[str, Any] = {"start": given["--start"]} if "--start" in given else {}
+    if given.keys() & {"--controller", "--controller-input"}:
+        changes["controller"] = controller_of_options(given)
+    return _changed(case, given, changes)
+
+
+def _changed(case: LoadCase, given: dict[str, Any], changes: dict[str, Any]) -> LoadCase:
+    """A case with the wind and the run that options name, and other changes."""
+    from meltemi.core.yamlfile import validated
+
+    changes |= _run_of_options(given)
+    if wind := wind_options(given):
+        changes["wind"] = wind_changed(wind, case.wind.model_dump(exclude_unset=True), type(case.wind).model_fields)
+    if not changes:
+        return case
+    return validated(case.model_dump(exclude_unset=True) | changes, type(case), "command line")
 
 
 def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
@@ -262,9 +282,7 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
 
     A controller library has the settings and the time step that the deck gives to its own.
     """
-    from meltemi.core.yamlfile import validated
     from meltemi.io import deck_case, read_deck
-    from meltemi.loadcases.case import LoadCase
 
     deck = read_deck(path)
     for title, head, rows in deck.tables():
@@ -277,10 +295,7 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
     if controller["kind"] == "bladed" and deck.library:
         controller |= {name: deck.library[name] for name in ("procedure", "individual_pitch")}
         controller["sample_time"] = deck.library["step"]
-    changes = _run_of_options(given) | {"controller": controller}
-    if wind := wind_options(given):
-        changes["wind"] = wind_of_options(wind, case.wind.model_dump())
-    return validated(case.model_dump(exclude_unset=True) | changes, LoadCase, "command line")
+    return _changed(case, given, {"controller": controller})
 
 
 def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:
