@@ -199,7 +199,7 @@ def _show(result: Result, after: str) -> None:
 
     meta = result.meta
     if result.sampled:
-        print_table(f"{meta['turbine']}: {meta['wind']}{after}", *statistics_rows(result), text_columns=3)
+        print_table(f"{result.title}{after}", *statistics_rows(result), text_columns=3)
         print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades, 3 for mooring lines, 4 for other loads")
         print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
     if result.log:
@@ -235,7 +235,7 @@ def _after_run(case: LoadCase, folder: Path, out: Path) -> tuple[object, ...]:
     if Path(case.turbine).suffix == ".fst":
         return ("import", folder / case.turbine, "--out", out)
     turbine = folder / case.turbine if (folder / case.turbine).is_file() else case.turbine
-    if case.wind.kind != "steady":
+    if case.wind.kind != "steady" or not case.wind.speed:
         return ("power-curve", turbine, "--out", out)
     wind = ("--wind-speed", f"{case.wind.speed:g}", "--turbulence", 0.14)
     return ("run", turbine, *wind, "--duration", 660, "--transient", 60, "--view", "--out", f"{out}-turbulent")

@@ -80,6 +80,12 @@ class Result(Shown, Viewed, Mapping[str, Float]):
         return [channel.name for channel in self.channels]
 
     @property
+    def title(self) -> str:
+        """Turbine, wind and sea of the run."""
+        surroundings = ", ".join(filter(None, (self.meta.get("wind"), self.meta.get("waves"))))
+        return ": ".join(filter(None, (self.meta.get("turbine"), surroundings)))
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the run and its controller, such as demands that were at their limits for most of it."""
         return tuple(self.meta.get("warnings", ()))

@@ -39,10 +39,9 @@ def labelled(result: Result) -> tuple[dict[str, Variable], dict[str, object]]:
             "openfast_name": channel.alias,
         }
         variables[channel.name] = ("time",), series, about
-    told = [str(result.meta[name]) for name in ("turbine", "wind") if name in result.meta]
     return variables, {
         "Conventions": CONVENTIONS,
-        "title": ", ".join(told) or "time series of a wind turbine",
+        "title": result.title or "time series of a wind turbine",
         "source": f"meltemi {result.meta.get('meltemi', '')}".strip(),
         "status": int(result.status),
         "status_name": result.status.name,
@@ -85,8 +84,7 @@ def card(result: Result) -> Card:
         sections.append(Fold(f"{len(log)} events", log, ["time s", "source", "what", "reason"]))
     origin = [(k.replace("_", " "), str(v)) for k, v in result.meta.items() if isinstance(v, str | int | float)]
     sections.append(Fold("Origin", origin, note=f"meltemi {result.meta.get('meltemi', '')}"))
-    lead = ", ".join(str(result.meta[name]) for name in ("turbine", "wind") if name in result.meta)
-    return Card("Result", lead, facts, sections if result.meta else sections[:-1])
+    return Card("Result", result.title, facts, sections if result.meta else sections[:-1])
 
 
 def channel_rows(result: Result) -> list[list[str]]:

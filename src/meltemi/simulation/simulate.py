@@ -514,6 +514,7 @@ def describe(run: Simulation) -> dict[str, Any]:
         "wind": wind.label,
         "wind_hash": wind.content_hash(),
         "sea": getattr(run.sea, "content", dict)() or None,
+        "waves": getattr(run.sea, "label", None),
         "lines": getattr(getattr(model.turbine, "platform", None), "line_words", None),
         "controller": run.controller.name,
         "controller_state_hash": run.controller_hash,
