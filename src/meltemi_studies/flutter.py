@@ -62,9 +62,9 @@ class StabilityLimit:
     Attributes:
       rotor_speed: [rad/s] at which the damping of the first mode vanishes.
       frequency: [rad/s] of this mode in the fixed frame; 0 for divergence, which does not oscillate.
-      blade_frequency: [rad/s] of it in the rotating blades, of the sense of whirl with most of the strain energy of
-        flapwise bending and torsion.
-      label: the coordinate with most of its strain energy.
+      blade_frequency: [rad/s] of it in the rotating blades, of the sense of whirl with most of the energy of flapwise
+        bending and torsion.
+      label: the coordinate with most of its energy.
       mode: the mode, a little above the limit.
     """
 
@@ -85,7 +85,7 @@ class Flutter(Brief):
       labels: names of the modes.
       frequency: (modes, n) [rad/s], undamped; NaN where a mode does not oscillate or there is no steady motion.
       damping: (modes, n) ratio to critical.
-      least: (n,) smallest damping of the blade modes, those with most of their strain energy in the blades.
+      least: (n,) smallest damping of the blade modes, those with most of their energy in the blades.
       limit: lowest speed at which a blade mode is unstable, or None; that of the first point if it is unstable.
       failures: reasons for missing speeds, by rotor speed: no steady motion, or an instability of this speed alone.
     """

@@ -29,11 +29,6 @@ from meltemi.simulation.trim import operating_point
 
 Float = NDArray[np.float64]
 
-ENERGY = 4.0
-"""Weight of the energy of a coordinate in the score of its name, over that of similarity: more than the similarities of
-two modes that exchange names, where one coordinate holds half of either."""
-RIVAL = 0.5
-"""Smallest energy of a coordinate after which a mode is named, over that of the coordinate with most of it."""
 STEADY_SHARE = 0.3
 """Fraction of the computing time of an operating point that steady operation takes, for the progress bar."""
 LEAST = 0.02
@@ -264,9 +259,8 @@ def follow(found: Sequence[Sequence[Mode]], order: Sequence[int], turning: bool 
 
     At each operating point every mode has at most one name and every name at most one mode.
 
-    A mode gets the name of a coordinate that holds most of its energy, or at least half as much as that one; among
-    several the one whose mode at the previous point is similar. There are as many names as coordinates; the remaining
-    modes are not structural.
+    A name goes to a mode by its share of the mode's energy, up to doubled by the similarity to the mode of that name at
+    the previous point (M-30). There are as many names as coordinates; the remaining modes are not structural.
 
     Args:
       found: modes at each operating point.
@@ -280,12 +274,10 @@ def follow(found: Sequence[Sequence[Mode]], order: Sequence[int], turning: bool 
     for i in order:
         score = np.zeros((len(found[i]), len(names)))
         for k, mode in enumerate(found[i]):
-            shares = participation(mode, turning)
-            for j, name in enumerate(names):
+            for name, share in participation(mode, turning).items():
                 # The first point has no predecessor; there, lower damping distinguishes the structure from the wake.
                 alike = similarity(last[name], mode) if name in last else 1.0 - mode.damping
-                if (share := shares.get(name, 0.0)) and share >= RIVAL * max(shares.values()):
-                    score[k, j] = ENERGY * share + alike
+                score[k, names.index(name)] = share * (1.0 + alike)
         for k, j in zip(*linear_sum_assignment(-score), strict=True):
             if score[k, j] > 0.0:
                 curves[names[j]][i] = last[names[j]] = found[i][k]

@@ -58,7 +58,8 @@ class Mode:
     def name(self) -> str:
         """Name by the coordinate with most of the energy: ``1st tower fore-aft``, ``1st flap backward whirl``.
 
-        Modes of a rotor at standstill, whose blades move alike, may share one; :func:`campbell` has names by energy.
+        Modes that share the energy of a coordinate, such as those of blades at standstill, may have the same name;
+        those of :func:`campbell` differ.
         """
         amplitude = dict(zip(self.coordinates, self.shape, strict=True))
         largest = self.coordinates[int(np.argmax(self.energy))]
