@@ -13,12 +13,12 @@ from meltemi.simulation.modes import Mode, eigenmodes
 RNG = np.random.default_rng(5)
 HERTZ = 2.0 * np.pi
 BASE = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-# [s] periods of surge, heave, pitch and yaw: Jonkman (2010), Allen et al. (2020), table of the page on floating turbines
 PERIODS = {
     "nrel5mw-spar": (125.7, 31.2, 29.8, 8.3),
     "iea15mw-volturnus": (130.2, 20.1, 28.7, 85.7),
     "iea22mw-semi": (110.4, 18.0, 28.8, 88.7),
 }
+"""[s] periods of surge, heave, pitch and yaw, of the page on floating turbines."""
 TOWER = {"nrel5mw-spar": (0.46, 0.47), "iea15mw-volturnus": (0.50, 0.58), "iea22mw-semi": (0.29, 0.30)}
 """[Hz] first tower modes at rest, side-side and fore-aft."""
 
@@ -41,7 +41,7 @@ def test_shares_are_those_of_kinetic_and_potential_energy() -> None:
 
 
 def test_names_do_not_depend_on_the_units_of_a_coordinate() -> None:
-    """A heavy body on springs, in metres and radians, and in millimetres and degrees; damped, with gyroscopic forces."""
+    """In metres and radians, in millimetres and degrees; damped, with gyroscopic forces."""
     names = ("base surge", "base pitch", "tower 1st fore-aft", "1st flap collective")
     M, K = symmetric(4), np.diag([0.1, 0.4, 20.0, 50.0])
     gyroscopic = RNG.normal(size=(4, 4))
@@ -124,12 +124,12 @@ def test_springs_of_soil_leave_the_names_of_a_tower() -> None:
     turbine = meltemi.load_turbine("nrel5mw")
     stiffness = np.diag([2e9, 2e9, 4e10, 6e11, 6e11, 2e11])
     options = meltemi.ModelOptions(fore_aft_modes=3, side_side_modes=3)
-    labels = []
+    labels, lowest = [], []
     for changes in ({}, {"foundation": {"stiffness": stiffness, "mass": 1e6}}):
         diagram = campbell(meltemi.build(turbine.replace(**changes), options), rotor_speeds=[0.0, 1.0], air=False)
         assert len(set(diagram.labels)) == len(diagram.labels)
         labels.append(diagram.labels)
-        lowest = diagram.frequency[:2, 0] / HERTZ
+        lowest.append(diagram.frequency[:2, 0])
     assert set(labels[0]) == set(labels[1])
     assert labels[1][:2] == ("1st tower side-side", "1st tower fore-aft")
-    assert np.all(lowest < 0.315)  # 0.32 Hz on rigid ground
+    assert np.all(lowest[1] < 0.99 * lowest[0])
