@@ -10,7 +10,6 @@ import meltemi
 from meltemi.simulation.campbell import campbell, follow, participation
 from meltemi.simulation.modes import Mode, eigenmodes
 
-RNG = np.random.default_rng(5)
 HERTZ = 2.0 * np.pi
 BASE = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 PERIODS = {
@@ -24,14 +23,14 @@ TOWER = {"nrel5mw-spar": (0.46, 0.47), "iea15mw-volturnus": (0.50, 0.58), "iea22
 
 
 def symmetric(n: int) -> NDArray[np.float64]:
-    square = RNG.normal(size=(n, n))
+    square = np.random.default_rng(n).normal(size=(n, n))
     return square @ square.T + n * np.eye(n)
 
 
 def test_shares_are_those_of_kinetic_and_potential_energy() -> None:
     """(M-47): without damping, phi_i (M phi)_i and phi_i (K phi)_i over their sums of magnitudes."""
     M, K = symmetric(5), np.diag([1.0, 4.0, 9.0, 16.0, 25.0]) + 0.1 * symmetric(5)
-    modes = eigenmodes(-np.linalg.solve(M, K), np.zeros((5, 5)), tuple("abcde"))
+    modes = eigenmodes(np.asarray(-np.linalg.solve(M, K), dtype=float), np.zeros((5, 5)), tuple("abcde"))
     assert len(modes) == 5
     for mode in modes:
         phi = mode.shape.real
@@ -44,12 +43,13 @@ def test_names_do_not_depend_on_the_units_of_a_coordinate() -> None:
     """In metres and radians, in millimetres and degrees; damped, with gyroscopic forces."""
     names = ("base surge", "base pitch", "tower 1st fore-aft", "1st flap collective")
     M, K = symmetric(4), np.diag([0.1, 0.4, 20.0, 50.0])
-    gyroscopic = RNG.normal(size=(4, 4))
+    gyroscopic = np.random.default_rng(5).normal(size=(4, 4))
     C = 0.02 * K + 0.3 * (gyroscopic - gyroscopic.T)
     scale = np.array([1e3, 180.0 / np.pi, 1.0, 1e-2])
     found = []
     for s in (np.ones(4), scale):
-        stiffness, damping = (-np.linalg.solve(M, matrix) * np.outer(s, 1.0 / s) for matrix in (K, C))
+        units = np.outer(s, 1.0 / s)
+        stiffness, damping = (np.asarray(-np.linalg.solve(M, X) * units, dtype=float) for X in (K, C))
         found.append(eigenmodes(stiffness, damping, names))
     assert len(found[0]) == 4
     assert len({int(np.argmax(np.abs(mode.shape))) for mode in found[1]}) == 1  # amplitudes tell nothing
