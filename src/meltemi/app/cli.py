@@ -531,10 +531,12 @@ def campbell(
         for i in shown
         for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
     ]
-    rows = [[label, *(number(float(v[j])) for _, v in columns)] for j, label in enumerate(diagram.labels)]
+    # shown once, where the mode is found first
+    energy = [next(filter(None, (diagram.participation(label, i, 2) for i in shown)), "") for label in diagram.labels]
+    rows = [[label, *(number(float(v[j])) for _, v in columns), energy[j]] for j, label in enumerate(diagram.labels)]
     print_table(
         f"{described.name}: modes {'with air' if diagram.air else 'in vacuum'}",
-        ["mode", *(n for n, _ in columns)],
+        ["mode", *(n for n, _ in columns), "energy"],
         rows,
         all_rows=campbell_rows(diagram),
     )
