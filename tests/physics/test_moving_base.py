@@ -124,6 +124,6 @@ def test_a_start_names_motions_of_a_platform_as_their_channels(turbine: Turbine)
     )
     assert begun.data[0] == pytest.approx([-0.2, 0.01])
     with pytest.raises(InputError, match="no coordinate 'platform_ptich'"):
-        simulate(model, 0.0, duration=0.02, start=Start(coordinates={"platform_ptich": 0.1}))
+        simulate(model, 0.0, duration=0.1, start=Start(coordinates={"platform_ptich": 0.1}))
     with pytest.raises(InputError, match="add undeflected: true"):
         case.replace(start={"coordinates": {"platform_pitch": 0.01}})
