@@ -194,11 +194,13 @@ def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Fl
     return found
 
 
-def displaced(members: list[dict[str, Any]]) -> float:
-    """[m^3] of water that members displace at rest."""
+def displaced(members: list[dict[str, Any]]) -> tuple[float, tuple[float, float]]:
+    """[m^3] of water that members displace at rest, and x, y [m] of its centre."""
     from meltemi_float.members import Member, at_rest
 
-    return at_rest([Member.model_validate(each) for each in members])[0]
+    volume, centre, _ = at_rest([Member.model_validate(each) for each in members])
+    x, y = (round(float(c), 9) + 0.0 for c in centre[:2])
+    return volume, (x, y)
 
 
 def with_ballast(body: list[float], file: InputFile, v: Values) -> list[float]:
@@ -207,13 +209,14 @@ def with_ballast(body: list[float], file: InputFile, v: Values) -> list[float]:
     Raises:
       InputError: the table of filled members is not one.
     """
-    count = int(v.given("fills", 0))
-    if not count:
+    entry = file.find("NFillGroups")
+    count = 0 if entry is None else file.count(entry)
+    if entry is None or not count:
         return body
     members, places, sections = _geometry(file, v.notes)
     number_of = {int(i): k for k, i in enumerate(members["id"])}
     parts = [(body[0], np.array(body[1:4]), np.diag(body[4:]))]
-    for line, words in file.rows(file.require(["NFillGroups"], "of lines"), count)[1]:
+    for line, words in file.rows(entry, count)[1]:
         n = int(number(words[0]) or 0) if words else 0
         which = [number_of.get(int(number(w) or 0)) for w in words[1 : n + 1]]
         if len(words) < n + 3 or not which or None in which:
