@@ -15,6 +15,7 @@ import meltemi_exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi_exchange.openfast.members import (
     COEFFICIENTS,
+    by_depth,
     diffracts,
     displaced,
     hydro_table,
@@ -221,11 +222,10 @@ class Water:
             simple, large = simple_coefficients(file, self.notes)
             water = dict(simple)
         elif model == 2:
-            names = {"z": "Dpth"} | {n: f"Dpth{c}" for n, c in COEFFICIENTS.items()}
-            table = self.table("NCoefDpth", columns.BY_DEPTH, names)
+            table = by_depth(file, self.notes)
             large = diffracts(file, file.require(["NCoefDpth", "NCoefDpthCyl"], "of lines"))
             order = np.argsort(table["z"])
-            water = {k: np.interp(height, table["z"][order], table[k][order]) for k in names if k != "z"}
+            water = {k: np.interp(height, table["z"][order], table[k][order]) for k in COEFFICIENTS}
         else:
             raise UnsupportedError(f"{file.path}: MCoefMod {model}: coefficients are read by depth or for all (2, 1)")
         if large or v.given("diffraction_radius", 0.0) > 0.0:
