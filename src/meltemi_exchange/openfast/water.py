@@ -115,8 +115,7 @@ class Water:
         if v.given("current", 0) == 1:
             found["current"] = self._current(direction, parts)
         else:
-            every = (*parts, *(f"{name}_direction" for name in parts), "reference_depth")
-            v.unneeded("of CurrMod 1", *every)
+            v.unneeded("of CurrMod 1", *parts, *(f"{name}_direction" for name in parts), "reference_depth")
         if v.given("current", 0) not in (0, 1):
             v.note("ignored", "current", "the current of a user's routine; give the case a current")
         return found
