@@ -11,6 +11,7 @@ import pytest
 
 from meltemi import InputError, UnsupportedError
 from meltemi.core.yamlfile import validated
+from meltemi_exchange.openfast.members import displaced
 from meltemi_exchange.openfast.mooring import read_mooring
 from meltemi_exchange.openfast.text import read_input
 from meltemi_exchange.openfast.values import Values
@@ -314,3 +315,10 @@ def test_files_of_waves_are_noted(tmp_path: Path) -> None:
     water = water_of(tmp_path, SEA.replace("1P90", "5"), old=False)
     assert water.sea()["kind"] == "still"
     assert any("WaveMod" in note.what and note.kind == "ignored" for note in water.notes)
+
+
+def test_without_potential_flow_members_have_the_buoyancy() -> None:
+    """A column of 2 m, 10 m deep, at x = 3 m: pi m^2 times 10 m."""
+    volume, centre = displaced([{"start": [3.0, 0.0, -10.0], "end": [3.0, 0.0, 5.0], "diameter": 2.0}])
+    assert volume == pytest.approx(10.0 * np.pi)
+    assert centre == pytest.approx((3.0, 0.0))
