@@ -118,7 +118,7 @@ def _made(name: str, openfast_deck: Path, folder: Path) -> Case:
         beamdyn = folder / "BeamDyn.dat"
         beamdyn.write_text(re.sub(r'"[^"]*BeamDyn_Blade.dat"', '"BeamDyn_Blade.dat"', beamdyn.read_text()))
         return case
-    turbine = meltemi.load_turbine({"pile": "nrel5mw-monopile", "floater": "nrel5mw-spar"}[name])
+    turbine: Any = meltemi.load_turbine({"pile": "nrel5mw-monopile", "floater": "nrel5mw-spar"}[name])
     if name == "pile":
         turbine = turbine.replace(**{"support.diameter": np.linspace(6.5, 6.0, len(turbine.support.diameter)).tolist()})
     else:
@@ -143,12 +143,12 @@ def quick(monkeypatch: pytest.MonkeyPatch, cases: Callable[[str], Case]) -> Call
         file: InputFile = parsed[found]
         return file
 
-    def polars_once(paths: list[Path], *how: Any) -> Any:
-        *settings, notes = how
-        found = repr(settings), *(path.read_bytes() for path in paths)
+    def polars_once(paths: list[Path], columns: dict[str, int], mode: int, notes: list[Any]) -> airfoils.Polars:
+        found = repr((columns, mode)), *(path.read_bytes() for path in paths)
         if found not in parsed:
-            parsed[found] = airfoils.read_airfoils(paths, *settings, notes), [*notes]
-        return parsed[found][0]
+            parsed[found] = airfoils.read_airfoils(paths, columns, mode, notes)
+        polars: airfoils.Polars = parsed[found]
+        return polars
 
     for module in READERS:
         if hasattr(module, "read_input"):
