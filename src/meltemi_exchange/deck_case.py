@@ -7,6 +7,7 @@ from typing import Any
 
 from meltemi.core.yamlfile import validated
 from meltemi.loadcases.case import LoadCase
+from meltemi.simulation.channels import DEFAULT
 from meltemi_exchange.report import ImportedModel
 
 STAND_IN = {"kind": "steady", "speed": 10.0, "shear_exponent": 0.2}
@@ -14,7 +15,7 @@ STAND_IN = {"kind": "steady", "speed": 10.0, "shear_exponent": 0.2}
 
 
 def deck_case(deck: ImportedModel, turbine: str | Path, *, started: bool = False) -> LoadCase:
-    """Wind, sea, duration, model options, gravity and air density of an OpenFAST deck or HAWC2 model.
+    """Wind, sea, duration, channels, model options, gravity and air density of an OpenFAST deck or HAWC2 model.
 
     Args:
       deck: from :func:`read_deck` or :func:`import_hawc2`.
@@ -33,6 +34,8 @@ def deck_case(deck: ImportedModel, turbine: str | Path, *, started: bool = False
         "options": deck.options,
         "environment": deck.environment,
     }
+    if deck.output:
+        data |= deck.output | {"channels": tuple(dict.fromkeys((*DEFAULT, *deck.output["channels"])))}
     if deck.sea is not None:
         data["sea"] = deck.sea
     if started:

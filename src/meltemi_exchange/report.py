@@ -68,6 +68,7 @@ class ImportedModel(ImportedTurbine):
       duration: [s].
       output_step: [s].
       start: rotor speed [rad/s], pitch [rad] and azimuth [rad] of blade 1 with which that program would begin.
+      output: keys of a case with the channels that the model records beside the usual ones, and their stations [m].
     """
 
     options: dict[str, Any] = field(default_factory=dict)
@@ -77,6 +78,7 @@ class ImportedModel(ImportedTurbine):
     duration: float = 60.0
     output_step: float = 0.05
     start: dict[str, float] = field(default_factory=dict)
+    output: dict[str, tuple[Any, ...]] = field(default_factory=dict)
 
 
 def report_text(notes: Sequence[ImportNote], title: str) -> str:

@@ -49,6 +49,7 @@ from meltemi.core.errors import InputError, MeltemiError
 if TYPE_CHECKING:
     from meltemi.loadcases.case import LoadCase
     from meltemi.simulation.result import Result
+    from meltemi.simulation.run import Run
 
 app = typer.Typer(
     cls=Commands,
@@ -159,6 +160,8 @@ def run(
     with TemporaryDirectory() as kept, _named(path if written else None):
         folder_for(out)
         described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
+        if not written:
+            described, case = _recorded(described, case)
         with simulation_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
             simulation = Simulation(described)
             for note in io.restore_state(simulation, resume) if resume is not None else ():
@@ -181,6 +184,21 @@ def run(
     wrote(*files)
     suggest(*_after_run(case, folder, out))
     _tell(result)
+
+
+def _recorded(described: Run, case: LoadCase) -> tuple[Run, LoadCase]:
+    """A run and its case without the channels that OpenFAST has, but not this turbine, each with a note."""
+    from dataclasses import replace
+
+    from meltemi.simulation.model import Model
+    from meltemi.simulation.openfast_only import recordable
+    from meltemi.simulation.plan import model_channels
+
+    assert isinstance(described.model, Model)
+    names, missing = recordable(case.channels, model_channels(described.model, described.stations))
+    for name, why in missing.items():
+        say(f"note: channel {name} is not recorded: {why}")
+    return replace(described, channels=names), case.replace(channels=names)
 
 
 def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:

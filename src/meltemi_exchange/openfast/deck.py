@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -20,6 +20,7 @@ from meltemi_exchange.openfast.blade import add_torsion, read_aerodyn_blade, rea
 from meltemi_exchange.openfast.control import IDEAL_RATE, fixed_pitch, from_discon, simple_torque
 from meltemi_exchange.openfast.mass_dampers import read_mass_dampers
 from meltemi_exchange.openfast.mooring import read_mooring
+from meltemi_exchange.openfast.outlist import outputs
 from meltemi_exchange.openfast.text import InputFile, read_input
 from meltemi_exchange.openfast.tower import add_diameter, read_substructure, read_tower
 from meltemi_exchange.openfast.values import Values
@@ -136,6 +137,7 @@ def read_deck(
     density = v["air_density"] if v["air_density"] is not None else aero_values["air_density"]
     surroundings = {"air_density": density, "gravity": v["gravity"]}
     options = _options(turbine, v, aero_values, polars, momentum_wake)  # whose notes are among those of the deck
+    output = outputs([elastodyn, aero, *_others(main, v, water, inflow)], v, aero_values, turbine, notes)
     return Deck(
         turbine,
         tuple(notes),
@@ -147,7 +149,26 @@ def read_deck(
         start=_start(v),
         library=servo,
         sea=None if water is None or water.file is None else water.sea(),
+        output={name: value for name, value in asdict(output).items() if value} if output.channels else {},
     )
+
+
+def _others(main: InputFile, v: Values, water: Water | None, inflow: Path | None) -> Iterator[InputFile]:
+    """Files of the deck with lists of outputs, beside those of ElastoDyn and AeroDyn."""
+    at_sea = water is not None
+    used = {
+        "ServoDyn": ("servo", v.given("comp_servo", 1) == 1),
+        "InflowWind": ("inflow", inflow is not None),
+        "BeamDyn": ("beamdyn", v["comp_elast"] == 2),
+        "SeaState": ("sea_file", at_sea),
+        "HydroDyn": ("hydro_file", at_sea and bool(v.given("comp_hydro", 0))),
+        "SubDyn": ("sub", at_sea and v.given("comp_sub", 0) == 1),
+        "mooring": ("mooring_file", at_sea and v.given("comp_mooring", 0) == 3),
+    }
+    for module, (target, there) in used.items():
+        path = v.file(main, target) if there and target in v.data else None
+        if path is not None:
+            yield read_input(path, module)
 
 
 def _damped(turbine: Turbine, of_mass: float, of_stiffness: float) -> Turbine:
