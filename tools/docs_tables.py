@@ -407,6 +407,7 @@ MAKERS: dict[str, Any] = {
         events,
         channels,
         openfast_channels,
+        openfast_only,
         openfast_units,
         wind_formats,
         result_formats,

@@ -276,7 +276,16 @@ def test_what_is_used_changes_something(module: str, master: Path, tmp_path: Pat
     main, file = folder / "5MW.fst", folder / FILES[module]
 
     def all_of(deck: meltemi.io.Deck) -> tuple[object, ...]:
-        run = (deck.options, deck.environment, deck.wind, deck.duration, deck.output_step, deck.start, deck.library, deck.output)
+        run = (
+            deck.options,
+            deck.environment,
+            deck.wind,
+            deck.duration,
+            deck.output_step,
+            deck.start,
+            deck.library,
+            deck.output,
+        )
         return deck.turbine, run
 
     before = meltemi.io.read_deck(main)

@@ -42,7 +42,7 @@ class Output:
 
 
 def outputs(files: Sequence[InputFile], v: Values, aero: Values, turbine: Turbine, notes: list[ImportNote]) -> Output:
-    """Channels of the lists of some files, with a note on each name, or on all names that are not recorded for a reason.
+    """Channels of the lists of some files, with a note on each name, or on all that are not recorded for one reason.
 
     Args:
       files: those with lists.
