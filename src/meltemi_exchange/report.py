@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 from meltemi.core.shown import Brief
@@ -44,6 +45,18 @@ class ImportedTurbine(Brief):
     def noted(self, kind: Kind) -> list[ImportNote]:
         """The notes of one kind."""
         return [note for note in self.notes if note.kind == kind]
+
+    def brief(self, source: Path) -> list[str]:
+        """Warnings, names of what is ignored, and where the report is, a line each, for a terminal."""
+        lists = "OutList: "
+        ignored = [note.what for note in self.noted("ignored")]
+        names = [what for what in ignored if not what.startswith(lists)]
+        channels = sum(len(what.split(",")) for what in ignored if what.startswith(lists))
+        names += [f"{channels} channel{'s' * (channels > 1)} of the lists of outputs"] if channels else []
+        lines = [f"warning: {note.where}: {note.what}: {note.why}" for note in self.noted("warning")[:MOST_LINES]]
+        lines += [f"ignored: {', '.join(names[:MOST_LINES])}{', ...' * (len(names) > MOST_LINES)}"] if names else []
+        counts = ", ".join(f"{len(self.noted(kind))} {kind}" for kind in KINDS[:3])
+        return [*lines, f"{counts}: 'meltemi import {source}' writes the report, with places and reasons"]
 
     def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
         """Title, head and rows of warnings, approximated, ignored keys, for a terminal; :func:`report_text` has all."""

@@ -43,7 +43,6 @@ from meltemi.app.terminal import (
     wrote,
 )
 from meltemi.app.wind import wind
-from meltemi.controllers.names import controller_keys
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
@@ -277,26 +276,21 @@ def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
 
 
 def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
-    """The case of an OpenFAST deck: its wind, models and duration, with options overriding them.
-
-    A controller library has the settings and the time step that the deck gives to its own.
-    """
+    """The case of an OpenFAST deck: its wind, models, controller and duration, with options overriding them."""
     from meltemi.core.yamlfile import validated
-    from meltemi.io import deck_case, read_deck
+    from meltemi.io import deck_case, deck_controller, read_deck
     from meltemi.loadcases.case import LoadCase
 
     deck = read_deck(path)
-    for title, head, rows in deck.tables():
-        print_table(title, head, rows, text_columns=3)
-    case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck")
-    own = deck.library.get("input")
-    if own and "--controller" in given and controller_keys(given["--controller"])["kind"] == "bladed":
-        given = {"--controller-input": Path(own)} | given
-    controller = controller_of_options(given)
-    if controller["kind"] == "bladed" and deck.library:
-        controller |= {name: deck.library[name] for name in ("procedure", "individual_pitch")}
-        controller["sample_time"] = deck.library["step"]
-    changes = _run_of_options(given) | {"controller": controller}
+    for words in deck.brief(path):
+        say(words)
+    own, note = deck_controller(deck)
+    if {"--controller", "--controller-input"} & given.keys():
+        own, note = controller_of_options(given), ""
+    if note:
+        say(f"note: {note}")
+    case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck", controller=own)
+    changes = _run_of_options(given)
     if wind := wind_options(given):
         changes["wind"] = wind_of_options(wind, case.wind.model_dump())
     return validated(case.model_dump(exclude_unset=True) | changes, LoadCase, "command line")

@@ -480,7 +480,7 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[ImportNote]
     own = Values(notes)
     own.read(discon)
     control, actuator = from_discon(own, notes)
-    data["control"], data["pitch_actuator"] = control, actuator
+    data["control"], data["pitch_actuator"] = control | {"discon": str(path.absolute())}, actuator
     data["rated_power"] = own["rated_power"]
     efficiency = v.given("drivetrain.generator_efficiency", own.given("efficiency", 1.0))
     set_keys(data, "drivetrain.generator_efficiency", efficiency)
