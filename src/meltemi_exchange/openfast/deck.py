@@ -21,7 +21,7 @@ from meltemi_exchange.openfast.control import IDEAL_RATE, fixed_pitch, from_disc
 from meltemi_exchange.openfast.mass_dampers import read_mass_dampers
 from meltemi_exchange.openfast.mooring import read_mooring
 from meltemi_exchange.openfast.outlist import outputs
-from meltemi_exchange.openfast.text import InputFile, read_input
+from meltemi_exchange.openfast.text import InputFile, is_content, read_input
 from meltemi_exchange.openfast.tower import add_diameter, read_substructure, read_tower
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.openfast.water import Water
@@ -302,10 +302,10 @@ def _polars(aero: InputFile, values: Values, notes: list[ImportNote]) -> Polars:
     entry = aero.require(["NumAFfiles"], "number of airfoil files")
     first = aero.require(["AFNames"], "name of the first airfoil file")
     paths = []
+    named = [(i, text) for i, text in enumerate(aero.lines[first.line - 1 :], first.line) if is_content(text)]
     for i in range(aero.count(entry)):
-        line = first.line + i
-        tokens = aero.lines[line - 1].split() if line <= len(aero.lines) else []
-        text = aero.lines[line - 1].strip() if tokens else ""
+        line, text = named[i] if i < len(named) else (len(aero.lines), "")
+        tokens, text = text.split(), text.strip()
         name = text.split('"')[1] if text.count('"') > 1 else text.split("'")[1] if text.count("'") > 1 else text[:60]
         found = aero.file(name, line) if text and (text[0] in "\"'" or i == 0 or len(tokens) == 1) else None
         if found is None:
