@@ -190,8 +190,8 @@ def _recorded(described: Run, case: LoadCase) -> tuple[Run, LoadCase]:
     from dataclasses import replace
 
     from meltemi.simulation.model import Model
-    from meltemi.simulation.openfast_only import recordable
     from meltemi.simulation.plan import model_channels
+    from meltemi.simulation.recordable import recordable
 
     assert isinstance(described.model, Model)
     names, missing = recordable(case.channels, model_channels(described.model, described.stations))

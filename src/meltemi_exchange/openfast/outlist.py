@@ -15,7 +15,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError
 from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group, find
-from meltemi.simulation.openfast_only import recordable
+from meltemi.simulation.recordable import recordable
 from meltemi.turbine.definition import Turbine
 from meltemi_exchange.openfast.text import InputFile
 from meltemi_exchange.openfast.values import Values
