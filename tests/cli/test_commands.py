@@ -640,4 +640,5 @@ def test_a_run_of_a_deck_prints_what_was_ignored(command: Command, openfast_deck
     file.write_text(re.sub(r"(?m)^ *0 +NacYaw(?!\S)", "10 NacYaw", file.read_text(), count=1))
     ran = command("run", folder / "5MW.fst", "--wind-speed", 9, "--duration", 1, "--out", tmp_path / "out")
     assert ran.status == 0, ran
-    assert "Ignored" in ran.out and "NacYaw = 10 deg" in ran.out
+    assert "ignored: " in ran.err and "NacYaw = 10 deg" in ran.err
+    assert ran.err.count("meltemi import") == 1

@@ -379,7 +379,12 @@ def test_fixed_base_and_momentum_wake_when_the_user_says_so(deck: Deck) -> None:
         ("AeroDyn.dat", "8   NumAFfiles", "9   NumAFfiles", r"name of airfoil file 9 of 9"),
         ("AeroDyn_blade.dat", "BlChord", "Chord", r"needs the column BlChord"),
         ("AeroDyn_blade.dat", "3.5420000E+00        1 ", "3.5420000E+00        9 ", r"BlAFID of station 1 is 9"),
-        ("Airfoils/DU21_A17.dat", "142   NumAlf", "141   NumAlf", r"DU21_A17.dat:\d+: NumAlf says 141.*goes on"),
+        (
+            "Airfoils/DU21_A17.dat",
+            "142   NumAlf",
+            "141   NumAlf",
+            r"DU21_A17.dat:\d+: NumAlf in line 41 says 141.*goes on",
+        ),
         ("Airfoils/DU21_A17.dat", "142   NumAlf", "NaN   NumAlf", r"NumAlf: expected a whole number of lines, found"),
         ("Airfoils/DU21_A17.dat", "142   NumAlf", "1e999 NumAlf", r"NumAlf: expected a whole number of lines, found"),
         ("Airfoils/DU21_A17.dat", "-175.00    0.394", "-185.00    0.394", r"angles of attack must increase"),

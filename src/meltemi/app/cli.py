@@ -43,12 +43,12 @@ from meltemi.app.terminal import (
     suggest,
     wrote,
 )
-from meltemi.controllers.names import controller_keys
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
     from meltemi.loadcases.case import LoadCase
     from meltemi.simulation.result import Result
+    from meltemi.simulation.run import Run
 
 app = typer.Typer(
     cls=Commands,
@@ -161,6 +161,8 @@ def run(
     with TemporaryDirectory() as kept, _named(path if written else None):
         folder_for(out)
         described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
+        if not written:
+            described, case = _recorded(described, case)
         with simulation_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
             simulation = Simulation(described)
             for note in io.restore_state(simulation, resume) if resume is not None else ():
@@ -183,6 +185,21 @@ def run(
     wrote(*files)
     suggest(*_after_run(case, folder, out))
     _tell(result)
+
+
+def _recorded(described: Run, case: LoadCase) -> tuple[Run, LoadCase]:
+    """A run and its case without the channels that OpenFAST has, but not this turbine, each with a note."""
+    from dataclasses import replace
+
+    from meltemi.simulation.model import Model
+    from meltemi.simulation.plan import model_channels
+    from meltemi.simulation.recordable import recordable
+
+    assert isinstance(described.model, Model)
+    names, missing = recordable(case.channels, model_channels(described.model, described.stations))
+    for name, why in missing.items():
+        say(f"note: channel {name} is not recorded: {why}")
+    return replace(described, channels=names), case.replace(channels=names)
 
 
 def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:
@@ -278,24 +295,19 @@ def _changed(case: LoadCase, given: dict[str, Any], changes: dict[str, Any]) -> 
 
 
 def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
-    """The case of an OpenFAST deck: its wind, models and duration, with options overriding them.
-
-    A controller library has the settings and the time step that the deck gives to its own.
-    """
-    from meltemi.io import deck_case, read_deck
+    """The case of an OpenFAST deck: its wind, models, controller and duration, with options overriding them."""
+    from meltemi.io import deck_case, deck_controller, read_deck
 
     deck = read_deck(path)
-    for title, head, rows in deck.tables():
-        print_table(title, head, rows, text_columns=3)
-    case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck")
-    own = deck.library.get("input")
-    if own and "--controller" in given and controller_keys(given["--controller"])["kind"] == "bladed":
-        given = {"--controller-input": Path(own)} | given
-    controller = controller_of_options(given)
-    if controller["kind"] == "bladed" and deck.library:
-        controller |= {name: deck.library[name] for name in ("procedure", "individual_pitch")}
-        controller["sample_time"] = deck.library["step"]
-    return _changed(case, given, {"controller": controller})
+    for words in deck.brief(path):
+        say(words)
+    own, note = deck_controller(deck)
+    if {"--controller", "--controller-input"} & given.keys():
+        own, note = controller_of_options(given), ""
+    if note:
+        say(f"note: {note}")
+    case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck", controller=own)
+    return _changed(case, given, {})
 
 
 def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:

@@ -172,11 +172,14 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
     for channel in channels.values():
         if any(lower == known.lower() for known in channel.names):
             return channel
+    from meltemi.simulation.openfast_only import why_missing
+
     names = [known for c in channels.values() for known in c.names]
     near = closest(name, names, n=4)
-    hint = f"did you mean {', '.join(near)}?" if near else did_you_mean(name, names)
+    hint = why_missing(name) or (f"did you mean {', '.join(near)}?" if near else did_you_mean(name, names))
     if re.match(r"(a?b\dn\d|node_)", lower):
-        hint += f" Blade nodes are numbered 1 to {_last_node(channels)}."
+        last = max((c.index[1] + 1 for c in channels.values() if c.source[0] == "flow"), default=0)
+        hint += f" Blade nodes are numbered 1 to {last}."
     if GEARBOX.fullmatch(lower) and "main_shaft_torque" not in channels:
         hint = "loads of the gearbox need options.drivetrain: quasi_static or multibody"
     if lower in {name.lower() for row in _rows("disk") for name in filter(None, row[:2])}:
@@ -186,10 +189,6 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
     if lower in {row[0] for row in _rows("electrical")}:
         hint = "channels of the electrical system need options.electrical: averaged"
     raise UnknownNameError(f"no channel {name!r}: {hint}")
-
-
-def _last_node(channels: dict[str, Channel]) -> int:
-    return max((c.index[1] + 1 for c in channels.values() if c.source[0] == "flow"), default=0)
 
 
 DEFAULT = (

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -20,7 +20,8 @@ from meltemi_exchange.openfast.blade import add_torsion, read_aerodyn_blade, rea
 from meltemi_exchange.openfast.control import IDEAL_RATE, fixed_pitch, from_discon, simple_torque
 from meltemi_exchange.openfast.mass_dampers import read_mass_dampers
 from meltemi_exchange.openfast.mooring import read_mooring
-from meltemi_exchange.openfast.text import InputFile, read_input
+from meltemi_exchange.openfast.outlist import outputs
+from meltemi_exchange.openfast.text import InputFile, is_content, read_input
 from meltemi_exchange.openfast.tower import add_diameter, read_substructure, read_tower
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.openfast.water import Water
@@ -139,6 +140,7 @@ def read_deck(
     surroundings = {"air_density": density, "gravity": v["gravity"]}
     sea = None if water is None or water.file is None else water.sea()
     options = _options(turbine, v, aero_values, polars, momentum_wake)  # whose notes are among those of the deck
+    output = outputs([elastodyn, aero, *_others(main, v, water, inflow)], v, aero_values, turbine, notes)
     return Deck(
         turbine,
         tuple(notes),
@@ -150,7 +152,26 @@ def read_deck(
         start=_start(v),
         library=servo,
         sea=sea,
+        output={name: value for name, value in asdict(output).items() if value} if output.channels else {},
     )
+
+
+def _others(main: InputFile, v: Values, water: Water | None, inflow: Path | None) -> Iterator[InputFile]:
+    """Files of the deck with lists of outputs, beside those of ElastoDyn and AeroDyn."""
+    at_sea = water is not None
+    used = {
+        "ServoDyn": ("servo", v.given("comp_servo", 1) == 1),
+        "InflowWind": ("inflow", inflow is not None),
+        "BeamDyn": ("beamdyn", v["comp_elast"] == 2),
+        "SeaState": ("sea_file", at_sea),
+        "HydroDyn": ("hydro_file", at_sea and bool(v.given("comp_hydro", 0))),
+        "SubDyn": ("sub", at_sea and v.given("comp_sub", 0) == 1),
+        "mooring": ("mooring_file", at_sea and v.given("comp_mooring", 0) == 3),
+    }
+    for module, (target, there) in used.items():
+        path = v.file(main, target) if there and target in v.data else None
+        if path is not None:
+            yield read_input(path, module)
 
 
 def _damped(turbine: Turbine, of_mass: float, of_stiffness: float) -> Turbine:
@@ -288,10 +309,10 @@ def _polars(aero: InputFile, values: Values, notes: list[ImportNote]) -> Polars:
     entry = aero.require(["NumAFfiles"], "number of airfoil files")
     first = aero.require(["AFNames"], "name of the first airfoil file")
     paths = []
+    named = [(i, text) for i, text in enumerate(aero.lines[first.line - 1 :], first.line) if is_content(text)]
     for i in range(aero.count(entry)):
-        line = first.line + i
-        tokens = aero.lines[line - 1].split() if line <= len(aero.lines) else []
-        text = aero.lines[line - 1].strip() if tokens else ""
+        line, text = named[i] if i < len(named) else (len(aero.lines), "")
+        tokens, text = text.split(), text.strip()
         name = text.split('"')[1] if text.count('"') > 1 else text.split("'")[1] if text.count("'") > 1 else text[:60]
         found = aero.file(name, line) if text and (text[0] in "\"'" or i == 0 or len(tokens) == 1) else None
         if found is None:
@@ -472,7 +493,7 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[ImportNote]
     own = Values(notes)
     own.read(discon)
     control, actuator = from_discon(own, notes)
-    data["control"], data["pitch_actuator"] = control, actuator
+    data["control"], data["pitch_actuator"] = control | {"discon": str(path.absolute())}, actuator
     data["rated_power"] = own["rated_power"]
     efficiency = v.given("drivetrain.generator_efficiency", own.given("efficiency", 1.0))
     set_keys(data, "drivetrain.generator_efficiency", efficiency)
