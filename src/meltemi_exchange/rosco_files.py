@@ -1,7 +1,8 @@
 """Files of ROSCO: tables of the rotor's coefficients, and a DISCON.IN with settings of a turbine.
 
 ROSCO 2.x reads its table by line numbers (``ReadCpFile``): four lines, pitch angles, a line, tip-speed ratios, five
-lines, C_p, four lines, C_t, four lines, C_q.
+lines, C_p, four lines, C_t, four lines, C_q. ROSCO's toolbox (``load_from_txt``) finds the parts by words in
+these lines, with upper and lower case: Pitch angle, TSR, Power, Thrust, Torque.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def write_rosco_table(
     Args:
       performance: from ``rotor_performance`` or ``performance_of``; without gaps.
       path: of the text file.
-      name: of the turbine, for the first line.
+      name: of the turbine, for the first line, in lower case.
       wind_speed: [m/s] for which the table is marked; ROSCO does not use it.
 
     Raises:
@@ -44,9 +45,10 @@ def write_rosco_table(
     for what, table in tables.items():
         if not np.all(np.isfinite(table)):
             raise InputError(f"{path}: the {what.lower()} coefficient is not known for all angles and ratios")
-    lines = [f"# Rotor performance tables of {name or 'a turbine'}", "# written by meltemi", ""]
+    title = (name or "a turbine").lower()  # so that it has none of the words of the toolbox
+    lines = [f"# Rotor performance tables of {title}", "# written by meltemi", ""]
     lines += ["# Pitch angle vector (matrix columns), deg", _row(np.degrees(performance.pitch))]
-    lines += ["# Tip-speed ratio vector (matrix rows)", _row(performance.tip_speed_ratio)]
+    lines += ["# TSR: tip-speed ratio vector (matrix rows)", _row(performance.tip_speed_ratio)]
     lines += ["# Wind speed, m/s", _row([wind_speed]), "", "# Power coefficient", ""]
     for what, table in tables.items():
         if what != "Power":

@@ -83,9 +83,9 @@ def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path
         (("power-curve", "a" * 300), "File name too long"),
         (
             ("run", "nrel5mw", "--wind-speed", 9, "--direction", 700),
-            "wind.direction: expected less than or equal to 3.2",
+            "wind.direction: expected less than or equal to 7",
         ),
-        (("run", "nrel5mw", "--wind-file", "x.bts", "--direction", 3), "a wind file defines shear, direction and"),
+        (("run", "nrel5mw", "--wind-file", "x.bts", "--shear", 0.2), "a wind file defines shear and turbulence"),
     ],
 )
 def test_counts_have_limits_and_names_an_end(command: Command, arguments: tuple[object, ...], said: str) -> None:

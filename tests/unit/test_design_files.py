@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import shutil
 import subprocess
 from dataclasses import dataclass, replace
+from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import meltemi
 from meltemi import InputError, Model, Turbine
@@ -124,6 +127,42 @@ def test_a_table_is_read_as_it_was_written(table: RotorPerformance, tmp_path: Pa
         read_rosco_table(tmp_path / "bad.txt")
     with pytest.raises(InputError, match="thrust coefficient is not known"):
         write_rosco_table(replace(table, thrust=np.full((3, 4), np.nan)), tmp_path / "table.txt")
+
+
+def by_words(path: Path) -> dict[str, NDArray[np.float64]]:
+    """As ROSCO's toolbox 2.10.6 (``load_from_txt``): a word anywhere in a line, and what follows it."""
+    found: dict[str, NDArray[np.float64]] = {}
+    lines = iter(path.read_text().splitlines())
+    for line in lines:
+        for word in ("Pitch angle", "TSR"):
+            if word in line:
+                found[word] = np.array(next(lines).split(), dtype=float)
+        for word in ("Power", "Thrust", "Torque"):
+            if word in line:
+                next(lines)
+                found[word] = np.array([next(lines).split() for _ in found["TSR"]], dtype=float)
+    return found
+
+
+def test_words_of_the_toolbox_find_the_parts_of_a_table(table: RotorPerformance, tmp_path: Path) -> None:
+    """Also where the name of the turbine has such a word."""
+    found = by_words(write_rosco_table(table, tmp_path / "table.txt", name="Power TSR Pitch angle"))
+    expected = (np.degrees(table.pitch), table.tip_speed_ratio, table.power, table.thrust, table.torque)
+    for ours, theirs in zip(expected, found.values(), strict=True):
+        np.testing.assert_allclose(theirs, ours, rtol=1e-7)
+
+
+@pytest.mark.rosco
+def test_the_toolbox_of_rosco_reads_a_table(table: RotorPerformance, tmp_path: Path) -> None:
+    """By the function of the package itself, without the packages that its module imports."""
+    source = Path(str(distribution("rosco").locate_file("rosco/toolbox/utilities.py"))).read_text(encoding="utf-8")
+    (load,) = (each for each in ast.parse(source).body if getattr(each, "name", "") == "load_from_txt")
+    space: dict[str, Any] = {"np": np, "deg2rad": np.deg2rad(1)}
+    exec(compile(ast.Module([load], []), "rosco", "exec"), space)
+    found = space["load_from_txt"](write_rosco_table(table, tmp_path / "table.txt", name="Power TSR"))
+    expected = (table.pitch, table.tip_speed_ratio, table.power, table.thrust, table.torque)
+    for ours, theirs in zip(expected, found, strict=True):
+        np.testing.assert_allclose(theirs, ours, rtol=1e-7)
 
 
 @pytest.mark.slow

@@ -273,8 +273,11 @@ def _bodies(
                 ImportNote("ignored", file.path.name, what, "its mass and volume are not part of the platform")
             )
         if any(_number(file, row[name]) for name in ("r0", "p0", "y0")):
+            # Body_Setup turns them by Rx(r0) Ry(p0) Rz(y0); MD_CalcContStateDeriv takes the angles of a coupled body
+            # from the orientation of its mesh, whose reference is this matrix and not its transpose: turned back
             raise UnsupportedError(
-                f"{file.at(line)}: body {number_of} is turned (r0, p0, y0); give its points without it"
+                f"{file.at(line)}: body {number_of} is turned (r0, p0, y0), which OpenFAST's MoorDyn does differently "
+                "at the start and in the run; give its points in the axes of the platform"
             )
         found[f"body{number_of}"] = kind, [_number(file, row[name]) for name in ("X0", "Y0", "Z0")]
     return found

@@ -15,6 +15,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi_exchange.report import ImportedTurbine
 from meltemi_exchange.windio.blade import read_blade
 from meltemi_exchange.windio.control import read_control, rotor_inertia
+from meltemi_exchange.windio.defaults import supply
 from meltemi_exchange.windio.machine import (
     given,
     read_actuator,
@@ -40,7 +41,7 @@ def read_windio(
     """A turbine from a windIO 2 file.
 
     Args:
-      path: the YAML file.
+      path: the YAML file, of windIO 2.0 or 2.1.
       extra: what the file lacks, or what shall be different: a YAML file with keys as in a turbine file, or a
         dictionary of the same or of key paths, ``{"yaw.stiffness": 6e9}``. It wins over the file.
       foundation: the tower is clamped at its base, or stands on the file's monopile.
@@ -84,12 +85,17 @@ def import_windio(
     for name in ("jacket", "floating_platform", "mooring", "RNA"):
         if tree.get(f"components.{name}") is not None:
             tree.note("ignored", f"components.{name}", name, "not modelled")
+    supply(data, more, tree)
     turbine = _validated(merged(data, more), str(path), extra)
+    tree.note_used()
     return ImportedTurbine(turbine, tuple(tree.notes))
 
 
-NUMBERS = ("radius", "inertia", "gear_ratio", "generator_inertia", "generator_efficiency")
-"""Values of hub and drivetrain by which the control is scaled before all are checked."""
+NUMBERS = (
+    *("radius", "inertia", "mass", "yaw_inertia", "overhang"),
+    *("gear_ratio", "generator_inertia", "generator_efficiency"),
+)
+"""Values of hub, nacelle and drivetrain by which control and yaw bearing are scaled before all are checked."""
 
 
 def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[str, Any]:
@@ -100,7 +106,7 @@ def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[s
     blade, airfoils = read_blade(tree, reynolds)
     hub, drivetrain = read_hub(tree), read_drivetrain(tree)
     for part, inner in more.items():
-        if part not in ("hub", "drivetrain"):
+        if part not in ("hub", "nacelle", "drivetrain"):
             continue
         if not isinstance(inner, dict):
             raise InputError(f"{part} beside {tree.where}: expected a dictionary of keys, found {inner!r:.60}")

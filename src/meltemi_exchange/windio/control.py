@@ -30,6 +30,8 @@ REGION_3, SLIP, POWER_PITCH = 0.99, 0.1, DEGREE
 TORQUE = {"maximum_torque": ("control.max_gen_torque", 1.0), "rate_limit": ("control.max_torque_rate", 1.0)}
 PITCH = {"maximum": ("control.max_pitch_limit", DEGREE), "rate_limit": ("control.max_pitch_rate", DEGREE)}
 """Our keys from the paths of a windIO file, with the factor to SI units."""
+MOST_TORQUE, FILTER = 1.1, 2.0 * math.pi * 0.25 / rpm(12.1)
+"""Largest over rated torque, and corner frequency of the filter over the rated rotor speed, of the same."""
 TORQUE_BEGINS = 0.95
 """Generator speed where torque begins over the smallest one, where region 2 begins."""
 
@@ -69,8 +71,20 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
             torque["optimal_gain"] = power / torque["rated_speed"] ** 3
             why = f"lowered from {gain:.4g} to {torque['optimal_gain']:.4g} N m s^2/rad^2: rated power at rated speed"
             tree.note("approximated", "control.region2_k", "optimal gain", why)
+    elif rated is not None and power is not None:
+        torque["optimal_gain"] = power / torque["rated_speed"] ** 3
+        why = f"{torque['optimal_gain']:.4g} N m s^2/rad^2: none is given; rated power at rated speed"
+        tree.note("approximated", "control.region2_k", "optimal gain", why)
+    if "maximum_torque" not in torque and rated is not None and power is not None:
+        torque["maximum_torque"] = MOST_TORQUE * power / (ratio * rated)
+        why = f"none is given; {MOST_TORQUE:g} of rated torque, as the NREL 5 MW"
+        tree.note("approximated", "control.max_gen_torque", "largest torque", why)
     filtered = tree.number("control.lpf_frequency")
-    if filtered is not None:
+    if filtered is None and rated is not None:
+        filtered = FILTER * rated
+        why = f"none is given; first order, {filtered:.4g} rad/s, as the NREL 5 MW by similarity"
+        tree.note("approximated", "control.lpf_frequency", "filter of the generator speed", why)
+    elif filtered is not None:
         tree.note("approximated", "control.lpf_frequency", "filter of the generator speed", "first order")
     for key, why in IGNORED.items():
         if tree.get(f"control.{key}") is not None:

@@ -25,7 +25,7 @@ class Tube:
     Attributes:
       height: (S,) [m] of the stations.
       diameter: (S,) [m] outer.
-      mass: (S,) [kg/m], with the outfitting.
+      mass: (S,) [kg/m].
       bending, torsion: (S,) [N m^2].
       axial, shear: (S,) [N].
     """
@@ -39,8 +39,11 @@ class Tube:
     shear: Float
 
 
-def tube(tree: Tree, part: str) -> Tube:
+def tube(tree: Tree, part: str, *, outfitted: bool = True) -> Tube:
     """The tube of ``components.tower`` or ``components.monopile``; layers are nested.
+
+    Args:
+      outfitted: the mass is that with the outfitting.
 
     Raises:
       InputError: something is missing, or a wall is thicker than the tube.
@@ -66,7 +69,7 @@ def tube(tree: Tree, part: str) -> Tube:
         bending, torsion = bending + E * second, torsion + 2.0 * G * second
         axial, shear = axial + E * area, shear + SHEAR_FACTOR * G * area
         outer = inner
-    mass *= tree.number(f"{part}.structure.outfitting_factor") or 1.0
+    mass *= (tree.number(f"{part}.structure.outfitting_factor") if outfitted else None) or 1.0
     return Tube(height, diameter, mass, bending, torsion, axial, shear)
 
 
@@ -97,7 +100,7 @@ def read_tower(tree: Tree) -> dict[str, Any]:
     """
     part = "components.tower"
     elastic = f"{part}.structure.elastic_properties"
-    walls = tube(tree, part) if tree.get(f"{part}.structure.layers") is not None else None
+    layered = tree.get(f"{part}.structure.layers") is not None
     content: dict[str, Any] = {"source": tree.source}
     if tree.get(f"{elastic}.stiffness_matrix") is not None:
         K, M = f"{elastic}.stiffness_matrix", f"{elastic}.inertia_matrix"
@@ -115,11 +118,13 @@ def read_tower(tree: Tree) -> dict[str, Any]:
             content["axial_stiffness"] = tree.at(K, grid, "K33")
         if tree.get(f"{K}.K11") is not None and tree.get(f"{K}.K22") is not None:
             content["shear_stiffness"] = 0.5 * (tree.at(K, grid, "K11") + tree.at(K, grid, "K22"))
-        if "axial_stiffness" not in content and walls is not None:
+        if "axial_stiffness" not in content and layered:
+            walls = tube(tree, part, outfitted=False)
             content["axial_stiffness"] = np.interp(height, walls.height, walls.axial)
             tree.note("approximated", f"{K}.K33", "axial stiffness", "from the walls")
         tree.note("used", elastic, "mass and stiffness of the tower")
-    elif walls is not None:
+    elif layered:
+        walls = tube(tree, part)
         height = walls.height
         content |= {
             "mass": walls.mass,

@@ -17,6 +17,20 @@ from meltemi_exchange.report import ImportNote
 Float = NDArray[np.float64]
 
 
+KEYS_2_0 = {
+    "assembly.cut_in_wind_speed": "control.supervisory.Vin",
+    "assembly.cut_out_wind_speed": "control.supervisory.Vout",
+    "control.min_rotor_speed": "control.torque.VS_minspd",
+    "control.rated_rotor_speed": "control.torque.VS_maxspd",
+    "control.max_torque_rate": "control.torque.max_torque_rate",
+    "control.optimal_tsr": "control.torque.tsr",
+    "control.min_pitch_limit": "control.pitch.min_pitch",
+    "control.max_pitch_limit": "control.pitch.max_pitch",
+    "control.max_pitch_rate": "control.pitch.max_pitch_rate",
+}
+"""Keys of windIO 2.1 that windIO 2.0 has elsewhere, in the same units: deg, rpm."""
+
+
 class Tree:
     """Data of a windIO file by key paths, and the notes on them.
 
@@ -24,19 +38,36 @@ class Tree:
       where: the file, for messages.
       source: its name, for records.
       notes: gathered while reading.
+      read: paths of the numbers that were read.
     """
 
     def __init__(self, data: dict[str, Any], where: str) -> None:
         self.data, self.where = data, where
         self.source = Path(where).name
         self.notes: list[ImportNote] = []
+        self.read: dict[str, None] = {}
 
     def note(self, kind: Literal["used", "approximated", "ignored"], where: str, what: str, why: str = "") -> None:
         """Add a note."""
         self.notes.append(ImportNote(kind, where, what, why))
 
+    def note_used(self) -> None:
+        """Add a note on each number or list that was read, unless there is one on the same path."""
+        noted = {part.strip() for note in self.notes for part in note.where.split(",")}
+        for path in self.read:
+            if path not in noted:
+                self.note("used", path, path.rpartition(".")[2].replace("_", " "))
+
+    def place(self, path: str) -> str:
+        """The path where this file has the value: of windIO 2.1, or 2.0."""
+        old = KEYS_2_0.get(path)
+        return old if old is not None and self._at(path) is None and self._at(old) is not None else path
+
     def get(self, path: str) -> Any:
         """The value at a path, or None."""
+        return self._at(self.place(path))
+
+    def _at(self, path: str) -> Any:
         found: Any = self.data
         for key in path.split("."):
             if not isinstance(found, dict) or key not in found:
@@ -65,8 +96,12 @@ class Tree:
         Raises:
           InputError: the value is not a finite number.
         """
+        path = self.place(path)
         found = self.get(path)
-        return None if found is None else as_number(found, f"{self.where}: {path}")
+        if found is None:
+            return None
+        self.read[path] = None
+        return as_number(found, f"{self.where}: {path}")
 
     def entries(self, path: str) -> list[dict[str, Any]]:
         """A list of entries with keys.
@@ -91,7 +126,9 @@ class Tree:
         Raises:
           InputError: it is missing, or no list of ``count`` numbers.
         """
-        return as_numbers(self.need(path), f"{self.where}: {path}", count)
+        found = as_numbers(self.need(path), f"{self.where}: {path}", count)
+        self.read[path] = None
+        return found
 
     def curve(self, path: str, values: str = "values") -> tuple[Float, Float]:
         """Grid and values of a distributed quantity.
