@@ -12,9 +12,10 @@ from typer.testing import CliRunner
 import meltemi
 from meltemi.app.cli import app
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi.structure.members import blade_member, cells
+from meltemi.structure.beam import Beam, assemble, transfer
+from meltemi.structure.members import blade_member, cells, tower_beam
 from meltemi.turbine.definition import DampingTime
-from meltemi_exchange.hawc2.sections import section_matrices
+from meltemi_exchange.hawc2.sections import at_elastic_centre, section_matrices
 
 
 def row(**given: float) -> np.ndarray:
@@ -60,6 +61,56 @@ def test_inertia_is_about_the_elastic_centre() -> None:
     assert M[0, 4, 4] == pytest.approx(100.0 * (0.9**2 - 0.2**2 + 0.5**2))
     assert M[0, 1, 5] == pytest.approx(100.0 * 0.5)
     assert np.linalg.eigvalsh(M[0])[0] > 0.0
+
+
+def tip(K: np.ndarray, M: np.ndarray, at: tuple[float, float], length: float, load: list[float]) -> np.ndarray:
+    """(6,) motion of the half chord at the tip of a uniform cantilever by a load there; the beam is at ``at``."""
+    z = np.array([0.0, length])
+    axis = np.column_stack([np.full((2, 2), at), z])
+    mesh = assemble(Beam(z, axis, np.repeat(K, 2, axis=0), np.repeat(M, 2, axis=0)), np.linspace(0.0, length, 5))
+    C = mesh.flexibility[-6:] @ mesh.flexibility[-6:].T
+    T = transfer(np.array([-at[0], -at[1], 0.0]))
+    moved: np.ndarray = T @ C @ T.T @ load
+    return moved
+
+
+def test_a_beam_through_elastic_centres_deflects_as_in_closed_form() -> None:
+    """S-71: bending and stretch about E, shear and torsion about S, for loads and motions of the half chord."""
+    x_e, y_e, x_s, L, P, N = 0.6, -0.2, 0.9, 30.0, 2e4, 5e5
+    EI_x, EI_y, EA, GA, GK = 1e10 * 0.1, 1e10 * 0.4, 1e10 * 0.6, 1e9 * 0.6, 1e9 * 0.2
+    K, M = section_matrices(row(x_e=x_e, y_e=y_e, x_sh=x_s, y_sh=y_e))
+    moved_K, moved_M, ((x, y),) = at_elastic_centre(K, M)
+    assert (x, y) == pytest.approx((x_e, y_e))
+    assert moved_K[0, 2, 3:5] == pytest.approx([0.0, 0.0], abs=1e-6)
+    force = tip(moved_K, moved_M, (x, y), L, [0.0, P, 0.0, 0.0, 0.0, 0.0])
+    assert force[5] == pytest.approx(-x_s * P * L / GK)
+    assert force[1] == pytest.approx(P * L**3 / (3.0 * EI_x) + P * L / (0.4 * GA) + x_s**2 * P * L / GK)
+    pull = tip(moved_K, moved_M, (x, y), L, [0.0, 0.0, N, 0.0, 0.0, 0.0])
+    assert pull[2] == pytest.approx(N * L * (1.0 / EA + y_e**2 / EI_x + x_e**2 / EI_y))
+    assert pull[1] == pytest.approx(0.5 * y_e * N * L**2 / EI_x)  # bends about E, away from the pull
+    assert pull[0] == pytest.approx(0.5 * x_e * N * L**2 / EI_y)
+    for load in np.eye(6):
+        assert tip(K, M, (0.0, 0.0), L, load) == pytest.approx(
+            tip(moved_K, moved_M, (x, y), L, load), rel=1e-8, abs=1e-14
+        )
+
+
+def test_a_tower_bends_and_shears_as_timoshenkos_cantilever(turbine: meltemi.turbine.Turbine) -> None:
+    """P L^3 / 3EI + P L / kGA at the tip; without shear stiffness, P L^3 / 3EI."""
+    L, EI, kGA, P = 100.0, 4e11, 6e8, 1e6
+    even = {"mass": 5e3, "fore_aft_stiffness": EI, "side_side_stiffness": EI, "shear_stiffness": kGA, "diameter": 6.0}
+    even |= {"torsion_stiffness": 3e11, "axial_stiffness": 1e11}
+    two = {name: np.full(2, value) for name, value in even.items()}
+    tower = turbine.tower.replace(position=np.array([0.0, L]), mode_shapes=None, **two)
+    for made, expected in (
+        (tower, P * L**3 / (3.0 * EI) + P * L / kGA),
+        (tower.replace(shear_stiffness=None), P * L**3 / (3.0 * EI)),
+    ):
+        mesh = assemble(tower_beam(made), np.linspace(0.0, L, 5))
+        for k in (0, 1):
+            moved = P * np.sum(mesh.flexibility[6 * 4 + k] ** 2)
+            assert moved == pytest.approx(expected, rel=1e-4)  # rigid is a large shear stiffness
+    assert P * L / kGA > 0.15 * P * L**3 / (3.0 * EI)
 
 
 def st(rows: np.ndarray) -> str:
