@@ -25,7 +25,7 @@ from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.operating_point import OperatingPoint
-from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.members import blade_member, cells, points, tower_member
@@ -230,7 +230,7 @@ def rotor_of(turbine: Turbine, locked: tuple[str, ...] = FIXED, **more: Any) -> 
         tower_influence="none",
         locked=locked,
         blade_nodes=NODES,
-        advanced={"high_induction": "madsen"},
+        advanced=AdvancedOptions(high_induction="madsen"),
         **more,
     )
     return build(turbine.replace(**{"nacelle.tilt": 0.0}), options, Environment(gravity=0.0))
