@@ -94,9 +94,15 @@ PASSING = (
     "the tower, which is not explained; the mean of TTDspFA differs by 0.3 mm"
 )
 SIDEWAYS = (
-    "what rings sideways without waves from there: the first mode is 0.05 % higher (with 1.5 t more in the nacelle the "
-    "correlation is 0.9996), and with OpenFAST's step of 25 ms the moment deviates by 0.98 %; pile and added mass move "
-    "at 1.3 to 3.4 Hz, where that step stretches OpenFAST's periods"
+    "what rings sideways without waves from there: the first mode is 0.05 % higher (with 0.9978 of the tower's "
+    "stiffness the phase stays and the correlation is 0.9996) and has 0.02 points less than OpenFAST's 0.66 % of "
+    "damping; with OpenFAST's step of 25 ms the moment deviates by 1.00 %; pile and added mass move at 1.3 to 3.4 Hz, "
+    "where that step stretches OpenFAST's periods"
+)
+HEAVE = (
+    "OpenFAST's pile is elastic along its axis, ours rigid: tower and pile heave at 8.9 Hz (8.0 Hz with OpenFAST's "
+    "step of 25 ms), which raises forces at 1.3 Hz by 2 % and at 2.7 Hz by 9 %; without the inertia of that heave "
+    "equivalent loads deviate by -1.2 and 0.0 % (test_offshore.py); in the steel 5 % are 0.01 MPa beside 20 of bending"
 )
 LINEAR_LOADS = (
     "OpenFAST takes air loads as linear between the nodes, ours act at the nodes; integrated as linear, our loads have "
@@ -220,6 +226,7 @@ KNOWN = (
     Known("offshore wind", "*", "M4_1?", 3.0, PASSING),
     Known("offshore turbulence", "TwrBsMxt std", "M5_12", 1.5, SIDEWAYS),
     Known("offshore turbulence", "HydroFyi *", "M5_12", 8.0, SIDEWAYS),
+    Known("offshore turbulence", "TwrBsFzt *", "M5_*", 6.0, HEAVE),
     Known("offshore turbulence", "ReactFYss correlation", "M5_12", 2.0, SIDEWAYS),
     Known("floating wind", "PtfmHeave std", "F5_8", 3.5, RELEASE),
     Known("floating wind", "PtfmRoll std", "F5_8", 3.0, RELEASE),
