@@ -182,7 +182,7 @@ PAGE = """<meta charset="utf-8"><div id="root"><div id="plots"></div></div><scri
 const find = (id) => document.getElementById(id);
 const live = {{ sliders: [], controllers: [{{ name: {name}, about: "" }}], faults: {{}}, requests: {{}}, state: {{}} }};
 const clock = {{ find, view: {{ root: find("root") }}, live }};
-try {{ LiveClock.prototype.build.call(clock, {{}}); }} catch (error) {{ if (!clock.panel) throw error; }} // no play button
+try {{ LiveClock.prototype.build.call(clock, {{}}); }} catch (e) {{ if (!clock.panel) throw e; }} // no button
 const [option, ...others] = clock.panel.querySelector("select").options;
 const same = [option.text === {name}, option.value === {name}];
 const told = [...same, others.length, document.images.length, window.done];
