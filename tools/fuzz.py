@@ -1,8 +1,9 @@
 """Give the package what it never expected and watch how it ends:  python tools/fuzz.py --seconds 180 --seed 7
 
-Command lines, case and turbine files (keys and values, or their text), OpenFAST decks, result and wind files, saved states and views are
-damaged by chance and given to the command line; load base plans, settings, tables, results and surrogates, messages of
-the live page and arguments of functions to Python; all in a process of their own that is killed when it does not
+Command lines, case and turbine files (keys and values, or their text), OpenFAST decks, result and wind files, saved
+states and views are damaged by chance and given to the command line; load base plans, settings, tables, results and
+surrogates, seas, coefficients, farms, hulls, weather and FMUs, messages of the live page and arguments of functions to
+Python; all in a process of their own that is killed when it does not
 return. What fails in Python must be an error of meltemi. A command must end with status 0 or 2, or 1 for a run that
 says that it ended early; say why in words; take no more than a minute beside compilation, and some GB of memory; leave
 no folder of a refused run, and nothing half-written. Long studies are only begun. An input is told by seed, kind and

@@ -25,6 +25,9 @@ from meltemi_exchange.fmu.controller import fmu_controller
 from meltemi_exchange.windio.tree import as_number, as_numbers
 from meltemi_farm.layout import Farm
 from meltemi_float.coefficients import DATA, read_coefficients, write_coefficients
+from meltemi_float.members import Member
+from meltemi_hydro.hull import Hull
+from meltemi_hydro.panels import hull_moments
 from meltemi_loads.loadbase import engine
 from meltemi_loads.loadbase.engine import OnThreads
 from meltemi_loads.loadbase.jobs import Row, jobs_of
@@ -200,3 +203,9 @@ def test_the_name_of_a_controller_is_text_on_the_live_page(tmp_path: Path) -> No
     page = (tmp_path / "page.html").as_uri()
     made = subprocess.run([str(BROWSER), *how, page], capture_output=True, text=True, timeout=60.0, check=True)
     assert "told true true 0 0 " in made.stdout, made.stdout[-500:]
+
+
+def test_a_hull_too_large_for_its_panels_is_told() -> None:
+    hull = Hull(depth=200.0, members=[Member(start=[0, 0, -20], end=[1e30, 0, 5], diameter=9.0)])
+    with pytest.raises(InputError, match=r"hull: .* cells of 1 m for its 1e\+30 x .* check start and end"):
+        hull_moments(hull, 2.0)
