@@ -316,7 +316,7 @@ def run_(base: BaseArgument, options: ExecutionOptions) -> None:
     from meltemi_loads.loadbase.engine import run_base
 
     planned = _planned(base)
-    folder_for(base)
+    folder_for(base, "load base")
     with simulation_bar("load cases", len(planned.cases), "cases") as bar:
         found = run_base(planned, base, progress=told(bar), **options.given())
     _show_status(found, base, planned)
@@ -457,7 +457,7 @@ def report(
     title = read_project(base, project)
     of = read_settings(settings)
     other = None if against is None else (str(against), design_loads(_planned(against), against, of))
-    folder_for(base)
+    folder_for(base, "load base")
     with progress_bar("report"):
         design = design_loads(planned, base, of)
         files = write_report(planned, base, against=other, limits=given, design=design, project=title, word=word)
