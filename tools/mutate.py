@@ -2,10 +2,10 @@
 
     python tools/mutate.py --seed 7 --number 20 --packages meltemi_sea meltemi_float --out mutants.csv
 
-Each change is written into a copy of the tree; tests run there until one fails: first those of node functions that name
-the changed module or its package, in plain Python; then the regression and the fast tests that name the package,
-compiled, unless ``--plain`` leaves out what compiles anew. What survives is printed last: it is equivalent, or a test
-is missing.
+Each change is written into a copy of the tree; tests run there until one fails: first, in plain Python, those of node
+functions that name the changed module or its package, and the regression of one instant; then the regression and the
+fast tests that name the package, compiled, which takes minutes for each. ``--plain`` changes kernels only, and leaves
+the second stage out. What survives is printed last: it is equivalent, or a test is missing.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ SWAPS = {
     ast.Eq: "!=", ast.NotEq: "==",
 }  # fmt: skip
 NAMES = {"sin": "cos", "cos": "sin", "min": "max", "max": "min", "x": "y", "y": "z", "z": "x"}
+INSTANT = "tests/regression/test_numbers.py::test_numbers_are_those_of_the_file[instant]"
 LIMIT = 1800.0
 """[s] for the tests of a mutant; one that hangs is caught."""
 
@@ -88,11 +89,12 @@ def computed(node: ast.AST) -> Iterator[ast.AST]:
         yield from computed(each)
 
 
-def mutants(package: str) -> list[Mutant]:
-    """All changes of a package."""
+def mutants(package: str, kernels_only: bool) -> list[Mutant]:
+    """All changes of a package, or of its files with kernels."""
     found = []
     for path in sorted((ROOT / "src" / package).rglob("*.py")):
-        if not any(part in UNPHYSICAL for part in path.parts):
+        wanted = not kernels_only or b"@kernel" in path.read_bytes()
+        if wanted and not any(part in UNPHYSICAL for part in path.parts):
             lines = path.read_bytes().split(b"\n")
             for node in computed(ast.parse(path.read_bytes())):
                 found += [Mutant(path.relative_to(ROOT).as_posix(), *each) for each in changes(node, lines)]
@@ -124,25 +126,19 @@ def passes(tree: Path, tests: list[str], cache: Path, **environment: str) -> boo
     return done.returncode in (0, 5)
 
 
-def tests_of(package: str, module: str) -> tuple[list[str], list[str]]:
-    """Tests of node functions that name a module, or else its package; and other tests, the closest first."""
-    dotted = package.replace("/", ".")
-    direct = naming([module], "unit/test_node_*.py") or naming([dotted], "unit/test_node_*.py")
-    close = naming([module], "*/test_*.py")
-    core = ["tests/regression"] if package in CORE else []
-    return direct, list(dict.fromkeys([*core, *close, *naming([dotted], "*/test_*.py")]))
-
-
-def verdict(tree: Path, cache: Path, package: str, each: Mutant, plain_only: bool) -> str:
+def verdict(tree: Path, cache: Path, package: str, file: str, plain_only: bool) -> str:
     """By which tests a mutant is caught, or that it survives."""
-    direct, others = tests_of(package, each.file.removeprefix("src/").removesuffix(".py").replace("/", "."))
+    module, dotted = file.removeprefix("src/").removesuffix(".py").replace("/", "."), package.replace("/", ".")
+    direct = naming([module], "unit/test_node_*.py") or naming([dotted], "unit/test_node_*.py")
+    if package in CORE:
+        direct = [INSTANT, *naming([module], "unit/test_node_*.py")]
     if direct and not passes(tree, direct, cache, NUMBA_DISABLE_JIT="1"):
         return "caught in plain Python"
-    compiles = package in CORE or "@kernel" in (ROOT / each.file).read_text(encoding="utf-8")
-    if plain_only and compiles:
+    if plain_only:
         return "survives plain Python"
-    kept = set(cache.glob("kernels/*"))
-    found = "survives" if passes(tree, others, cache) else "caught"
+    core, kept = ["tests/regression"] if package in CORE else [], set(cache.glob("kernels/*"))
+    tests = dict.fromkeys([*core, *naming([module], "*/test_*.py"), *naming([dotted], "*/test_*.py")])
+    found = "survives" if passes(tree, list(tests), cache) else "caught"
     for folder in set(cache.glob("kernels/*")) - kept:
         shutil.rmtree(folder)
     return found
@@ -154,7 +150,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--number", type=int, default=10, help="of mutants of each package")
     parser.add_argument("--packages", nargs="+", default=PACKAGES, help="folders of src")
-    parser.add_argument("--plain", action="store_true", help="do not compile for a mutant: minutes for each")
+    parser.add_argument("--plain", action="store_true", help="kernels only, by tests that need no compilation")
     parser.add_argument("--cache", type=Path, help="machine code of the tree without changes; by default a new one")
     parser.add_argument("--out", type=Path, default=Path("mutants.csv"))
     options = parser.parse_args()
@@ -166,9 +162,10 @@ def main() -> None:
         rows.writerow(["seed", "file", "line", "before", "after", "verdict", "seconds"])
         for package in options.packages:
             dotted = package.replace("/", ".")
-            if not passes(tree, naming([dotted], "*/test_*.py"), cache):  # which compiles what the tests need
+            # without a change: compiles what the tests need
+            if not options.plain and not passes(tree, naming([dotted], "*/test_*.py"), cache):
                 raise SystemExit(f"{package}: its tests fail without a change")
-            chosen = random.Random(f"{options.seed} {package}").sample(mutants(package), options.number)
+            chosen = random.Random(f"{options.seed} {package}").sample(mutants(package, options.plain), options.number)
             for each in chosen:
                 path, began = tree / each.file, time.monotonic()
                 original = path.read_bytes()
@@ -176,7 +173,7 @@ def main() -> None:
                 text = lines[each.line - 1]
                 lines[each.line - 1] = text[: each.start] + each.after.encode() + text[each.end :]
                 path.write_bytes(b"\n".join(lines))
-                found = verdict(tree, cache, package, each, options.plain)
+                found = verdict(tree, cache, package, each.file, options.plain)
                 path.write_bytes(original)
                 before, after = text.decode().strip(), lines[each.line - 1].decode().strip()
                 row = [options.seed, each.file, each.line, before, after, found, f"{time.monotonic() - began:.0f}"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from plain import plain, record, table
 from scipy.spatial.transform import Rotation
 
 from meltemi.maths.algebra import Rot, Vec
+from meltemi.maths.tables import View
 from meltemi.simulation.step import (
     begin_parts,
     begin_parts_step,
@@ -255,6 +257,40 @@ def test_section_loads_below_a_mass() -> None:
     R = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     near(s.chain.yaw_force, R.T @ F)
     near(s.chain.yaw_moment, R.T @ (M + np.cross(u - np.array([0.4, 0.1, -5.0]), F)))
+
+
+def test_a_mass_in_the_nacelle_moves_with_the_top_and_its_rotation() -> None:
+    """3 m above the tower top; one below it moves as the tower there, and a mass along two axes is carried upwards by
+    half for each."""
+    shape = np.array([[1.0, 0.2, 0.0, -0.01, 0.03, 0.0]])
+    asked = []
+
+    def at(z: Float) -> Float:
+        asked.append(float(z[0]))
+        return shape[:, None] * z[0] / 80.0
+
+    common = {"mass": 900.0, "stiffness": 4e3}
+    turbine = SimpleNamespace(
+        name="it", tower=SimpleNamespace(length=80.0, base_height=12.0),
+        support=SimpleNamespace(position=np.array([-40.0, 10.0])),
+        mass_dampers=(
+            mass_dampers.MassDamper(height=83.0, axes="xy", stops=(-1.0, 2.0), stop_stiffness=1e5, **common),
+            mass_dampers.MassDamper(height=40.0, axes="y", **common),
+        ),
+    )  # fmt: skip
+    rotor = SimpleNamespace(tower=SimpleNamespace(names=("one",), modes=SimpleNamespace(at=at)))
+    part = mass_dampers.part_of(turbine, SimpleNamespace(time_step=0.01), rotor)
+    assert asked == [132.0, 132.0, 92.0]  # from the foot of the pile
+    top = shape[0] * 132.0 / 80.0
+    near(part.mover_shape[:, 0], [top[0] + 3.0 * top[4], top[1] - 3.0 * top[3], *top[2:]])
+    near(part.mover_shape[:, 2], shape[0] * 92.0 / 80.0)
+    p = View(Mover, part.mover)
+    near(p["across"], (0.0, 0.0, 900.0))
+    near(p["weight"], (450.0, 450.0, 900.0))
+    near(p["x"], (1.0, 0.0, 0.0))
+    near(p["y"], (0.0, 1.0, 1.0))
+    near(p["low"], (-1.0, -1.0, -mass_dampers.FAR))
+    near(p["height"], (83.0, 83.0, 40.0))
 
 
 def test_a_mass_swings_on_its_spring_with_second_order() -> None:
