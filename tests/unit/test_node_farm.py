@@ -129,6 +129,30 @@ def test_viscosity_follows_turbulence_deficit_and_slope() -> None:
     near(nu, np.full(5, 2e-4 * 60.0 * 10.0 + 0.005 * width * 4.0))
 
 
+def test_a_small_gaussian_deficit_widens_and_draws_air_in() -> None:
+    """In a constant viscosity nu the width^2 grows with 4 nu x / U; the radial velocity is that of continuity, halfway
+    between both planes; added turbulence has the factors of deficit and slope (K-7, K-8, K-14)."""
+    r, width, A, nu, way = DR * np.arange(60.0), 60.0**2, 1e-3, 8.0, 10.0
+    m = wakes(rings(60, (-A * np.exp(-(r**2) / width), 0.0, 0.0), (0.0, 0.0, 0.0)))
+    m.planes.intensity[0, 0] = 0.1
+    c = Mixing.of(radius=40.0, ambient=nu / (0.7 * 0.1 * 40.0 * U), power=1.0, slowest=1.0)
+    along = np.array([[0.7, 0.0], [0.0, 0.0], [0.0, 0.3], [0.0, 1.2]])
+    plain(march.age)(m, 0, 0, 1.0, way, c, along, np.zeros((6, 60)))
+    rate = 4.0 * nu / U
+    after, middle = width + rate * way, width + 0.5 * rate * way
+    V = -A * width / after * np.exp(-(r**2) / after)
+    found = np.asarray(m.profile[0, 1, :, 0], dtype=np.float64)
+    near(found[1:], V[1:], 5e-4)
+    # the equation of FAST.Farm at the centre mixes half as fast as that of a ring
+    sides = nu / DR * (found[1] + m.profile[0, 0, 1, 0] - found[0] - m.profile[0, 0, 0, 0])
+    assert DR * (U - A) / way * (found[0] + A) == pytest.approx(sides, rel=1e-3)
+    near(m.profile[0, 1, :, 1], -0.5 * A * width * rate * r / middle**2 * np.exp(-(r**2) / middle), 0.02)
+    slope = 2.0 * r / after * np.abs(V)
+    near(m.profile[0, 1, :, 2], (0.3 * np.abs(V) + 1.2 * 40.0 * slope) / U, 3e-3)
+    plain(march.age)(m, 0, 0, 1.0, 0.0, c, along, np.zeros((6, 60)))
+    near(m.profile[0, 1, :, 0], m.profile[0, 0, :, 0])  # without way nothing ages
+
+
 def test_viscosity_of_curled_wakes_follows_slopes_in_and_around_the_plane() -> None:
     """K-22: outside + own max(|dV/dr| + |dV/(r dt)|, least), here of V = 0.3 y - 0.2 z."""
     line = DR * np.arange(-3.0, 4.0)
