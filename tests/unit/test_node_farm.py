@@ -89,6 +89,27 @@ def test_wakes_that_overlap_merge_as_asked(merging: float, expected: float) -> N
     near(plain(field.wakes_velocity)(Vec(-96.0, 86.5, 92.0), 11.0, m), (-2.0, 0.0, 0.0))  # one of both only
 
 
+def test_oblique_wakes_merge_along_their_mean_direction() -> None:
+    """The part along it, weighed by the deficits, is the root of the sum of squares or the largest one; what is across
+    adds up (K-12)."""
+    m = wakes(np.concatenate([rings(8, (v, 0.5, 0.0), (v, 0.5, 0.0)) for v in (-2.0, -3.0)]))
+    for i in range(2):
+        m.planes.normal[1, i], m.planes.centre[1, i] = Vec(0.8, 0.36, 0.48), Vec(8.0 * i, 3.6 * i, 90.0 + 4.8 * i)
+    q, normals = np.array([3.0, 4.0, 95.0]), np.array([[1.0, 0.0, 0.0], [0.8, 0.36, 0.48]])
+    velocities = []
+    for n, axial in zip(normals, (-2.0, -3.0), strict=True):
+        aside = q - np.array([0.0, 0.0, 90.0])
+        aside -= (aside @ n) * n
+        velocities.append(axial * n + 0.5 * aside / np.linalg.norm(aside))
+    mean = 2.0 * normals[0] + 3.0 * normals[1]
+    mean /= np.linalg.norm(mean)
+    along = np.array(velocities) @ mean
+    for merging, merged in ((field.QUADRATIC, -np.hypot(*along)), (field.LARGEST, along[1])):
+        m.wakes.merging = merging
+        expected = np.sum(velocities, axis=0) + (merged - along.sum()) * mean
+        near(plain(field.wakes_velocity)(Vec(*q), 0.0, m), expected)
+
+
 def test_turbulence_of_wakes_adds_by_squares_to_eddies_that_travel() -> None:
     m = wakes(
         np.concatenate([rings(8, (0.0, 0.0, v), (0.0, 0.0, v)) for v in (0.3, 0.4)]), merging=field.LINEAR, added=1.0

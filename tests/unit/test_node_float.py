@@ -11,12 +11,22 @@ from plain import plain, record, table
 from scipy.spatial.transform import Rotation
 
 import meltemi
-from meltemi.maths.algebra import Sym, Vec
+from meltemi.maths.algebra import Rot, Sym, Vec
 from meltemi.simulation.step import begin_parts_step, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs
 from meltemi.structure.dynamics import MASS, WEIGHT
-from meltemi.structure.tables import MachineLoad, StructureParameters, TopShape
-from meltemi.turbine.exchange import Machine
+from meltemi.structure.kinematics import tower_top
+from meltemi.structure.tables import (
+    ApexLoad,
+    Columns,
+    MachineLoad,
+    StructureParameters,
+    TopShape,
+    TowerDrag,
+    TowerNode,
+    TowerStationLoad,
+)
+from meltemi.turbine.exchange import Machine, TowerShape
 from meltemi_float import base, floater, lumped, mooring
 from meltemi_float.base import Floater, FloaterSystem, PlatformState, RadiationState, Strip
 from meltemi_float.floater import floater_forces
@@ -96,6 +106,45 @@ def test_motion_of_the_point_is_that_of_a_rigid_body() -> None:
     near(np.ravel(m.base_columns[:3]), np.eye(3, 6).ravel())
 
 
+def test_motion_of_the_tower_top_is_that_of_bent_tower_and_base() -> None:
+    """Velocity, partial velocities and known acceleration from differences of place and orientation (W-30)."""
+    place, rate, h = ATTITUDE + 0.7 * np.eye(7)[0], RATE + 0.5 * np.eye(7)[0], 1e-3
+
+    def top(q: Float, v: Float) -> Any:
+        m = floating(q, v)
+        m.top_shape.displacement[0], m.top_shape.rotation[0] = Vec(1.0, 0.3, 0.0), Vec(-0.01, 0.03, 0.0)
+        m.top_second = np.zeros((3, 7, 7))
+        m.top_second[:, 0, 0] = 0.002, 0.0, -0.04
+        m.columns = table(Columns, {"coordinate": 7})
+        plain(tower_top)(m)
+        return m
+
+    def turned_top(q: Float) -> Any:
+        return Rotation.from_matrix(np.reshape([*top(q, rate).machine.top], (3, 3)))
+
+    m = top(place, rate)
+    (x0, x1, x2), (w0, w2) = (
+        [np.array([*getattr(top(place + t * rate, rate).machine, name)]) for t in times]
+        for name, times in (("top_position", (-h, 0.0, h)), ("top_spin", (-h, h)))
+    )
+    R, machine = turned(place), m.machine
+    bent = np.array([0.7, 0.21, 0.0]) + 0.5 * 0.7**2 * np.array([0.002, 0.0, -0.04])
+    near(x1, place[1:4] + [0.0, 0.0, 10.0] + R @ (bent + np.array([0.0, 0.0, 80.0])))
+    near(machine.top_velocity, (x2 - x0) / (2.0 * h), 1e-6)
+    near(machine.top_acceleration, (x2 - 2.0 * x1 + x0) / h**2, 1e-4)
+    near(
+        machine.top_spin,
+        (turned_top(place + h * rate) * turned_top(place - h * rate).inv()).as_rotvec() / (2.0 * h),
+        1e-5,
+    )
+    near(machine.top_spin_rate, (w2 - w0) / (2.0 * h), 1e-5)
+    for k, one in enumerate(np.eye(7)):
+        ends = [np.array([*top(place + t * one, rate).machine.top_position]) for t in (-h, h)]
+        near(m.columns.linear[k], (ends[1] - ends[0]) / (2.0 * h), 1e-5)
+        turn = (turned_top(place + h * one) * turned_top(place - h * one).inv()).as_rotvec() / (2.0 * h)
+        np.testing.assert_allclose([*m.columns.angular[k]], turn, atol=1e-6)
+
+
 def test_a_body_that_nothing_holds_falls_and_keeps_its_momentum() -> None:
     """Platform and tower as one rigid body without water: its centre of mass falls with gravity, its angular momentum
     about it stays (W-7, W-31, W-32)."""
@@ -137,6 +186,55 @@ def test_a_body_that_nothing_holds_falls_and_keeps_its_momentum() -> None:
     known = (seen[0] - 2.0 * seen[1] + seen[2]) / h**2 + [0.0, 0.0, G]
     own = (known @ turned(ATTITUDE)).ravel()
     assert m.core_force[0] == pytest.approx(-(mode[:, 0] * inertia) @ own - G * 5.0 + 5.0 * G, rel=1e-4)
+
+
+def test_the_base_of_a_tower_carries_all_above_it_in_its_own_axes() -> None:
+    """Newton's law for the masses of a tower on a base that moves and accelerates, with one mode in motion, from
+    differences of their places (W-33); what the loads are made of is as before afterwards."""
+    v, a, heights = RATE.copy(), np.array([0.7, 0.5, -0.4, 0.3, 0.1, -0.2, 0.15]), np.array([20.0, 60.0])
+    v[0] = 0.6
+    m = floating(ATTITUDE, v)
+    m.a[:], m.structure.top_mass, masses = a, 50.0, np.array([300.0, 200.0])
+    shape = table(TowerShape, {"mode": 7, "node": 3})
+    for n, z in enumerate((*heights, 80.0)):
+        shape.displacement[0, n] = Vec(0.5 * (n < 2), 0.25 * (n == 1), 0.0)
+        for k in range(3):
+            e = np.eye(3)[k]
+            shape.displacement[1 + k, n] = Vec(*e)
+            shape.displacement[4 + k, n], shape.rotation[4 + k, n] = Vec(*np.cross(e, [0.0, 0.0, z])), Vec(*e)
+    m.tower_shape, m.tower_air = shape, np.zeros((3, 2))
+    nodes = table(TowerNode, {"node": 2}, height=heights, length=[40.0, 40.0], mass=masses)
+    drag = table(TowerDrag, {"node": 2}, force=[[11.0, 7.0], [-5.0, 3.0], [2.0, 1.0]])
+    s = record(
+        Outputs, tower_nodes=nodes, tower_drag=drag, apex=ApexLoad.of(), tower_stations=np.zeros(1),
+        tower_station=table(TowerStationLoad, {"station": 1}),
+    )  # fmt: skip
+    s.apex.force, s.apex.moment, m.machine.top_position = (
+        Vec(900.0, -300.0, -4e3),
+        Vec(8e3, 9e3, -5e3),
+        Vec(1.0, 2.0, 3.0),
+    )
+    plain(base.base_motion)(m)
+    R = turned(ATTITUDE)
+
+    def places(t: float) -> Float:
+        """Of the masses, and of the top, from the base at rest."""
+        q = ATTITUDE + t * v + 0.5 * t * t * a
+        own = np.array([[0.5 * q[0], 0.0, 20.0], [0.5 * q[0], 0.25 * q[0], 60.0], [0.0, 0.0, 80.0]])
+        return np.asarray(q[1:4] + own @ turned(q).T)
+
+    h = 1e-3
+    acceleration = (places(h) - 2.0 * places(0.0) + places(-h)) / h**2
+    plain(base.turned_tower_loads)(Rot(*R.ravel()), Vec(0.0, 0.0, 80.0), m, s)
+    forces = np.array([*masses, 50.0])[:, None] * (-G * np.eye(3)[2] - acceleration)
+    forces[:2] += np.array([[11.0, -5.0, 2.0], [7.0, 3.0, 1.0]])
+    forces[2] += [900.0, -300.0, -4e3]
+    arms = places(0.0) - ATTITUDE[1:4]
+    near(s.tower_station.force[0], R.T @ forces.sum(axis=0), 1e-5)
+    near(s.tower_station.moment[0], R.T @ (np.array([8e3, 9e3, -5e3]) + np.cross(arms, forces).sum(axis=0)), 1e-5)
+    near([*m.q, *m.a], [*ATTITUDE, *a])
+    near([*s.apex.force, *s.apex.moment], (900.0, -300.0, -4e3, 8e3, 9e3, -5e3))
+    near([*drag.array.ravel(), *m.machine.top_position], (11.0, 7.0, -5.0, 3.0, 2.0, 1.0, 1.0, 2.0, 3.0))
 
 
 # water --------------------------------------------------------------------------------------------------
