@@ -76,13 +76,13 @@ def sea_statistics(series: SeaSeries) -> tuple[list[str], list[list[str]]]:
     heights = [np.ptp(eta[a:b]) for a, b in pairwise(up)]
     step = series.time[1] - series.time[0] if len(series.time) > 1 else 0.0
     between = step * float(np.mean(np.diff(up))) if len(up) > 1 else np.nan
-    m0, m1, m2 = (float((variance * w**n).sum()) for n in (0, 1, 2))
+    below, m0, m2 = (float((variance * w**n).sum()) for n in (-1, 0, 2))
     if m0 <= 0.0:
         return head, [["significant wave height", "0", "0", "m"]]
     rows = [
         ("significant wave height", 4.0 * np.sqrt(m0), 4.0 * eta.std(), "m"),
         ("mean period (zero up-crossing)", 2.0 * np.pi * np.sqrt(m0 / m2), between, "s"),
-        ("mean period (energy)", 2.0 * np.pi * m0 / m1, np.nan, "s"),
+        ("energy period", 2.0 * np.pi * below / m0, np.nan, "s"),
         ("peak period", 2.0 * np.pi / w[np.argmax(variance)], np.nan, "s"),
         ("highest crest", np.nan, eta.max(), "m"),
         ("deepest trough", np.nan, eta.min(), "m"),

@@ -4,6 +4,8 @@
 ``meltemi.core.physics.PHYSICS``, remakes the file and says so in CHANGELOG.md:
 
     python tests/regression/test_numbers.py
+
+One instant of a moving turbine needs no compilation: ``NUMBA_DISABLE_JIT=1 pytest tests/regression -k instant``.
 """
 
 from __future__ import annotations
@@ -14,11 +16,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import meltemi
 from meltemi import ModelOptions, SteadyWind, simulate
 from meltemi.core.physics import PHYSICS
+from meltemi.maths.records import members
+from meltemi.maths.tables import View
+from meltemi.simulation.case import Case
 from meltemi.wind.fields import Wind
 
 FILE = Path(__file__).with_name("numbers.json")
@@ -26,6 +32,8 @@ CHANNELS = (
     "rotor_speed pitch_1 generator_power rotor_thrust root_moment_out_of_plane_1 root_moment_in_plane_1 "
     "tip_out_of_plane_1 tower_top_fore_aft tower_base_moment_fore_aft yaw_moment_z"
 ).split()
+AIR = ("inflow", "stall", "memory", "d_inflow", "d_stall")
+"""States of the air and their rates."""
 ROUNDING = 1e-15
 """In SI: the speed of a locked rotor is rounding error."""
 TOLERANCE = 1e-8
@@ -65,6 +73,35 @@ def modes() -> dict[str, dict[str, float]]:
     return {f"mode {i}": {"frequency": m.frequency, "damping": m.damping} for i, m in enumerate(found)}
 
 
+def instant() -> dict[str, dict[str, float]]:
+    """Every quantity of a turbine in motion, in wind of all kinds of shear: sums with decreasing weights over its
+    entries, after steps of inflow and stall."""
+    wind = SteadyWind(speed=13.0, direction=0.2, shear_exponent=0.14, veer=0.001, upflow=0.1)
+    case = Case(meltemi.build(meltemi.load_turbine("nrel5mw")), wind)
+    n = len(case["q"])
+    case["q"][:], case["v"][:] = 0.3 * np.sin(1.0 + np.arange(n)), 0.2 * np.cos(3.0 * np.arange(n))
+    case["v"][case.model.coordinates.index("generator")] = 1.2
+    case.view("pitch")["angle"], case.view("pitch")["rate"] = (0.1, 0.12, 0.08), 0.02
+    for t in (0.0, 0.05):
+        case.evaluate(t, t)
+        case["q"][:] += 0.05 * case["v"]
+    case.rates()
+    case.loads(0.05)
+    found = {"accelerations": {name: float(a) for name, a in zip(case.model.coordinates, case["a"], strict=True)}}
+    tables = {
+        **case.tables,
+        **{name: member.table for name, member in members(type(case.system)).items() if name in AIR},
+    }
+    for name, table in tables.items():
+        for row in table.names:
+            x = np.ravel(View(table, case[name])[row])
+            weights = 1.0 / (1.0 + np.arange(len(x)))
+            scale = float(weights @ abs(x))
+            if scale > 0.0 and row != "residual":
+                found[f"{name}.{row}"] = {"sum": float(weights @ x), "scale": scale}
+    return found
+
+
 MAKERS: dict[str, Callable[[], dict[str, dict[str, float]]]] = {
     "steady": steady,
     "turbulent": turbulent,
@@ -72,6 +109,7 @@ MAKERS: dict[str, Callable[[], dict[str, dict[str, float]]]] = {
     "turbulent, quasi-steady": partial(turbulent, inflow="quasi_steady", stall="static"),
     "parked": parked,
     "modes": modes,
+    "instant": instant,
 }
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import Akima1DInterpolator
 
 import meltemi
 from meltemi import InputError, load_turbine
@@ -126,6 +127,9 @@ def test_thrust_comes_from_tables_that_have_it() -> None:
 def test_slopes_of_a_straight_line_are_exact() -> None:
     x = np.array([0.0, 1.0, 1.5, 4.0, 6.0])
     assert akima_slopes(x, (3.0 * x - 1.0)[:, None]).ravel() == pytest.approx([3.0] * 5)
+    values = np.array([0.1, 0.35, 0.48, 0.3, 0.27])
+    expected = Akima1DInterpolator(x, values, method="makima").derivative()(x)
+    assert akima_slopes(x, values[:, None]).ravel() == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(

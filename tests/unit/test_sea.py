@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from meltemi import InputError
+from meltemi.maths.tables import View
 from meltemi_sea.airy import Components, maccamy_fuchs, profiles, wave_number
 from meltemi_sea.conditions import StillWater
 from meltemi_sea.crest import Crest
@@ -15,9 +18,12 @@ from meltemi_sea.current import Current
 from meltemi_sea.field import AHEAD, sea_field
 from meltemi_sea.given import ComponentSea, ElevationSea
 from meltemi_sea.irregular import IrregularSea, UserSpectrum
+from meltemi_sea.pile import PileNode, PilePart, Water
 from meltemi_sea.regular import RegularSea
+from meltemi_sea.sea_part import sea_part
 from meltemi_sea.spectra import default_peak_factor, jonswap
 from meltemi_sea.spreading import Spreading
+from meltemi_sea.statistics import sea_series, sea_statistics
 
 G = 9.80665
 
@@ -233,3 +239,70 @@ def test_current_has_its_profiles() -> None:
 def test_still_water_has_no_waves() -> None:
     field = sea_field(StillWater().components(30.0, 60.0), 30.0, np.array([-1.0, 0.0]), 60.0)
     assert not field.velocity.any() and len(field.elevation) == 4 and field.period == field.dt
+
+
+def statistics_of(sea: Any, depth: float, duration: float) -> dict[str, tuple[str, str]]:
+    _, rows = sea_statistics(sea_series(sea, depth, duration))
+    return {name: (waves, series) for name, waves, series, _ in rows}
+
+
+def test_periods_of_a_spectrum_are_those_of_its_moments() -> None:
+    """Pierson-Moskowitz: m_n goes with (5/4)^(n/4) G(1 - n/4), so that the energy period is G(5/4) / (5/4)^(1/4) of the
+    peak period, and that of zero up-crossings (5/4 pi)^(-1/4)."""
+    sea = IrregularSea(height=4.0, period=10.0, peak_factor=1.0, repeat=2400.0)
+    found = statistics_of(sea, 300.0, 600.0)
+    assert float(found["energy period"][0]) == pytest.approx(10.0 * math.gamma(1.25) / 1.25**0.25, rel=5e-3)
+    assert float(found["mean period (zero up-crossing)"][0]) == pytest.approx(
+        10.0 / (1.25 * math.pi) ** 0.25, rel=0.03
+    )  # the spectrum ends, which takes 2.5 % of it
+    assert float(found["peak period"][0]) == pytest.approx(10.0, rel=2e-3)
+    assert float(found["significant wave height"][0]) == pytest.approx(4.0, rel=5e-3)
+
+
+def test_statistics_of_a_regular_wave() -> None:
+    """The velocity at still water is w a / tanh(k d), with the current along the waves."""
+    current = Current(uniform=0.4, direction=0.3 + math.pi / 3.0)
+    sea = RegularSea(height=3.0, period=8.0, direction=0.3, current=current)
+    found = {name: series for name, (_, series) in statistics_of(sea, 20.0, 80.0).items()}
+    w = 2.0 * math.pi / 8.0
+    top = w * 1.5 / math.tanh(float(wave_number(np.array([w]), 20.0)[0]) * 20.0) + 0.2
+    wanted = {
+        "highest crest": 1.5, "deepest trough": -1.5, "highest wave": 3.0, "mean period (zero up-crossing)": 8.0,
+        "significant wave height": 4.0 * 1.5 / math.sqrt(2.0), "largest velocity at still water": top,
+    }  # fmt: skip
+    assert {name: float(found[name]) for name in wanted} == pytest.approx(wanted, rel=5e-3)
+
+
+@pytest.mark.parametrize("stretching", ["vertical", "wheeler"])
+def test_the_field_at_a_pile_is_that_of_airy_at_its_pieces(stretching: Any) -> None:
+    """At the middles of the wet pieces and at still water, which stands 1 m higher than on the chart; Wheeler's
+    stretching needs the sea bed, too. The current is that of all pieces."""
+    heights = np.array([-25.0, -15.0, -6.0, 0.5, 5.0])
+    nodes = PileNode.zeros(node=5)
+    View(PileNode, nodes)["height"] = heights
+    pile = PilePart(Water.zeros(), nodes, *[np.zeros(0)] * 3)
+    model: Any = SimpleNamespace(
+        parts=(pile,), environment=SimpleNamespace(gravity=G),
+        turbine=SimpleNamespace(support=SimpleNamespace(depth=20.0, hydrodynamics=SimpleNamespace(diffraction="none"))),
+    )  # fmt: skip
+    current = Current(near_surface=1.0, reference_depth=21.0, direction=0.5)
+    sea = RegularSea(height=2.0, period=8.0, direction=0.5, level=1.0, current=current, stretching=stretching)
+    part: Any = sea_part(sea, model, 8.0, (30.0, -10.0))
+    levels = [*[-21.0][: stretching == "wheeler"], -16.0, -7.0, -0.5, 0.0]
+    np.testing.assert_allclose(part.sea_levels, levels)
+    v = View(Water, part.water)
+    assert (v["depth"], v["level"]) == (21.0, 1.0)
+    w, way = 2.0 * math.pi / 8.0, np.array([math.cos(0.5), -math.sin(0.5)])
+    k = float(wave_number(np.array([w]), 21.0)[0])
+    t = v["step"] * (np.arange(len(part.sea_field)) - AHEAD)
+    phase = np.exp(1j * (w * t - k * way @ [30.0, -10.0]))
+    start = RegularSea(height=2.0, period=8.0, direction=0.5).components(21.0, 8.0).amplitude[0]
+    np.testing.assert_allclose(part.sea_field[:, 0], (start * phase).real, atol=1e-9)
+    for i, z in enumerate(levels):
+        size = w * math.cosh(k * (z + 21.0)) / math.sinh(k * 21.0) * start * phase
+        wanted = np.column_stack([np.outer(size.real, way), np.outer((1j * w * size).real, way)])
+        np.testing.assert_allclose(part.sea_field[:, 1 + 4 * i : 5 + 4 * i], wanted, atol=1e-9)
+    slope = (k * w * start * phase).real
+    np.testing.assert_allclose(part.sea_field[:, -4:-2], np.outer(slope, way), atol=1e-9)
+    shares = np.clip(1.0 + (heights - 1.0) / 21.0, 0.0, 1.0)
+    np.testing.assert_allclose(part.sea_current, np.outer(way, shares), atol=1e-12)

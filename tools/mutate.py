@@ -1,0 +1,191 @@
+"""Change signs, constants, indices and comparisons of the physics one at a time, and see whether the fast tests fail.
+
+    python tools/mutate.py --seed 7 --number 20 --packages meltemi_sea meltemi_float --out mutants.csv
+
+Each change is written into a copy of the tree; tests run there until one fails: first, in plain Python, those of node
+functions that name the changed module or its package, and the regression of one instant; then the regression and the
+fast tests that name the package, compiled, which takes minutes for each. ``--plain`` changes kernels only, and leaves
+the second stage out. What survives is printed last: it is equivalent, or a test is missing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import csv
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+CORE = ("meltemi/aero", "meltemi/structure", "meltemi/simulation", "meltemi/wind")
+PACKAGES = (*CORE, "meltemi_sea", "meltemi_float", "meltemi_farm")
+UNPHYSICAL = ("commands.py", "plots.py", "rao_plots.py", "report.py", "scene.py", "channels.py", "files")
+"""Files and folders without physics."""
+SWAPS = {
+    ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.Lt: ">", ast.Gt: "<", ast.LtE: ">=", ast.GtE: "<=",
+    ast.Eq: "!=", ast.NotEq: "==",
+}  # fmt: skip
+NAMES = {"sin": "cos", "cos": "sin", "min": "max", "max": "min", "x": "y", "y": "z", "z": "x"}
+INSTANT = "tests/regression/test_numbers.py::test_numbers_are_those_of_the_file[instant]"
+LIMIT = 1800.0
+"""[s] for the tests of a mutant; one that hangs is caught."""
+
+
+class Mutant(NamedTuple):
+    """A change of the characters from ``start`` to ``end`` of a line, counted from 1 and in bytes from 0."""
+
+    file: str
+    line: int
+    start: int
+    end: int
+    after: str
+
+
+def changes(node: ast.AST, lines: list[bytes]) -> Iterator[tuple[int, int, int, str]]:
+    """Line, start, end and new text of the changes of one node; operators stand between their operands."""
+    at: int = getattr(node, "lineno", 0)
+    if isinstance(node, (ast.BinOp, ast.Compare)):
+        left, op, right = (
+            (node.left, node.op, node.right)
+            if isinstance(node, ast.BinOp)
+            else (node.left, node.ops[0], node.comparators[0])
+        )
+        between = lines[at - 1][left.end_col_offset : right.col_offset]
+        text = between.strip(b" ()")
+        if type(op) in SWAPS and left.end_lineno == right.lineno == at and text:
+            start = (left.end_col_offset or 0) + between.index(text)
+            yield at, start, start + len(text), SWAPS[type(op)]
+    elif isinstance(node, ast.AugAssign) and type(node.op) in SWAPS and node.target.end_lineno == node.value.lineno:
+        start = lines[at - 1].index(b"=", node.target.end_col_offset) - 1
+        yield at, start, start + 1, SWAPS[type(node.op)]
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        yield at, node.col_offset, node.col_offset + 1, ""
+    elif isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.end_lineno == at:
+        value = node.value
+        other = value + 1 if isinstance(value, int) else 0.5 if value == 0.0 else 1.1 * value
+        yield at, node.col_offset, node.end_col_offset or 0, repr(other)
+    elif isinstance(node, ast.Attribute) and node.attr in NAMES and node.end_lineno:
+        end = node.end_col_offset or 0
+        yield node.end_lineno, end - len(node.attr), end, NAMES[node.attr]
+    elif isinstance(node, ast.Name) and node.id in ("sin", "cos", "min", "max"):
+        yield at, node.col_offset, node.end_col_offset or 0, NAMES[node.id]
+
+
+def computed(node: ast.AST) -> Iterator[ast.AST]:
+    """What functions and constants of a module compute, without annotations, decorators, messages and fields."""
+    if isinstance(node, (ast.Raise, ast.JoinedStr, ast.AnnAssign, ast.arguments)):
+        return
+    inner = node.body if isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.Module)) else ast.iter_child_nodes(node)
+    for each in inner:
+        yield each
+        yield from computed(each)
+
+
+def mutants(package: str, kernels_only: bool) -> list[Mutant]:
+    """All changes of a package, or of its files with kernels."""
+    found = []
+    for path in sorted((ROOT / "src" / package).rglob("*.py")):
+        wanted = not kernels_only or b"@kernel" in path.read_bytes()
+        if wanted and not any(part in UNPHYSICAL for part in path.parts):
+            lines = path.read_bytes().split(b"\n")
+            for node in computed(ast.parse(path.read_bytes())):
+                found += [Mutant(path.relative_to(ROOT).as_posix(), *each) for each in changes(node, lines)]
+    return found
+
+
+def naming(words: list[str], among: str) -> list[str]:
+    """Test files that contain one of some words."""
+    files = sorted((ROOT / "tests").glob(among))
+    found = [file for file in files if any(word in file.read_text(encoding="utf-8") for word in words)]
+    return [file.relative_to(ROOT).as_posix() for file in found]
+
+
+def passes(tree: Path, tests: list[str], cache: Path, **environment: str) -> bool:
+    """Whether tests pass in a tree."""
+    paths = {"PYTHONPATH": str(tree / "src"), "MELTEMI_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests]
+    try:
+        done = subprocess.run(
+            command,
+            cwd=tree,
+            env={**os.environ, **paths, **environment},
+            capture_output=True,
+            timeout=LIMIT,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return False
+    return done.returncode in (0, 5)
+
+
+def verdict(tree: Path, cache: Path, package: str, file: str, plain_only: bool) -> str:
+    """By which tests a mutant is caught, or that it survives."""
+    module, dotted = file.removeprefix("src/").removesuffix(".py").replace("/", "."), package.replace("/", ".")
+    direct = naming([module], "unit/test_node_*.py") or naming([dotted], "unit/test_node_*.py")
+    if package in CORE:
+        direct = [INSTANT, *naming([module], "unit/test_node_*.py")]
+    if direct and not passes(tree, direct, cache, NUMBA_DISABLE_JIT="1"):
+        return "caught in plain Python"
+    if plain_only:
+        return "survives plain Python"
+    core, kept = ["tests/regression"] if package in CORE else [], set(cache.glob("kernels/*"))
+    tests = dict.fromkeys([*core, *naming([module], "*/test_*.py"), *naming([dotted], "*/test_*.py")])
+    found = "survives" if passes(tree, list(tests), cache) else "caught"
+    for folder in set(cache.glob("kernels/*")) - kept:
+        shutil.rmtree(folder)
+    return found
+
+
+def main() -> None:
+    """Mutants of all packages, one after the other."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--number", type=int, default=10, help="of mutants of each package")
+    parser.add_argument("--packages", nargs="+", default=PACKAGES, help="folders of src")
+    parser.add_argument("--plain", action="store_true", help="kernels only, by tests that need no compilation")
+    parser.add_argument("--cache", type=Path, help="machine code of the tree without changes; by default a new one")
+    parser.add_argument("--out", type=Path, default=Path("mutants.csv"))
+    options = parser.parse_args()
+    survivors, total = [], 0
+    with tempfile.TemporaryDirectory() as folder, options.out.open("w", newline="", encoding="utf-8") as table:
+        tree, cache, rows = Path(folder) / "tree", options.cache or Path(folder) / "cache", csv.writer(table)
+        ignored = shutil.ignore_patterns(".git", "__pycache__", ".*")
+        shutil.copytree(ROOT, tree, ignore=ignored)
+        rows.writerow(["seed", "file", "line", "before", "after", "verdict", "seconds"])
+        for package in options.packages:
+            dotted = package.replace("/", ".")
+            # without a change: compiles what the tests need
+            if not options.plain and not passes(tree, naming([dotted], "*/test_*.py"), cache):
+                raise SystemExit(f"{package}: its tests fail without a change")
+            chosen = random.Random(f"{options.seed} {package}").sample(mutants(package, options.plain), options.number)
+            for each in chosen:
+                path, began = tree / each.file, time.monotonic()
+                original = path.read_bytes()
+                lines = original.split(b"\n")
+                text = lines[each.line - 1]
+                lines[each.line - 1] = text[: each.start] + each.after.encode() + text[each.end :]
+                path.write_bytes(b"\n".join(lines))
+                found = verdict(tree, cache, package, each.file, options.plain)
+                path.write_bytes(original)
+                before, after = text.decode().strip(), lines[each.line - 1].decode().strip()
+                row = [options.seed, each.file, each.line, before, after, found, f"{time.monotonic() - began:.0f}"]
+                rows.writerow(row)
+                table.flush()
+                print(*row, sep=" | ", flush=True)
+                total += 1
+                survivors += [row] if found.startswith("survives") else []
+    print(f"{total - len(survivors)} of {total} caught; survivors:")
+    for row in survivors:
+        print(*row, sep=" | ")
+
+
+if __name__ == "__main__":
+    main()
