@@ -119,9 +119,8 @@ def test_a_start_names_motions_of_a_platform_as_their_channels(turbine: Turbine)
     start = case_start(case, turbine)
     assert start is not None
     model = build(on(turbine, "surge", "pitch"))
-    begun = simulate(
-        model, 0.0, duration=0.02, output_step=0.02, start=start, channels=["q base surge", "q base pitch"]
-    )
+    moved = ["q base surge", "q base pitch"]
+    begun = simulate(model, 0.0, duration=0.025, output_step=0.025, start=start, channels=moved)
     assert begun.data[0] == pytest.approx([-0.2, 0.01])
     with pytest.raises(InputError, match="no coordinate 'platform_ptich'"):
         simulate(model, 0.0, duration=0.1, start=Start(coordinates={"platform_ptich": 0.1}))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,11 @@ if TYPE_CHECKING:
     from meltemi.simulation.scene.record import Scene
 
 Float = NDArray[np.float64]
+
+
+def _tables() -> Any:
+    """The module of tables and labels, which is built on this one."""
+    return import_module("meltemi.simulation.result_tables")
 
 
 @dataclass(frozen=True)
@@ -183,9 +189,7 @@ class Result(Shown, Viewed, Mapping[str, Float]):
         need("Result.to_xarray", "xarray")
         import xarray as xr
 
-        from meltemi.simulation.result_tables import labelled
-
-        variables, about = labelled(self)
+        variables, about = _tables().labelled(self)
         return xr.Dataset(variables, attrs=about)
 
     def to_pandas(self) -> pd.DataFrame:
@@ -215,17 +219,14 @@ class Result(Shown, Viewed, Mapping[str, Float]):
         need("Result.statistics", "pandas")
         import pandas as pd
 
-        from meltemi.simulation.result_tables import channel_statistics
-
         columns = ["unit", "mean", "std", "min", "max"]
-        rows = [[c.display_unit[0], *numbers] for c, numbers in channel_statistics(self)]
+        rows = [[c.display_unit[0], *numbers] for c, numbers in _tables().channel_statistics(self)]
         return pd.DataFrame(rows, pd.Index(self.names, name="channel"), columns)
 
     def card(self) -> Card:
         """Status, statistics of the channels in engineering units with a line of each, messages, events, origin."""
-        from meltemi.simulation.result_tables import card
-
-        return card(self)
+        shown: Card = _tables().card(self)
+        return shown
 
     def span(self) -> str:
         """Its beginning and end, as text."""
