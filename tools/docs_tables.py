@@ -175,6 +175,17 @@ def openfast_channels() -> str:
     return _table(["OpenFAST", "also", "meltemi", "what"], rows)
 
 
+def openfast_only() -> str:
+    """Channels that OpenFAST has and meltemi has not."""
+    from meltemi.simulation.openfast_only import openfast_only as kinds
+
+    rows = [
+        [kind.module, f"`{kind.names}`".replace("|", "\\|"), kind.what, kind.instead.replace(";", ",")]
+        for kind in kinds().values()
+    ]
+    return _table(["module", "names", "what", "similar in meltemi"], rows)
+
+
 def openfast_units() -> str:
     """Units of OpenFAST's files and their SI units."""
     from meltemi.postprocess.files.openfast import UNITS
@@ -396,6 +407,7 @@ MAKERS: dict[str, Any] = {
         events,
         channels,
         openfast_channels,
+        openfast_only,
         openfast_units,
         wind_formats,
         result_formats,

@@ -1,8 +1,9 @@
 """Give the package what it never expected and watch how it ends:  python tools/fuzz.py --seconds 180 --seed 7
 
-Command lines, case and turbine files (keys and values, or their text), OpenFAST decks, result and wind files are
-damaged by chance and given to the command line; load base plans, settings, tables, results and surrogates, messages of
-the live page and arguments of functions to Python; all in a process of their own that is killed when it does not
+Command lines, case and turbine files (keys and values, or their text), OpenFAST decks, result and wind files, saved
+states and views are damaged by chance and given to the command line; load base plans, settings, tables, results and
+surrogates, seas, coefficients, farms, hulls, weather and FMUs, messages of the live page and arguments of functions to
+Python; all in a process of their own that is killed when it does not
 return. What fails in Python must be an error of meltemi. A command must end with status 0 or 2, or 1 for a run that
 says that it ended early; say why in words; take no more than a minute beside compilation, and some GB of memory; leave
 no folder of a refused run, and nothing half-written. Long studies are only begun. An input is told by seed, kind and
@@ -476,10 +477,156 @@ def api(chance: random.Random, good: Path) -> Call:
     return Call([name, *(f"{key}={value!r:.80}" for key, value in given.items())], lambda: function(**given))
 
 
+def offshore(chance: random.Random, good: Path) -> list[str]:
+    """A turbine on a pile in soil, or on a floater with moorings, with keys or values damaged."""
+    name = chance.choice(["nrel5mw-monopile", "nrel5mw-spar", "iea22mw-semi"])
+    content = json.loads((good / f"{name}.json").read_text())
+    part = chance.choice([k for k in content if k in ("foundation", "platform", "tower", "environment")])
+    if chance.random() < 0.8 and isinstance(content[part], dict):
+        content[part] = _damaged(content[part], chance)
+    else:
+        content = _damaged(content, chance)
+    _write_yaml(Path("turbine.yaml"), content)
+    return ["run", "turbine.yaml", "--wind-speed", "12", *chance.choice([[], ["--sea", "3,9"]])]
+
+
+def sea(chance: random.Random, good: Path) -> Call:
+    """A sea with keys or values damaged, and its elevation."""
+    from meltemi.core.yamlfile import read_mapping
+    from meltemi_sea.kinds import sea_of
+    from meltemi_sea.statistics import sea_series
+
+    _damage_file(good / "sea.yaml", Path("sea.yaml"), chance)
+    return Call(["sea"], lambda: sea_series(sea_of(read_mapping(Path("sea.yaml")), "sea.yaml"), 30.0, 10.0))
+
+
+def module(chance: random.Random, good: Path) -> list[str]:
+    """An OpenFAST deck at sea with a table of HydroDyn, SeaState, SubDyn, MoorDyn or WAMIT damaged."""
+    name = chance.choice(["nrel5mw-spar", "nrel5mw-monopile"])
+    shutil.copytree(good / "sea" / name, "deck")
+    files = [p for p in sorted(Path("deck").iterdir()) if p.stem in ("HydroDyn", "SeaState", "SubDyn", "MoorDyn")]
+    for path in chance.sample(files, chance.choice([1, 1, 2])):
+        path.write_bytes(_other_words(path.read_bytes(), chance))
+    return ["import", f"deck/{name}.fst"]
+
+
+def _other_words(raw: bytes, chance: random.Random) -> bytes:
+    """Text with pieces exchanged, or with other values."""
+    if chance.random() < 0.4:
+        return _edited(raw, chance)
+    lines = raw.split(b"\n")
+    for _ in range(chance.choice([1, 1, 3])):
+        i = chance.randrange(len(lines))
+        words = lines[i].split()
+        if words:
+            words[chance.randrange(min(len(words), 9))] = _bytes(chance.choice(JUNK))
+            lines[i] = b"  ".join(words)
+    return b"\n".join(lines)
+
+
+def coefficients(chance: random.Random, good: Path) -> Call:
+    """Hydrodynamic coefficients: compact, of WAMIT or of Capytaine, with wrong words or bytes."""
+    from meltemi_float.coefficients import read_coefficients
+
+    kind = chance.choice(["spar.npz", "spar.nc", "spar"])
+    victim = chance.choice(["spar.1", "spar.3", "spar.hst"]) if kind == "spar" else kind
+    for path in good.joinpath("coefficients").glob("spar.*"):
+        if path.suffix in (".1", ".3", ".hst") or path.name == kind:
+            shutil.copy(path, ".")
+    raw = Path(victim).read_bytes()
+    Path(victim).write_bytes(_other_words(raw, chance) if kind == "spar" else _bitten(raw, chance))
+    return Call([victim], lambda: read_coefficients(str(Path(kind))))
+
+
+def farm(chance: random.Random, good: Path) -> Call:
+    """A farm, or a layout of FAST.Farm, windIO or FLORIS, with keys, values or text damaged."""
+    from meltemi.core.yamlfile import read_record
+    from meltemi_farm.layout import FarmCase
+    from meltemi_farm.sources import read_layout
+
+    name = chance.choice(["farm.yaml", "floris.yaml", "plant.yaml", "farm.fstf"])
+    if name == "farm.fstf":
+        Path(name).write_bytes(_other_words((good / name).read_bytes(), chance))
+    else:
+        _damage_file(good / name, Path(name), chance)
+    if name == "farm.yaml":
+        return Call([name], lambda: read_record(Path(name), FarmCase))
+    return Call([name], lambda: read_layout(Path(name), 126.0))
+
+
+def hull(chance: random.Random, good: Path) -> Call:
+    """A hull and its panels, damaged."""
+    from meltemi.core.yamlfile import read_record
+    from meltemi_hydro.hull import Hull
+    from meltemi_hydro.panels import hull_moments
+
+    _damage_file(good / "hull.yaml", Path("hull.yaml"), chance)
+    return Call(["hull"], lambda: hull_moments(read_record(Path("hull.yaml"), Hull), 4.0))
+
+
+def climate(chance: random.Random, good: Path) -> Call:
+    """Hourly weather as CSV or EPW with wrong heads, values or text."""
+    from meltemi_studies.climate.weather import read_weather
+
+    name = chance.choice(["weather.csv", "weather.epw"])
+    lines = (good / name).read_bytes().split(b"\n")
+    for _ in range(chance.choice([1, 1, 3])):
+        i = chance.choice([0, 0, chance.randrange(len(lines))])
+        cells = lines[i].split(b",")
+        cells[chance.randrange(len(cells))] = _bytes(chance.choice(JUNK))
+        lines[i] = b",".join(cells)
+    raw = b"\n".join(lines)
+    Path(name).write_bytes(_edited(raw, chance) if chance.random() < 0.5 else raw)
+    how = {"wind_height": chance.choice([None, None, 10.0, 0, -1.0, float("nan")])}
+    return Call([name], lambda: read_weather(Path(name), **how))
+
+
+def state(chance: random.Random, good: Path) -> list[str]:
+    """A saved state with wrong bytes."""
+    Path("state").write_bytes(_bitten((good / "run.state").read_bytes(), chance))
+    return ["run", "nrel5mw", "--wind-speed", "12", "--duration", "3", "--continue", "state"]
+
+
+def unit(chance: random.Random, good: Path) -> Call:
+    """A functional mock-up unit with a wrong description, wrong bytes, or no library for this machine."""
+    import zipfile
+
+    import meltemi
+    from meltemi_exchange.fmu.controller import fmu_controller
+
+    with zipfile.ZipFile("law.fmu", "w") as made:
+        made.writestr("modelDescription.xml", _edited(UNIT, chance) if chance.random() < 0.7 else UNIT)
+        made.writestr(chance.choice(["binaries/win64/law.dll", "binaries/linux64/law.so"]), chance.randbytes(64))
+    if chance.random() < 0.3:
+        Path("law.fmu").write_bytes(_bitten(Path("law.fmu").read_bytes(), chance))
+    turbine = meltemi.load_turbine("nrel5mw")
+    return Call(["law.fmu"], lambda: fmu_controller(Path("law.fmu"), turbine).fresh())  # type: ignore[misc]
+
+
+UNIT = b"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="law" guid="{0}"><CoSimulation modelIdentifier="law"/><ModelVariables>
+<ScalarVariable name="generator_speed" valueReference="0" causality="input"><Real start="0.0"/></ScalarVariable>
+<ScalarVariable name="generator_torque" valueReference="1" causality="output"><Real unit="N.m"/></ScalarVariable>
+</ModelVariables><ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure></fmiModelDescription>
+"""
+
+
+def view(chance: random.Random, good: Path) -> list[str]:
+    """A result or a wind with wrong bytes, shown in three dimensions."""
+    from meltemi.core.hdf5 import LENGTH
+
+    name = chance.choice(["result.nc", "w.nc", "w.bts"])
+    raw = (good / name).read_bytes()
+    Path(name).write_bytes(_bitten(raw[:-LENGTH] if name.endswith(".nc") else raw, chance))
+    return ["view", name]
+
+
 KINDS: dict[str, Callable[[random.Random, Path], list[str] | Call]] = {
     "command": command, "case": case, "turbine": turbine, "text": text, "deck": deck, "hawc2": hawc2, "windio": windio,
     "discon": discon, "result": result, "csv": csv, "wind": wind, "plan": plan, "xlsx": xlsx, "parquet": parquet,
-    "surrogate": surrogate, "live": live, "server": server, "api": api,
+    "surrogate": surrogate, "live": live, "server": server, "api": api, "offshore": offshore, "sea": sea,
+    "module": module, "coefficients": coefficients, "farm": farm, "hull": hull, "climate": climate, "state": state,
+    "unit": unit, "view": view,
 }  # fmt: skip
 
 
@@ -790,6 +937,101 @@ def make_good(folder: Path) -> None:
         (folder / f"case{i}.json").write_text(json.dumps(content))
     _make_loads(folder / "loads")
     _make_surrogate(folder / "surrogate")
+    _make_sea(folder)
+    _make_other(folder)
+
+
+def _make_sea(folder: Path) -> None:
+    """Turbines at sea, their decks and coefficients."""
+    import meltemi
+    from meltemi.core.hdf5 import to_netcdf
+    from meltemi_exchange.openfast_writer import write_openfast
+    from meltemi_float.coefficients import DATA, read_coefficients
+    from meltemi_hydro.wamit import wamit_texts
+
+    for name in ("nrel5mw-monopile", "nrel5mw-spar", "iea22mw-semi"):
+        machine = meltemi.load_turbine(name)
+        content = _thin(machine.model_dump(mode="json", exclude_none=True))
+        (folder / f"{name}.json").write_text(json.dumps(content))
+        if name != "iea22mw-semi":
+            (folder / "sea" / name).mkdir(parents=True)
+            write_openfast(machine, folder / "sea" / name)
+    sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "unit"))
+    from test_capytaine_files import dataset
+
+    c, own = read_coefficients("nrel5mw-spar"), folder / "coefficients"
+    own.mkdir()
+    shutil.copy(DATA / "nrel5mw-spar.npz", own / "spar.npz")
+    to_netcdf(dataset(c), {}, own / "spar.nc")
+    for end, content in wamit_texts(c).items():
+        (own / f"spar{end}").write_text(content)
+
+
+def _make_other(folder: Path) -> None:
+    """Seas, farms, a hull, weather and a saved state."""
+    import meltemi
+
+    (folder / "sea.yaml").write_text(SEA)
+    (folder / "farm.yaml").write_text(FARM)
+    (folder / "floris.yaml").write_text("farm: {layout_x: [0, 630], layout_y: [0, 0], turbine_type: [nrel_5MW]}\n")
+    (folder / "plant.yaml").write_text("wind_farm: {layouts: [{coordinates: {x: [0, 630.0], y: [0.0, 1.0]}}]}\n")
+    (folder / "farm.fstf").write_text(FAST_FARM)
+    (folder / "hull.yaml").write_text(HULL)
+    head = "time,wind_speed,temperature,humidity,pressure,rain\n"
+    hours = [(m, h) for m in range(1, 13) for h in range(24)]
+    lines = (f"2020-{m:02d}-01T{h:02d}:00,{8 + 0.1 * h},{m - 3},0.7,1.0e5,0.2\n" for m, h in hours)
+    (folder / "weather.csv").write_text(head + "".join(lines))
+    place = "LOCATION,Town,-,GBR,SRC,1,51,0,0,25\n" + "DATA\n" * 7
+    cells = "2020,{m},1,{h},60,?,8.0,4.0,70,101000" + ",0" * 10 + ",180,5.0" + ",0" * 13
+    rows = "".join(cells.format(m=m, h=h + 1) + "\n" for m, h in hours)
+    (folder / "weather.epw").write_text(place + rows)
+    run = meltemi.Simulation(meltemi.Run(meltemi.build(meltemi.load_turbine("nrel5mw")), 12.0, duration=3.0))
+    run.advance(20)
+    meltemi.io.save_state(run, folder / "run.state")
+
+
+SEA = """
+kind: irregular
+height: 6.0
+period: 11.0
+direction: 30 deg
+seed: 3
+stretching: wheeler
+level: 1.2
+current: {sub_surface: 0.6, near_surface: 0.3}
+crest: {height: 9.0, time: 5.0}
+"""
+FARM = """
+turbine: nrel5mw
+positions: [[0, 0], [630, 0], [1260, 40]]
+yaw: [20 deg, 0, 0]
+wind: {kind: turbulence, speed: 9.0, intensity: 0.1}
+duration: 120
+transient: 30
+wakes: {model: fast.farm, merging: quadratic, added_turbulence: true}
+"""
+FAST_FARM = """
+------- FAST.Farm INPUT FILE
+a farm
+--- WIND TURBINES ---
+2  NumTurbines - Number of wind turbines
+WT_X WT_Y WT_Z WT_FASTInFile X0_High Y0_High Z0_High dX_High dY_High dZ_High
+(m) (m) (m) (string) (m) (m) (m) (m) (m) (m)
+0.0 0.0 0.0 "a.fst" 0 0 0 5 5 5
+630.0 0.0 0.0 "a.fst" 0 0 0 5 5 5
+--- WAKE DYNAMICS ---
+1 Mod_Wake - Model
+5.0 dr - Radial increment (m)
+40 NumRadii - Number of radii
+"""
+HULL = """
+depth: 200.0
+members:
+  - {start: [0, 0, -20], end: [0, 0, 15], diameter: 10.0}
+  - {start: [-51.75, 0, -20], end: [-51.75, 0, 15], diameter: 12.5}
+boxes:
+  - {start: [0, 0, -16.5], end: [-51.75, 0, -16.5], width: 12.5, height: 7.0}
+"""
 
 
 def _make_loads(folder: Path) -> None:
@@ -978,11 +1220,10 @@ def _only_begin_what_is_long() -> None:
     from meltemi.app import docs, warmup
     from meltemi.controllers import schemes
     from meltemi.core.errors import RunError
-    from meltemi.report import wind_plots
     from meltemi.simulation import campbell, rotors, simulate
     from meltemi_papers import study
     from meltemi_papers.he2018 import duel
-    from meltemi_reports import inspection
+    from meltemi_reports import inspection, wind_plots
     from meltemi_studies import difference, flutter, observer, parked_modes
     from meltemi_tuning import compare
     from meltemi_verification import bench, verification

@@ -26,6 +26,7 @@ from meltemi.wind.formats import write_wind as write_wind
 from meltemi_exchange.controller_library import ExportedController as ExportedController
 from meltemi_exchange.controller_library import export_controller as export_controller
 from meltemi_exchange.deck_case import deck_case as deck_case
+from meltemi_exchange.deck_case import deck_controller as deck_controller
 from meltemi_exchange.fmu import export_fmu as export_fmu
 from meltemi_exchange.fmu import fmu_controller as fmu_controller
 from meltemi_exchange.hawc2 import import_hawc2 as import_hawc2

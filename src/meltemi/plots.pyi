@@ -2,7 +2,6 @@ from meltemi.report.plots import plot as plot
 from meltemi.report.plots import plot_campbell as plot_campbell
 from meltemi.report.plots import plot_performance as plot_performance
 from meltemi.report.plots import plot_power_curve as plot_power_curve
-from meltemi.report.wind_plots import plot_wind as plot_wind
 from meltemi_farm.report import plot_farm as plot_farm
 from meltemi_loads.surrogate.report import plot_suitability as plot_suitability
 from meltemi_loads.surrogate.report import plot_surrogate as plot_surrogate
@@ -10,6 +9,7 @@ from meltemi_reports.power_plots import plot_speed_power as plot_speed_power
 from meltemi_reports.spectra_plots import plot_spectra as plot_spectra
 from meltemi_reports.state_diagram import plot_states as plot_states
 from meltemi_reports.turbine_plots import plot_turbine as plot_turbine
+from meltemi_reports.wind_plots import plot_wind as plot_wind
 from meltemi_studies.difference_plots import plot_differences as plot_differences
 from meltemi_studies.observer_plots import plot_estimate as plot_estimate
 from meltemi_studies.stability import plot_flutter as plot_flutter

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 from meltemi.core.shown import Brief
@@ -45,6 +46,18 @@ class ImportedTurbine(Brief):
         """The notes of one kind."""
         return [note for note in self.notes if note.kind == kind]
 
+    def brief(self, source: Path) -> list[str]:
+        """Warnings, names of what is ignored, and where the report is, a line each, for a terminal."""
+        lists = "OutList: "
+        ignored = [note.what for note in self.noted("ignored")]
+        names = [what for what in ignored if not what.startswith(lists)]
+        channels = sum(len(what.split(",")) for what in ignored if what.startswith(lists))
+        names += [f"{channels} channel{'s' * (channels > 1)} of the lists of outputs"] if channels else []
+        lines = [f"warning: {note.where}: {note.what}: {note.why}" for note in self.noted("warning")[:MOST_LINES]]
+        lines += [f"ignored: {', '.join(names[:MOST_LINES])}{', ...' * (len(names) > MOST_LINES)}"] if names else []
+        counts = ", ".join(f"{len(self.noted(kind))} {kind}" for kind in KINDS[:3])
+        return [*lines, f"{counts}: 'meltemi import {source}' writes the report, with places and reasons"]
+
     def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
         """Title, head and rows of warnings, approximated, ignored keys, for a terminal; :func:`report_text` has all."""
         heads: dict[Kind, str] = {"warning": "what is done", "approximated": "how", "ignored": "why"}
@@ -68,6 +81,7 @@ class ImportedModel(ImportedTurbine):
       duration: [s].
       output_step: [s].
       start: rotor speed [rad/s], pitch [rad] and azimuth [rad] of blade 1 with which that program would begin.
+      output: keys of a case with the channels that the model records beside the usual ones, and their stations [m].
     """
 
     options: dict[str, Any] = field(default_factory=dict)
@@ -77,6 +91,7 @@ class ImportedModel(ImportedTurbine):
     duration: float = 60.0
     output_step: float = 0.05
     start: dict[str, float] = field(default_factory=dict)
+    output: dict[str, tuple[Any, ...]] = field(default_factory=dict)
 
 
 def report_text(notes: Sequence[ImportNote], title: str) -> str:

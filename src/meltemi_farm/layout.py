@@ -42,7 +42,7 @@ def _numbers(given: Any, what: str, checked: Callable[[Any], Any] = lambda value
     """What Python gives, as an array; an InputError where it is not numbers."""
     try:
         return np.array(checked(given), dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"farm: {what}: {error}") from None
 
 

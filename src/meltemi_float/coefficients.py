@@ -5,7 +5,10 @@ Reference: docs/theory/floating.md (W-1, W-2); WAMIT user manual, chapter 4.
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from dataclasses import fields
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -44,15 +47,48 @@ def read_coefficients(name: str) -> Coefficients:
             "the path of WAMIT files without .1, .3, .hst)"
         )
     try:
-        with np.load(path, allow_pickle=False) as data:
+        with np.load(BytesIO(bytes_of(path, LARGEST)), allow_pickle=False) as data:
             names = [f.name for f in fields(Coefficients) if f.name in data or not f.name.startswith("sums")]
             single: dict[str, Any] = {name: data[name] for name in names}
             found = {name: a.astype(np.result_type(a.dtype, np.float64)) for name, a in single.items()}
             if found["drift"].ndim == 3:  # files of one heading, or none
                 found["drift"] = found["drift"][None][: len(found["drift_heading"])]
-            return Coefficients(**found)
-    except (KeyError, ValueError, OSError) as error:
-        raise InputError(f"{path}: not a file of coefficients: {error}") from None
+            made = Coefficients(**found)
+    except DAMAGED as error:
+        raise InputError(
+            f"{path}: not a file of coefficients, or damaged ({error}); let meltemi import write it again"
+        ) from None
+    _check(path, made)
+    return made
+
+
+DAMAGED = (
+    *(KeyError, ValueError, TypeError, AttributeError, IndexError, OSError, EOFError, RuntimeError, SyntaxError),
+    *(OverflowError, MemoryError, zipfile.BadZipFile, zlib.error),
+)
+"""What a compact file raises that is cut, or has other bytes or content."""
+
+
+def _check(path: Path, c: Coefficients) -> None:
+    """Refuse arrays whose shapes do not fit each other, or that are not finite."""
+    f, h = c.frequency.size, c.heading.size
+    shapes: dict[str, tuple[int, ...]] = {"frequency": (f,), "heading": (h,), "excitation": (f, h, 6)}
+    shapes |= {"added_mass": (f, 6, 6), "damping": (f, 6, 6), "infinite": (6, 6), "hydrostatic": (6, 6)}
+    for name, grid, headings in (
+        ("drift", c.drift_frequency, c.drift_heading),
+        ("sums", c.sums_frequency, c.sums_heading),
+    ):
+        shapes |= {f"{name}_frequency": (grid.size,), f"{name}_heading": (headings.size,)}
+        shapes |= {name: (headings.size, grid.size, grid.size, 6)}
+    for name, shape in shapes.items():
+        array = getattr(c, name)
+        if array.shape != shape or not np.all(np.isfinite(array)):
+            found = "values that are not finite" if array.shape == shape else f"shape {array.shape}"
+            raise InputError(f"{path}: {name}: expected finite numbers of shape {shape}, found {found}")
+    for name in ("frequency", "heading"):
+        values = getattr(c, name)
+        if not len(values) or np.any(np.diff(values) <= 0.0):
+            raise InputError(f"{path}: {name}: expected numbers that increase")
 
 
 def write_coefficients(coefficients: Coefficients, path: Path) -> None:

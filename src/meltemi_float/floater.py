@@ -398,12 +398,17 @@ class FloaterPart(Part):
         "point_state": PointState,
     }
     parameter_tables: ClassVar[ParameterTables] = ((Floater, "floater", Floater.names),)
-    shown: ClassVar[tuple[str, ...]] = ("wave_elevation", *MOTIONS)
     sizes: dict[str, int]
     constants: dict[str, Any]
     coefficients: Coefficients
     radiation: Radiation
     platform: Platform
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Elevation, motions, force of the water, tensions of the lines."""
+        lines = (f"line_{n + 1}_fairlead_tension" for n in range(self.sizes["line"]))
+        return ("wave_elevation", *MOTIONS, "water_force_x", *lines)
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the signals."""

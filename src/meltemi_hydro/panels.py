@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.errors import InputError
 from meltemi_hydro.hull import Hull
 
 Float = NDArray[np.float64]
@@ -22,6 +23,8 @@ THIN = 1e-3
 SHARP = 0.05
 """Least curvature of an edge: of the squared normals' deviations over those along the mean normal."""
 BISECTIONS = 30
+MOST_CELLS = 5e6
+"""Of a grid: some GB of memory."""
 FINE = (2.0, 4.0)
 """Grids of the hydrostatics, finer than that of the panels by these factors."""
 
@@ -78,7 +81,17 @@ def contour(distance: Callable[[Float], Float], low: Float, high: Float, size: f
       distance: negative inside.
       low, high: (3,) [m] box with all of the surface.
       size: [m] of the cells.
+
+    Raises:
+      InputError: there are more cells than fit in memory.
     """
+    span = np.maximum(high, 0.0) - low
+    if not (count := float(np.prod(span[:2] / size + 3.0)) * (-low[2] / size + 2.0)) <= MOST_CELLS:
+        extent = " x ".join(f"{x:.3g}" for x in span)
+        raise InputError(
+            f"hull: {count:.1e} cells of {size:.3g} m for its {extent} m, at most {MOST_CELLS:.0e} are possible; check "
+            "start and end of its members and boxes, or take larger panels"
+        )
     axes = [
         size * (np.arange(np.floor(a / size) - 1.0, np.ceil(b / size) + 2.0) + 0.5)
         for a, b in zip(low[:2], high[:2], strict=True)

@@ -133,8 +133,8 @@ def _frequencies(seen: Portrait) -> list[tuple[str, str]]:
     found = []
     for name, coordinate in FIRST:
         moving = [m for m in seen.modes or () if coordinate in m.coordinates]
-        if moving:  # the mode in which it moves most, amplitudes being relative
-            mode = max(moving, key=lambda m: abs(m.shape[m.coordinates.index(coordinate)]))
+        if moving:  # the mode with the largest share of its energy in it
+            mode = max(moving, key=lambda m: m.energy[m.coordinates.index(coordinate)] / m.energy.sum())
             found.append((name, f"{number(mode.frequency / (2.0 * math.pi))} Hz"))
     if seen.blade:
         for name, frequency in zip(seen.blade.names, seen.blade.modes.frequency, strict=True):

@@ -304,17 +304,17 @@ class PilePart(Part):
         "pile_station": PileStationLoad,
     }
     parameter_tables: ClassVar[ParameterTables] = ((Water, "water", Water.names),)
-    shown: ClassVar[tuple[str, ...]] = (
-        "wave_elevation",
-        "mudline_reaction_force_x",
-        "mudline_reaction_moment_x",
-        "mudline_reaction_moment_y",
-    )
     water: Float
     pile_nodes: Float
     pile_shape: Float
     pile_stations: Float
     pile_station_shape: Float
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Elevation, force of the water, reactions of the ground."""
+        reactions = ("mudline_reaction_force_x", "mudline_reaction_moment_x", "mudline_reaction_moment_y")
+        return ("wave_elevation", "sea_force_x", *reactions)
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the signals."""

@@ -21,7 +21,7 @@ from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
-from meltemi.simulation.campbell import WHIRL, curve_values, follow, participation, strain
+from meltemi.simulation.campbell import WHIRL, curve_values, follow, participation
 from meltemi.simulation.continuation import CarefulOrbit
 from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
@@ -62,9 +62,9 @@ class StabilityLimit:
     Attributes:
       rotor_speed: [rad/s] at which the damping of the first mode vanishes.
       frequency: [rad/s] of this mode in the fixed frame; 0 for divergence, which does not oscillate.
-      blade_frequency: [rad/s] of it in the rotating blades, of the sense of whirl with most of the strain energy of
-        flapwise bending and torsion.
-      label: the coordinate with most of its strain energy.
+      blade_frequency: [rad/s] of it in the rotating blades, of the sense of whirl with most of the energy of flapwise
+        bending and torsion.
+      label: the coordinate with most of its energy.
       mode: the mode, a little above the limit.
     """
 
@@ -85,7 +85,7 @@ class Flutter(Brief):
       labels: names of the modes.
       frequency: (modes, n) [rad/s], undamped; NaN where a mode does not oscillate or there is no steady motion.
       damping: (modes, n) ratio to critical.
-      least: (n,) smallest damping of the blade modes, those with most of their strain energy in the blades.
+      least: (n,) smallest damping of the blade modes, those with most of their energy in the blades.
       limit: lowest speed at which a blade mode is unstable, or None; that of the first point if it is unstable.
       failures: reasons for missing speeds, by rotor speed: no steady motion, or an instability of this speed alone.
     """
@@ -162,7 +162,7 @@ def flutter(
     steady = steady_wind(wind, described.hub_height)
     own = with_static_gears(with_blades(turbine, "flutter")) if isinstance(turbine, Model) else None
     model = own or stability_model(described, options)
-    modes_at, stiffness = _modes_of(model, steady, angle, generator_free), strain(model)
+    modes_at = _modes_of(model, steady, angle, generator_free)
 
     def reached(speed: float) -> list[Mode]:
         """The modes at a speed; none without steady motion."""
@@ -172,7 +172,7 @@ def flutter(
             return []
 
     def unstable(modes: list[Mode]) -> bool:
-        return blade_mode(modes, stiffness).damping < 0.0
+        return blade_mode(modes).damping < 0.0
 
     found: list[list[Mode]] = [[] for _ in speeds]
     limit, failures = None, {}
@@ -188,12 +188,12 @@ def flutter(
             progress((i + 1) / len(speeds))
         if limit is None and unstable(found[i]):
             if unstable(reached(LASTING * float(speed)) or found[i]):
-                limit = _onset(reached, float(speeds[max(i - 1, 0)]), float(speed), found[i], stiffness)
+                limit = _onset(reached, float(speeds[max(i - 1, 0)]), float(speed), found[i])
             else:
                 found[i], failures[float(speed)] = [], KINK
     oscillating = [[mode for mode in modes if mode.frequency > 0.0] for modes in found]
-    curves = follow(oscillating, [i for i, modes in enumerate(oscillating) if modes], stiffness)
-    least = np.array([blade_mode(modes, stiffness).damping if modes else np.nan for modes in found])
+    curves = follow(oscillating, [i for i, modes in enumerate(oscillating) if modes])
+    least = np.array([blade_mode(modes).damping if modes else np.nan for modes in found])
     values = curve_values(curves, len(speeds))
     return Flutter(steady.speed, angle, speeds, tuple(curves), *values, least, limit, failures)
 
@@ -216,31 +216,29 @@ def _modes_of(
     return modes_at
 
 
-def blade_mode(modes: Sequence[Mode], stiffness: dict[str, float]) -> Mode:
-    """The least damped of the modes with more than half of their strain energy in the blades."""
+def blade_mode(modes: Sequence[Mode]) -> Mode:
+    """The least damped of the modes with more than half of their energy in the blades."""
 
     def of_blades(mode: Mode) -> bool:
-        shares = participation(mode, stiffness)
+        shares = participation(mode)
         return sum(value for name, value in shares.items() if BLADES.search(name)) > 0.5
 
     return min(filter(of_blades, modes), key=lambda mode: mode.damping)
 
 
-def _onset(
-    modes_at: Callable[[float], list[Mode]], low: float, high: float, modes: list[Mode], stiffness: dict[str, float]
-) -> StabilityLimit:
+def _onset(modes_at: Callable[[float], list[Mode]], low: float, high: float, modes: list[Mode]) -> StabilityLimit:
     """The limit between a stable and an unstable speed, by bisection."""
     for _ in range(HALVINGS if high > low else 0):
         middle = 0.5 * (low + high)
         tried = modes_at(middle)
         if not tried:
             break
-        if blade_mode(tried, stiffness).damping < 0.0:
+        if blade_mode(tried).damping < 0.0:
             high, modes = middle, tried
         else:
             low = middle
-    mode, speed = blade_mode(modes, stiffness), 0.5 * (low + high)
-    share = participation(mode, stiffness)
+    mode, speed = blade_mode(modes), 0.5 * (low + high)
+    share = participation(mode)
     fluttering = {name: value for name, value in share.items() if "edge" not in name}
     turns = {way: sum(value for name, value in fluttering.items() if name.endswith(way)) for way in WHIRL}
     turned = dict(zip(WHIRL, (0.0, speed, -speed), strict=True))[max(turns, key=lambda way: turns[way])]
@@ -250,11 +248,16 @@ def _onset(
 
 def diverging(linear: LinearModel) -> list[Mode]:
     """The motion that grows without oscillating, if there is one, as a mode of frequency 0 and damping ratio -1."""
-    value, vector = np.linalg.eig(linear.A)
+    from scipy.linalg import eig
+
+    value, left, right = eig(linear.A, left=True)
     real = np.where(np.abs(value.imag) < 1e-6, value.real, -np.inf)
     i = int(np.argmax(real))
     if real[i] <= SLOW:
         return []
     place = np.flatnonzero([name.startswith("q ") for name in linear.states])
-    shape = vector[place, i] / vector[place, i][np.argmax(np.abs(vector[place, i]))]
-    return [Mode(0.0, -1.0, tuple(linear.states[j][2:] for j in place), shape)]
+    names = tuple(linear.states[j][2:] for j in place)
+    factor = np.abs(left[:, i].conj() * right[:, i])
+    energy = factor[place] + factor[[linear.states.index(f"v {name}") for name in names]]
+    shape = right[place, i] / right[place, i][np.argmax(np.abs(right[place, i]))]
+    return [Mode(0.0, -1.0, names, shape, energy)]

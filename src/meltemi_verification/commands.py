@@ -21,31 +21,36 @@ def verify(
     offshore: Annotated[
         bool, typer.Option("--offshore", help="Only the comparisons of turbines at sea with OpenFAST.")
     ] = False,
+    hawc2: Annotated[
+        Path | None,
+        typer.Option("--hawc2", help="Folder with models of HAWC2: only the comparisons with its results for them."),
+    ] = None,
     reference: Annotated[
         Path | None,
         typer.Option("--reference", help="Folder with complete reference series: adds 10 min of turbulence."),
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Compare with closed forms, OpenFAST and measurements."""
+    """Compare with closed forms, OpenFAST, HAWC2 and measurements."""
     out = folder_for(out)
     from meltemi_verification.verification import report_of, verification
 
     made: list[Comparison] = []
-    suggest(*(("verify", "--out", out) if quick or measured or offshore else ("bench",)))
+    suggest(*(("verify", "--out", out) if quick or measured or offshore or hawc2 else ("bench",)))
     try:
         with simulation_bar("verification") as progress:
             verification(
                 quick=quick,
                 measured=measured,
                 at_sea=offshore,
+                models=hawc2,
                 reference=reference,
                 progress=progress,
                 say=say,
                 done=made.append,
             )
     finally:  # after an interruption or an error, too
-        report = report_of(made, measured, offshore)
+        report = report_of(made, measured, offshore, hawc2)
         for table in made:
             print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
         if made:

@@ -45,7 +45,7 @@ def elastodyn_model(turbine: Turbine, aero: str, gravity: float = 9.80665, **cha
       aero: set of options; ``changes`` of them.
       gravity: [m/s^2].
     """
-    turbine = _with_summed_tower(turbine)
+    turbine = with_summed_tower(turbine)
     s = turbine.blade.structure
     assert s.flap_stiffness is not None and s.edge_stiffness is not None
     original = load_turbine("nrel5mw").blade.structure.mass
@@ -125,7 +125,7 @@ def _sum(f: Float, h: float) -> tuple[Float, Float]:
     return whole - 0.5 * h * f, whole[..., -1]
 
 
-def _with_summed_tower(turbine: Turbine) -> Turbine:
+def with_summed_tower(turbine: Turbine) -> Turbine:
     """The turbine with a tower as stiff in its first modes as ElastoDyn's sums over the middles of its elements."""
     tower, changes = turbine.tower, {}
     middles, fine = ((np.arange(n) + 0.5) / n for n in (TOWER_ELEMENTS, 100 * TOWER_ELEMENTS))

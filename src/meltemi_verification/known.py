@@ -94,9 +94,15 @@ PASSING = (
     "the tower, which is not explained; the mean of TTDspFA differs by 0.3 mm"
 )
 SIDEWAYS = (
-    "what rings sideways without waves from there: the first mode is 0.05 % higher (with 1.5 t more in the nacelle the "
-    "correlation is 0.9996), and with OpenFAST's step of 25 ms the moment deviates by 0.98 %; pile and added mass move "
-    "at 1.3 to 3.4 Hz, where that step stretches OpenFAST's periods"
+    "what rings sideways without waves from there: the first mode is 0.05 % higher (with 0.9978 of the tower's "
+    "stiffness the phase stays and the correlation is 0.9996) and has 0.02 points less than OpenFAST's 0.66 % of "
+    "damping; with OpenFAST's step of 25 ms the moment deviates by 1.00 %; pile and added mass move at 1.3 to 3.4 Hz, "
+    "where that step stretches OpenFAST's periods"
+)
+HEAVE = (
+    "OpenFAST's pile is elastic along its axis, ours rigid: tower and pile heave at 8.9 Hz (8.0 Hz with OpenFAST's "
+    "step of 25 ms), which raises forces at 1.3 Hz by 2 % and at 2.7 Hz by 9 %; without the inertia of that heave "
+    "equivalent loads deviate by -1.2 and 0.0 % (test_offshore.py); in the steel 5 % are 0.01 MPa beside 20 of bending"
 )
 LINEAR_LOADS = (
     "OpenFAST takes air loads as linear between the nodes, ours act at the nodes; integrated as linear, our loads have "
@@ -117,7 +123,42 @@ RINGING = (
     "the motion differs by 0.8 % of its standard deviation; with half its step OpenFAST is 0.4 % closer"
 )
 
+HAWC2_ELEMENTS = (
+    "the elements of HAWC2 and HAWCStab2 have constant sections, imported blades sections linear between the stations; "
+    "with such elements the deviation is within its band (column beside it)"
+)
+HAWCSTAB2_LIFT = (
+    "HAWCStab2's lift is normal to the flow at three quarters of the chord: its table of the IEA 10 MW has forces "
+    "turned by half a chord times the section's turning (A-31) against coefficients and inflow angle; HAWC2's has not, "
+    "and ours has not, since steady turning costs no power (A-32); with its elements and its lift the power deviates "
+    "by at most 1.7 % (column beside it)"
+)
+HAWC2_TORSION = (
+    "at high pitch the outer half of our blade twists 0.13 to 0.24 deg more nose down, and 0.1 deg is 3 % of the power "
+    "at 25 m/s: with the torsion of HAWC2's blade power and thrust are within 0.7 % from 15 m/s (next table); at the "
+    "same loads our root has 1.4 times HAWC2's torsional moment, which is not explained; HAWC2's tip twists on over "
+    "its last, short elements"
+)
+HAWC2_THRUST = (
+    "HAWC2 has 2 % more normal force from a third of the span on, with the same driving force and torsion; not "
+    "explained, its model has 3d_correct_method 1, which the others have not"
+)
+HAWC2_SHAFT = (
+    "shaft, hub and nacelle are rigid in bending here; a yaw spring with the stiffness of the shaft about the "
+    "vertical, one of its two directions, lowers the second backward flapwise mode by 2.5 %"
+)
+
 KNOWN = (
+    Known("hawc2 iea1?", "power", "*", 4.2, HAWCSTAB2_LIFT),
+    Known("hawc2 iea1?", "thrust", "25 m/s", 2.0, HAWC2_ELEMENTS),
+    Known("hawc2 iea10", "tip torsion", "25 m/s", 0.4, HAWC2_ELEMENTS),
+    Known("hawc2 iea22", "tip torsion", "10 m/s", 0.25, HAWC2_ELEMENTS),
+    Known("hawc2 iea22", "thrust", "[567] m/s", 2.2, HAWC2_THRUST),
+    Known("hawc2 iea22", "*", "1[6789] m/s", 3.3, HAWC2_TORSION),
+    Known("hawc2 iea22", "*", "2? m/s", 5.8, HAWC2_TORSION),
+    Known("hawc2 modes", "*clamped", "1st flap", 1.2, HAWC2_ELEMENTS),
+    Known("hawc2 modes", "turbine*", "*collective", 1.7, HAWC2_ELEMENTS),
+    Known("hawc2 modes", "turbine*", "*whirl", 10.5, HAWC2_SHAFT),
     Known("offshore waves", "ReactMYss std", "M3*", 1.0, RINGING),
     Known("offshore waves", "M?N1MKye std", "M3*", 1.0, RINGING),
     Known("offshore waves", "TwrBs* std", "M3*", 1.0, RINGING),
@@ -185,6 +226,7 @@ KNOWN = (
     Known("offshore wind", "*", "M4_1?", 3.0, PASSING),
     Known("offshore turbulence", "TwrBsMxt std", "M5_12", 1.5, SIDEWAYS),
     Known("offshore turbulence", "HydroFyi *", "M5_12", 8.0, SIDEWAYS),
+    Known("offshore turbulence", "TwrBsFzt *", "M5_*", 6.0, HEAVE),
     Known("offshore turbulence", "ReactFYss correlation", "M5_12", 2.0, SIDEWAYS),
     Known("floating wind", "PtfmHeave std", "F5_8", 3.5, RELEASE),
     Known("floating wind", "PtfmRoll std", "F5_8", 3.0, RELEASE),

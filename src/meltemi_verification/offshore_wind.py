@@ -25,14 +25,16 @@ CHANNELS = (
     "RotSpeed BldPitch1 GenPwr RtFldFxh RtFldMxh RootMyc1 RootMxc1 OoPDefl1 TTDspFA TTDspSS TwrBsFxt TwrBsFyt "
     "TwrBsMxt TwrBsMyt HydroFxi HydroFyi ReactFXss ReactFYss ReactMXss ReactMYss M3N1MKye M5N1MKye"
 ).split()
+IN_TURBULENCE = [*CHANNELS, "TwrBsFzt"]
 MEAN, BANDS, CORRELATION = 1.0, (1.0, 2.0), 0.99
 """[%] of means; of standard deviations and equivalent loads; [-]."""
 STEADY_BEGIN, BEGIN = 30.0, 40.0
 """[s] begin of the compared part."""
 
 
-def wind_run(case: str, duration: float, folder: Path | None = None, **changes: Any) -> Result:
-    """Our run of a case, which for a box needs the folder of the reference runs, with its sea."""
+def wind_run(case: str, duration: float, folder: Path | None = None, *, step: float = STEP, **changes: Any) -> Result:
+    """Our run of a case, which for a box needs the folder of the reference runs, with its sea; a record every ``step``
+    [s]."""
     settings = (STEADY | TURBULENT)[case]
     wind, sea = wind_and_sea(case, settings, folder)
     options: dict[str, Any] = {"time_step": TIME_STEP, "locked": ("drivetrain", "yaw")} | changes
@@ -45,8 +47,8 @@ def wind_run(case: str, duration: float, folder: Path | None = None, **changes: 
             sea=sea,
             controller=rosco_of(DECK, model.turbine, Path(scratch)),
             start=Start(settings.rotor_speed * np.pi / 30.0, np.radians(settings.pitch), coordinates=RELEASED),
-            channels=CHANNELS,
-            output_step=STEP,
+            channels=IN_TURBULENCE,
+            output_step=step,
         )
 
 
@@ -76,10 +78,10 @@ def turbulent(folder: Path) -> Comparison:
     """
     rows: list[Row] = []
     for case in TURBULENT:
-        reference = full_series(folder / f"series/{case}.npz", CHANNELS, STEP)
+        reference = full_series(folder / f"series/{case}.npz", IN_TURBULENCE, STEP)
         time = STEP * np.arange(float(len(reference)))
         ours, inside = wind_run(case, float(time[-1]), folder), time >= BEGIN - 1e-6
-        for name, series in zip(CHANNELS, reference[inside].T, strict=True):
+        for name, series in zip(IN_TURBULENCE, reference[inside].T, strict=True):
             rows += spread(name, case, ours, series, inside, STEP, BANDS)
             found = float(np.corrcoef(ours[name][: len(time)][inside], series)[0, 1])
             rows.append(at_least(f"{name} correlation", case, "-", CORRELATION, found))

@@ -13,6 +13,7 @@ from meltemi_verification import (
     elastodyn_blade,
     far_bending,
     floating,
+    hawc2,
     iea,
     modes,
     momentum,
@@ -72,6 +73,7 @@ FULL: tuple[Study, ...] = (
     Study(8.0, iea.steady_15mw, "IEA 15 MW, steady operation", WINDIO),
     Study(5.0, iea.steady_22mw, "IEA 22 MW, steady operation", WINDIO),
     Study(20.0, iea.modes_22mw, "IEA 22 MW, aeroelastic modes", WINDIO),
+    Study(10.0, hawc2.iea10mw),
 )
 
 OFFSHORE: tuple[Study, ...] = (
@@ -88,6 +90,7 @@ def verification(
     quick: bool = False,
     measured: bool = False,
     at_sea: bool = False,
+    models: Path | None = None,
     reference: Path | None = None,
     progress: Callable[[float], None] = lambda share: None,
     say: Callable[[str], None] = lambda text: None,
@@ -99,6 +102,7 @@ def verification(
       quick: only what takes less than two minutes.
       measured: only the comparison with measured loads.
       at_sea: only the comparisons of turbines at sea.
+      models: folder with models of HAWC2; only the comparisons with HAWC2's and HAWCStab2's figures for them.
       reference: folder with the series and wind boxes of the reference runs, for turbulence over ten minutes beside
         the 45 s that come with the package, and for a stop in turbulence; with ``at_sea`` for turbulence and sea.
       progress: called with the completed fraction.
@@ -106,15 +110,18 @@ def verification(
       done: called with each comparison as soon as it is made, with verdicts.
 
     Raises:
-      InputError: the folder has no reference runs, or ``measured`` or ``at_sea`` is combined with others.
+      InputError: a folder lacks reference runs or models, or ``measured``, ``at_sea`` or ``models`` is not alone.
     """
-    for alone, name in ((measured, "--measured"), (at_sea, "--offshore")):
-        if alone and (quick or (reference is not None and not at_sea) or measured + at_sea > 1):
+    kinds = {"--measured": measured, "--offshore": at_sea, "--hawc2": models is not None}
+    for name, alone in kinds.items():
+        if alone and (quick or (reference is not None and not at_sea) or sum(kinds.values()) > 1):
             raise InputError(f"{name} is a comparison of its own: leave out the other options")
     needed = "openfast_offshore" if at_sea else "openfast"
     if reference is not None and not (reference / needed).is_dir():
         raise InputError(f"--reference {reference}: no folder {needed!r} in it")
     studies = [*(uae.MEASURED if measured else OFFSHORE if at_sea else QUICK if quick else FULL)]
+    if models is not None:
+        studies = [*hawc2.studies(models)]
     if reference is not None and at_sea:
         further = partial(floating.in_wind, reference / needed)
         studies = [s._replace(compare=further) if s.compare is floating.in_wind else s for s in studies]
@@ -138,9 +145,12 @@ def verification(
         done(tables[-1])
         passed += study.seconds
         progress(passed / total)
-    return report_of(tables, measured, at_sea)
+    return report_of(tables, measured, at_sea, models)
 
 
-def report_of(tables: Sequence[Comparison], measured: bool = False, at_sea: bool = False) -> Report:
+def report_of(
+    tables: Sequence[Comparison], measured: bool = False, at_sea: bool = False, models: Path | None = None
+) -> Report:
     """The report of comparisons, all of them or those made before an interruption."""
-    return Report(tables, "measurements" if measured else "offshore" if at_sea else "verification")
+    alone = {"measurements": measured, "offshore": at_sea, "hawc2": models is not None}
+    return Report(tables, next((name for name, chosen in alone.items() if chosen), "verification"))

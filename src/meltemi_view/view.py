@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, cast, get_args
 
 import numpy as np
 
@@ -152,7 +152,7 @@ def view(
     if isinstance(what, Result):
         return result_view({"result": what}, channels, look)
     if isinstance(what, Mapping):
-        return result_view(what, channels, look)
+        return result_view(cast("Mapping[str, Result]", what), channels, look)
     from meltemi.simulation.campbell import campbell
     from meltemi.simulation.model import Model
     from meltemi.simulation.rotors import build

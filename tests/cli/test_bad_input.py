@@ -322,19 +322,29 @@ def test_a_case_in_other_words_is_a_case(command: Command, tmp_path: Path, text:
     assert "give one of --wind-speed" not in command("run", tmp_path / "a.yaml", "--out", tmp_path / "out").err
 
 
-def test_wind_options_do_not_go_with_a_case_file(command: Command, tmp_path: Path) -> None:
-    (tmp_path / "a.yaml").write_text(STEADY)
-    ran = command("run", tmp_path / "a.yaml", "--wind-speed", 10, "--out", tmp_path / "out")
-    refused(ran, tmp_path / "out", "a.yaml is a case file, which defines its own run; remove --wind-speed")
-
-
-@pytest.mark.parametrize("option", [("--duration", 4), ("--channels", "wind_y"), ("--seed", 2)])
-def test_other_options_do_not_go_with_a_case_file_either(
-    command: Command, tmp_path: Path, option: tuple[str, Any]
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        (("--seed", 2), "--seed: the wind of the case, of kind steady, has no seed"),
+        (("--start", "deck"), "--start deck: only available for OpenFAST decks"),
+        (("--wind-speed", -3), "wind.speed: expected greater than or equal to 0, found -3"),
+        (("--sea", "regular:4"), "expected significant wave height [m], peak period [s]"),
+        (("--sea", "regluar:4,12"), "height and period of a regular wave, e.g. --sea regular:4,12"),
+    ],
+)
+def test_options_that_do_not_go_with_a_case_file(
+    command: Command, tmp_path: Path, option: tuple[str, Any], said: str
 ) -> None:
     (tmp_path / "a.yaml").write_text(STEADY)
-    ran = command("run", tmp_path / "a.yaml", *option, "--out", tmp_path / "out")
-    refused(ran, tmp_path / "out", option[0])
+    refused(command("run", tmp_path / "a.yaml", *option, "--out", tmp_path / "out"), tmp_path / "out", said)
+
+
+def test_the_case_of_results_is_not_changed_by_options(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "case.yaml").write_text(STEADY)
+    ran = command("run", tmp_path / "case.yaml", "--wind-speed", 8, "--out", tmp_path)
+    assert ran.status == 2
+    assert "options change it; choose another folder with --out" in ran.err
+    assert (tmp_path / "case.yaml").read_text() == STEADY
 
 
 # options

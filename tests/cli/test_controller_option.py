@@ -11,6 +11,8 @@ from terminal import Command
 
 import meltemi
 from meltemi.controllers.specification import LibraryCase
+from meltemi.core.yamlfile import read_record
+from meltemi_loads.loadbase.campaign import Campaign
 
 STEADY = ("--wind-speed", 12, "--duration", 1)
 
@@ -137,6 +139,38 @@ def test_a_deck_runs_under_rosco_with_its_own_settings(command: Command, rosco_c
     case = meltemi.io.read_case(tmp_path / "out" / "case.yaml").controller
     assert isinstance(case, LibraryCase) and case.input == str(deck.with_name("DISCON.IN"))
     assert sorted((tmp_path / "NREL-5MW").rglob("*")) == before
+
+
+@pytest.mark.rosco
+def test_an_imported_deck_keeps_its_controller(command: Command, rosco_cases: Path, tmp_path: Path) -> None:
+    """Its case, ``compare`` and ``loads plan`` have ROSCO with the copy of its settings, wherever the folder goes."""
+    deck, out = rosco_cases / "NREL_2p8_127" / "NREL-2p8-127.fst", tmp_path / "model"
+    ran = command("import", deck, "--out", tmp_path / "first")
+    assert ran.status == 0 and "note: NREL-2p8-127: controller rosco" in ran.err, ran
+    (tmp_path / "first").rename(out)
+    settings = out / "NREL-2p8-127_DISCON.IN"
+    assert re.search('"NREL-2p8-127_Cp_Ct_Cq.txt" .*PerfFileName', settings.read_text())
+    case = meltemi.io.read_case(out / "case.yaml")
+    assert isinstance(case.controller, LibraryCase)
+    assert (case.controller.library, case.controller.input) == ("rosco", settings.name)
+    short = out / "short.yaml"
+    short.write_text(re.sub("duration: .*", "duration: 0.5", (out / "case.yaml").read_text()))
+    ran = command("run", short, "--out", tmp_path / "run")
+    assert ran.status == 0, ran
+    assert meltemi.io.read_netcdf(tmp_path / "run" / "result.nc").meta["controller"] == "libdiscon.so"
+    turbine = out / "turbine.yaml"
+    ran = command("loads", "plan", turbine, "--class", "IIIB", "--quick", "--out", tmp_path / "base")
+    assert ran.status == 0 and "note: NREL-2p8-127: controller rosco" in ran.err, ran
+    campaign = read_record(tmp_path / "base" / "campaign.yaml", Campaign)
+    assert isinstance(campaign.controller, LibraryCase) and campaign.controller.input == str(settings)
+    wind = ("--ntm", "--wind-class", "IIIB", "--wind-speed", 9, "--seeds", 1, "--duration", 21, "--transient", 1)
+    ran = command("compare", turbine, *wind, "--workers", 1, "--out", tmp_path / "compared")
+    assert ran.status == 0 and "note: NREL-2p8-127: controller rosco" in ran.err, ran
+    table = (tmp_path / "compared" / "comparison.csv").read_text()
+    assert -1 < table.find("rosco") < table.find("cpc")
+    settings.unlink()
+    ran = command("run", short, "--out", tmp_path / "again")
+    assert ran.status == 2 and f"input file {settings}: no such file" in ran.err
 
 
 MINE = """

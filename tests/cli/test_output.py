@@ -19,6 +19,7 @@ from terminal import Command, check_next
 
 from meltemi.app import terminal
 from meltemi.app.cli import app
+from meltemi.app.commands import SECTIONS
 from meltemi.report.tables import number
 
 
@@ -45,6 +46,14 @@ def test_every_command_has_json_once() -> None:
     for name, command in COMMANDS.items():
         options = [option for p in command.params for option in p.opts]
         assert options.count("--json") == 1, name
+
+
+def test_the_help_lists_every_command_in_one_section(command: Command) -> None:
+    group: Any = typer.main.get_command(app)
+    names = [name for section in SECTIONS.values() for name in section.split()]
+    assert sorted(names) == sorted(group.list_commands(group.make_context("meltemi", [], resilient_parsing=True)))
+    text = command("--help").out
+    assert [line for line in text.splitlines() if line.rstrip(":") in SECTIONS] == [f"{s}:" for s in SECTIONS]
 
 
 def test_long_commands_suggest_the_next_one(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

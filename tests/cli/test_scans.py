@@ -245,3 +245,25 @@ def test_the_command_lets_the_gust_happen(command: Command, tmp_path: Path) -> N
     ):
         ran = command(*options, "--out", tmp_path / "c")
         assert ran.status == 2 and said in ran.err and not (tmp_path / "c").exists()
+
+
+@pytest.mark.long
+def test_the_command_names_the_modes_of_a_floating_turbine_in_wind(command: Command, tmp_path: Path) -> None:
+    ran = command("campbell", "iea15mw-volturnus", "--wind-speeds", "10", "--out", tmp_path)
+    assert ran.status == 0 and "energy" in ran.out
+    with (tmp_path / "campbell.csv").open(encoding="utf-8", newline="") as file:
+        rows = {row["mode"]: row for row in csv.DictReader(file)}
+    for label, hertz in {
+        "base sway": 0.0061,
+        "base surge": 0.0104,
+        "base yaw": 0.0123,
+        "base roll": 0.0344,
+        "base pitch": 0.0414,
+        "base heave": 0.0485,
+        "1st tower side-side": 0.502,
+        "1st tower fore-aft": 0.524,
+    }.items():
+        assert float(rows[label]["frequency [Hz]"]) == pytest.approx(hertz, rel=0.01), label
+        largest, share = rows[label]["energy"].split(";")[0].rsplit(" ", 1)
+        assert largest == label
+        assert float(share) > 0.8

@@ -31,3 +31,9 @@ def test_what_was_computed_is_shown_and_kept_and_what_lacks_a_package_is_skipped
     assert "example,thing,here" in (tmp_path / "verification.csv").read_text(encoding="utf-8")
     monkeypatch.setattr("meltemi_verification.verification.FULL", studies[:2])
     assert command("verify", "--out", str(tmp_path)).status == 0
+
+
+def test_a_folder_without_models_of_hawc2_is_named(command: Command, tmp_path: Path) -> None:
+    ran = command("verify", "--hawc2", str(tmp_path), "--out", str(tmp_path))
+    assert ran.status == 2 and "none of the main files DTU_10MW_RWT.htc" in ran.err
+    assert list(tmp_path.iterdir()) == []

@@ -8,6 +8,7 @@ import pytest
 from meltemi import InputError, ModelOptions, Start, build, load_turbine, simulate
 from meltemi.analysis import linearise, natural_modes, operating_point
 from meltemi.control.constant import ConstantController
+from meltemi.loadcases.case import LoadCase, case_start
 from meltemi.simulation.plan import model_channels
 from meltemi.structure.members import BASE_MOTIONS
 from meltemi.turbine.definition import Foundation, Turbine
@@ -104,3 +105,24 @@ def test_what_a_foundation_cannot_be_is_refused() -> None:
     ):
         with pytest.raises(InputError, match=said):
             Foundation(**{"stiffness": STIFFNESS, **change})
+
+
+def test_a_start_names_motions_of_a_platform_as_their_channels(turbine: Turbine) -> None:
+    """A free decay: pitch begins where the case says, and swings with the period of the mode."""
+    case = LoadCase(
+        turbine="nrel5mw",
+        wind={"kind": "steady", "speed": 0.0},
+        controller={"kind": "fixed"},
+        start={"pitch": 1.57, "undeflected": True, "coordinates": {"platform_pitch": 0.01, "base surge": -0.2}},
+        duration=1.0,
+    )
+    start = case_start(case, turbine)
+    assert start is not None
+    model = build(on(turbine, "surge", "pitch"))
+    moved = ["q base surge", "q base pitch"]
+    begun = simulate(model, 0.0, duration=0.025, output_step=0.025, start=start, channels=moved)
+    assert begun.data[0] == pytest.approx([-0.2, 0.01])
+    with pytest.raises(InputError, match="no coordinate 'platform_ptich'"):
+        simulate(model, 0.0, duration=0.1, start=Start(coordinates={"platform_ptich": 0.1}))
+    with pytest.raises(InputError, match="add undeflected: true"):
+        case.replace(start={"coordinates": {"platform_pitch": 0.01}})

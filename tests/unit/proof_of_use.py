@@ -17,8 +17,8 @@ from meltemi_exchange.report import ImportedModel, ImportedTurbine
 
 Read = Callable[[Path], ImportedTurbine]
 Files = Mapping[str, str]
-BESIDE = ("options", "environment", "wind", "sea", "duration", "output_step", "start")
-"""Of an imported model, beside the turbine."""
+BESIDE = ("options", "environment", "wind", "sea", "duration", "output_step", "start", "library")
+"""Of an imported model, beside the turbine; a library only of OpenFAST decks."""
 
 
 def write(files: Files, folder: Path) -> Path:
@@ -34,7 +34,7 @@ def content(imported: ImportedTurbine) -> dict[str, Any]:
     found = dict(_leaves(imported.turbine.content(), "turbine"))
     if isinstance(imported, ImportedModel):
         for name in BESIDE:
-            found |= dict(_leaves(getattr(imported, name), name))
+            found |= dict(_leaves(getattr(imported, name, None), name))
     return {key: value for key, value in found.items() if key.rpartition(".")[2] not in ("name", "source")}
 
 

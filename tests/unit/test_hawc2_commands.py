@@ -408,6 +408,31 @@ def test_the_hub_of_a_rigid_shaft_is_where_its_mass_is(tmp_path: Path) -> None:
     assert turbine.hub.mass_centre == pytest.approx(0.1, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "G", "k_x", "k_y"),
+    [
+        ("", "", 8e10, 0.5, 0.5),
+        (" .5 .5 .3 ", " .2 .5 .3 ", 8e10, 0.2, 0.5),
+        (" .5 .5 .3 ", " .5 .2 .3 ", 8e10, 0.5, 0.2),
+        (" 8e10 ", " 4e10 ", 4e10, 0.5, 0.5),
+    ],
+    ids=["as it is", "k_x", "k_y", "G"],
+)
+def test_shear_factors_and_modulus_are_used(
+    old: str, new: str, G: float, k_x: float, k_y: float, tmp_path: Path
+) -> None:
+    """Of blade and tower; our x is HAWC2's y. The blade's shear centre is 0.05 m from the elastic centre."""
+    files = toy()
+    files["st.dat"] = files["st.dat"].replace(old, new) if old else files["st.dat"]
+    turbine = read(write(files, tmp_path)).turbine
+    K, rigidity = turbine.blade.structure.stiffness_matrix, 3e8 / 8e10 * G
+    assert K is not None and turbine.tower.shear_stiffness is not None and turbine.tower.torsion_stiffness is not None
+    assert (K[0, 0, 0], K[0, 1, 1]) == pytest.approx((k_y * G * 0.3, k_x * G * 0.3))
+    assert K[0, 5, 5] == pytest.approx(rigidity + k_y * G * 0.3 * 0.05**2)
+    assert turbine.tower.shear_stiffness[0] == pytest.approx(0.5 * (k_x + k_y) * G * 0.3)
+    assert turbine.tower.torsion_stiffness[0] == pytest.approx(6e10 / 8e10 * G + k_y * G * 0.3 * 0.1**2, rel=0.01)
+
+
 def test_a_stiff_tower_is_overdamped_not_refused(tmp_path: Path) -> None:
     files = edited(("damping_posdef 0 0 0 2e-3 2.1e-3 1e-3; of tower", "damping_posdef 0 0 0 0.9 0.8 0.9;"))
     imported = read(write(files, tmp_path))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from meltemi import InputError, UnsupportedError
 from meltemi.core.yamlfile import validated
+from meltemi_exchange.openfast.members import displaced
 from meltemi_exchange.openfast.mooring import read_mooring
 from meltemi_exchange.openfast.text import read_input
 from meltemi_exchange.openfast.values import Values
@@ -121,8 +123,11 @@ def water_of(folder: Path, text: str, *, old: bool) -> Water:
 
 
 def test_one_line_in_three_formats(tmp_path: Path) -> None:
-    second, first, map_lines = (lines_of(tmp_path, text) for text in (MOORDYN_2, MOORDYN_1, MAP))
-    assert first == second
+    # the library of MoorDyn 1, whose files MoorPy writes, counts no rows
+    library = re.sub(r"(?m)^\d +N(Types|Connects|Lines).*\n", "", MOORDYN_1)
+    assert "NTypes" not in library
+    second, first, map_lines, bare = (lines_of(tmp_path, text) for text in (MOORDYN_2, MOORDYN_1, MAP, library))
+    assert first == second == bare
     (line,) = second
     assert (line.mass, line.drag, line.axial_drag, line.added_mass, line.axial_added_mass) == (77, 1.6, 0.1, 1, 0.05)
     assert line.anchor == pytest.approx([853.87, 0.0, -320.0]) and line.fairlead == pytest.approx([5.2, 0.0, -70.0])
@@ -186,14 +191,41 @@ def test_columns_of_moordyn_are_known_by_their_place(tmp_path: Path, old: str, n
     assert [note.what for note in notes if note.kind == "warning"][:1] == ([warns] if warns else [])
 
 
-def test_a_body_of_the_platform_carries_its_points(tmp_path: Path) -> None:
-    bodies = "--- BODIES\nID Attachment X0 Y0 Z0 r0 p0 y0 Mass CG I Volume CdA Ca\n(-)\n"
-    bodies += "1 Coupled 0.2 0.0 -1.0 0 0 0 9.0 0 0 0 0 0\n--- POINTS"
-    found, notes = read(tmp_path, MOORDYN_2.replace("--- POINTS", bodies).replace("1  Vessel", "1  Body1"))
-    assert found["lines"][0]["fairlead"] == pytest.approx([5.4, 0.0, -71.0])
-    assert [note.what for note in notes] == ["body 1"]
-    with pytest.raises(UnsupportedError, match="mooring.dat:10: body 1 is turned"):
-        read(tmp_path, MOORDYN_2.replace("--- POINTS", bodies.replace("-1.0 0 0 0", "-1.0 0 9 0")))
+BODIES = "--- BODIES\nID Attachment X0 Y0 Z0 r0 p0 y0 Mass CG I Volume CdA Ca\n(-)\n1 {} 9.0 0 0 0 0 0\n--- POINTS"
+
+
+@pytest.mark.parametrize(
+    ("angles", "point", "end"),
+    [
+        ("0 0 0", "5.2 0.0 -70.0", [5.4, 0.0, -71.0]),
+        # right-handed: roll turns y upwards, pitch turns x downwards, yaw turns x to y
+        ("90 0 0", "0 3 0", [0.2, 0.0, 2.0]),
+        ("0 90 0", "3 0 0", [0.2, 0.0, -4.0]),
+        ("0 0 90", "3 0 0", [0.2, 3.0, -1.0]),
+        # Rx Ry Rz: yaw turns x to y, which roll turns upwards; the other order would leave it along y
+        ("90 0 90", "3 0 0", [0.2, 0.0, 2.0]),
+        # yaw turns y to -x, which pitch turns upwards
+        ("0 90 90", "0 3 0", [0.2, 0.0, 2.0]),
+        # pitch turns z to x, which roll leaves
+        ("90 90 0", "0 0 3", [3.2, 0.0, -1.0]),
+    ],
+)
+@pytest.mark.parametrize("name", ["Body1", "B1"])
+def test_a_body_of_the_platform_places_its_points(
+    tmp_path: Path, name: str, angles: str, point: str, end: list[float]
+) -> None:
+    text = MOORDYN_2.replace("--- POINTS", BODIES.format(f"Coupled 0.2 0.0 -1.0 {angles}"))
+    found, notes = read(tmp_path, text.replace("1  Vessel  5.2  0.0  -70.0", f"1  {name}  {point}"))
+    assert found["lines"][0]["fairlead"] == pytest.approx(end, abs=1e-12)
+    assert [note.what for note in notes] == ["body 1", *(["body 1: r0, p0, y0"] if angles != "0 0 0" else [])]
+
+
+def test_a_fixed_body_places_its_anchors(tmp_path: Path) -> None:
+    """The run of OpenFAST does not move it: no warning of its angles."""
+    text = MOORDYN_2.replace("--- POINTS", BODIES.format("Fixed 800 0.0 -320.0 0 0 -90"))
+    found, notes = read(tmp_path, text.replace("2  Fixed  853.87  0.0  -320.0", "2  Body1  0.0  53.87  0.0"))
+    assert found["lines"][0]["anchor"] == pytest.approx([853.87, 0.0, -320.0])
+    assert [note.kind for note in notes] == ["ignored"]
 
 
 @pytest.mark.parametrize("z", ["seabed", "Ground", "-320.0"])
@@ -283,3 +315,10 @@ def test_files_of_waves_are_noted(tmp_path: Path) -> None:
     water = water_of(tmp_path, SEA.replace("1P90", "5"), old=False)
     assert water.sea()["kind"] == "still"
     assert any("WaveMod" in note.what and note.kind == "ignored" for note in water.notes)
+
+
+def test_without_potential_flow_members_have_the_buoyancy() -> None:
+    """A column of 2 m, 10 m deep, at x = 3 m: pi m^2 times 10 m."""
+    volume, centre = displaced([{"start": [3.0, 0.0, -10.0], "end": [3.0, 0.0, 5.0], "diameter": 2.0}])
+    assert volume == pytest.approx(10.0 * np.pi)
+    assert centre == pytest.approx((3.0, 0.0))

@@ -21,7 +21,7 @@ from meltemi.plots import plot_performance, plot_power_curve
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import EVERYBODY, new_figure, plot_channel, save
 from meltemi.report.tables import POWER_CURVE, markdown_table, power_curve_rows, rich_table
-from meltemi.simulation.channels import standard
+from meltemi.simulation.channels import every_kind
 from meltemi.simulation.performance import RotorPerformance
 
 TIME = np.linspace(0.0, 20.0, 201)
@@ -31,7 +31,7 @@ def result(*names: str, scale: float = 1.0, turbine: str = "nrel5mw") -> Result:
     """Waves under the names of channels."""
     data = np.stack([scale * (i + 1.0) * np.sin(TIME + i) for i in range(len(names))], axis=1)
     meta = {"turbine": turbine, "wind": "steady wind 9 m/s"}
-    return Result(TIME, data, tuple(standard()[name] for name in names), meta=meta)
+    return Result(TIME, data, tuple(every_kind()[name] for name in names), meta=meta)
 
 
 def panels(figure: Any) -> dict[str, Any]:
@@ -87,15 +87,30 @@ def test_a_result_is_plotted_in_units_for_people() -> None:
     assert figure.get_suptitle() == "nrel5mw: steady wind 9 m/s"
 
 
-def test_the_channels_everyone_wants_are_plotted_by_default() -> None:
-    titles = [name.replace("_", " ") for name in EVERYBODY]
-    assert list(panels(plot(result(*EVERYBODY[::-1], "azimuth")))) == titles
-    assert list(panels(plot(result(*EVERYBODY[:2], "azimuth")))) == titles[:2]
+def test_of_many_channels_the_main_ones_are_plotted_by_default() -> None:
+    """Those at sea among them; three blades share a panel."""
+    at_sea = ("wave_elevation", "platform_surge", "platform_pitch", "line_1_fairlead_tension")
+    many = ("azimuth", "wind_y", "wind_z", "nacelle_yaw", "rotor_torque", "platform_sway", "platform_yaw")
+    titles = [name.replace("_", " ") for name in (*EVERYBODY, *at_sea)]
+    assert list(panels(plot(result(*many, *at_sea, *EVERYBODY[::-1])))) == titles
+    assert list(panels(plot(result(*many, *EVERYBODY)))) == titles[: len(EVERYBODY)]
 
 
-def test_of_other_channels_the_first_are_plotted() -> None:
-    some = result("azimuth", "wind_y", "wind_z", "pitch_2", "pitch_3", "nacelle_yaw", "rotor_torque")
-    assert list(panels(plot(some))) == [name.replace("_", " ") for name in some.names[:6]]
+def test_no_recorded_channel_is_dropped() -> None:
+    names = ["azimuth", "wind_y", "pitch_1", "pitch_2", "pitch_3", "nacelle_yaw", "rotor_torque", "platform_sway"]
+    some = result(*names)
+    some.data[:, 4] = some.data[:, 3] = some.data[:, 2]
+    found = panels(plot(some))
+    assert list(found) == ["azimuth", "wind y", "pitch", "nacelle yaw", "rotor torque", "platform sway"]
+    assert [line.get_label() for line in found["pitch"].lines] == ["blades 1 to 3"]
+    some.data[3, 4] += 0.1
+    assert len(panels(plot(some))["pitch"].lines) == 3
+
+
+def test_the_title_names_the_sea() -> None:
+    some = result("wave_elevation")
+    some.meta["waves"] = "regular wave 4 m, 12 s"
+    assert plot(some).get_suptitle() == "nrel5mw: steady wind 9 m/s, regular wave 4 m, 12 s"
 
 
 def test_several_results_lie_on_top_of_each_other() -> None:

@@ -51,6 +51,25 @@ def test_series_that_were_not_recorded(result: Result) -> None:
         result.channel("time")
 
 
+def test_a_result_is_a_mapping_of_names_to_series(result: Result) -> None:
+    assert list(result) == list(result.keys()) == list(NAMES)
+    assert len(result) == len(NAMES)
+    assert np.array_equal(dict(result)["wind_x"], COLUMNS[3])
+    assert result.get("RootMyc2") is None
+    assert result["time"] is result.time
+    assert "time" in result
+    with pytest.raises(KeyError, match="^no channel 'RootMyc2'"):
+        result["RootMyc2"]
+
+
+def test_an_application_hears_the_logger_of_the_library(caplog: pytest.LogCaptureFixture) -> None:
+    model = meltemi.build(meltemi.load_turbine("pmsg20mw"))
+    with caplog.at_level("INFO", logger="meltemi"):
+        meltemi.simulate(model, meltemi.SteadyWind(speed=9.0), duration=1.0)
+    assert [(r.name, r.levelname) for r in caplog.records] == [("meltemi", "INFO")]
+    assert "channels, 0 to 1 s, OK" in caplog.text
+
+
 def test_names_are_in_the_order_of_the_columns(result: Result) -> None:
     assert result.names == list(NAMES)
     for i, name in enumerate(result.names):

@@ -304,6 +304,14 @@ def test_what_the_file_does_not_say_is_in_the_notes(path: Path) -> None:
     assert any(n.where == "components.monopile" and n.kind == "ignored" for n in notes)
 
 
+def test_what_is_given_beside_the_file_is_not_called_approximated(path: Path) -> None:
+    values = {"control.pitch.proportional_gain": 0.01, "control.filter_frequency": 1.5}
+    plain, given = import_windio(path), import_windio(path, values)
+    gone = {note.what for note in plain.noted("approximated")} - {note.what for note in given.noted("approximated")}
+    assert gone == {gains.GAINS, "filter of the generator speed"}
+    assert {note.what for note in given.notes if note.where == "extra"} == set(values)
+
+
 def test_damping_and_yaw_bearing_follow_the_rules_of_the_nrel5mw(path: Path) -> None:
     """What windIO has no place for."""
     imported = import_windio(path)
@@ -351,15 +359,17 @@ def test_the_yaw_bearing_of_the_nrel5mw_is_that_of_its_report() -> None:
     assert defaults.YAW_DAMPING * 2.0 * found * 6.0 * np.pi == pytest.approx(1.916e7, rel=0.03)
 
 
+CONTROL_2_0 = {
+    "supervisory": {"Vin": 3.5, "Vout": 24.0},
+    "pitch": {"max_pitch": 89.0, "max_pitch_rate": 2.0, "min_pitch": 0.5},
+    "torque": {"tsr": 9.0, "max_torque_rate": 1.5e6, "VS_minspd": 5.0, "VS_maxspd": 7.56},
+}
+
+
 def test_keys_of_control_of_windio_2_0_are_those_of_2_1(changed: Changed, path: Path) -> None:
     """The torque of 2.0 has neither gain nor largest torque: rated power at rated speed, 1.1 of rated torque."""
-    old = {
-        "supervisory": {"Vin": 3.5, "Vout": 24.0},
-        "pitch": {"max_pitch": 89.0, "max_pitch_rate": 2.0, "min_pitch": 0.5},
-        "torque": {"tsr": 9.0, "max_torque_rate": 1.5e6, "VS_minspd": 5.0, "VS_maxspd": 7.56},
-    }
     speeds = (drop(f"assembly.cut_{name}_wind_speed") for name in ("in", "out"))
-    imported = import_windio(changed(put("control", old), *speeds))
+    imported = import_windio(changed(put("control", CONTROL_2_0), *speeds))
     t, rated = imported.turbine, 7.56 * np.pi / 30.0
     torque, pitch = t.control.torque, t.control.pitch
     assert (t.cut_in, t.cut_out, torque.rate_limit) == (3.5, 24.0, 1.5e6)
@@ -381,20 +391,37 @@ def values(node: Any, i: int = 1) -> Any:
     return node if isinstance(node, str | bool | None) else (1.0 - 1e-4 * i) * node or 1e-4 * i
 
 
+OFFSET = {"grid": [0.0, 1.0], "values": [0.5, 0.5]}
+VARIANTS: dict[str, tuple[list[Change], dict[str, Any]]] = {
+    "2.1": ([], {}),
+    "2.0": ([put("control", CONTROL_2_0)], {}),
+    "walls": ([walls_only], {}),
+    "pile": ([], {"foundation": "pile", "mudline": -30.0}),
+    "offset": ([put("components.blade.outer_shape.section_offset_x", OFFSET)], {}),
+    "thickness": ([drop("components.blade.outer_shape.rthick")], {}),
+    "extra": ([], {"extra": EXTRA}),
+}
+
+
 @pytest.mark.long
+@pytest.mark.parametrize("variant", VARIANTS)
 def test_every_key_that_the_report_calls_used_is_used(
-    path: Path, data: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+    variant: str, path: Path, data: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One key at a time is changed, and the turbine changes; what is ignored changes nothing."""
+    changes, how = VARIANTS[variant]
+    data = copy.deepcopy(data)
+    for each in changes:
+        each(data)
 
     def read(change: Change = lambda content: None) -> ImportedTurbine:
         content = copy.deepcopy(data)
         change(content)
         monkeypatch.setattr("meltemi_exchange.windio.load", lambda _: Tree(content, str(path)))
-        return import_windio(path)
+        return import_windio(path, **how)
 
     before, missed = read(), []
-    used = [note.where for note in before.noted("used")]
+    used = [note.where for note in before.noted("used") if note.where != "extra"]
     for where in used:
         if where.endswith(".grid"):  # the curves above it are perturbed
             continue

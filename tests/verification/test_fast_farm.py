@@ -17,6 +17,7 @@ from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi_farm.settings import WakeSettings
 from meltemi_farm.simulation import FarmResult
 from meltemi_farm.wakes import FarmWakes
+from meltemi_verification.elastodyn_blade import with_summed_tower
 from meltemi_verification.openfast_deck import deck_options, deck_turbine
 
 pytestmark = [pytest.mark.reference, pytest.mark.long]
@@ -24,7 +25,8 @@ Float = NDArray[np.float64]
 D, SPEED = 126.0, 9.0
 CEILING = 250.0
 """[m] top of FAST.Farm's grid, where its averages end."""
-CHANNELS = ("RtAeroMxh", "RotThrust", "RootMyc1", "TwrBsMyt")
+SIDEWAYS = "TwrBsMxt"
+CHANNELS = ("RtAeroMxh", "RotThrust", "RootMyc1", "TwrBsMyt", SIDEWAYS)
 REFERENCE_NAMES = {"RtAeroMxh": "RtFldMxh"}
 SLOPES = {"RootMyc1": 10.0}
 CASES = {
@@ -80,8 +82,9 @@ class Samples:
 
 
 @cache
-def simulated(case: str, folder: Path, seed: int = 1, samples: bool = False) -> Compared:
+def simulated(case: str, folder: Path, seed: int = 1, samples: bool = False, sums: bool = False) -> Compared:
     turbine = deck_turbine(meltemi.load_turbine("nrel5mw"))
+    turbine = with_summed_tower(turbine) if sums else turbine
     options = deck_options(turbine, "A", locked=("yaw", "generator", "drivetrain"))
     rpm, aside, yaw = CASES[case.removesuffix("_wat")]
     steady = case.startswith("steady")
@@ -121,9 +124,11 @@ def simulated(case: str, folder: Path, seed: int = 1, samples: bool = False) -> 
     return Compared(result, {n: np.mean(each, axis=0) for n, each in found.items()}, begin)
 
 
-def rows(case: str, folder: Path, seed: int = 1, samples: bool = False) -> list[tuple[str, int, str, float, float]]:
+def rows(
+    case: str, folder: Path, seed: int = 1, samples: bool = False, sums: bool = False
+) -> list[tuple[str, int, str, float, float]]:
     """Quantity, turbine, channel, ours and theirs: mean, and in turbulence standard deviation and 1 Hz DEL."""
-    compared, made = simulated(case, folder, seed, samples), []
+    compared, made = simulated(case, folder, seed, samples, sums), []
     for i, result in enumerate(compared.result.turbines):
         path = folder / "series" / f"{case}_T{i + 1}.npz"
         if not path.exists():
@@ -147,13 +152,29 @@ def rows(case: str, folder: Path, seed: int = 1, samples: bool = False) -> list[
 BOUNDS = {"mean": 0.01, "std": 0.04, "DEL": 0.06}
 MEAN_ASIDE = 0.015
 """Of means half in the wake, whose torque differs by 1.3 %: FAST.Farm's samples of the first rotor have other means."""
+LATERAL = {"mean": 0.001, "std": 0.06, "DEL": 0.06}
+"""Of the tower's side-to-side moment, means over the fore-aft ones: it rings in a mode with 0.6 % damping, whose
+frequency ElastoDyn's sums lower."""
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_loads_and_power_are_those_of_fast_farm(case: str, fastfarm: Path) -> None:
     bounds = BOUNDS | ({"mean": MEAN_ASIDE} if case.endswith("halfwake") else {})
-    for quantity, turbine, name, ours, theirs in rows(case, fastfarm):
-        assert ours == pytest.approx(theirs, rel=bounds[quantity]), (quantity, turbine, name)
+    found = rows(case, fastfarm)
+    fore_aft = {turbine: mean for quantity, turbine, name, _, mean in found if (quantity, name) == ("mean", "TwrBsMyt")}
+    for quantity, turbine, name, ours, theirs in found:
+        if name == SIDEWAYS:
+            scale = fore_aft[turbine] if quantity == "mean" else theirs
+            assert abs(ours - theirs) < LATERAL[quantity] * scale, (quantity, turbine, name)
+        else:
+            assert ours == pytest.approx(theirs, rel=bounds[quantity]), (quantity, turbine, name)
+
+
+def test_side_to_side_loads_are_those_of_fast_farm_with_its_sums(fastfarm: Path) -> None:
+    """Half in the wake: 4.4 % of the standard deviation and 5.4 % of the fatigue load become less than 1.5 %."""
+    for quantity, turbine, name, ours, theirs in rows("kai9_s1_5D_halfwake", fastfarm, sums=True):
+        if name == SIDEWAYS and quantity != "mean":
+            assert ours == pytest.approx(theirs, rel=0.015), (quantity, turbine)
 
 
 def test_added_turbulence_has_the_means_and_fatigue_loads_of_fast_farm(fastfarm: Path) -> None:
@@ -162,7 +183,7 @@ def test_added_turbulence_has_the_means_and_fatigue_loads_of_fast_farm(fastfarm:
     for same in zip(*seeds, strict=True):
         quantity, turbine, name = same[0][:3]
         ratio = np.mean([ours / theirs for *_, ours, theirs in same])
-        if quantity != "std":
+        if quantity != "std" and name != SIDEWAYS:
             assert ratio == pytest.approx(1.0, abs={"mean": 0.01, "DEL": 0.06}[quantity]), (quantity, turbine, name)
 
 

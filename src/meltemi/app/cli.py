@@ -26,6 +26,7 @@ from meltemi.app.options import (
     controller_of_options,
     is_case,
     sea_of_options,
+    wind_changed,
     wind_of_options,
     wind_options,
     with_options,
@@ -42,13 +43,12 @@ from meltemi.app.terminal import (
     suggest,
     wrote,
 )
-from meltemi.app.wind import wind
-from meltemi.controllers.names import controller_keys
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
     from meltemi.loadcases.case import LoadCase
     from meltemi.simulation.result import Result
+    from meltemi.simulation.run import Run
 
 app = typer.Typer(
     cls=Commands,
@@ -148,9 +148,11 @@ def run(
 
     own = {} if transient is None else {"transient": f"{transient:g}"}
     own |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
-    if own and written:
-        words = ", ".join(f"{key}: {value}" for key, value in own.items())
-        raise InputError(f"{path} is a case file, which defines its own run; set {words} in it")
+    changed = written and bool(own or options.given())
+    if changed and path.resolve() == (out / "case.yaml").resolve():
+        raise InputError(
+            f"{path} describes the results in {out}, and options change it; choose another folder with --out"
+        )
     case = case.replace(**own) if own else case
     from meltemi.simulation.simulate import Simulation, march
 
@@ -159,6 +161,8 @@ def run(
     with TemporaryDirectory() as kept, _named(path if written else None):
         folder_for(out)
         described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
+        if not written:
+            described, case = _recorded(described, case)
         with simulation_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
             simulation = Simulation(described)
             for note in io.restore_state(simulation, resume) if resume is not None else ():
@@ -183,6 +187,21 @@ def run(
     _tell(result)
 
 
+def _recorded(described: Run, case: LoadCase) -> tuple[Run, LoadCase]:
+    """A run and its case without the channels that OpenFAST has, but not this turbine, each with a note."""
+    from dataclasses import replace
+
+    from meltemi.simulation.model import Model
+    from meltemi.simulation.plan import model_channels
+    from meltemi.simulation.recordable import recordable
+
+    assert isinstance(described.model, Model)
+    names, missing = recordable(case.channels, model_channels(described.model, described.stations))
+    for name, why in missing.items():
+        say(f"note: channel {name} is not recorded: {why}")
+    return replace(described, channels=names), case.replace(channels=names)
+
+
 def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:
     """The case of a target and options, and whether it stands in a file of its own."""
     path = Path(target)
@@ -197,7 +216,7 @@ def _show(result: Result, after: str) -> None:
 
     meta = result.meta
     if result.sampled:
-        print_table(f"{meta['turbine']}: {meta['wind']}{after}", *statistics_rows(result), text_columns=3)
+        print_table(f"{result.title}{after}", *statistics_rows(result), text_columns=3)
         print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades, 3 for mooring lines, 4 for other loads")
         print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
     if result.log:
@@ -233,7 +252,7 @@ def _after_run(case: LoadCase, folder: Path, out: Path) -> tuple[object, ...]:
     if Path(case.turbine).suffix == ".fst":
         return ("import", folder / case.turbine, "--out", out)
     turbine = folder / case.turbine if (folder / case.turbine).is_file() else case.turbine
-    if case.wind.kind != "steady":
+    if case.wind.kind != "steady" or not case.wind.speed:
         return ("power-curve", turbine, "--out", out)
     wind = ("--wind-speed", f"{case.wind.speed:g}", "--turbulence", 0.14)
     return ("run", turbine, *wind, "--duration", 660, "--transient", 60, "--view", "--out", f"{out}-turbulent")
@@ -251,37 +270,44 @@ def _named(path: Path | None) -> Iterator[None]:
 
 
 def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
+    """The case of a file, with options overriding it."""
     from meltemi.loadcases.case import read_case
 
-    if given:
-        raise InputError(f"{path} is a case file, which defines its own run; remove {', '.join(given)}")
-    return read_case(path)
+    case = read_case(path)
+    if given.get("--start") == "deck":
+        raise InputError("--start deck: only available for OpenFAST decks (.fst)")
+    changes: dict[str, Any] = {"start": given["--start"]} if "--start" in given else {}
+    if given.keys() & {"--controller", "--controller-input"}:
+        changes["controller"] = controller_of_options(given)
+    return _changed(case, given, changes)
+
+
+def _changed(case: LoadCase, given: dict[str, Any], changes: dict[str, Any]) -> LoadCase:
+    """A case with the wind and the run that options name, and other changes."""
+    from meltemi.core.yamlfile import validated
+
+    changes |= _run_of_options(given)
+    if wind := wind_options(given):
+        changes["wind"] = wind_changed(wind, case.wind.model_dump(exclude_unset=True), type(case.wind).model_fields)
+    if not changes:
+        return case
+    return validated(case.model_dump(exclude_unset=True) | changes, type(case), "command line")
 
 
 def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
-    """The case of an OpenFAST deck: its wind, models and duration, with options overriding them.
-
-    A controller library has the settings and the time step that the deck gives to its own.
-    """
-    from meltemi.core.yamlfile import validated
-    from meltemi.io import deck_case, read_deck
-    from meltemi.loadcases.case import LoadCase
+    """The case of an OpenFAST deck: its wind, models, controller and duration, with options overriding them."""
+    from meltemi.io import deck_case, deck_controller, read_deck
 
     deck = read_deck(path)
-    for title, head, rows in deck.tables():
-        print_table(title, head, rows, text_columns=3)
-    case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck")
-    own = deck.library.get("input")
-    if own and "--controller" in given and controller_keys(given["--controller"])["kind"] == "bladed":
-        given = {"--controller-input": Path(own)} | given
-    controller = controller_of_options(given)
-    if controller["kind"] == "bladed" and deck.library:
-        controller |= {name: deck.library[name] for name in ("procedure", "individual_pitch")}
-        controller["sample_time"] = deck.library["step"]
-    changes = _run_of_options(given) | {"controller": controller}
-    if wind := wind_options(given):
-        changes["wind"] = wind_of_options(wind, case.wind.model_dump())
-    return validated(case.model_dump(exclude_unset=True) | changes, LoadCase, "command line")
+    for words in deck.brief(path):
+        say(words)
+    own, note = deck_controller(deck)
+    if {"--controller", "--controller-input"} & given.keys():
+        own, note = controller_of_options(given), ""
+    if note:
+        say(f"note: {note}")
+    case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck", controller=own)
+    return _changed(case, given, {})
 
 
 def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:
@@ -458,7 +484,6 @@ def power_curve(
     finish(failures, interrupted)
 
 
-app.command()(wind)
 app.command()(docs)
 
 
@@ -518,10 +543,12 @@ def campbell(
         for i in shown
         for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
     ]
-    rows = [[label, *(number(float(v[j])) for _, v in columns)] for j, label in enumerate(diagram.labels)]
+    # shown once, where the mode is found first
+    energy = [next(filter(None, (diagram.participation(label, i, 2) for i in shown)), "") for label in diagram.labels]
+    rows = [[label, *(number(float(v[j])) for _, v in columns), energy[j]] for j, label in enumerate(diagram.labels)]
     print_table(
         f"{described.name}: modes {'with air' if diagram.air else 'in vacuum'}",
-        ["mode", *(n for n, _ in columns)],
+        ["mode", *(n for n, _ in columns), "energy"],
         rows,
         all_rows=campbell_rows(diagram),
     )

@@ -18,6 +18,17 @@ from meltemi.app.terminal import output, say
 from meltemi.core.errors import InputError, RunError, Status
 
 GROUP = "meltemi.commands"
+SECTIONS = {
+    "Simulate": "run power-curve campbell flutter parked farm yaw-limits live",
+    "Look at inputs and results": "turbines inspect channels wind sea diff view observe",
+    "Design loads": "loads surrogate climate",
+    "Control": "compare bench-controller export-controller export-rosco export-linear",
+    "Platforms": "hydro rao",
+    "Other programs": "import export export-fmu",
+    "Verification": "verify reproduce bench",
+    "Help and files": "docs template warmup",
+}
+"""Commands of the help, by what they are for; those of other packages come last."""
 
 
 class Group(TyperGroup):
@@ -82,6 +93,17 @@ class Commands(Group):
         """Names of all commands, ours first."""
         self._add_registered()
         return super().list_commands(ctx)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands of the help in sections."""
+        names = self.list_commands(ctx)
+        wide = max(map(len, names))
+        lines = {name: self.get_command(ctx, name).get_short_help_str(formatter.width - 6 - wide) for name in names}
+        of_others = " ".join(name for name in names if name not in " ".join(SECTIONS.values()).split())
+        for title, members in {**SECTIONS, "Of other packages": of_others}.items():
+            if rows := [(name.ljust(wide), lines[name]) for name in members.split() if name in lines]:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """A command by its name."""

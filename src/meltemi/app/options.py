@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from math import radians
 from pathlib import Path
@@ -91,8 +91,9 @@ SeaOption = Annotated[
     str | None,
     typer.Option(
         "--sea",
-        metavar="HEIGHT,PERIOD[,DIRECTION]",
-        help="Irregular sea: significant wave height [m], peak period [s], direction [deg, clockwise from above: 0].",
+        metavar="[regular:]HEIGHT,PERIOD[,DIRECTION]",
+        help="Irregular sea: significant wave height [m], peak period [s], direction [deg, clockwise from above: 0]; "
+        "or a regular wave.",
     ),
 ]
 
@@ -220,20 +221,48 @@ def wind_options(given: Mapping[str, Any]) -> dict[str, Any]:
     return {name: given[name] for name in WIND if name in given}
 
 
-def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """The wind of a case from the options of a command, by option name.
+def wind_changed(given: Mapping[str, Any], before: Mapping[str, Any], known: Collection[str]) -> dict[str, Any]:
+    """The wind of a case with what options name; another one, at its speed, if they name its kind or it is a file.
 
     Args:
       given: options.
-      before: a wind of which a steady one keeps what speed, shear and direction do not name.
+      before: the wind of the case.
+      known: keys that it may have.
+
+    Raises:
+      InputError: options contradict each other, do not suffice, or name what this kind of wind does not have.
+    """
+    steady, file = before["kind"] == "steady", "file" in before
+    if file and given.keys() == {"--direction"}:
+        return {**before, "direction": radians(given["--direction"])}
+    if file or given.keys() & {"--iec", "--wind-file"} or (steady and "--turbulence" in given):
+        speed = before.get("speed") if not given.keys() & {"--wind-speed", "--wind-file"} else None
+        return wind_of_options({**({} if speed is None else {"--wind-speed": speed}), **given})
+    further = {name: key for name, key in FURTHER.items() if name in given}
+    keys = {name: key for name, key in (SPEED | STANDARD).items() if name in given}
+    if before["kind"] == "iec":
+        inner = {"turbulence": {**before.get("turbulence", {}), **{key: given[name] for name, key in further.items()}}}
+    else:
+        inner, keys = {}, keys | further
+    for name, key in keys.items():
+        if key not in known:
+            raise InputError(f"{name}: the wind of the case, of kind {before['kind']}, has no {key.replace('_', ' ')}")
+    turned = {"direction": radians(given["--direction"])} if "--direction" in given else {}
+    return {**before, **{key: given[name] for name, key in keys.items()}, **inner, **turned}
+
+
+SPEED = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
+STANDARD = {"--wind-class": "wind_class", "--edition": "edition", "--begin": "begin"}
+FURTHER = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
+"""Options and keys of a wind; the last ones stand under ``turbulence`` in a wind of IEC 61400-1."""
+
+
+def wind_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The wind of a case from the options of a command, by option name.
 
     Raises:
       InputError: options contradict each other, or do not suffice.
     """
-    steady = {"--wind-speed": "speed", "--shear": "shear_exponent", "--direction": "direction"}
-    if before is not None and before["kind"] == "steady" and wind_options(given).keys() <= steady.keys():
-        named = {key: given[name] for name, key in steady.items() if name in given}
-        return dict(before) | named | ({"direction": radians(named["direction"])} if "direction" in named else {})
 
     def only(*allowed: str, because: str) -> None:
         for name in ("--turbulence", "--seed", "--shear", "--spectrum", "--wind-class", "--edition", "--direction"):
@@ -249,15 +278,12 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
         only("--direction", because="a wind file defines shear and turbulence")
         turned = {"direction": radians(given["--direction"])} if "--direction" in given else {}
         return {"kind": "file", "file": str(given["--wind-file"].absolute())} | turned
-    keys = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
-    wind = {key: given[name] for name, key in keys.items() if name in given}
+    wind = {key: given[name] for name, key in SPEED.items() if name in given}
     if "--direction" in given:
         wind["direction"] = radians(given["--direction"])
-    further = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
-    more = {key: given[name] for name, key in further.items() if name in given}
+    more = {key: given[name] for name, key in FURTHER.items() if name in given}
     if "--iec" in given:
-        standard = {"--wind-class": "wind_class", "--edition": "edition", "--begin": "begin"}
-        wind |= {key: given[name] for name, key in standard.items() if name in given}
+        wind |= {key: given[name] for name, key in STANDARD.items() if name in given}
         return {"kind": "iec", "model": given["--iec"], **wind, "turbulence": more}
     if "--wind-speed" not in given:
         raise InputError("give one of --wind-speed, --iec (or --ntm), --wind-file")
@@ -276,18 +302,20 @@ def sea_of_options(text: str) -> dict[str, Any]:
     """The sea of a case from the option ``--sea``.
 
     Raises:
-      InputError: it is not two or three numbers.
+      InputError: it is not two or three numbers, after a kind of sea or not.
     """
+    kind, colon, values = text.rpartition(":")
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = [float(part) for part in values.split(",")]
         height, period, direction = (*numbers, 0.0)[:3]
         assert len(numbers) in (2, 3)
+        assert kind in (("regular", "irregular") if colon else ("",))
     except (ValueError, AssertionError):
         raise InputError(
             f"--sea {text!r}: expected significant wave height [m], peak period [s] and perhaps direction [deg], "
-            "separated by commas, e.g. --sea 2.0,8"
+            "separated by commas, e.g. --sea 2.0,8, or height and period of a regular wave, e.g. --sea regular:4,12"
         ) from None
-    return {"kind": "irregular", "height": height, "period": period, "direction": radians(direction)}
+    return {"kind": kind or "irregular", "height": height, "period": period, "direction": radians(direction)}
 
 
 def controller_of_options(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -200,20 +200,29 @@ def make_controller(
     return BaselineController(turbine) if case.yaw is None else YawController(turbine, case.yaw)
 
 
+def located(case: ControllerCase, turbine: AnyTurbine) -> Any:
+    """The controller with its input file: ROSCO without one has that of the turbine, or its example's for it.
+
+    Raises:
+      InputError: there is none.
+    """
+    if not isinstance(case, LibraryCase) or case.library != ROSCO or case.input is not None:
+        return case
+    if turbine.control.discon is None and turbine.name not in EXAMPLES:
+        raise InputError(
+            f"controller rosco: needs its settings for {turbine.name}: rosco@DISCON.IN or --controller-input "
+            "DISCON.IN (in a case file controller.input, in the turbine's control.discon)"
+        )
+    return case.replace(input=turbine.control.discon or str(rosco_example(EXAMPLES[turbine.name])))
+
+
 def _library(case: LibraryCase, turbine: AnyTurbine, folder: Path, kept: Path | None, name: str) -> Controller:
-    """The controller of a library; ROSCO has the input file of its own example for a turbine that has one."""
-    file = None if case.input is None else folder / case.input
-    if file is None and case.library == ROSCO:
-        if turbine.name not in EXAMPLES:
-            raise InputError(
-                f"controller rosco: needs its settings for {turbine.name}: rosco@DISCON.IN or --controller-input "
-                "DISCON.IN (in a case file controller.input)"
-            )
-        file = rosco_example(EXAMPLES[turbine.name])
+    """The controller of a library."""
+    file = located(case, turbine).input
     return BladedController(
         turbine,
         find_rosco() if case.library == ROSCO else folder / case.library,
-        file,
+        None if file is None else folder / file,
         folder=kept,
         name=name,
         **case.model_dump(exclude={"kind", "library", "input"}),

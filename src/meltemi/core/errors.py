@@ -22,6 +22,12 @@ class InputError(MeltemiError):
     """Invalid user input: a file, a key, a value, a name."""
 
 
+class UnknownNameError(InputError, KeyError):
+    """A name that a mapping, such as a result, does not have."""
+
+    __str__ = Exception.__str__  # a KeyError puts its message in quotes
+
+
 class UnsupportedError(MeltemiError):
     """A turbine or option that requires a feature this package does not model."""
 

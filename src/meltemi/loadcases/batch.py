@@ -21,6 +21,7 @@ from typing import Any, cast
 from meltemi.core.calls import arguments_of, explained
 from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.interrupts import on_interrupt
+from meltemi.core.log import LOG
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.loadcases.store import Nothing, Outcome, ResultFiles, Store
 from meltemi.postprocess.summary import Counter, counted
@@ -197,6 +198,7 @@ class Batch:
         except BaseException as error:
             words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
             self.outcomes[i] = Outcome(name, Status.FAILED, words, error=type(error))
+            LOG.warning("case %s failed: %s", name, words)
             if isinstance(error, KeyboardInterrupt):  # by a function of the case: handled as Ctrl-C
                 self._heard(None)
             return None

@@ -124,11 +124,15 @@ class StartCase(Record):
     undeflected: bool = False
     """Blades and tower straight and at rest, and the generator's torque that of the baseline law, as OpenFAST begins;
     for a rotor that turns, under any controller."""
+    coordinates: dict[str, float] = Field(default_factory=dict)
+    """[m, rad] of coordinates that are not zero, with ``undeflected: true``: ``platform_pitch: 0.1`` for a decay."""
 
     @model_validator(mode="after")
     def _speed_is_given(self) -> StartCase:
         if self.undeflected and self.rotor_speed == "idling":
             raise ValueError("rotor_speed: idling is an equilibrium; with undeflected: true specify a number [rad/s]")
+        if self.coordinates and not self.undeflected:
+            raise ValueError("coordinates: are those of a turbine that is not in equilibrium; add undeflected: true")
         return self
 
 
@@ -288,7 +292,7 @@ def case_start(case: LoadCase, turbine: AnyTurbine) -> Start | None:
     speed, azimuth = case.start.rotor_speed, case.start.azimuth
     if case.start.undeflected and speed != "idling":
         torque = float(steady_torque(parameters(turbine.control), speed * turbine.drivetrain.gear_ratio, pitch))
-        return Start(speed, pitch, torque, coordinates={}, azimuth=azimuth)
+        return Start(speed, pitch, torque, coordinates=case.start.coordinates, azimuth=azimuth)
     return Start(speed, pitch, azimuth=azimuth)
 
 

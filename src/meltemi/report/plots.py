@@ -33,7 +33,16 @@ EVERYBODY = (
     "root_moment_out_of_plane_1",
     "tower_base_moment_fore_aft",
 )
-"""Main channels, shown by default."""
+"""Main channels, shown by default with those at sea."""
+AT_SEA = (
+    "wave_elevation",
+    "platform_surge",
+    "platform_pitch",
+    "mudline_reaction_moment_y",
+    "line_1_fairlead_tension",
+)
+MOST_PANELS = 12
+"""Channels of a result of which all are shown by default, those of three blades counted once."""
 
 
 def new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share: bool = True) -> tuple[Figure, Any]:
@@ -206,12 +215,21 @@ def _of_all_blades(result: Result, name: str) -> list[str]:
     return found if len(found) > 1 else []
 
 
+def _shown(result: Result) -> list[str]:
+    """Channels that are plotted by default; those of further blades stand in the panels of the first."""
+    names = [name for name in result.names if name[-2:] not in ("_2", "_3") or f"{name[:-1]}1" not in result]
+    return (
+        names if len(names) <= MOST_PANELS else [n for n in (*EVERYBODY, *AT_SEA) if n in result] or names[:MOST_PANELS]
+    )
+
+
 def plot(
     results: Result | Sequence[Result], channels: Sequence[str] | None = None, labels: Sequence[str] | None = None
 ) -> Figure:
-    """Plot time series of one or several results; by default of the main channels.
+    """Plot time series of one or several results; by default of all channels, or of the main ones of many.
 
-    What a single result has in its log is marked and listed; by default all its blades are shown.
+    What a single result has in its log is marked and listed; by default all its blades are shown, in one line where
+    they are alike.
 
     Raises:
       InputError: nothing to plot.
@@ -219,15 +237,17 @@ def plot(
     several = list(results) if isinstance(results, Sequence) else [results]
     if not several:
         raise InputError("plot: no results")
-    names = [n for n in (channels or EVERYBODY) if channels or n in several[0]]
-    names = names or several[0].names[:6]
+    names = list(channels or _shown(several[0]))
     if not names:
         raise InputError("plot: the result has no channels")
     figure, axes = new_figure(len(names), size=(9.0, 1.3 * len(names) + 0.8))
     for i, name in enumerate(names):
         texts = labels or [str(result.meta.get("turbine", j)) for j, result in enumerate(several)]
         series = [(result, name, text) for result, text in zip(several, texts, strict=True)]
-        if blades := [] if channels or len(several) > 1 else _of_all_blades(several[0], name):
+        blades = [] if channels or len(several) > 1 else _of_all_blades(several[0], name)
+        if blades and all(np.array_equal(several[0][each], several[0][name]) for each in blades):
+            series, blades = [(several[0], name, f"blades 1 to {len(blades)}")], blades[:1]
+        elif blades:
             series = [(several[0], each, f"blade {each[-1]}") for each in blades]
         unit = readable_unit(several[0].channel(name), *(result[each] for result, each, _ in series))
         for j, (result, each, text) in reversed(list(enumerate(series))):  # the first on top
@@ -242,8 +262,7 @@ def plot(
     if len(several) > 1:
         handles = axes[0, 0].get_lines()[::-1]
         axes[0, 0].legend(handles=handles, ncols=len(several), **ABOVE)
-    first = several[0]
-    figure_title(figure, f"{first.meta.get('turbine', '')}: {first.meta.get('wind', '')}".strip(": "))
+    figure_title(figure, several[0].title)
     return figure
 
 

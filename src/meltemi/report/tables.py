@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from meltemi.core.display import rounded
 from meltemi.core.files import replacing
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.simulation.result import channel_statistics
+from meltemi.simulation.result_tables import channel_statistics
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -216,10 +216,11 @@ def power_curve_rows(
 
 def campbell_rows(diagram: Campbell) -> tuple[list[str], list[list[str]]]:
     """Header and rows of a Campbell diagram, one per mode and operating point."""
-    head = ["mode", "wind m/s", "rotor rpm", "pitch deg", "frequency Hz", "damping %"]
+    head = ["mode", "wind m/s", "rotor rpm", "pitch deg", "frequency Hz", "damping %", "energy"]
     operation = (diagram.wind_speed, diagram.rotor_speed * 30.0 / math.pi, diagram.pitch * 180.0 / math.pi)
     rows = []
     for label, frequency, damping in zip(diagram.labels, diagram.frequency, diagram.damping, strict=True):
-        for *where, f, d in zip(*operation, frequency, damping, strict=True):
-            rows.append([label, *(number(float(v)) for v in (*where, f / (2.0 * math.pi), 100.0 * d))])
+        for i, (*where, f, d) in enumerate(zip(*operation, frequency, damping, strict=True)):
+            values = (*where, f / (2.0 * math.pi), 100.0 * d)
+            rows.append([label, *(number(float(v)) for v in values), diagram.participation(label, i)])
     return head, rows

@@ -1,9 +1,9 @@
 """Campbell diagrams: frequencies and damping of the modes over wind speed or rotor speed.
 
 Modes are tracked from one operating point to the next by the similarity of their shapes (modal assurance criterion),
-and named after the coordinates that hold their strain energy.
+and named after the coordinates that hold their kinetic and potential energy.
 
-Reference: docs/theory/simulation.md (M-27 to M-30); Allemang (2003), Sound and Vibration 37(8).
+Reference: docs/theory/simulation.md (M-27 to M-30, M-47); Allemang (2003), Sound and Vibration 37(8).
 """
 
 from __future__ import annotations
@@ -26,14 +26,13 @@ from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode, mode_name, natural_modes
 from meltemi.simulation.trim import operating_point
-from meltemi.structure.tables import StructureParameters
 
 Float = NDArray[np.float64]
 
-LEAST = 0.8
-"""Smallest score, of at most 3, at which a mode is assigned to a name."""
 STEADY_SHARE = 0.3
 """Fraction of the computing time of an operating point that steady operation takes, for the progress bar."""
+LEAST = 0.02
+"""Smallest fraction of the energy that is listed."""
 WHIRL = ("collective", "backward whirl", "forward whirl")
 
 
@@ -62,6 +61,13 @@ class Campbell(Brief):
     modes: tuple[tuple[Mode | None, ...], ...] = field(repr=False)
     air: bool
     failures: dict[float, str] = field(default_factory=dict)
+
+    def participation(self, label: str, i: int, n: int = 3) -> str:
+        """The coordinates with most of the energy of a mode at operating point ``i``, as text: ``base roll 0.98``."""
+        mode = self.modes[self.labels.index(label)][i]
+        shares = participation(mode, bool(np.any(self.rotor_speed > 0.0))) if mode else {}
+        largest = sorted(shares, key=lambda name: -shares[name])[:n]
+        return "; ".join(f"{name} {shares[name]:.2f}" for name in largest if shares[name] >= LEAST)
 
     def __repr__(self) -> str:
         return f"<Campbell: {len(self.labels)} modes at {len(self.rotor_speed)} operating points>"
@@ -94,7 +100,7 @@ def campbell(
 
     With aerodynamics, the turbine is linearised in the fixed frame about its steady operation, with torque and pitch
     held constant; purely aerodynamic modes are excluded. In vacuum it has the rotor speed and pitch of that operation,
-    and no gravity.
+    and no gravity; a floating turbine keeps it, since it floats by it.
 
     Args:
       wind_speeds: [m/s] of steady wind; rotor speed and pitch follow from steady operation.
@@ -117,9 +123,10 @@ def campbell(
     given = _points(model, wind_speeds, rotor_speeds, air)
     free = air if generator_free is None else generator_free
     model = with_static_gears(model)  # modes of a gearbox have far higher frequencies
-    vacuum = replace(
-        model.with_parameters(**{"structure.gravity": 0.0}), environment=model.environment.replace(gravity=0.0)
-    )
+    vacuum = model
+    if getattr(model.turbine, "platform", None) is None:
+        weightless = model.with_parameters(**{"structure.gravity": 0.0})
+        vacuum = replace(weightless, environment=model.environment.replace(gravity=0.0))
     # the generator is locked only after steady operation has been found with it free
     locked = model.locked.copy()
     if not free:
@@ -155,7 +162,7 @@ def campbell(
     where = np.array(operation)
     # begin where modes are distinguished best: at high rotor speed in vacuum, in slow wind with little damping
     order = [i for i in np.argsort(where[:, 0] if air else -where[:, 1], kind="stable") if found[i]]
-    curves = follow(found, [int(i) for i in order], strain(model), bool(np.any(where[:, 1] > 0.0)))
+    curves = follow(found, [int(i) for i in order], bool(np.any(where[:, 1] > 0.0)))
     frequency, damping = curve_values(curves, len(given))
     wind_speed, rotor_speed, pitch = where.T
     tracked = tuple(tuple(curve) for curve in curves.values())
@@ -193,33 +200,23 @@ def _shifted(done: Callable[[float], None], share: float) -> None:
 
 def multiblade_components(mode: Mode) -> Mode:
     """A mode at standstill, blade 1 up, with collective, cosine and sine components in place of the blades."""
-    shape, names = mode.shape.copy(), list(mode.coordinates)
+    shape, energy, names = mode.shape.copy(), mode.energy.copy(), list(mode.coordinates)
     for name in dict.fromkeys(n[8:] for n in names if re.match("blade [123] ", n)):
         at = [names.index(f"blade {b} {name}") for b in (1, 2, 3)]
         shape[at] = np.linalg.solve(blade_matrix(0.0)[0], shape[at])
+        # sum over the blades of |c0 + c cos psi + s sin psi|^2 = 3 |c0|^2 + 3/2 |c|^2 + 3/2 |s|^2
+        square = np.array([3.0, 1.5, 1.5]) * np.abs(shape[at]) ** 2
+        energy[at] = np.sum(energy[at]) * square / max(np.sum(square), 1e-300)
         for i, part in zip(at, PARTS, strict=True):
             names[i] = f"{name} {part}"
-    return replace(mode, coordinates=tuple(names), shape=shape / shape[np.argmax(np.abs(shape))])
+    return replace(mode, coordinates=tuple(names), shape=shape / shape[np.argmax(np.abs(shape))], energy=energy)
 
 
-def strain(model: BladedModel) -> dict[str, float]:
-    """Stiffness of each coordinate in the fixed frame: twice the mean strain energy at unit amplitude."""
-    structure = model.structure
-    below = np.diag(model.rotor.tower_matrix[1])
-    found = dict(zip(model.coordinates[: len(below)], below, strict=True))
-    found["yaw"] = structure[StructureParameters.index("yaw_stiffness")]
-    found["drivetrain"] = structure[StructureParameters.index("shaft_stiffness")]
-    for name, k in zip(model.rotor.blade.names, np.diag(model.rotor.modal[0, 0]), strict=True):
-        # of three blades together: the mean square of cosine and sine is 1/2
-        found.update({f"{name} {part}": k * share for part, share in zip(PARTS, (3.0, 1.5, 1.5), strict=True)})
-    return found
-
-
-def _weighted(mode: Mode, stiffness: dict[str, float]) -> NDArray[np.complex128]:
-    """Amplitudes of the coordinates of ``stiffness``, in its order, whose squares are strain energy fractions."""
-    amplitude = dict(zip(mode.coordinates, mode.shape, strict=True))
-    shape = np.array([amplitude.get(name, 0.0) * np.sqrt(k) for name, k in stiffness.items()])
-    return np.asarray(shape / max(np.linalg.norm(shape), 1e-300))
+def _weighted(mode: Mode) -> dict[str, complex]:
+    """Amplitudes of the coordinates, but for the free generator, whose squares are fractions of the energy (M-47)."""
+    x = np.sqrt(mode.energy) * np.exp(1j * np.angle(mode.shape))
+    x[[name == "generator" for name in mode.coordinates]] = 0.0
+    return dict(zip(mode.coordinates, x / max(np.linalg.norm(x), 1e-300), strict=True))
 
 
 def _root(mode: Mode) -> complex:
@@ -227,23 +224,24 @@ def _root(mode: Mode) -> complex:
     return mode.frequency * complex(-mode.damping, np.sqrt(max(1.0 - mode.damping**2, 0.0)))
 
 
-def similarity(a: Mode, b: Mode, stiffness: dict[str, float]) -> float:
+def similarity(a: Mode, b: Mode) -> float:
     """Similarity of two modes, 1 for the same mode, 0 for unrelated ones, from shapes (MAC) and eigenvalues.
 
     Shapes alone do not suffice: with air a heavily damped flap mode and a mode of the wake may move the blades alike.
     """
-    mac = abs(np.vdot(_weighted(a, stiffness), _weighted(b, stiffness))) ** 2
+    x, y = _weighted(a), _weighted(b)
+    mac = abs(sum(value.conjugate() * y.get(name, 0.0) for name, value in x.items())) ** 2
     apart = abs(_root(a) - _root(b)) / (abs(_root(a)) + abs(_root(b)))
     return float(mac * (1.0 - apart))
 
 
-def participation(mode: Mode, stiffness: dict[str, float], turning: bool = True) -> dict[str, float]:
-    """Fractions of the strain energy by coordinate and whirl direction.
+def participation(mode: Mode, turning: bool = True) -> dict[str, float]:
+    """Fractions of the kinetic and potential energy by coordinate and whirl direction.
 
     With cosine and sine amplitudes c and s, a blade's motion is Re[(c cos psi + s sin psi) exp(i w t)]: the component
     (c + i s) / 2 travels with the rotor (forward whirl), the component (c - i s) / 2 against it (backward whirl).
     """
-    shape = dict(zip(stiffness, _weighted(mode, stiffness), strict=True))
+    shape = _weighted(mode)
     shares: dict[str, float] = {}
     for name, x in shape.items():
         kind, _, part = name.rpartition(" ")
@@ -256,15 +254,13 @@ def participation(mode: Mode, stiffness: dict[str, float], turning: bool = True)
     return shares
 
 
-def follow(
-    found: Sequence[Sequence[Mode]], order: Sequence[int], stiffness: dict[str, float], turning: bool = True
-) -> dict[str, list[Mode | None]]:
+def follow(found: Sequence[Sequence[Mode]], order: Sequence[int], turning: bool = True) -> dict[str, list[Mode | None]]:
     """Curves of modes by name, in the order of their mean frequencies.
 
     At each operating point every mode has at most one name and every name at most one mode.
 
-    A mode gets the name of the coordinate that holds its strain energy, if the mode of that name at the previous point
-    is similar to it. There are as many names as coordinates; the remaining modes are not structural.
+    A name goes to a mode by its share of the mode's energy, up to doubled by the similarity to the mode of that name at
+    the previous point (M-30). There are as many names as coordinates; the remaining modes are not structural.
 
     Args:
       found: modes at each operating point.
@@ -272,21 +268,18 @@ def follow(
     """
     from scipy.optimize import linear_sum_assignment
 
-    names = list(dict.fromkeys(n for modes in found for m in modes for n in participation(m, stiffness, turning)))
+    names = list(dict.fromkeys(n for modes in found for m in modes for n in participation(m, turning)))
     curves: dict[str, list[Mode | None]] = {name: [None] * len(found) for name in names}
     last: dict[str, Mode] = {}
     for i in order:
-        shares = [participation(mode, stiffness, turning) for mode in found[i]]
-        # Energy counts twice, so that names cross where curves approach and separate again. The first point has no
-        # predecessor; there, lower damping distinguishes the structure from the wake.
-        score = np.array(
-            [
-                [2.0 * s[n] + (similarity(last[n], m, stiffness) if n in last else 1.0 - m.damping) for n in names]
-                for s, m in zip(shares, found[i], strict=True)
-            ]
-        ).reshape(len(shares), len(names))
+        score = np.zeros((len(found[i]), len(names)))
+        for k, mode in enumerate(found[i]):
+            for name, share in participation(mode, turning).items():
+                # The first point has no predecessor; there, lower damping distinguishes the structure from the wake.
+                alike = similarity(last[name], mode) if name in last else 1.0 - mode.damping
+                score[k, names.index(name)] = share * (1.0 + alike)
         for k, j in zip(*linear_sum_assignment(-score), strict=True):
-            if score[k, j] >= LEAST:
+            if score[k, j] > 0.0:
                 curves[names[j]][i] = last[names[j]] = found[i][k]
     curves = {name: curve for name, curve in curves.items() if any(curve)}
     order_of = {name: float(np.mean([m.frequency for m in curve if m])) for name, curve in curves.items()}

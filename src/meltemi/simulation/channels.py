@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from meltemi.core.errors import InputError, closest, did_you_mean
+from meltemi.core.errors import InputError, UnknownNameError, closest, did_you_mean
 from meltemi.core.units import display
 
 
@@ -162,7 +162,7 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
     """A channel by its name or one of OpenFAST's, irrespective of case.
 
     Raises:
-      InputError: unknown name; the message lists the closest names.
+      UnknownNameError: the message lists the closest names.
     """
     if not isinstance(name, str):
         raise InputError(f"channels have names, found {name!r}")
@@ -172,11 +172,14 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
     for channel in channels.values():
         if any(lower == known.lower() for known in channel.names):
             return channel
+    from meltemi.simulation.openfast_only import why_missing
+
     names = [known for c in channels.values() for known in c.names]
     near = closest(name, names, n=4)
-    hint = f"did you mean {', '.join(near)}?" if near else did_you_mean(name, names)
+    hint = why_missing(name) or (f"did you mean {', '.join(near)}?" if near else did_you_mean(name, names))
     if re.match(r"(a?b\dn\d|node_)", lower):
-        hint += f" Blade nodes are numbered 1 to {_last_node(channels)}."
+        last = max((c.index[1] + 1 for c in channels.values() if c.source[0] == "flow"), default=0)
+        hint += f" Blade nodes are numbered 1 to {last}."
     if GEARBOX.fullmatch(lower) and "main_shaft_torque" not in channels:
         hint = "loads of the gearbox need options.drivetrain: quasi_static or multibody"
     if lower in {name.lower() for row in _rows("disk") for name in filter(None, row[:2])}:
@@ -185,11 +188,7 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
         hint = "only a turbine in the sea has it, with turbine.support"
     if lower in {row[0] for row in _rows("electrical")}:
         hint = "channels of the electrical system need options.electrical: averaged"
-    raise InputError(f"no channel {name!r}: {hint}")
-
-
-def _last_node(channels: dict[str, Channel]) -> int:
-    return max((c.index[1] + 1 for c in channels.values() if c.source[0] == "flow"), default=0)
+    raise UnknownNameError(f"no channel {name!r}: {hint}")
 
 
 DEFAULT = (

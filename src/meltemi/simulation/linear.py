@@ -132,12 +132,14 @@ class LinearModel(Brief):
         place = np.flatnonzero([name.startswith("q ") for name in self.states])
         share = factor[motion].sum(axis=0) / factor.sum(axis=0)
         names = tuple(self.states[i][2:] for i in place)
+        energy = factor[place] + factor[[self.states.index(f"v {name}") for name in names]]
         found = []
         for i in np.argsort(np.abs(value)):
             if value[i].imag > 1e-6 and share[i] >= structural and len(place):
                 shape = right[place, i]
                 shape = shape / shape[np.argmax(np.abs(shape))]
-                found.append(Mode(float(abs(value[i])), float(-value[i].real / abs(value[i])), names, shape))
+                damping = float(-value[i].real / abs(value[i]))
+                found.append(Mode(float(abs(value[i])), damping, names, shape, energy[:, i]))
         return found
 
     @one_blas_thread

@@ -44,24 +44,25 @@ class Mode:
       coordinates: names of the coordinates; those of the blades are collective, cosine and sine components
         when the rotor rotates.
       shape: complex amplitudes of the coordinates, the largest one 1.
-      parts: magnitudes of the participation factors of the coordinates, products of left and right eigenvectors,
-        which do not depend on the coordinates' units; by default the amplitudes.
+      energy: sums of the magnitudes of the participation factors of the coordinates and their rates, products of left
+        and right eigenvectors: without damping in proportion to potential and kinetic energy (M-47).
     """
 
     frequency: float
     damping: float
     coordinates: tuple[str, ...]
     shape: NDArray[np.complex128]
-    parts: Float | None = None
+    energy: Float
 
     @property
     def name(self) -> str:
-        """Name by the coordinate that takes the largest part: ``1st tower fore-aft``, ``1st flap backward whirl``.
+        """Name by the coordinate with most of the energy: ``1st tower fore-aft``, ``1st flap backward whirl``.
 
-        Modes of a rotor at standstill, whose blades move alike, may share one; :func:`campbell` has names by energy.
+        Modes that share the energy of a coordinate, such as those of blades at standstill, may have the same name;
+        those of :func:`campbell` differ.
         """
         amplitude = dict(zip(self.coordinates, self.shape, strict=True))
-        largest = self.coordinates[int(np.argmax(np.abs(self.shape) if self.parts is None else self.parts))]
+        largest = self.coordinates[int(np.argmax(self.energy))]
         kind, _, part = largest.rpartition(" ")
         if part in ("cosine", "sine"):
             c, s = (amplitude.get(f"{kind} {each}", 0.0) for each in ("cosine", "sine"))
@@ -97,7 +98,8 @@ def natural_modes(
 
     Raises:
       InputError: the turbine is a power-coefficient turbine.
-      UnsupportedError: a rotating rotor does not have three blades, or is in gravity (its motion is periodic).
+      UnsupportedError: a rotating rotor does not have three blades, or is in gravity (its motion is periodic) and not
+        on a floater, whose platform needs it; its blades keep the mean of their deflections at rest.
     """
     model = with_blades(model, "natural_modes")
     case = vacuum_case(model)
@@ -106,13 +108,16 @@ def natural_modes(
     generator = len(model.rotor.tower.names) + GENERATOR
     if rotor_speed and model.n_blades != 3:
         raise UnsupportedError("natural modes of a rotating rotor need three blades")
-    if rotor_speed and model.environment.gravity:
+    floats = getattr(model.turbine, "platform", None) is not None
+    if rotor_speed and model.environment.gravity and not floats:
         raise UnsupportedError("natural modes of a rotating rotor need zero gravity; set environment.gravity to 0")
     if not generator_free:
         case["locked"][generator] = 1.0
     free = np.flatnonzero(case["locked"] == 0.0)
     case["v"][generator] = rotor_speed
     equilibrium(case, free[free != generator])
+    if rotor_speed and floats:
+        case["q"][core:] = np.tile(case["q"][core:].reshape(-1, modes).mean(axis=0), model.n_blades)
     names = list(model.coordinates)
     if rotor_speed:
         K, D = np.zeros((2, len(names), len(names)))
@@ -146,8 +151,8 @@ def eigenmodes(K: Float, D: Float, names: tuple[str, ...]) -> list[Mode]:
         if value[i].imag > 1e-6:
             shape = vector[:n, i]
             shape = shape / shape[np.argmax(np.abs(shape))]
-            parts = factor[:n, i] + factor[n:, i]
-            found.append(Mode(abs(value[i]), float(-value[i].real / abs(value[i])), names, shape, parts))
+            energy = factor[:n, i] + factor[n:, i]
+            found.append(Mode(abs(value[i]), float(-value[i].real / abs(value[i])), names, shape, energy))
     return found
 
 
@@ -184,7 +189,8 @@ def growing(case: Case) -> str:
     if damping[i] > GROWING:
         return ""
     shape = right[:n, i] / right[:n, i][np.argmax(np.abs(right[:n, i]))]
-    mode = Mode(float(abs(value[i])), float(damping[i]), tuple(case.model.coordinates[j] for j in free), shape)
+    energy, names = factor[:n, i] + factor[n : 2 * n, i], tuple(case.model.coordinates[j] for j in free)
+    mode = Mode(float(abs(value[i])), float(damping[i]), names, shape, energy)
     if value[i].imag < 1e-6:
         return f"its deflection ({mode.participation()}) grows by a factor of e in {1.0 / value[i].real:.2g} s"
     return (

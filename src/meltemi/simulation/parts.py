@@ -72,14 +72,17 @@ class Part:
       system: the same of the turbine's system.
       signals: arrays that channels may record, by their tables; states are among them, so that they are saved.
       parameter_tables: table, array and names of scalar parameters, as of a rotor.
-      shown: names of its channels that a run records by default.
     """
 
     control: ClassVar[type[Record] | None] = None
     system: ClassVar[type[Record] | None] = None
     signals: ClassVar[dict[str, type[Table]]] = {}
     parameter_tables: ClassVar[ParameterTables] = ()
-    shown: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Names of its channels that a run records by default."""
+        return ()
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the signals."""

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.display import rounded
 from meltemi.core.errors import InputError, RunError, Status
 from meltemi.core.shown import Shown, Viewed
 from meltemi.core.units import display
@@ -21,11 +20,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from meltemi.control.controller import LogEntry
-    from meltemi.core.hdf5 import Variable
     from meltemi.core.representation import Card
     from meltemi.simulation.scene.record import Scene
 
 Float = NDArray[np.float64]
+
+
+def _tables() -> Any:
+    """The module of tables and labels, which is built on this one."""
+    return import_module("meltemi.simulation.result_tables")
 
 
 @dataclass(frozen=True)
@@ -52,12 +55,12 @@ class Finding:
         return f"{self.what} {value} (limit {limit}), first at t = {self.time:.2f} s"
 
 
-@dataclass(frozen=True, repr=False)
-class Result(Shown, Viewed):
+@dataclass(frozen=True, repr=False, eq=False)
+class Result(Shown, Viewed, Mapping[str, Float]):
     """Time series of the recorded channels in SI units, and the outcome of the run.
 
-    ``result["root_moment_out_of_plane_1"]`` or ``result["RootMyc1"]`` is a series; its unit is
-    ``result.channel(name).unit``.
+    A mapping of names to series, as ``result["root_moment_out_of_plane_1"]`` or ``result["RootMyc1"]``, with the unit
+    ``result.channel(name).unit``; ``result["time"]`` is the time, too.
 
     Attributes:
       time: (T,) [s].
@@ -83,6 +86,12 @@ class Result(Shown, Viewed):
         return [channel.name for channel in self.channels]
 
     @property
+    def title(self) -> str:
+        """Turbine, wind and sea of the run."""
+        surroundings = ", ".join(filter(None, (self.meta.get("wind"), self.meta.get("waves"))))
+        return ": ".join(filter(None, (self.meta.get("turbine"), surroundings)))
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the run and its controller, such as demands that were at their limits for most of it."""
         return tuple(self.meta.get("warnings", ()))
@@ -100,14 +109,28 @@ class Result(Shown, Viewed):
         return tuple(LogEntry(**entry) for entry in self.meta.get("log", ()))
 
     def channel(self, name: str) -> Channel:
-        """The description of a recorded channel; an unknown name raises InputError with the closest names."""
+        """The description of a recorded channel; an unknown name raises UnknownNameError with the closest names."""
         return find(name, {channel.name: channel for channel in self.channels})
 
     def __getitem__(self, name: str) -> Float:
+        if name == "time":
+            return self.time
         return self.data[:, self.names.index(self.channel(name).name)]
 
-    def __contains__(self, name: str) -> bool:
-        return any(name.lower() == known.lower() for c in self.channels for known in c.names)
+    def __contains__(self, name: object) -> bool:
+        lower = str(name).lower()
+        return lower == "time" or any(lower == known.lower() for c in self.channels for known in c.names)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.channels)
+
+    def __bool__(self) -> bool:
+        return True
+
+    __eq__, __hash__ = object.__eq__, object.__hash__
 
     def between(self, begin: float, end: float) -> Result:
         """The part of the series from ``begin`` to ``end`` [s], both included; none of it counts as transient."""
@@ -125,17 +148,18 @@ class Result(Shown, Viewed):
         Raises:
           InputError: it has no samples.
         """
-        return self._after_transient.require_samples()
+        return self.after_transient.require_samples()
 
     @property
-    def _after_transient(self) -> Result:
+    def after_transient(self) -> Result:
+        """The part after the initial transient; it may have no samples."""
         transient = self.meta.get("transient", 0.0)
         return self.between(transient, np.inf) if transient > 0.0 else self
 
     @property
     def sampled(self) -> bool:
         """Whether there are samples after the initial transient."""
-        return len(self._after_transient.time) > 0
+        return len(self.after_transient.time) > 0
 
     def require_samples(self) -> Result:
         """Return the result, or raise InputError, with the reason for the end of its run, if it has no samples."""
@@ -165,7 +189,7 @@ class Result(Shown, Viewed):
         need("Result.to_xarray", "xarray")
         import xarray as xr
 
-        variables, about = labelled(self)
+        variables, about = _tables().labelled(self)
         return xr.Dataset(variables, attrs=about)
 
     def to_pandas(self) -> pd.DataFrame:
@@ -196,86 +220,19 @@ class Result(Shown, Viewed):
         import pandas as pd
 
         columns = ["unit", "mean", "std", "min", "max"]
-        rows = [[c.display_unit[0], *numbers] for c, numbers in channel_statistics(self)]
+        rows = [[c.display_unit[0], *numbers] for c, numbers in _tables().channel_statistics(self)]
         return pd.DataFrame(rows, pd.Index(self.names, name="channel"), columns)
 
     def card(self) -> Card:
         """Status, statistics of the channels in engineering units with a line of each, messages, events, origin."""
-        from meltemi.core.representation import Card, Fold, badge
+        shown: Card = _tables().card(self)
+        return shown
 
-        kind = "good" if self.status is Status.OK else "doubtful" if self.status.complete else "bad"
-        said = [*filter(None, [self.message]), *map(str, self.findings), *self.warnings]
-        facts = [("status", badge(self.status.name, kind)), ("time", self._span())]
-        for name, unit in (("transient", "s"), ("output_step", "s"), ("controller", ""), ("real_time_factor", "")):
-            if self.meta.get(name):
-                facts.append((name.replace("_", " "), f"{self.meta[name]} {unit}".strip()))
-        rows = self._channel_rows()
-        head = ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", ""]
-        after = "after the transient" if self.meta.get("transient") else ""
-        sections = [
-            *([Fold("Messages", [[words] for words in said], [""], open=True)] if said else []),
-            Fold(f"{len(self.channels)} channels", rows, head, note=after, open=True),
-        ]
-        if self.log:
-            log = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in self.log]
-            sections.append(Fold(f"{len(log)} events", log, ["time s", "source", "what", "reason"]))
-        origin = [(k.replace("_", " "), str(v)) for k, v in self.meta.items() if isinstance(v, str | int | float)]
-        sections.append(Fold("Origin", origin, note=f"meltemi {self.meta.get('meltemi', '')}"))
-        lead = ", ".join(str(self.meta[name]) for name in ("turbine", "wind") if name in self.meta)
-        return Card("Result", lead, facts, sections if self.meta else sections[:-1])
-
-    def _channel_rows(self) -> list[list[str]]:
-        """Names, unit, statistics and line of each channel; of those that a notebook leaves out, names."""
-        from meltemi.core.representation import MOST_ROWS, sparkline
-
-        data, rows = self._after_transient.data, []
-        for i, channel in enumerate(self.channels[:MOST_ROWS]):
-            unit, factor = channel.display_unit
-            x = data[:, i] * factor
-            numbers = [rounded(float(f(x))) if len(x) else "-" for f in (np.mean, np.std, np.min, np.max)]
-            rows.append([channel.name, channel.alias, unit, *numbers, sparkline(x)])
-        return rows + [[channel.name] for channel in self.channels[MOST_ROWS:]]
-
-    def _span(self) -> str:
+    def span(self) -> str:
+        """Its beginning and end, as text."""
         return f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "empty"
 
     def __repr__(self) -> str:
         why = [self.message] if self.message else [str(finding) for finding in self.findings]
         said = "".join(f"; {words}" for words in (*why, *self.warnings))
-        return f"<Result: {len(self.channels)} channels, {self._span()}, {self.status.name}{said}>"
-
-
-def channel_statistics(result: Result) -> Iterator[tuple[Channel, tuple[float, float, float, float]]]:
-    """Channels with mean, standard deviation, minimum and maximum after the transient, in engineering units.
-
-    Raises:
-      InputError: there are no samples.
-    """
-    for channel, series in zip(result.channels, result.evaluated.data.T, strict=True):
-        x = series * channel.display_unit[1]
-        yield channel, (float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
-
-
-def labelled(result: Result) -> tuple[dict[str, Variable], dict[str, object]]:
-    """Series with units, frames, signs and descriptions, and attributes of the whole, as files and xarray have them."""
-    variables: dict[str, Variable] = {}
-    variables["time"] = ("time",), result.time, {"units": "s", "long_name": "simulation time"}
-    for channel, series in zip(result.channels, result.data.T, strict=True):
-        unit, factor = channel.display_unit
-        about = {
-            "units": channel.unit,
-            "unit_in_tables": unit,
-            "factor_to_tables": factor,
-            "long_name": channel.description,
-            "frame": channel.frame,
-            "positive_direction": channel.sign,
-            "openfast_name": channel.alias,
-        }
-        variables[channel.name] = ("time",), series, about
-    return variables, {
-        "status": int(result.status),
-        "status_name": result.status.name,
-        "message": result.message,
-        "units": "SI: angles in rad, rotational speeds in rad/s; tables and plots use unit_in_tables",
-        "meta": json.dumps(result.meta, default=str),
-    }
+        return f"<Result: {len(self.channels)} channels, {self.span()}, {self.status.name}{said}>"

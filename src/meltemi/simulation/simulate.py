@@ -28,6 +28,7 @@ from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds
+from meltemi.core.log import LOG
 from meltemi.maths.records import Kind, Record
 from meltemi.maths.tables import View
 from meltemi.numbers.lanes import N_DERIVATIVES
@@ -70,6 +71,9 @@ def simulate(run: Run) -> Result:
     simulation = Simulation(run)
     march(simulation, run.progress)
     result = simulation.result()
+    LOG.info("%r", result)
+    for words in filter(None, [result.message, *result.warnings]):
+        LOG.warning("%s: %s", result.meta.get("turbine", ""), words)
     return result if run.partial or result.status.complete else result.raise_for_status()
 
 
@@ -510,6 +514,7 @@ def describe(run: Simulation) -> dict[str, Any]:
         "wind": wind.label,
         "wind_hash": wind.content_hash(),
         "sea": getattr(run.sea, "content", dict)() or None,
+        "waves": getattr(run.sea, "label", None),
         "lines": getattr(getattr(model.turbine, "platform", None), "line_words", None),
         "controller": run.controller.name,
         "controller_state_hash": run.controller_hash,

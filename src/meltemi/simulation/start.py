@@ -37,7 +37,8 @@ class Start:
       rotor_speed: [rad/s]; ``"idling"`` is the speed at which the mean torque balances.
       pitch: [rad] of all blades.
       generator_torque: [N m].
-      coordinates, velocities: by the names in ``Model.coordinates``, in m, rad, m/s and rad/s.
+      coordinates, velocities: by the names in ``Model.coordinates``, in m, rad, m/s and rad/s; those of a platform are
+        also ``platform_surge`` to ``platform_yaw``, as its channels.
       azimuth: [rad] of blade 1.
     """
 
@@ -64,9 +65,10 @@ class Start:
         placed = {"yaw": case.model.options.nacelle_yaw} | dict(self.coordinates or {})
         for array, values in (("q", placed), ("v", self.velocities)):
             case[array][:] = 0.0
-            for name, value in values.items():
+            for given, value in values.items():
+                name = given.replace("platform_", "base ", 1)
                 if name not in names:
-                    raise InputError(f"start: no coordinate {name!r}: {did_you_mean(name, names)}")
+                    raise InputError(f"start: no coordinate {given!r}: {did_you_mean(name, names)}")
                 case[array][names.index(name)] = value
         generator = case.model.n_core - N_SHAFT + GENERATOR
         case["q"][generator] += self.azimuth

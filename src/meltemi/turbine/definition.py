@@ -195,8 +195,7 @@ class BladeStructure(Record):
     """(S,) [m] prebend: the beam's axis from the pitch axis, downwind at zero pitch (upwind is negative). The
     aerodynamic centre (``aerodynamics.centre_x``) is from the pitch axis, too, and has to be moved with it."""
     axis_y: Vector | None = None
-    """(S,) [m] sweep: the beam's axis from the pitch axis, towards the trailing edge; move ``aerodynamics.centre_y``
-    with it."""
+    """(S,) [m] sweep: the beam's axis from the pitch axis, to the trailing edge; move ``aerodynamics.centre_y`` too."""
     stiffness_matrix: Array | None = None
     """(S, 6, 6) [N, N m, N m^2] forces and moments (x, y, z, about x, y, z) from strains and curvatures."""
     mass_matrix: Array | None = None
@@ -648,6 +647,8 @@ class BaselineControl(Record):
     """[rad/s] corner frequency of the first-order low-pass filter of the generator speed."""
     torque: TorqueControl
     pitch: PitchControl
+    discon: str | None = None
+    """Path, relative to the turbine's file, of settings of ROSCO (DISCON.IN), which controller ``rosco`` has."""
     source: str = ""
 
 

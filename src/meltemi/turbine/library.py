@@ -121,10 +121,10 @@ def read_turbine(path: Path) -> AnyTurbine:
     """
     text = read_text(path)
     data = parse(text, path, "a turbine")
-    if isinstance(platform := data.get("platform"), dict):  # its files are beside the turbine's
-        found = path.absolute().parent / str(platform.get("coefficients") or "-")
-        if any(Path(f"{found}{end}").is_file() for end in ("", ".1")):
-            platform["coefficients"] = str(found)
+    for part, key in (("platform", "coefficients"), ("control", "discon")):
+        if isinstance(own := data.get(part), dict):  # files of it are beside the turbine's
+            found = str(path.absolute().parent / str(own.get(key) or "-"))
+            own |= {key: found} if any(Path(found + end).is_file() for end in ("", ".1")) else {}
     if "coefficient" in data and "blade" not in data:
         from meltemi.turbine.power_turbine import PowerTurbine
 

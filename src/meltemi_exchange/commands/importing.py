@@ -56,7 +56,7 @@ def import_(
     from meltemi.core.yamlfile import read_mapping, write_record
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
-    from meltemi_exchange.deck_case import deck_case
+    from meltemi_exchange.deck_case import deck_case, deck_controller
     from meltemi_exchange.hawc2 import import_hawc2
     from meltemi_exchange.openfast import read_deck
     from meltemi_exchange.windio import import_windio
@@ -89,19 +89,19 @@ def import_(
     else:
         base, wake = fixed_base, momentum_wake
         deck = read_deck(source, blade=_choice(blade), fixed_base=base, momentum_wake=wake, discon=discon, **more)
-    case = deck_case(deck, "turbine.yaml", started=start == "deck")
+    controller, note = deck_controller(deck)
+    case = deck_case(deck, "turbine.yaml", started=start == "deck", controller=controller)
     _show(deck)
+    if note:
+        say(f"note: {note}")
     if deck.wind is None:
         print(f"the wind of the deck is not supported in a case file; the case has {case.wind.model_dump()} instead")
-    _write(deck, source, out)
+    settings = _write(deck, source, out)
+    if case.controller.kind == "bladed":
+        case = case.replace(**{"controller.input": settings})
     write_record(case, out / "case.yaml")
     wrote(out / "turbine.yaml", out / "case.yaml", out / "report.md")
-    if any("PC_GS_KP" in note.what for note in deck.noted("approximated")):
-        say("the pitch gains of ROSCO's settings are approximated (see above); ROSCO itself controls the deck by")
-        given = "" if discon is None else f"@{discon}"
-        suggest("run", source, "--controller", f"rosco{given}")
-    else:
-        suggest("run", out / "case.yaml")
+    suggest("run", out / "case.yaml")
 
 
 def _kind(source: Path, of_decks: dict[str, bool], of_models: dict[str, bool]) -> str:
@@ -126,8 +126,8 @@ def _show(imported: ImportedTurbine) -> None:
         say(f"warning: {words}")
 
 
-def _write(imported: ImportedTurbine, source: Path, out: Path) -> None:
-    """Write turbine and report."""
+def _write(imported: ImportedTurbine, source: Path, out: Path) -> str | None:
+    """Write turbine and report, and settings of ROSCO, whose name is returned."""
     from meltemi.core.files import write_text
     from meltemi.turbine.library import write_turbine
     from meltemi_exchange.report import report_text
@@ -141,9 +141,33 @@ def _write(imported: ImportedTurbine, source: Path, out: Path) -> None:
         write_coefficients(read_coefficients(turbine.platform.coefficients), packed)
         turbine = turbine.replace(platform=turbine.platform.replace(coefficients=packed.name))
         wrote(packed)
+    if turbine.control.discon is not None:
+        turbine = turbine.replace(**{"control.discon": _settings(Path(turbine.control.discon), out)})
     write_turbine(turbine, out / "turbine.yaml")
     text = report_text(imported.notes, f"{source.name} as a turbine")
     write_text(out / "report.md", text)
+    return turbine.control.discon
+
+
+def _settings(source: Path, out: Path) -> str:
+    """Copy settings of ROSCO, and the table of coefficients that they name; returns the name of the copy."""
+    import shutil
+
+    from meltemi.control.bladed.rosco import edit_discon
+    from meltemi_exchange.openfast.text import read_input
+
+    target, changes = out / source.name, {}
+    if target.exists() and target.samefile(source):
+        return source.name
+    settings = read_input(source, "DISCON")
+    named = settings.find("PerfFileName")
+    table = None if named is None else source.parent / named.values[0]
+    if table is not None and table.is_file():
+        shutil.copyfile(table, out / table.name)
+        changes["PerfFileName"] = f'"{table.name}"'
+        wrote(out / table.name)
+    wrote(edit_discon(source, target, **changes))
+    return source.name
 
 
 def _choice(blade: str) -> Literal["deck", "elastodyn", "beamdyn"]:

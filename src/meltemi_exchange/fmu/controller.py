@@ -102,12 +102,19 @@ class _Unit:
     def __init__(
         self, path: Path, description: Any, inputs: Sequence[tuple[int, bool, int]], outputs: Sequence[tuple[int, int]]
     ) -> None:
-        from fmpy import extract
+        from fmpy import extract, platform, supported_platforms
         from fmpy.simulation import instantiate_fmu
 
         self.folder: str | None = mkdtemp(prefix="meltemi_fmu_")
-        extract(str(path), unzipdir=self.folder)
-        self.unit: Any = instantiate_fmu(self.folder, description, "CoSimulation")
+        try:
+            extract(str(path), unzipdir=self.folder)
+            self.unit: Any = instantiate_fmu(self.folder, description, "CoSimulation")
+        except Exception as error:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            known = ", ".join(supported_platforms(str(path))) or "none"
+            raise InputError(
+                f"{path}: its library cannot be loaded here ({error}); it has one for {known}, this is {platform}"
+            ) from None
         end_with_python(self.unit.dll._name)
         self.inputs, self.outputs, self.begun = inputs, outputs, False
         self.two = description.fmiVersion == "2.0"

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator
 
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.record import Record, set_keys
@@ -198,11 +199,12 @@ def _blade(
     body: Body, aero: Block, path: Path, notes: list[ImportNote]
 ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     """Content of ``Turbine.blade`` and ``Turbine.airfoils``."""
-    arc, nodes = body.arc, body.nodes - np.append(body.nodes[0, :3], 0.0)
+    arc = body.arc
+    line = Akima1DInterpolator(arc, body.nodes - np.append(body.nodes[0, :3], 0.0))
 
     def half_chord(s: Float) -> tuple[Float, Float, Float, Float]:
         """Prebend, sweep and height [m], and twist [rad], in our axes."""
-        x, y, z, twist = (np.interp(s, arc, nodes[:, k]) for k in range(4))
+        x, y, z, twist = line(s).T
         return y, -x, z, -np.radians(twist)
 
     # the beam runs through the elastic centres
@@ -227,8 +229,9 @@ def _blade(
     if not 0.98 < reach < 1.02:
         raise InputError(f"{ae.where}: the planform ends at {shape[-1, 0]:g} m, the blade is {arc[-1]:g} m long")
     s = shape[:, 0] / reach
-    # a station within a millimetre of another would be a step of the chord
-    grid = np.concatenate([s, [a for a in arc if np.min(np.abs(a - s)) > 1e-3]])
+    # between the nodes the line is curved; a station within a millimetre of another would be a step of the chord
+    along = np.interp(np.arange(0.0, len(arc) - 1 + 1e-6, 0.25), np.arange(len(arc)), arc)
+    grid = np.concatenate([s, [a for a in along if np.min(np.abs(a - s)) > 1e-3]])
     grid.sort()
     grid[0], grid[-1] = 0.0, arc[-1]
     x, y, z, twist = half_chord(grid)

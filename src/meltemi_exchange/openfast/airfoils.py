@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi_exchange.openfast.text import Entry, Float, InputFile, number, read_input, split
+from meltemi_exchange.openfast.text import (
+    Entry,
+    Float,
+    InputFile,
+    begins_with_number,
+    is_content,
+    number,
+    read_input,
+    split,
+)
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.report import ImportNote, Kind
 
@@ -82,7 +91,7 @@ def _airfoil(
     ends = file.entries["numalf"]
     if mode != BY_SETTING:
         ends = ends[:1]
-    tables = [_table(file, entry, columns) for entry in ends]
+    tables = [_table(file, entry, columns, notes) for entry in ends]
     settings = [_setting(file, entry) for entry in ends]
     order = sorted(range(len(ends)), key=settings.__getitem__)
     above = next((i for i in order if settings[i] >= 0.0), order[-1])
@@ -143,32 +152,27 @@ def _part(file: InputFile, end: Entry) -> InputFile:
     return replace(file, entries={name: found for name, found in entries.items() if found})
 
 
-def _table(file: InputFile, entry: Entry, columns: dict[str, int]) -> dict[str, Float]:
+def _table(file: InputFile, entry: Entry, columns: dict[str, int], notes: list[ImportNote]) -> dict[str, Float]:
     """Angles [rad] and coefficients of one table.
 
     Raises:
       InputError: with file and line.
     """
     count = file.count(entry)
-    at = entry.line
-    while at < len(file.lines) and (
-        file.lines[at].strip().startswith(("!", "(")) or number((split(file.lines[at]) or [""])[0]) is None
-    ):
-        at += 1
+    body = [(i, split(line)) for i, line in enumerate(file.lines[entry.line :], entry.line + 1) if is_content(line)]
+    body = body[next((k for k, (_, tokens) in enumerate(body) if begins_with_number(tokens)), len(body)) :]
+    last = len(file.lines)
     rows = []
     for i in range(count):
-        tokens = split(file.lines[at + i]) if at + i < len(file.lines) else []
+        line, tokens = body[i] if i < len(body) else (last, [])
         numbers = [number(t) for t in tokens]
         need = max(columns.values())
         if len(numbers) < need or any(x is None for x in numbers[:need]):
             raise InputError(
-                f"{file.at(min(at + i + 1, len(file.lines)))}: NumAlf says {count} lines of {need} numbers, but line "
+                f"{file.at(line)}: NumAlf says {count} lines of {need} numbers, but line "
                 f"{i + 1} of the polar is not one ({' '.join(tokens)[:40]!r})"
             )
         rows.append([float(x) for x in numbers[:need] if x is not None])
-    after = split(file.lines[at + count]) if at + count < len(file.lines) else []
-    if len(after) >= 3 and all(number(t) is not None for t in after):
-        raise InputError(f"{file.at(at + count + 1)}: NumAlf says {count} lines, but the polar goes on")
     if count < 3:
         raise InputError(f"{file.at(entry.line)}: NumAlf: a polar needs at least 3 lines")
     table = np.array(rows)
@@ -177,10 +181,12 @@ def _table(file: InputFile, entry: Entry, columns: dict[str, int]) -> dict[str, 
     alpha = found["alpha"] = np.radians(found["alpha"])
     if np.any(np.diff(alpha) <= 0.0):
         i = int(np.flatnonzero(np.diff(alpha) <= 0.0)[0])
-        raise InputError(f"{file.at(at + i + 2)}: angles of attack must increase from line to line")
-    if abs(alpha[0] + math.pi) > 1e-3 or abs(alpha[-1] - math.pi) > 1e-3:
+        raise InputError(f"{file.at(body[i + 1][0])}: angles of attack must increase from line to line")
+    whole = abs(alpha[0] + math.pi) <= 1e-3 and abs(alpha[-1] - math.pi) <= 1e-3
+    file.check_end(entry, count, body, len(columns), notes if whole else None)
+    if not whole:
         raise InputError(
-            f"{file.at(at + 1)}: the polar must cover -180 to 180 degrees, but goes from {math.degrees(alpha[0]):g} to "
-            f"{math.degrees(alpha[-1]):g}"
+            f"{file.at(body[0][0])}: the polar must cover -180 to 180 degrees, but goes from "
+            f"{math.degrees(alpha[0]):g} to {math.degrees(alpha[-1]):g}"
         )
     return found

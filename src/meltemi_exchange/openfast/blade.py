@@ -33,7 +33,7 @@ def read_elastodyn_blade(file: InputFile, length: float, notes: list[ImportNote]
         "flap_stiffness": "FlpStff",
         "edge_stiffness": "EdgStff",
     }
-    columns = file.table(entry, wanted)
+    columns = file.table(entry, wanted, notes)
     tuning = "tuning of a mode: modes follow from the stiffness"
     values.differs("ignored", 1.0, flap_tuner=tuning, flap_tuner_2=tuning)
     values.like("flap_damping_2", "flap_damping", "all flap modes have that of the first")
@@ -202,7 +202,7 @@ def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[ImportNote
     entry = file.require(["NumBlNds"], "number of stations")
     wanted = {"position": "BlSpn", "chord": "BlChord", "twist": "BlTwist", "airfoil": "BlAFID"}
     offsets = {"centre_x": "BlCrvAC", "centre_y": "BlSwpAC", "cant": "BlCrvAng"}
-    columns: dict[str, Any] = dict(file.table(entry, wanted | offsets, optional=("cant",)))
+    columns: dict[str, Any] = dict(file.table(entry, wanted | offsets, notes, optional=("cant",)))
     if "cant" not in columns and len(columns["position"]) > 2:
         columns["cant"] = _cant(columns)
         notes.append(

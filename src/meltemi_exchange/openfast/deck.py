@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -20,7 +20,8 @@ from meltemi_exchange.openfast.blade import add_torsion, read_aerodyn_blade, rea
 from meltemi_exchange.openfast.control import IDEAL_RATE, fixed_pitch, from_discon, simple_torque
 from meltemi_exchange.openfast.mass_dampers import read_mass_dampers
 from meltemi_exchange.openfast.mooring import read_mooring
-from meltemi_exchange.openfast.text import InputFile, read_input
+from meltemi_exchange.openfast.outlist import outputs
+from meltemi_exchange.openfast.text import InputFile, is_content, read_input
 from meltemi_exchange.openfast.tower import add_diameter, read_substructure, read_tower
 from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.openfast.water import Water
@@ -123,9 +124,11 @@ def read_deck(
         data |= _floating(main, v, water)
     else:
         data |= read_substructure(main, v, water, notes)
+    if not floats and water is not None:
+        v.unneeded("of a platform", "mooring_file")
     servo = _control(main, data, v, None if discon is None else Path(discon), control_of)
     _drivetrain(data, v)
-    _replaced(data, control_of, extra or {}, notes)
+    _replaced(data, control_of, extra or {}, v)
     _ask(path, data)
     rayleigh = data.get("support", {}).pop("rayleigh", None)
     turbine = _validated(data, path, v)
@@ -135,7 +138,9 @@ def read_deck(
     wind = read_inflow(read_input(inflow, "InflowWind"), turbine.hub_height, notes) if inflow else None
     density = v["air_density"] if v["air_density"] is not None else aero_values["air_density"]
     surroundings = {"air_density": density, "gravity": v["gravity"]}
+    sea = None if water is None or water.file is None else water.sea()
     options = _options(turbine, v, aero_values, polars, momentum_wake)  # whose notes are among those of the deck
+    output = outputs([elastodyn, aero, *_others(main, v, water, inflow)], v, aero_values, turbine, notes)
     return Deck(
         turbine,
         tuple(notes),
@@ -146,8 +151,27 @@ def read_deck(
         output_step=v.given("output_step", 0.05),
         start=_start(v),
         library=servo,
-        sea=None if water is None or water.file is None else water.sea(),
+        sea=sea,
+        output={name: value for name, value in asdict(output).items() if value} if output.channels else {},
     )
+
+
+def _others(main: InputFile, v: Values, water: Water | None, inflow: Path | None) -> Iterator[InputFile]:
+    """Files of the deck with lists of outputs, beside those of ElastoDyn and AeroDyn."""
+    at_sea = water is not None
+    used = {
+        "ServoDyn": ("servo", v.given("comp_servo", 1) == 1),
+        "InflowWind": ("inflow", inflow is not None),
+        "BeamDyn": ("beamdyn", v["comp_elast"] == 2),
+        "SeaState": ("sea_file", at_sea),
+        "HydroDyn": ("hydro_file", at_sea and bool(v.given("comp_hydro", 0))),
+        "SubDyn": ("sub", at_sea and v.given("comp_sub", 0) == 1),
+        "mooring": ("mooring_file", at_sea and v.given("comp_mooring", 0) == 3),
+    }
+    for module, (target, there) in used.items():
+        path = v.file(main, target) if there and target in v.data else None
+        if path is not None:
+            yield read_input(path, module)
 
 
 def _damped(turbine: Turbine, of_mass: float, of_stiffness: float) -> Turbine:
@@ -214,6 +238,9 @@ def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
         v.differs("ignored", 0, comp_mooring=clamped, comp_sub=clamped)
 
 
+SIMPLE = ("speed", "torque", "gain", "slip")
+"""Values of ServoDyn's simple torque."""
+MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 FIXED = "not modelled; fixed_base=True (--fixed-base) clamps the tower base instead"
 WATER = (
     "sea_file hydro_file mooring_file water_density depth level comp_sea platform_mass platform_centre_x "
@@ -241,10 +268,11 @@ def _floating(main: InputFile, v: Values, water: Water) -> dict[str, Any]:
 
 def _refuse_platform(path: Path, v: Values, fixed_base: bool) -> None:
     free = any(v.given(f"platform_{name}", False) for name in ("surge", "pitch"))
-    for name in ("surge", "pitch"):
-        if (moves := v[f"platform_{name}"]) is not None and (fixed_base or not _floats(v)):
-            why = "what is below the tower is elastic, or fixed"
-            v.note("ignored" if moves else "equivalent", f"platform_{name}", why)
+    floats = _floats(v) and not fixed_base
+    why = "a platform has all six motions" if floats else "what is below the tower is elastic, or fixed"
+    for name in MOTIONS:
+        if (moves := v[f"platform_{name}"]) is not None:
+            v.note("equivalent" if moves == floats else "ignored", f"platform_{name}", why)
     if free and not _floats(v) and v.given("comp_sub", 0) == 0 and not fixed_base:
         raise UnsupportedError(
             f"{path.parent / v.source['platform_surge']} and PtfmPDOF: a platform that moves without SubDyn and "
@@ -281,10 +309,10 @@ def _polars(aero: InputFile, values: Values, notes: list[ImportNote]) -> Polars:
     entry = aero.require(["NumAFfiles"], "number of airfoil files")
     first = aero.require(["AFNames"], "name of the first airfoil file")
     paths = []
+    named = [(i, text) for i, text in enumerate(aero.lines[first.line - 1 :], first.line) if is_content(text)]
     for i in range(aero.count(entry)):
-        line = first.line + i
-        tokens = aero.lines[line - 1].split() if line <= len(aero.lines) else []
-        text = aero.lines[line - 1].strip() if tokens else ""
+        line, text = named[i] if i < len(named) else (len(aero.lines), "")
+        tokens, text = text.split(), text.strip()
         name = text.split('"')[1] if text.count('"') > 1 else text.split("'")[1] if text.count("'") > 1 else text[:60]
         found = aero.file(name, line) if text and (text[0] in "\"'" or i == 0 or len(tokens) == 1) else None
         if found is None:
@@ -343,18 +371,18 @@ def _structure(
     return structure
 
 
-def _replaced(
-    data: dict[str, Any], control_of: Turbine | None, extra: Mapping[str, Any], notes: list[ImportNote]
-) -> None:
+def _replaced(data: dict[str, Any], control_of: Turbine | None, extra: Mapping[str, Any], v: Values) -> None:
     """Put the control of another turbine and further values in the place of those of the deck."""
     if control_of is not None:
         for name in ("control", "pitch_actuator", "rated_power"):
             value = getattr(control_of, name)
             data[name] = value.content() if isinstance(value, Record) else value
-        notes.append(ImportNote("used", "control_of", control_of.name, "control, pitch_actuator, rated_power"))
+        v.notes.append(ImportNote("used", "control_of", control_of.name, "control, pitch_actuator, rated_power"))
+        v.unneeded("the control is that of control_of", *(f"simple_{name}" for name in SIMPLE))
     for target, value in extra.items():
         set_keys(data, target, value)
-        notes.append(ImportNote("used", "extra", target, "given in addition to the deck"))
+        v.unneeded("given by extra", target)
+        v.notes.append(ImportNote("used", "extra", target, "given in addition to the deck"))
 
 
 def _machine(data: dict[str, Any], v: Values, source: str) -> None:
@@ -401,7 +429,7 @@ def _control(  # noqa: C901 - a branch for each kind of control
             set_keys(data, "drivetrain.brake_torque", v["brake_torque"])
         torque = simple_torque(v) if v.given("torque_mode", 0) == 1 else None
         if v.given("torque_mode", 0) != 1:
-            v.unneeded("of VSContrl 1", "simple_speed", "simple_torque", "simple_gain", "simple_slip")
+            v.unneeded("of VSContrl 1", *(f"simple_{name}" for name in SIMPLE))
         if torque is not None and v.given("pitch_mode", 0) == 0:
             data["control"] = fixed_pitch(torque, v.given("pitch", 0.0), v["drivetrain.gear_ratio"], servo.name)
             if control_of is None:
@@ -414,13 +442,19 @@ def _control(  # noqa: C901 - a branch for each kind of control
             every = step is None or v["time_step"] is None or step <= 1.001 * v["time_step"]
             own = {"procedure": v.given("procedure", "DISCON"), "individual_pitch": v.given("individual", 1) == 1}
             library = {"library": v["library"], "input": None, "step": None if every else step, **own}
+            for target in ("pitch_mode", "torque_mode"):
+                if v[target] != 5:
+                    v.note("approximated", target, "the controller library has both pitch and torque")
             discon = discon or _named_settings(file, v)
             library["input"] = None if discon is None else str(discon)
         else:
             names = ("library", "library_input", "library_step", "procedure", "individual")
             v.unneeded("of a controller library: see PCMode, VSContrl", *names)
     if discon is not None:
-        _discon(discon, data, v, notes, must=given)
+        _discon(discon, data, v, notes if control_of is None else [], must=given)
+        if control_of is not None:
+            why = "the control is that of control_of; without GenEff of ServoDyn VS_GenEff counts, and Y_Rate"
+            notes.append(ImportNote("not needed", discon.name, "settings of ROSCO", why))
     yaw = data.setdefault("yaw", {})
     if not yaw.get("stiffness"):
         yaw["stiffness"] = LEAST_YAW_FREQUENCY**2 * max(data["nacelle"]["yaw_inertia"], 1.0)
@@ -459,7 +493,7 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[ImportNote]
     own = Values(notes)
     own.read(discon)
     control, actuator = from_discon(own, notes)
-    data["control"], data["pitch_actuator"] = control, actuator
+    data["control"], data["pitch_actuator"] = control | {"discon": str(path.absolute())}, actuator
     data["rated_power"] = own["rated_power"]
     efficiency = v.given("drivetrain.generator_efficiency", own.given("efficiency", 1.0))
     set_keys(data, "drivetrain.generator_efficiency", efficiency)

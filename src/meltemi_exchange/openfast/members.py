@@ -40,6 +40,19 @@ def simple_coefficients(file: InputFile, notes: Notes) -> tuple[dict[str, float]
     return {n: float(x[0]) for n, x in found.items()}, diffracts(file, one, skip=1)
 
 
+def by_depth(file: InputFile, notes: Notes) -> dict[str, Float]:
+    """Coefficients by depth.
+
+    Raises:
+      InputError: there are none, although members have them (MCoefMod 2).
+    """
+    wanted = {"z": "Dpth"} | {n: f"Dpth{c}" for n, c in COEFFICIENTS.items()}
+    found = hydro_table(file, "NCoefDpth", columns.BY_DEPTH, wanted, notes)
+    if not len(found["z"]):
+        raise InputError(f"{file.path}: members have MCoefMod 2, but NCoefDpth says that there are no coefficients")
+    return found
+
+
 def diffracts(file: InputFile, entry: Entry, skip: int = 0) -> bool:
     """Whether a table of coefficients asks for diffraction."""
     return any(
@@ -166,15 +179,14 @@ def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Fl
     found = {name: np.full(len(members["id"]), x) for name, x in simple.items()}
     diffract = diffract and bool(np.any(members["model"] == 1))
     if np.any(members["model"] == 2):
-        wanted = {"z": "Dpth"} | {n: f"Dpth{c}" for n, c in COEFFICIENTS.items()}
-        by_depth = hydro_table(file, "NCoefDpth", columns.BY_DEPTH, wanted, v.notes)
+        table = by_depth(file, v.notes)
         diffract |= diffracts(file, file.require(["NCoefDpth", "NCoefDpthCyl"], "of lines"))
-        order = np.argsort(by_depth["z"])
+        order = np.argsort(table["z"])
         z = np.array(
             [0.5 * (places[int(a)][2] + places[int(b)][2]) for a, b in zip(members["a"], members["b"], strict=True)]
         )
         for name, x in found.items():
-            x[members["model"] == 2] = np.interp(z, by_depth["z"][order], by_depth[name][order])[members["model"] == 2]
+            x[members["model"] == 2] = np.interp(z, table["z"][order], table[name][order])[members["model"] == 2]
     if np.any(members["model"] == 3):
         names = {f"{n}{k}": f"Member{c}{k}" for n, c in COEFFICIENTS.items() for k in (1, 2)}
         each = hydro_table(file, "NCoefMembers", columns.BY_MEMBER, {"id": "MemberID", **names}, v.notes)
@@ -194,11 +206,13 @@ def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Fl
     return found
 
 
-def displaced(members: list[dict[str, Any]]) -> float:
-    """[m^3] of water that members displace at rest."""
+def displaced(members: list[dict[str, Any]]) -> tuple[float, tuple[float, float]]:
+    """[m^3] of water that members displace at rest, and x, y [m] of its centre."""
     from meltemi_float.members import Member, at_rest
 
-    return at_rest([Member.model_validate(each) for each in members])[0]
+    volume, centre, _ = at_rest([Member.model_validate(each) for each in members])
+    x, y = (round(float(c), 9) + 0.0 for c in centre[:2])
+    return volume, (x, y)
 
 
 def with_ballast(body: list[float], file: InputFile, v: Values) -> list[float]:
@@ -207,13 +221,14 @@ def with_ballast(body: list[float], file: InputFile, v: Values) -> list[float]:
     Raises:
       InputError: the table of filled members is not one.
     """
-    count = int(v.given("fills", 0))
-    if not count:
+    entry = file.find("NFillGroups")
+    count = 0 if entry is None else file.count(entry)
+    if entry is None or not count:
         return body
     members, places, sections = _geometry(file, v.notes)
     number_of = {int(i): k for k, i in enumerate(members["id"])}
     parts = [(body[0], np.array(body[1:4]), np.diag(body[4:]))]
-    for line, words in file.rows(file.require(["NFillGroups"], "of lines"), count)[1]:
+    for line, words in file.rows(entry, count)[1]:
         n = int(number(words[0]) or 0) if words else 0
         which = [number_of.get(int(number(w) or 0)) for w in words[1 : n + 1]]
         if len(words) < n + 3 or not which or None in which:

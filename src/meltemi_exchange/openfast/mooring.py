@@ -2,7 +2,7 @@
 
 The programs know their tables by the titles of sections and the columns by their places, whatever the header says
 (MoorDyn.f90 of OpenFAST 5.0.0; of MoorDyn 1 and MAP++ the places of their manuals). MoorDyn 1 says how many rows
-there are.
+there are; its library for other programs does not.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi_exchange.openfast.text import InputFile, begins_with_number, check_header, is_content, number, split
+from meltemi_exchange.openfast.text import Float, InputFile, begins_with_number, check_header, is_content, number, split
 from meltemi_exchange.report import ImportNote, Kind
 
 Program = Literal["MoorDyn 2", "MoorDyn 1", "MAP++"]
@@ -83,8 +83,7 @@ def read_mooring(  # noqa: C901 - a branch for each thing that a line can be att
     """
     sections = _sections(file)
     _refuse(file, sections, notes)
-    counted = begins_with_number(split(file.lines[sections["types"][0] - 1])) if sections.get("types") else False
-    program: Program = "MAP++" if of_map else "MoorDyn 1" if counted else "MoorDyn 2"
+    program: Program = "MAP++" if of_map else "MoorDyn 1" if _is_first(file, sections) else "MoorDyn 2"
     types = _table(file, sections, program, "types", TYPES, notes)
     points = _table(file, sections, program, "points", POINTS | FREE | PULLED, notes)
     bodies = _bodies(file, sections, program, notes)
@@ -96,7 +95,7 @@ def read_mooring(  # noqa: C901 - a branch for each thing that a line can be att
 
     for name, (_, point) in points.items():
         kind = point["kind"].lower()
-        body, origin = bodies.get(kind, (kind, [0.0] * 3))
+        body, origin, turned = bodies.get(re.sub(r"^b(?=\d+$)", "body", kind), (kind, np.zeros(3), np.eye(3)))
         what = next((w for w, names in ENDS.items() if body in names), None)
         if what is None:
             raise UnsupportedError(
@@ -105,7 +104,7 @@ def read_mooring(  # noqa: C901 - a branch for each thing that a line can be att
             )
         z = -depth if point["z"].upper() in SEABED else _number(file, point["z"])
         place = [_number(file, point["x"]), _number(file, point["y"]), z]
-        ends[name] = what, [x + x0 for x, x0 in zip(place, origin, strict=True)]
+        ends[name] = what, (origin + turned @ place).tolist()
         if what == "fairlead" and any(_number(file, point.get(each, "0")) for each in ("mass", "volume", "drag_area")):
             why = "mass, volume and drag of a point on the platform are not part of it; add them to the platform"
             note("ignored", f"point {name}", why)
@@ -208,6 +207,15 @@ def _sections(file: InputFile) -> dict[str, list[int]]:
     return found
 
 
+def _is_first(file: InputFile, sections: dict[str, list[int]]) -> bool:
+    """Whether a file is MoorDyn 1's: it counts the rows, or, for the library (``Lines.dll``), has its columns."""
+    types, lines = ([split(file.lines[i - 1]) for i in sections.get(kind, ())] for kind in ("types", "lines"))
+    if types and begins_with_number(types[0]):
+        return True
+    narrow = len(types) > 2 and all(len(row) == len(LAYOUTS["MoorDyn 1"]["types"].split()) for row in types[2:])
+    return narrow and bool(lines) and "nodeanch" in [word.lower() for word in lines[0]]
+
+
 def _refuse(file: InputFile, sections: dict[str, list[int]], notes: list[ImportNote]) -> None:
     for kind, what in (("rods", "rods"), ("loads", "external loads")):
         if rows := sections.get(kind, [])[2:]:
@@ -253,8 +261,8 @@ def _table(
 
 def _bodies(
     file: InputFile, sections: dict[str, list[int]], program: Program, notes: list[ImportNote]
-) -> dict[str, tuple[str, list[float]]]:
-    """Of each body, as ``body1``: how it is attached, and its place (3,) [m]."""
+) -> dict[str, tuple[str, Float, Float]]:
+    """Of each body, as ``body1``: how it is attached, its place (3,) [m], and its orientation (3, 3)."""
     if program != "MoorDyn 2" or "bodies" not in sections:
         return {}
     names: dict[str, tuple[str, ...]] = {
@@ -272,12 +280,20 @@ def _bodies(
             notes.append(
                 ImportNote("ignored", file.path.name, what, "its mass and volume are not part of the platform")
             )
-        if any(_number(file, row[name]) for name in ("r0", "p0", "y0")):
-            # Body_Setup turns them by Rx(r0) Ry(p0) Rz(y0); MD_CalcContStateDeriv takes the angles of a coupled body
-            # from the orientation of its mesh, whose reference is this matrix and not its transpose: turned back
-            raise UnsupportedError(
-                f"{file.at(line)}: body {number_of} is turned (r0, p0, y0), which OpenFAST's MoorDyn does differently "
-                "at the start and in the run; give its points in the axes of the platform"
-            )
-        found[f"body{number_of}"] = kind, [_number(file, row[name]) for name in ("X0", "Y0", "Z0")]
+        angles = np.radians([_number(file, row[name]) for name in ("r0", "p0", "y0")])
+        if angles.any() and kind in ENDS["fairlead"]:
+            # MD_CalcContStateDeriv has them from the body's mesh, whose reference is this matrix and not its transpose
+            why = "turned as MoorDyn begins; in the run OpenFAST 5.0.0 turns it the other way: make its points Vessel"
+            notes.append(ImportNote("warning", f"{file.path.name}:{line}", f"body {number_of}: r0, p0, y0", why))
+        place = np.array([_number(file, row[name]) for name in ("X0", "Y0", "Z0")])
+        found[f"body{number_of}"] = kind, place, _orientation(*angles)
     return found
+
+
+def _orientation(roll: float, pitch: float, yaw: float) -> Float:
+    """(3, 3) from the axes of a body to those of the sea, Rx Ry Rz of its angles [rad] (Body_Setup, EulerConstruct)."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    Rx = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
+    Ry = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
+    Rz = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
+    return Rx @ Ry @ Rz

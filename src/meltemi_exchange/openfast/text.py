@@ -1,7 +1,8 @@
 """Parser of OpenFAST's input files: values by keyword, tables by the place of their columns.
 
 OpenFAST reads by position; versions differ in order, spelling and number of lines. Here a line is
-``value(s)  Keyword  - comment``, wherever it stands; brackets and case of keywords do not matter. Tables are read as
+``value(s)  Keyword  - comment``, wherever it stands; brackets and case of keywords do not matter. A line ``@name`` or
+``@4-9 in name`` stands for a file, or for lines of it (``ReadComFile`` in NWTC_IO.f90). Tables are read as
 OpenFAST reads them: by the places of their columns, those of ElastoDyn's and AeroDyn's blades by their names.
 """
 
@@ -30,6 +31,11 @@ WORDS = NO_FILE | {"true", "false", "t", "f"}
 """Values that are words."""
 DIFFRACTS = "MCF"
 """In the place of HydroDyn's pressure coefficients: 1, and MacCamy and Fuchs's diffraction (``ParseRAryWKywrd``)."""
+POSITIONAL = frozenset(["main", "ElastoDyn", "ElastoDyn tower", "BeamDyn", "BeamDyn blade", "DISCON"])
+"""Modules whose files include no other ones."""
+INCLUDE = re.compile(r"""\s*@\s*(?:(\d+)\s*(-\s*\d+)?\s+in\s+)?(?:"([^"]+)"|'([^']+)'|([^"'!#%]+))""", re.IGNORECASE)
+DEEPEST = 16
+"""Files that include each other."""
 LARGEST = 64_000_000
 """[bytes] no text file of a deck is larger."""
 
@@ -78,18 +84,25 @@ class InputFile:
     Attributes:
       path: where it is.
       module: for messages, e.g. ``"ElastoDyn"``.
-      lines: its text.
+      lines: its text, with that of included files.
       entries: keyword lines by key; a keyword that comes again, as in airfoil tables, has several.
+      origins: file and number of each line, if files are included.
     """
 
     path: Path
     module: str
     lines: tuple[str, ...]
     entries: dict[str, list[Entry]] = field(default_factory=dict)
+    origins: tuple[tuple[Path, int], ...] = ()
 
     def at(self, line: int) -> str:
         """File and line for error messages."""
-        return f"{self.path}:{line}" if line else str(self.path)
+        path, own = self.origins[line - 1] if self.origins and line else (self.path, line)
+        return f"{path}:{own}" if line else str(path)
+
+    def place(self, line: int) -> str:
+        """Name of the file and line for notes."""
+        return Path(self.at(line)).name
 
     def find(self, *names: str) -> Entry | None:
         """The first line that has one of the keywords."""
@@ -115,12 +128,15 @@ class InputFile:
             "a line reads: value, keyword, comment"
         )
 
-    def table(self, entry: Entry, wanted: Mapping[str, str], optional: Sequence[str] = ()) -> dict[str, Float]:
+    def table(
+        self, entry: Entry, wanted: Mapping[str, str], notes: list[ImportNote], optional: Sequence[str] = ()
+    ) -> dict[str, Float]:
         """Columns of numbers by their names in the header, as OpenFAST reads the blades of ElastoDyn and AeroDyn.
 
         Args:
           entry: the line that says how many rows there are.
           wanted: for each column its name in the header; the header is known by the first.
+          notes: gets a warning if the table goes on.
           optional: columns that may be missing, and are left out then.
 
         Raises:
@@ -135,7 +151,7 @@ class InputFile:
                 f"{self.path}: no table header with {first} below line {entry.line} ({entry.name}); "
                 "columns of this table are found by their names"
             )
-        header, rows, _ = self.rows(entry, count, at)
+        header, rows, _ = self.rows(entry, count, at, notes=notes)
         columns = [key(name) for name in header]
         missing = [name for target, name in wanted.items() if key(name) not in columns and target not in optional]
         if missing:
@@ -172,12 +188,12 @@ class InputFile:
         Raises:
           InputError: with file, line, and what was expected.
         """
-        header, rows, line = self.rows(entry, self.count(entry), entry.line if after is None else after, skip)
+        header, rows, line = self.rows(entry, self.count(entry), entry.line if after is None else after, skip, notes)
         order = layout.split()
         names = [name.split("|")[0] for name in order]
         places = {target: names.index(name) for target, name in wanted.items()}
         if rows:
-            check_header(f"{self.path.name}:{line}", header, order, sorted(set(places.values())), notes)
+            check_header(self.place(line), header, order, sorted(set(places.values())), notes)
         return {
             target: np.array([self._cell(at, tokens, place, names[place]) for at, tokens in rows])
             for target, place in places.items()
@@ -194,7 +210,12 @@ class InputFile:
         return value
 
     def rows(
-        self, entry: Entry, count: int, after: int | None = None, skip: int = 0
+        self,
+        entry: Entry,
+        count: int,
+        after: int | None = None,
+        skip: int = 0,
+        notes: list[ImportNote] | None = None,
     ) -> tuple[list[str], list[tuple[int, list[str]]], int]:
         """Header, ``count`` rows with their lines, and the line of the last one, of the table of a keyword.
 
@@ -206,6 +227,7 @@ class InputFile:
           count: of rows.
           after: the table follows this line; by default that of ``entry``.
           skip: lines between that line and the header, such as the title of a section.
+          notes: gets a warning if more rows end the file, which OpenFAST does not read.
 
         Raises:
           InputError: there is no such table, or it has other rows.
@@ -226,15 +248,48 @@ class InputFile:
                     f"{self.at(line)}: {entry.name} in line {entry.line} says {count} "
                     f"lines, but line {i + 1} of the table is not one ({' '.join(tokens)[:40]!r})"
                 )
-        beyond = body[head + count : head + count + 1]
-        follows = beyond[0] if count and beyond and beyond[0][0] == rows[-1][0] + 1 else (0, [])
-        if len(follows[1]) >= len(rows[0][1] if count else []) > 1 and all(number(t) is not None for t in follows[1]):
-            raise InputError(
-                f"{self.at(follows[0])}: {entry.name} in line {entry.line} says {count} lines, but the table goes on"
-            )
+        if count:
+            self.check_end(entry, count, body[head:], len(rows[0][1]), notes)
         header = [t.strip("!") for t in body[0][1]] if head and body else []
         last = rows[-1][0] if rows else body[head - 1][0] if 0 < head <= len(body) else at
         return header, rows, last
+
+    def check_end(
+        self,
+        entry: Entry,
+        count: int,
+        rows: Sequence[tuple[int, list[str]]],
+        width: int,
+        notes: list[ImportNote] | None,
+    ) -> None:
+        """Test that a table ends where its keyword says; rows that end the file are a warning.
+
+        Rows after a blank line or a comment are set aside, which is fine.
+
+        Args:
+          entry: the line that says how many rows there are.
+          count: of rows.
+          rows: numbers and words of the lines from the first row on.
+          width: least number of words of a row.
+          notes: gets the warning; without it they are an error, too.
+
+        Raises:
+          InputError: more rows follow, and then something else, which OpenFAST would not find.
+        """
+
+        def more(words: list[str]) -> bool:
+            return len(words) >= width > 1 and all(number(word) is not None for word in words[:width])
+
+        beyond = rows[count:]
+        if not beyond or not more(beyond[0][1]) or beyond[0][0] != rows[count - 1][0] + 1:
+            return
+        first = beyond[0][0]
+        if notes is None or not all(more(words) for _, words in beyond):
+            raise InputError(
+                f"{self.at(first)}: {entry.name} in line {entry.line} says {count} lines, but the table goes on"
+            )
+        what = f"{len(beyond)} line{'s' * (len(beyond) > 1)} beyond {entry.name} = {count}"
+        notes.append(ImportNote("warning", self.place(first), what, "not read, as in OpenFAST"))
 
     def count(self, entry: Entry) -> int:
         """Number of lines that a keyword gives.
@@ -333,14 +388,9 @@ def read_input(path: Path, module: str) -> InputFile:
     Raises:
       InputError: it cannot be read, or is not text.
     """
-    raw = bytes_of(path, LARGEST)
-    if b"\0" in raw[:4096]:
-        raise InputError(f"{path}: not a text file; expected {module} input")
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    lines = tuple(text.splitlines())
+    known = _lines(path, module)
+    lines = tuple(line for *_, line in known)
+    origins = tuple((own, i) for own, i, _ in known) if any(own != path for own, *_ in known) else ()
     entries: dict[str, list[Entry]] = {}
     in_list = False
     titled = bool(lines) and lines[0].lstrip().startswith("--")
@@ -362,7 +412,35 @@ def read_input(path: Path, module: str) -> InputFile:
         entry = _entry(tokens, i + 1)
         if entry is not None:
             entries.setdefault(key(entry.name), []).append(entry)
-    return InputFile(path, module, lines, entries)
+    return InputFile(path, module, lines, entries, origins)
+
+
+def _lines(path: Path, module: str, within: tuple[Path, ...] = ()) -> list[tuple[Path, int, str]]:
+    """Lines of a file with their files and numbers; lines of included files, which are relative to it, in their place.
+
+    Raises:
+      InputError: a file is not there, is not text, or includes itself.
+    """
+    raw = bytes_of(path, LARGEST)
+    if b"\0" in raw[:4096]:
+        raise InputError(f"{path}: not a text file; expected {module} input")
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    found: list[tuple[Path, int, str]] = []
+    for i, line in enumerate(text.splitlines(), 1):
+        named = INCLUDE.match(line) if module not in POSITIONAL else None
+        if named is None or "numcoords" in line.lower():  # the shape of an airfoil, which nothing needs
+            found.append((path, i, line))
+            continue
+        name = next(filter(None, named.groups()[2:])).strip()
+        other = InputFile(path, module, ()).file(name, i)
+        if other is None or other in (path, *within) or len(within) > DEEPEST:
+            raise InputError(f"{path}:{i}: {name} cannot be included here")
+        begin, end = int(named[1] or 1), int((named[2] or "0").strip("- "))
+        found += _lines(other, module, (*within, path))[begin - 1 : end or None]
+    return found
 
 
 def _is_header(tokens: list[str]) -> bool:

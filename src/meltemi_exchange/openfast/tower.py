@@ -23,6 +23,8 @@ SHEAR_SHARE = 0.53
 
 ADJUSTED = ("AdjTwMa", "AdjFASt", "AdjSSSt")
 """Keywords of the lines that stand before the table of the tower's sections."""
+LUMP = (*(f"centre_{axis}" for axis in "xyz"), *(f"inertia_{axis}" for axis in "RPY"))
+"""Of the platform's mass in ElastoDyn, here that of a transition piece."""
 SPRINGS = ("x", "y", "z", "tx", "ty", "tz")
 """Directions in the names of SubDyn's springs: Kxx, Kxty and so on."""
 
@@ -177,7 +179,11 @@ def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.
       InputError: with file and line.
     """
-    Values(notes).read(file)
+    own = Values(notes)
+    own.read(file)
+    _held(own)
+    own.differs("ignored", 0, guyan_damping="springs have no damping", lumped_masses="see foundation.mass")
+    own.unneeded("of GuyanDampMod 1", "rayleigh")
     name, at = file.path.name, _stations(file, notes)
     z = at["z"] + 1e-6 * np.arange(len(at["z"]))  # members that meet have two values there
     d, E, G = at["d"], at["E"], at["G"]
@@ -193,12 +199,16 @@ def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
         source=f"{name}: pile from {z[0]:g} to {z[-1]:g} m, clamped at its foot",
     )
     notes.append(ImportNote("approximated", name, f"pile of {len(z) // 2} members", "springs and a mass at its top"))
-    lumped = file.find("NCmass")
-    if lumped is not None and file.count(lumped):
-        notes.append(
-            ImportNote("ignored", f"{name}:{lumped.line}", f"{file.count(lumped)} lumped masses", "see foundation.mass")
-        )
     return pile
+
+
+def _held(own: Values) -> None:
+    """Notes on the ends of a pile."""
+    for target, why in (
+        ("reactions", "the pile is held at its lowest joint"),
+        ("interfaces", "the tower stands on the highest joint"),
+    ):
+        own.note("equivalent" if own[target] == 1 else "approximated", target, why)
 
 
 def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNote]) -> dict[str, Any]:
@@ -212,6 +222,7 @@ def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNot
     """
     own = Values(notes)
     own.read(file)
+    _held(own)
     at = _stations(file, notes)
     for name, what in (("E", "YoungE"), ("G", "ShearG"), ("density", "MatDens")):
         if np.ptp(at[name]) > 1e-6 * at[name][0]:
@@ -251,7 +262,16 @@ def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNot
     else:
         own.unneeded("of GuyanDampMod 1", "rayleigh")
         own.differs("ignored", 0, guyan_damping="the pile has the damping of the tower's modes; see support.damping")
-    v.differs("ignored", 0.0, platform_inertia_Y="about the pile's axis")
+    if not v.given("platform_mass", 0.0):
+        v.unneeded("of PtfmMass", *(f"platform_{name}" for name in LUMP))
+    else:
+        top = v.given("platform_centre_z", z[-1])
+        why = f"the mass is at the top of the pile, {z[-1]:g} m"
+        v.note("equivalent" if abs(top - z[-1]) < 1e-6 else "approximated", "platform_centre_z", why)
+        v.like("platform_inertia_P", "platform_inertia_R", "that of PtfmRIner")
+        axis = "the mass is on the axis of the pile"
+        v.differs("ignored", 0.0, platform_centre_x=axis, platform_centre_y=axis)
+        v.differs("ignored", 0.0, platform_inertia_Y="about the pile's axis")
     return found | water.hydrodynamics(z[keep])
 
 
@@ -262,12 +282,21 @@ def read_substructure(main: InputFile, values: Values, water: Water, notes: list
         raise InputError(f"{main.path}: CompSub is 1, but SubFile names no file")
     file = read_input(path, "SubDyn")
     if water.file is None:
+        lump = "the pile is springs and the mass of its steel"
+        values.differs("ignored", 0.0, **{f"platform_{name}": lump for name in ("mass", *LUMP)})
         return {"foundation": read_pile(file, notes)}
     found = {"support": read_support(file, values, water, notes)}
     foot = file.find("NReact")
     line, row = file.rows(foot, 1)[1][0] if foot is not None and file.count(foot) else (0, [])
-    springs = file.file(row[7], line) if len(row) > 7 and "1" not in row[1:7] else None
-    return found if springs is None else found | {"foundation": _springs(read_input(springs, "SSI"))}
+    fixed = sum(number(word) == 1.0 for word in row[1:7])
+    springs = file.file(row[7], line) if len(row) > 7 and fixed == 0 else None
+    if springs is None:
+        if row and fixed < 6:
+            why = "the foot of the pile is clamped; springs of an SSI file need all six directions free"
+            notes.append(ImportNote("warning", f"{file.path.name}:{line}", f"{fixed} of 6 directions are fixed", why))
+        return found
+    notes.append(ImportNote("used", springs.name, "springs and mass under the pile", "foundation"))
+    return found | {"foundation": _springs(read_input(springs, "SSI"))}
 
 
 def _springs(file: InputFile) -> dict[str, Any]:

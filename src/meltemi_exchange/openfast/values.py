@@ -33,6 +33,7 @@ class Values:
         self.data: dict[str, Any] = {}
         self.source: dict[str, str] = {}
         self._shown: dict[str, str] = {}
+        self._line: dict[str, int] = {}
 
     def __getitem__(self, target: str) -> Any:
         return self.data.get(target)
@@ -67,16 +68,17 @@ class Values:
             taken.add(entry.line)
             value = convert(file, entry, row)
             self.data[row.target] = value
-            self.source[row.target] = f"{file.path.name}:{entry.line} {entry.name}"
+            self._line[row.target] = entry.line
+            self.source[row.target] = f"{file.place(entry.line)} {entry.name}"
             self._shown[row.target] = shown = " ".join(entry.values)[:60] + (f" {row.unit}" if row.unit else "")
             if value is None:
                 self.notes.append(
-                    ImportNote("equivalent", f"{file.path.name}:{entry.line}", f"{entry.name} = {shown}", "the default")
+                    ImportNote("equivalent", file.place(entry.line), f"{entry.name} = {shown}", "the default")
                 )
             else:
                 why = row.target if not row.remark else f"{row.target}: {row.remark}"
                 kind: Kind = "equivalent" if self._same(file, entry, row) else "used"
-                self.notes.append(ImportNote(kind, f"{file.path.name}:{entry.line}", f"{entry.name} = {shown}", why))
+                self.notes.append(ImportNote(kind, file.place(entry.line), f"{entry.name} = {shown}", why))
         for entries in file.entries.values():
             for entry in entries:
                 if entry.line in taken:
@@ -88,7 +90,7 @@ class Values:
                 kind = "not needed" if not found.same else "ignored"
                 if self._same(file, entry, found):
                     kind = "equivalent"
-                self.notes.append(ImportNote(kind, f"{file.path.name}:{entry.line}", what, found.remark))
+                self.notes.append(ImportNote(kind, file.place(entry.line), what, found.remark))
         return file
 
     def _same(self, file: InputFile, entry: Entry, row: Row) -> bool:
@@ -127,9 +129,8 @@ class Values:
         Raises:
           InputError: it is not there.
         """
-        line = int(self.source[target].split(" ")[0].rsplit(":", 1)[1]) if target in self.source else 0
         text = self.data.get(target)
-        return None if text is None else file.file(text, line)
+        return None if text is None else file.file(text, self._line.get(target, 0))
 
 
 def _what(row: Row) -> str:

@@ -15,6 +15,7 @@ import meltemi_exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi_exchange.openfast.members import (
     COEFFICIENTS,
+    by_depth,
     diffracts,
     displaced,
     hydro_table,
@@ -28,6 +29,18 @@ from meltemi_exchange.openfast.values import Values
 from meltemi_exchange.report import ImportNote
 
 STRETCHINGS = ("none", "vertical", "extrapolation", "wheeler")
+IRREGULAR = (
+    *("height", "direction", "lowest", "highest", "repeat", "seed", "gaussian", "spread", "spread_exponent"),
+    *("spread_directions", "spread_range", "crest", "crest_height", "crest_time"),
+)
+OF_WAVES = {
+    "1": ("height", "period", "direction"),
+    "2": (*IRREGULAR, "period", "peak_factor"),
+    "3": IRREGULAR,
+    "7": ("wave_file",),
+}
+"""Values that waves have, by the first letter of ``WaveMod``."""
+POTENTIAL = ("potential_file", "volume", "buoyancy_x", "buoyancy_y", "excitation_place", "unit_length")
 FULL_DRIFT = 12
 """WAMIT's file of difference-frequency forces that is read (.12d)."""
 
@@ -53,6 +66,10 @@ class Water:
         for name in ("water_density", "depth", "level"):
             if self.v[name] is None:
                 self.v.data[name] = values[name]
+            else:
+                values.unneeded(f"that of {self.v.source[name].split(':')[0]} is used", name)
+        if sea is None:
+            values.unneeded("of CompSeaSt 1", "sea_file")
 
     def sea(self) -> dict[str, Any]:
         """The ``sea`` of a case file."""
@@ -87,16 +104,30 @@ class Water:
             found = self._waves()
         elif kind != "0":
             v.note("ignored", "waves", "waves of files are not read; give the case a sea of kind components, elevation")
-        if found["kind"] == "still" or kind in ("1", "7"):
-            v.unneeded("of waves of another WaveMod", "seed", "gaussian", "peak_factor", "lowest", "highest")
+        every = {name: None for names in OF_WAVES.values() for name in names}
+        v.unneeded("of waves of another WaveMod", *(n for n in every if n not in OF_WAVES.get(kind[:1], ())))
+        if kind in ("2", "3"):
+            self._unneeded_of_irregular(found)
         found["stretching"] = STRETCHINGS[v.given("stretching", 0) % 4]
         if v.given("level", 0.0):
             found["level"] = v["level"]
+        parts = ("sub_surface", "near_surface", "uniform")
         if v.given("current", 0) == 1:
-            found["current"] = self._current(direction)
-        elif v.given("current", 0):
+            found["current"] = self._current(direction, parts)
+        else:
+            v.unneeded("of CurrMod 1", *parts, *(f"{name}_direction" for name in parts), "reference_depth")
+        if v.given("current", 0) not in (0, 1):
             v.note("ignored", "current", "the current of a user's routine; give the case a current")
         return found
+
+    def _unneeded_of_irregular(self, sea: dict[str, Any]) -> None:
+        v = self.v
+        if "frequencies" not in sea:
+            v.unneeded("of WvHiCOff above 0", "lowest", "highest")
+        if "spreading" not in sea:
+            v.unneeded("of WaveDirMod 1 and several directions", "spread_exponent", "spread_directions", "spread_range")
+        if "crest" not in sea:
+            v.unneeded("of ConstWaveMod 1 and 2", "crest_height", "crest_time")
 
     def _waves(self) -> dict[str, Any]:
         """Waves one by one: frequency [rad/s], height [m], direction [deg], phase [deg], or the .SEA format."""
@@ -118,14 +149,22 @@ class Water:
         one = float(direction[0]) if np.ptp(direction) == 0.0 else direction
         return {"kind": "components", "frequency": w, "amplitude": 0.5 * height, "phase": phase, "direction": one}
 
-    def _current(self, waves: float) -> dict[str, Any]:
-        v, parts = self.v, ("sub_surface", "near_surface", "uniform")
+    def _current(self, waves: float, parts: tuple[str, ...]) -> dict[str, Any]:
+        v = self.v
         flows = {name: v.given(f"{name}_direction", waves) for name in parts if v.given(name, 0.0)}
         found = {name: v[name] for name in flows}
         if "near_surface" in flows:
             found["reference_depth"] = v["reference_depth"]
         if flows:
             found["direction"] = next(iter(flows.values()))
+        others = [name for name in parts if name not in list(flows)[:1]]
+        v.unneeded("of a part without speed", *(f"{name}_direction" for name in others if name not in flows))
+        if "near_surface" not in flows:
+            v.unneeded("of CurrNSV0", "reference_depth")
+        for name in list(flows)[1:]:
+            differs = flows[name] != found["direction"]
+            why = f"all parts flow along that of {next(iter(flows))}"
+            v.note("approximated" if differs else "equivalent", f"{name}_direction", why)
         if len(set(flows.values())) > 1:
             v.note("approximated", "current", f"all parts flow along that of {next(iter(flows))}")
         return found
@@ -144,7 +183,9 @@ class Water:
         rows = [[number(text) for text in split(line)[:6]] for line in lines]
         if len(rows) < 6 or any(len(row) < 6 or None in row for row in rows):
             raise InputError(f"{self.file.at(entry.line)}: {name}: expected six lines of six numbers (one body)")
-        found = np.array(rows, dtype=np.float64)
+        found, where = np.array(rows, dtype=np.float64), f"{self.file.path.name}:{entry.line}"
+        self.notes[:] = [note for note in self.notes if note.where != where]
+        self.notes.append(ImportNote("used" if found.any() else "equivalent", where, f"{name}, 6 x 6", "platform"))
         return found if found.any() else None
 
     def table(self, count: str, layout: str, wanted: dict[str, str]) -> dict[str, Float]:
@@ -162,6 +203,9 @@ class Water:
         found: dict[str, Any] = {"depth": v["depth"], "water_density": v.given("water_density", 1025.0)}
         if v["depth"] is None or file is None:
             raise InputError("WtrDpth: the depth of the water is needed, in the main file or in SeaState")
+        v.unneeded("of PotMod 1", *POTENTIAL)
+        v.unneeded("of a platform", "drift_cutoff", "axial")
+        v.unneeded("diameters are those of SubDyn", "sections")
         if v.given("potential", 0):
             raise UnsupportedError(f"{file.path}: PotMod {v['potential']}: a pile has Morison's equation; set it to 0")
         joints = self.table("NJoints", columns.HYDRO_JOINTS, {"x": "Jointxi", "y": "Jointyi"})
@@ -177,11 +221,10 @@ class Water:
             simple, large = simple_coefficients(file, self.notes)
             water = dict(simple)
         elif model == 2:
-            names = {"z": "Dpth"} | {n: f"Dpth{c}" for n, c in COEFFICIENTS.items()}
-            table = self.table("NCoefDpth", columns.BY_DEPTH, names)
+            table = by_depth(file, self.notes)
             large = diffracts(file, file.require(["NCoefDpth", "NCoefDpthCyl"], "of lines"))
             order = np.argsort(table["z"])
-            water = {k: np.interp(height, table["z"][order], table[k][order]) for k in names if k != "z"}
+            water = {k: np.interp(height, table["z"][order], table[k][order]) for k in COEFFICIENTS}
         else:
             raise UnsupportedError(f"{file.path}: MCoefMod {model}: coefficients are read by depth or for all (2, 1)")
         if large or v.given("diffraction_radius", 0.0) > 0.0:
@@ -201,9 +244,10 @@ class Water:
 
     def _flooded(self) -> float | None:
         assert self.file is not None
-        if not self.v.given("fills", 0):
+        entry = self.file.find("NFillGroups")
+        if entry is None or not self.file.count(entry):
             return None
-        line, row = self.file.rows(self.file.require(["NFillGroups"], "of lines"), int(self.v["fills"]))[1][0]
+        line, row = self.file.rows(entry, self.file.count(entry))[1][0]
         place = int(number(row[0]) or 0.0) + 1
         if not 1 < place < len(row):
             raise InputError(f"{self.file.at(line)}: expected FillNumM, FillMList, FillFSLoc of NFillGroups")
@@ -222,6 +266,9 @@ class Water:
         if file is None or v.given("potential", 0) not in (0, 1):
             raise UnsupportedError(f"{main.source.get('hydro_file', 'HydroFile')}: a platform needs PotMod 0 or 1")
         flows = v.given("potential", 0) == 1
+        if not flows:
+            v.unneeded("of PotMod 1", *POTENTIAL)
+        v.differs("ignored", 0.0, diffraction_radius="diffraction of a platform's members is not modelled")
         wrong = {
             "bodies": v.given("bodies", 1) != 1,
             "unit_length": v.given("unit_length", 1.0) != 1.0,
@@ -244,6 +291,9 @@ class Water:
             members = read_members(file, v)
             body = with_ballast(body, file, v)
         drift = next((d for n, d in DRIFTS if v.given(n, 0) and flows), "none")
+        volume, centre = v["volume"], (v.given("buoyancy_x", 0.0), v.given("buoyancy_y", 0.0))
+        if not flows:
+            volume, centre = displaced(members)
         root = str(v["potential_file"]).strip("\"'").replace("\\", "/")
         found: dict[str, Any] = {
             "depth": v["depth"],
@@ -251,8 +301,8 @@ class Water:
             "centre": body[1:4],
             "inertia": body[4:],
             "members": members,
-            "volume": v["volume"] if flows else displaced(members),
-            "buoyancy_centre": (v.given("buoyancy_x", 0.0), v.given("buoyancy_y", 0.0)),
+            "volume": volume,
+            "buoyancy_centre": centre,
             "coefficients": str((file.path.parent / root).absolute()) if flows else "",
             "excitation": "displaced" if flows and v.given("excitation_place", 0) else "at_rest",
             "drift": drift,
@@ -262,6 +312,8 @@ class Water:
         }
         if drift != "none" and v.given("drift_cutoff", 0.0) > 0.0:
             found["drift_cutoff"] = v["drift_cutoff"]
+        else:
+            v.unneeded("of forces of second order at difference frequencies", "drift_cutoff")
         for key, name in (("stiffness", "AddCLin"), ("linear_damping", "AddBLin"), ("quadratic_damping", "AddBQuad")):
             if flows and (value := self.matrix(name)) is not None:
                 found[key] = value

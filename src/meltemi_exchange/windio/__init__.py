@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,7 +14,7 @@ from meltemi.core.yamlfile import merged, read_mapping, validated
 from meltemi.turbine.definition import Turbine
 from meltemi_exchange.report import ImportedTurbine
 from meltemi_exchange.windio.blade import read_blade
-from meltemi_exchange.windio.control import read_control, rotor_inertia
+from meltemi_exchange.windio.control import GAINS, read_control, rotor_inertia
 from meltemi_exchange.windio.defaults import supply
 from meltemi_exchange.windio.machine import (
     given,
@@ -86,9 +86,41 @@ def import_windio(
         if tree.get(f"components.{name}") is not None:
             tree.note("ignored", f"components.{name}", name, "not modelled")
     supply(data, more, tree)
+    _note_given(tree, more)
     turbine = _validated(merged(data, more), str(path), extra)
     tree.note_used()
     return ImportedTurbine(turbine, tuple(tree.notes))
+
+
+SUPPLIED = {
+    GAINS: "control.pitch.proportional_gain",
+    "optimal gain": "control.torque.optimal_gain",
+    "largest torque": "control.torque.maximum_torque",
+    "filter of the generator speed": "control.filter_frequency",
+    "centre of mass of the hub": "hub.mass_centre",
+    "pitch actuator": "pitch_actuator.natural_frequency",
+}
+"""Our keys of what is approximated; beside the file they take its place."""
+
+
+def _note_given(tree: Tree, more: Mapping[str, Any]) -> None:
+    """Notes on what is given beside the file, which wins over it."""
+    keys = list(_paths(more))
+    replaced = [note for note in tree.notes if SUPPLIED.get(note.what) in keys]
+    tree.notes = [note for note in tree.notes if note not in replaced]
+    for note in replaced:
+        if tree.get(note.where) is not None:
+            tree.note("ignored", note.where, note.what, f"{SUPPLIED[note.what]} is given beside the file")
+    for key in keys:
+        tree.note("used", "extra", key, "given beside the file, over which it wins")
+
+
+def _paths(content: Mapping[str, Any], above: str = "") -> Iterator[str]:
+    for key, value in content.items():
+        if isinstance(value, Mapping):
+            yield from _paths(value, f"{above}{key}.")
+        else:
+            yield f"{above}{key}"
 
 
 NUMBERS = (

@@ -88,7 +88,7 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
         tree.note("approximated", "control.lpf_frequency", "filter of the generator speed", "first order")
     for key, why in IGNORED.items():
         if tree.get(f"control.{key}") is not None:
-            tree.note("ignored", f"control.{key}", key.replace("_", " "), why)
+            tree.note("ignored", tree.place(f"control.{key}"), key.replace("_", " "), why)
     return given(filter_frequency=filtered) | {"torque": torque, "pitch": pitch, "source": tree.source}
 
 

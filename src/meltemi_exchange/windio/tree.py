@@ -178,7 +178,7 @@ def as_numbers(found: Any, where: str, count: int | None = None) -> Float:
     """
     try:
         array = np.asarray(found, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.array(np.nan)
     if array.ndim != 1 or not np.all(np.isfinite(array)):
         raise InputError(f"{where}: expected a list of numbers, found {str(found)[:40]!r}")

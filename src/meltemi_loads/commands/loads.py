@@ -95,12 +95,16 @@ class PlanOptions:
     ] = None
     years: Annotated[float | None, typer.Option(help="Lifetime [years] [20].")] = None
     controller: Annotated[
-        str | None, typer.Option(help=f"Controller: {CONTROLLER} [supervised].", autocompletion=CONTROLLERS)
+        str | None,
+        typer.Option(
+            help=f"Controller: {CONTROLLER} [supervised; rosco for a turbine with its settings].",
+            autocompletion=CONTROLLERS,
+        ),
     ] = None
     controller_input: ControllerInputOption = None
 
-    def given(self) -> dict[str, Any]:
-        """Settings of the campaign that are given, angles in radians."""
+    def given(self, turbine: str) -> dict[str, Any]:
+        """Settings of the campaign of a turbine that are given, angles in radians; the controller may be its own."""
         plain = "duration transient seeds yaw_error rated_wind cut_in cut_out v_maint extreme_wind years".split()
         found = {name: getattr(self, name) for name in (*plain, "inclination", "idle_pitch")}
         found = {name: value for name, value in found.items() if value is not None}
@@ -108,6 +112,14 @@ class PlanOptions:
         named = {"--controller": self.controller, "--controller-input": self.controller_input}
         if law := {option: value for option, value in named.items() if value is not None}:
             found["controller"] = controller_of_options(law)
+        else:
+            from meltemi.turbine.library import load_turbine
+            from meltemi_tuning.turbine_controller import turbine_controller
+
+            own, note = turbine_controller(load_turbine(turbine), otherwise="supervised")
+            found |= {"controller": own} if own == "rosco" else {}
+            if note:
+                say(f"note: {note}")
         return found | ({"quick": True} if self.quick else {})
 
     def campaign(self, turbine: str) -> Campaign:
@@ -129,7 +141,7 @@ class PlanOptions:
             raise InputError("--neighbours needs --site: the ambient turbulence that their wakes add to")
         if self.slope is not None and self.neighbours is None:
             raise InputError("--slope needs --neighbours")
-        given, edition = self.given(), cast("Edition", self.edition)  # which is checked with the campaign
+        given, edition = self.given(turbine), cast("Edition", self.edition)  # which is checked with the campaign
         of_class: Any = self.wind_class
         if self.site is not None:
             found = read_site(self.site, self.site_turbine)
@@ -163,7 +175,7 @@ class PlanOptions:
             raise InputError(
                 f"--edition {self.edition}: the table of IEC {self.standard} begins with edition 4; leave it out"
             )
-        given, site = self.given(), read_metocean(self.site)
+        given, site = self.given(turbine), read_metocean(self.site)
         if self.table is not None:
             given["changes"] = read_changes(self.table, self.standard)
         with simulation_bar("operating points of the plan"):
@@ -304,7 +316,7 @@ def run_(base: BaseArgument, options: ExecutionOptions) -> None:
     from meltemi_loads.loadbase.engine import run_base
 
     planned = _planned(base)
-    folder_for(base)
+    folder_for(base, "load base")
     with simulation_bar("load cases", len(planned.cases), "cases") as bar:
         found = run_base(planned, base, progress=told(bar), **options.given())
     _show_status(found, base, planned)
@@ -445,7 +457,7 @@ def report(
     title = read_project(base, project)
     of = read_settings(settings)
     other = None if against is None else (str(against), design_loads(_planned(against), against, of))
-    folder_for(base)
+    folder_for(base, "load base")
     with progress_bar("report"):
         design = design_loads(planned, base, of)
         files = write_report(planned, base, against=other, limits=given, design=design, project=title, word=word)

@@ -142,7 +142,7 @@ def run(folder: FolderArgument, options: ExecutionOptions) -> None:
     from meltemi_loads.surrogate.campaign import read_surrogate_campaign, run_surrogate
 
     n = len(read_surrogate_campaign(folder)[1])
-    folder_for(folder)
+    folder_for(folder, "surrogate")
     with simulation_bar("points", n, "runs") as bar:
         done, failed, missing = run_surrogate(folder, progress=told(bar), **options.given())
     print(f"{done} of {n} runs done, {failed} failed, {missing} missing")
@@ -164,7 +164,7 @@ def fit(
     from meltemi_loads.surrogate.model import write_surrogate
     from meltemi_loads.surrogate.report import fit_rows, influence_rows, plot_surrogate
 
-    folder_for(folder)
+    folder_for(folder, "surrogate")
     with progress_bar("fit"):
         campaign, points, found = surrogate_loads(folder)
         made = fit_surrogate(campaign, points, found, kind)

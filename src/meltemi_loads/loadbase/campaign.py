@@ -9,7 +9,7 @@ from typing import Any, Literal, Self
 from pydantic import Field, model_validator
 
 from meltemi.control.supervisor.settings import Supervision, limits
-from meltemi.controllers.schemes import equipped, make_controller, settled
+from meltemi.controllers.schemes import equipped, located, make_controller, settled
 from meltemi.controllers.specification import (
     BaselineCase,
     ControllerCase,
@@ -268,7 +268,7 @@ def make_campaign(
     campaign = Campaign(**(own | data | {"rated_wind": middle}))
     if {"cut_in", "cut_out"} & settings.keys() and isinstance(campaign.controller, SupervisedCase):
         campaign = _with_winds(campaign, described)
-    campaign = campaign.replace(controller=rooted(campaign.controller, Path()))
+    campaign = campaign.replace(controller=rooted(located(campaign.controller, described), Path()))
     check_files(campaign.controller)
     for case in (campaign.controller, start_controller(campaign)):
         if isinstance(case, SupervisedCase):

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 GROUP = 10800.0
 """[s] simulated by a group of cases: about 15 s of one core."""
+KEPT = 30.0
+"""[s] after which finished cases are written, though they are no group yet: no more is lost to a full disk."""
 MOST_GROUPS = 2000
 """Larger load bases have larger groups."""
 LOCAL = "local"
@@ -276,12 +278,12 @@ class OnThreads:
     tell: Callable[[float], None] = lambda seconds: None
 
     def __call__(self, groups: Iterable[Sequence[Job]], finished: Finished) -> None:
-        """Run all jobs; rows are handed over when together they have the length of a group.
+        """Run all jobs; rows are handed over when together they have the length of a group, or after some time.
 
         Raises:
           KeyboardInterrupt: Ctrl-C, after the rows of the finished cases were handed over.
         """
-        shop, rows, jobs = Workshop(), list[Row](), dict[str, Job]()
+        shop, rows, jobs, kept = Workshop(), list[Row](), dict[str, Job](), perf_counter()
 
         def runs() -> Iterator[Run]:
             for group in groups:
@@ -300,14 +302,16 @@ class OnThreads:
             if outcome.status is not Status.INTERRUPTED:
                 rows.append(outcome.value or Row(job.name, job.key, outcome.status, outcome.message))
             together = sum(row.simulated for row in rows)
-            if together >= GROUP:
+            if together >= GROUP or perf_counter() - kept >= KEPT:
                 hand_over()
             else:
                 self.tell(together)
 
         def hand_over() -> None:
+            nonlocal kept
             if taken := [rows.pop(0) for _ in range(len(rows))]:  # other threads may add to them
                 finished(taken)
+            kept = perf_counter()
 
         batch = Batch(runs(), reduce=shop.row, workers=self.workers, done=done, device=self.device)
         batch.run()

@@ -311,7 +311,9 @@ def _parts(
         table = read_file(file, ["key", *(PLAIN if what == "cases" else columns)])
         if what == "cases":
             cases = table.select(list(PLAIN)).take(places).to_pandas().assign(case=names)
-            yield cases.assign(warnings=[[*lines] for lines in cases["warnings"]])  # TypeError if they are no lists
+            if wrong := [lines for lines in cases["warnings"] if not isinstance(lines, list | np.ndarray)]:
+                raise TypeError(f"warnings are {wrong[0]!r:.40}, not a list of texts")
+            yield cases.assign(warnings=[[*lines] for lines in cases["warnings"]])
         elif what in NESTED:
             found = _flat(table.column(what).take(places), names)
             yield pd.DataFrame({name: found[name] for name in ("case", *NESTED[what])})

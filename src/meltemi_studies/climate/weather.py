@@ -132,6 +132,8 @@ def read_weather(
     Raises:
       InputError: the file cannot be read, lacks a column, has no hour, or a number that is no weather.
     """
+    if wind_height is not None and not wind_height > 0.0:
+        raise InputError(f"{path}: wind_height: expected a height above the ground in m, found {wind_height:g}")
     lines = text_of(path).splitlines()
     epw = path.suffix.lower() == ".epw"
     columns, month, place = _epw(path, lines) if epw else _csv(path, lines)

@@ -42,6 +42,7 @@ def bench_controller(
     """Test controllers in a fixed suite of cases against a reference; writes a page, tables and a leaderboard."""
     check_workers(workers)
     from meltemi.controllers.names import labelled
+    from meltemi.controllers.schemes import located
     from meltemi.controllers.specification import digest, specification
     from meltemi.core.yamlfile import read_record
     from meltemi.wind.iec.classes import as_class
@@ -63,7 +64,13 @@ def bench_controller(
         check_followers(names)
         grid = power_grid(power, described.rated_power)
     inputs = repr(
-        ("bench-controller", wind_class, quick, grid, [(name, digest(specification(name))) for name in names])
+        (
+            "bench-controller",
+            wind_class,
+            quick,
+            grid,
+            [(name, digest(located(specification(name), described))) for name in names],
+        )
     )
     from meltemi_tuning.controller_bench import report, study, tables
     from meltemi_tuning.run_store import run_store

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from meltemi_tuning.compare import Comparison
 
 MOST_SEEDS = 1000
+SCHEMES = "cpc,ipc,cpfc"
 ACTUATORS = ("second_order", "ideal")
 HELP = "\n".join(
     [
@@ -52,13 +53,14 @@ def compare(
     duration: Annotated[float, typer.Option("--duration", help="Duration of each run [s].")] = 700.0,
     transient: Annotated[float, typer.Option("--transient", help="Initial transient, not evaluated [s].")] = 100.0,
     controllers: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--controllers",
-            help="Controllers, separated by commas; changes are relative to the first.",
+            help="Controllers, separated by commas; changes are relative to the first [cpc,ipc,cpfc; before them rosco "
+            "for a turbine with settings of ROSCO].",
             autocompletion=completing(lambda: NAMES, several=True),
         ),
-    ] = "cpc,ipc,cpfc",
+    ] = None,
     pitch_actuator: Annotated[
         str | None, typer.Option("--pitch-actuator", help="second_order, ideal [that of the turbine].")
     ] = None,
@@ -71,17 +73,24 @@ def compare(
 ) -> None:
     """Compare control schemes in the same wind fields."""
     given = options.given()
-    names = [name.strip() for name in controllers.split(",") if name.strip()]
+    names = [name.strip() for name in (controllers or SCHEMES).split(",") if name.strip()]
     labelled(names)
     _check_seeds(seed, seeds)
     check_workers(workers)
-    from meltemi.controllers.schemes import design_controllers, equipped
+    from meltemi.controllers.schemes import design_controllers, equipped, located
     from meltemi.controllers.specification import digest, specification
     from meltemi.controllers.trial import try_controllers
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
+    from meltemi_tuning.turbine_controller import turbine_controller
 
-    described = equipped(_with_actuator(aeroelastic(load_turbine(turbine), "meltemi compare"), pitch_actuator), names)
+    described = _with_actuator(aeroelastic(load_turbine(turbine), "meltemi compare"), pitch_actuator)
+    if controllers is None:
+        own, note = turbine_controller(described, otherwise=names[0])
+        names = list(dict.fromkeys((own, *names)))
+        if note:
+            say(f"note: {note}")
+    described = equipped(described, names)
     winds = _winds(given, described, duration, range(seed, seed + seeds))
     grid = None
     if power is not None:
@@ -97,7 +106,9 @@ def compare(
     study.check_duration(duration, transient)
     began = time.perf_counter()
     folder_for(out)
-    with run_store(out, repr(("compare", transient, [digest(specification(name)) for name in names], grid))):
+    with run_store(
+        out, repr(("compare", transient, [digest(located(specification(name), described)) for name in names], grid))
+    ):
         model = build(described)
         with simulation_bar("tuning") as progress:
             designed = design_controllers(

@@ -60,7 +60,7 @@ def rosco_example(name: str) -> Path:
 def edit_discon(source: str | Path, target: str | Path, **changes: float | str | Sequence[float]) -> Path:
     """Copy a ``DISCON.IN`` with other values.
 
-    Paths in it that are relative are those of the source's folder; in the copy they are absolute.
+    Paths in it that are relative are those of the source's folder; in the copy they are absolute, except changed ones.
 
     Args:
       source: the file.
@@ -85,7 +85,7 @@ def edit_discon(source: str | Path, target: str | Path, **changes: float | str |
         text = value if isinstance(value, str) else " ".join(f"{v:.10g}" for v in np.atleast_1d(value))
         lines[names[name]] = f"{text}  ! {name}"
     for name in _PATHS:
-        found = _QUOTED.match(lines[names[name]]) if name in names else None
+        found = _QUOTED.match(lines[names[name]]) if name in names and name not in changes else None
         if found and (source.parent / found[1]).is_file():
             lines[names[name]] = f'"{(source.parent / found[1]).absolute()}"  ! {name}'
     try:

@@ -283,10 +283,10 @@ def _look(
     """Write the table, the figures and, if a format is given, the wind file."""
     from meltemi.report.plots import save
     from meltemi.report.tables import field_rows, series_rows, write_csv
-    from meltemi.report.wind_plots import plot_wind
     from meltemi.wind.fields import SteadyWind, WindBox
     from meltemi.wind.formats import write_wind
     from meltemi.wind.statistics import field_statistics, series_statistics
+    from meltemi_reports.wind_plots import plot_wind
 
     height = None if turbine is None else turbine.hub_height
     if isinstance(found, WindBox):
