@@ -68,10 +68,10 @@ def changes(node: ast.AST, lines: list[bytes]) -> Iterator[tuple[int, int, int, 
         yield at, start, start + 1, SWAPS[type(node.op)]
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         yield at, node.col_offset, node.col_offset + 1, ""
-    elif isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.end_lineno == at:
-        value = node.value
-        other = value + 1 if isinstance(value, int) else 0.5 if value == 0.0 else 1.1 * value
-        yield at, node.col_offset, node.end_col_offset or 0, repr(other)
+    elif isinstance(node, ast.Constant) and isinstance(value := node.value, (int, float)) and node.end_lineno == at:
+        if not isinstance(value, bool):
+            other = value + 1 if isinstance(value, int) else 1.1 * value or 0.5
+            yield at, node.col_offset, node.end_col_offset or 0, repr(other)
     elif isinstance(node, ast.Attribute) and node.attr in NAMES and node.end_lineno:
         end = node.end_col_offset or 0
         yield node.end_lineno, end - len(node.attr), end, NAMES[node.attr]

