@@ -6,7 +6,6 @@ import gc
 import math
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -304,18 +303,6 @@ def test_bad_input_says_what_to_do(library: Path, model: Model, tmp_path: Path) 
 def test_the_table_has_every_record_once() -> None:
     numbers = [r.number for r in RECORDS]
     assert numbers == sorted(set(numbers)) and numbers[-1] < EXCHANGED
-
-
-def test_a_call_is_quick(library: Path) -> None:
-    """Some 10 us each; here with room for a busy machine."""
-    lived = host.Host(host.Library(library, "", "DISCON", 10.0, 30.0, None))
-    times = []
-    for _ in range(500):
-        began = time.perf_counter()
-        lived.call(10.0)
-        times.append(time.perf_counter() - began)
-    lived.close()
-    assert np.median(times) < 1e-3
 
 
 DISCON = """! a comment

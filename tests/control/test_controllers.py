@@ -6,7 +6,6 @@ import json
 import re
 import subprocess
 import sys
-import time
 from typing import Any
 
 import numba
@@ -36,10 +35,8 @@ def damp(state: Any, measurements: Any, demands: Any, dt: float) -> None:
 def test_swapping_compiled_controllers_compiles_nothing_else(model: Model) -> None:
     simulate(model, WIND, duration=1.0, controller=Controller(update=hold), start=BEGIN)
     before = statistics()
-    began = time.perf_counter()
     result = simulate(model, WIND, duration=1.0, controller=Controller(update=damp), start=BEGIN)
     assert statistics() == before
-    assert time.perf_counter() - began < 5.0
     assert result.status is Status.OK
 
 

