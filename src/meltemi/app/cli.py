@@ -152,8 +152,12 @@ def run(
         words = ", ".join(f"{key}: {value}" for key, value in own.items())
         raise InputError(f"{path} is a case file, which defines its own run; set {words} in it")
     case = case.replace(**own) if own else case
+    from meltemi.core.usual import unusual_numbers
     from meltemi.simulation.simulate import Simulation, march
 
+    for words in unusual_numbers(case):
+        if not words.startswith(("wind.", "environment.", "sea.")):  # which the run tells
+            say(f"warning: {words}")
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None):

@@ -14,13 +14,12 @@ from pydantic import Field, model_validator
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.series import Varying, on_times, union
+from meltemi.environment.site import CELSIUS, R_DRY, STANDARD_TEMPERATURE
 
 Float = NDArray[np.float64]
 
-CELSIUS = 273.15
-"""[K] at 0 degrees Celsius."""
-R_DRY, R_VAPOUR = 287.058, 461.495
-"""[J/(kg K)] gas constants of dry air and water vapour."""
+R_VAPOUR = 461.495
+"""[J/(kg K)] gas constant of water vapour."""
 SEA_LEVEL_PRESSURE = 101325.0
 """[Pa] of the ISO 2533 standard atmosphere."""
 SEA_LEVEL_RANGE = (8e4, 1.1e5)
@@ -140,7 +139,7 @@ def air_density(
 class Air(Record):
     """State of the air that determines its density; temperatures in degrees Celsius."""
 
-    temperature: Varying = 15.0
+    temperature: Varying = STANDARD_TEMPERATURE
     """[degC] constant or time-varying."""
     humidity: Varying = 0.0
     """Relative humidity, 0 to 1, constant or time-varying."""
