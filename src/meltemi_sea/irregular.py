@@ -104,7 +104,7 @@ class IrregularSea(Sea):
         return ", ".join([*words, f"seed {self.seed}"])
 
     def doubts(self) -> list[str]:
-        """Sentences about numbers that are unusual, and about seas that are steeper than any (DNV-RP-C205, 3.5.5)."""
+        """Sentences about numbers that are unusual, and about seas steeper than DNV-RP-C205 (3.5.5) has them."""
         said = super().doubts()
         if self.height is not None and self.period is not None:
             steepness = 2.0 * math.pi * self.height / (GRAVITY * self.period**2)

@@ -175,10 +175,10 @@ class Support(Record):
             if each.inertia > 0.0:
                 share = float(np.sqrt(each.inertia / each.mass) / np.interp(each.height, self.position, self.diameter))
                 found.append(doubt(f"support.masses.{i}.inertia", "radius of gyration over diameter", share, 0.1, 2.0))
-        for i, each in enumerate(self.growth):
-            if each.bottom < foot or each.top > min(top, 10.0):
-                found.append(doubt(f"support.growth.{i}", "its top [m]", each.top, foot, min(top, 10.0)))
-                found.append(doubt(f"support.growth.{i}", "its bottom [m]", each.bottom, foot, min(top, 10.0)))
+        for i, layer in enumerate(self.growth):
+            if layer.bottom < foot or layer.top > min(top, 10.0):
+                found.append(doubt(f"support.growth.{i}", "its top [m]", layer.top, foot, min(top, 10.0)))
+                found.append(doubt(f"support.growth.{i}", "its bottom [m]", layer.bottom, foot, min(top, 10.0)))
         return list(dict.fromkeys(found))
 
     def member(self, *arguments: Any, **options: Any) -> Any:

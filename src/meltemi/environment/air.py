@@ -14,12 +14,10 @@ from pydantic import Field, model_validator
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.series import Varying, on_times, union
-from meltemi.environment.site import CELSIUS, R_DRY, STANDARD_TEMPERATURE
+from meltemi.environment.gases import CELSIUS, R_DRY, R_VAPOUR, STANDARD_TEMPERATURE
 
 Float = NDArray[np.float64]
 
-R_VAPOUR = 461.495
-"""[J/(kg K)] gas constant of water vapour."""
 SEA_LEVEL_PRESSURE = 101325.0
 """[Pa] of the ISO 2533 standard atmosphere."""
 SEA_LEVEL_RANGE = (8e4, 1.1e5)

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.series import on_times, union, values
+from meltemi.environment.gases import CELSIUS, R_DRY, STANDARD_TEMPERATURE
 from meltemi.environment.grid import NOMINAL_FREQUENCY, PowerGrid
-from meltemi.environment.site import CELSIUS, R_DRY, STANDARD_TEMPERATURE, Environment
+from meltemi.environment.site import Environment
 
 if TYPE_CHECKING:
     from meltemi.environment.air import Air

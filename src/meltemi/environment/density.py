@@ -5,8 +5,7 @@ from __future__ import annotations
 from math import exp, log
 
 from meltemi.core.kernel import kernel
-from meltemi.environment.air import R_VAPOUR
-from meltemi.environment.site import CELSIUS, R_DRY
+from meltemi.environment.gases import CELSIUS, R_DRY, R_VAPOUR
 
 TEN = log(10.0)
 

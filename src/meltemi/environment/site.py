@@ -16,10 +16,6 @@ else:
     Air = deferred("meltemi.environment.air", "Air")
     Rain = deferred("meltemi.environment.rain", "Rain")
 
-CELSIUS, STANDARD_TEMPERATURE = 273.15, 15.0
-"""[K] at 0 degrees Celsius; [degC] of the ISO 2533 standard atmosphere at sea level."""
-R_DRY = 287.058
-"""[J/(kg K)] gas constant of dry air."""
 STANDARD = 1.225
 """[kg/m^3] of the ISO 2533 standard atmosphere at sea level."""
 

@@ -3,7 +3,7 @@
 Each number has its usual range beside its unit (``core.usual``). Here is what numbers say about each other: power,
 torque and speed, mass and stiffness of a steel tube, frequencies over the speed of the rotor, to which those of similar
 rotors are in proportion (Burton et al. 2011, section 5.1). Bands are so wide that a turbine beyond them is either wrong
-or very special; those of the library, of what ``scale_turbine`` makes of it, and of ROSCO's decks are in brackets.
+or very special; those of the library, of turbines scaled from it, and of ROSCO's decks are in brackets.
 """
 
 from __future__ import annotations
