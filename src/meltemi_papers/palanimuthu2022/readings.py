@@ -10,8 +10,9 @@ import numpy as np
 
 from meltemi.environment.air import site_pressure, vapour_pressure
 from meltemi.environment.drops import MM_PER_HOUR, WATER, drop_count, mean_diameter, spectrum_slope, water_content
-from meltemi.environment.gases import CELSIUS, R_DRY, R_VAPOUR, STANDARD
+from meltemi.environment.gases import CELSIUS, R_DRY, R_VAPOUR
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
+from meltemi.environment.site import STANDARD
 from meltemi_papers.claim import listed, rows_of
 from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
