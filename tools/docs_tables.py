@@ -11,6 +11,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
+from meltemi.core.usual import usual_range
 from meltemi.maths.tables import Table, TableType
 
 RUN = "turbine-run.nc"
@@ -63,8 +64,16 @@ def record(path: str) -> str:
             for which, sign in (("gt", ">"), ("ge", "≥"), ("lt", "<"), ("le", "≤"))
             if getattr(rule, which, None) is not None
         )
-        rows.append([f"`{key}`", _kind(field.annotation), default, limits, field.description or ""])
-    return _table(["key", "value", "default", "limits", "meaning"], rows)
+        meaning, usual = field.description or "", usual_range(field.description)
+        shown = ""
+        if usual is not None:
+            shown = f"{usual.least:g} to {usual.most:g}{'' if usual.power is None else ' at 100 m'}"
+            meaning = re.sub(r"\[([^\];]*);[^\]]*\]", r"[\1]", meaning, count=1)
+        rows.append([f"`{key}`", _kind(field.annotation), default, limits, shown, meaning])
+    head = ["key", "value", "default", "limits", "usual", "meaning"]
+    if not any(row[4] for row in rows):
+        head, rows = [*head[:4], head[5]], [[*row[:4], row[5]] for row in rows]
+    return _table(head, rows)
 
 
 def _kind(annotation: Any) -> str:

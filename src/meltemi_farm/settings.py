@@ -23,19 +23,20 @@ class WakeSettings(Record):
     added_turbulence: bool = True
     """Small-scale turbulence that wakes add."""
     intensity: float | None = Field(default=None, ge=0.0, le=1.0)
-    """Ambient turbulence intensity [-] of the mixing in wakes; by default that of the wind over a disk, at each
-    exchange."""
+    """Ambient turbulence intensity [-; 0.01 to 0.5] of the mixing in wakes; by default that of the wind over a disk, at
+    each exchange."""
     step: float | None = Field(default=None, gt=0.0, le=10.0)
-    """[s] between exchanges of turbines and wakes; by default 2 s, or less where the wind passes a tenth of the
-    averaging diameter sooner."""
+    """[s; 0.1 to 5] between exchanges of turbines and wakes; by default 2 s, or less where the wind passes a tenth of
+    the averaging diameter sooner."""
     radial_points: float | None = Field(default=None, ge=15.0, le=30.0)
     """Points of a wake's profile in a rotor diameter; by default 25, in curled wakes 16."""
     rings: int = Field(default=16, ge=8, le=60)
     """Rings of points in the averages that let wakes drift."""
     ceiling: float | None = Field(default=None, gt=0.0, le=1e5)
-    """[m] height up to which these averages count; FAST.Farm's end at the top of its grid. By default all do."""
+    """[m; 50 to 5000] height up to which these averages count; FAST.Farm's end at the top of its grid. By default all
+    do."""
     cut_off: float | None = Field(default=None, gt=0.0, le=100.0)
-    """[m/s] frequency of the low-pass filters times the rotor radius; by default that of the set."""
+    """[m/s; 0.5 to 50] frequency of the low-pass filters times the rotor radius; by default that of the set."""
     seed: int = Field(default=1, ge=0, lt=2**63)
     """Of the added turbulence."""
 

@@ -23,6 +23,8 @@ Complex = NDArray[np.complex128]
 
 PIECE = 2.0
 """[m] longest piece."""
+FARTHEST = 500.0
+"""[m] of a member from the tower's axis at still water."""
 FREQUENCY = np.arange(0.02, 5.0, 0.02)
 HEADING = np.arange(-180.0, 181.0, 10.0)
 """[rad/s], [deg] of the excitation of a platform without potential flow."""
@@ -39,27 +41,30 @@ class Member(Record):
     end: Vector
     """(3,) [m]."""
     diameter: float = Field(gt=0.0)
-    """[m] at the start."""
+    """[m; 0.2 to 60] at the start."""
     end_diameter: float | None = Field(default=None, gt=0.0)
     """[m] by default ``diameter``."""
     drag: float = Field(default=0.0, ge=0.0)
-    """Drag coefficient [-] across the member, over its diameter."""
+    """Drag coefficient [-; 0.2 to 3] across the member, over its diameter."""
     added_mass: float = Field(default=0.0, ge=0.0)
-    """Added mass across the member, over the mass of the water displaced [-]."""
+    """Added mass across the member, over the mass of the water displaced [-; 0.2 to 2]."""
     pressure: float = Field(default=0.0, ge=0.0)
-    """Share of the pressure of the undisturbed wave on its side [-]: 1 without potential flow."""
+    """Share of the pressure of the undisturbed wave on its side [-; 0.5 to 1]: 1 without potential flow."""
     plate_drag: float = Field(default=0.0, ge=0.0)
-    """Drag coefficient [-] along the member of its start as a plate, over its section."""
+    """Drag coefficient [-; 0.4 to 12] along the member of its start as a plate, over its section."""
     plate_added_mass: float = Field(default=0.0, ge=0.0)
-    """Added mass along the member of its start, over that of water in half a ball of this diameter [-]."""
+    """Added mass along the member of its start, over that of water in half a ball of this diameter [-; 0.2 to 3]."""
     plate_pressure: float = Field(default=0.0, ge=0.0)
-    """Share of the pressure of the undisturbed wave on its start [-]: 1 for a free end without potential flow."""
+    """Share of the pressure of the undisturbed wave on its start [-; 0.5 to 1]: 1 for a free end without potential
+    flow."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         for name in ("start", "end"):
             if len(getattr(self, name)) != 3:
                 raise ValueError(f"{name} must have 3 entries, x, y, z [m], found {len(getattr(self, name))}")
+            if (most := float(np.abs(getattr(self, name)).max())) > FARTHEST:
+                raise ValueError(f"{name}: {most:g} m from the tower's axis at still water; at most {FARTHEST:g} m")
         if not np.linalg.norm(self.end - self.start) > 0.0:
             raise ValueError("start and end are the same point")
         return self

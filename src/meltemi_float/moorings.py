@@ -17,6 +17,7 @@ from meltemi.control.faults import healthy
 from meltemi.core.record import Record, Vector
 from meltemi.maths.tables import View
 from meltemi.structure.tables import StructureParameters
+from meltemi.turbine.plausibility import doubt
 from meltemi_float.catenary import span
 from meltemi_float.mooring import (
     INNER,
@@ -41,13 +42,13 @@ class MooringPoint(Record):
     """A free point where lines meet, with a clump weight or a buoy. It hangs in the lines and stays off the sea bed."""
 
     mass: float = Field(default=0.0, ge=0.0)
-    """[kg] in air."""
+    """[kg; 10 to 1e6] in air."""
     volume: float = Field(default=0.0, ge=0.0)
-    """[m^3] of the water that it displaces."""
+    """[m^3; 0.005 to 2000] of the water that it displaces."""
     drag_area: float = Field(default=0.0, ge=0.0)
-    """[m^2] drag coefficient times area."""
+    """[m^2; 0.05 to 1000] drag coefficient times area."""
     added_mass: float = Field(default=0.0, ge=0.0)
-    """Added mass over the mass of the water displaced [-]."""
+    """Added mass over the mass of the water displaced [-; 0.3 to 3]."""
 
     def wet_mass(self, water_density: float) -> float:
         """[kg] without that of the water that it displaces, of a density [kg/m^3]."""
@@ -66,21 +67,23 @@ class MooringLine(Record):
     mass: float = Field(gt=0.0)
     """[kg/m] in air."""
     diameter: float = Field(ge=0.0)
-    """[m] of a cylinder with the volume of the line."""
+    """[m; 0.02 to 0.7] of a cylinder with the volume of the line."""
     stiffness: float = Field(gt=0.0)
     """[N] Young's modulus times section."""
     friction: float = Field(default=0.0, ge=0.0, le=2.0)
-    """Of the sea bed [-]."""
+    """Of the sea bed [-; 0.05 to 1.5]."""
     drag: float = Field(default=0.0, ge=0.0)
-    """Drag coefficient [-] of motion across the line, over its diameter; along it ``axial_drag``, over its surface."""
+    """Drag coefficient [-; 0.65 to 3.5] of motion across the line, over its diameter."""
     axial_drag: float = Field(default=0.0, ge=0.0)
+    """Drag coefficient [-; 0.02 to 1.5] of motion along the line, over its surface."""
     added_mass: float = Field(default=0.0, ge=0.0)
-    """Added-mass coefficient [-] across the line; ``axial_added_mass`` along it."""
+    """Added-mass coefficient [-; 0.35 to 2] across the line."""
     axial_added_mass: float = Field(default=0.0, ge=0.0)
+    """Added-mass coefficient [-; 0.05 to 1.2] along the line."""
     strength: float | None = Field(default=None, gt=0.0)
     """[N] characteristic strength, for utilisations of load bases."""
     damping_ratio: float = Field(default=1.0, ge=0.0)
-    """Axial damping of a segment over ``l sqrt(stiffness mass)`` [-]; of moving lines."""
+    """Axial damping of a segment over ``l sqrt(stiffness mass)`` [-; 0.02 to 5]; of moving lines."""
 
     @property
     def section(self) -> float:
@@ -90,6 +93,18 @@ class MooringLine(Record):
     def wet_mass(self, water_density: float) -> float:
         """[kg/m] without that of the water that it displaces, of a density [kg/m^3]."""
         return self.mass - water_density * self.section
+
+    def ratios(self, key: str) -> list[str]:
+        """What chains, wires and ropes have in common: density, stiffness over mass, strength over stiffness."""
+        found = [doubt(f"{key}.stiffness", "it over mass [m^2/s^2]", self.stiffness / self.mass, 2e5, 6e7)]
+        if self.diameter > 0.0:
+            found.append(doubt(f"{key}.mass", "density [kg/m^3] by diameter", self.mass / self.section, 800.0, 1.6e4))
+        if self.strength is not None:
+            found.append(doubt(f"{key}.strength", "it over stiffness", self.strength / self.stiffness, 2e-3, 0.2))
+        if not isinstance(self.fairlead, str) and not isinstance(self.anchor, str):
+            way = float(np.linalg.norm(self.fairlead - self.anchor))
+            found.append(doubt(f"{key}.length", "it over the distance of its ends", self.length / way, 0.9, 1.3))
+        return found
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from meltemi.core.record import Array, Record, Vector
 from meltemi.maths.tables import MAX_LINES
 from meltemi.turbine.definition import BaseMotion, Foundation, Tower
+from meltemi.turbine.plausibility import doubt
 from meltemi_float.members import Member
 from meltemi_float.members import at_rest as displaced
 from meltemi_float.moorings import MooringLine, MooringPoint, at_rest, shapes, strings
@@ -22,17 +23,19 @@ STATIC_TENSIONS = (
 """What static lines lack; sizes of the library's floaters, docs/guide/floating.md."""
 SAME_VOLUME = 0.01
 """Deviation of volumes that are the same."""
+OFF_BED = 0.02
+"""Height of an anchor above the sea bed, over the depth, from which on it hangs in the water."""
 
 
 class Platform(Record):
     """A floating platform. Heights are above still water, positions from the tower's axis, in inertial axes at rest."""
 
     depth: float = Field(gt=1.0)
-    """[m] of the water."""
+    """[m; 20 to 3000] of the water."""
     mass: float = Field(gt=0.0)
     """[kg] with ballast, without tower."""
     centre: Vector
-    """(3,) [m] of mass."""
+    """(3,) [m; 0.3 to 130] of mass."""
     inertia: Vector
     """(3,) [kg m^2] about the axes x, y, z through the centre of mass."""
     volume: float = Field(gt=0.0)
@@ -58,7 +61,7 @@ class Platform(Record):
     """Waves in directions that the drift coefficients lack are refused; or have the forces of the direction that they
     have, turned with the waves: exact for bodies of revolution alone."""
     drift_cutoff: float = Field(default=0.75, gt=0.0)
-    """[rad/s] highest difference frequency."""
+    """[rad/s; 0.25 to 2] highest difference frequency."""
     sum_forces: bool = False
     """Forces of second order at sums of frequencies, from a file .12s, at all of its frequencies."""
     lines: tuple[MooringLine, ...] = Field(default=(), max_length=MAX_LINES)
@@ -72,7 +75,7 @@ class Platform(Record):
     members: tuple[Member, ...] = ()
     """Columns, pontoons, plates: for pictures, and for what potential flow lacks (Morison)."""
     water_density: float = Field(default=1025.0, gt=0.0)
-    """[kg/m^3]."""
+    """[kg/m^3; 980 to 1060]."""
     source: str = ""
 
     @property
@@ -133,3 +136,44 @@ class Platform(Record):
             )
         if tower.base_height < 0.0:
             raise ValueError(f"tower.base_height {tower.base_height:g} m is under water")
+
+    def doubts(self, turbine: Any) -> list[str]:
+        """What is implausible in it: weight, inertia, damping and members against its volume; places; lines."""
+        tower, lines = turbine.tower, enumerate(self.lines)
+        size, water = self.volume ** (1.0 / 3.0), self.water_density * self.volume
+        weight = self.mass + turbine.nacelle.mass + turbine.hub.mass + float(np.trapezoid(tower.mass, tower.position))
+        gyration = np.sqrt(self.inertia / self.mass) / size
+        over = "over the cube root of volume"
+        found = [
+            doubt("platform.mass", "it and the turbine's over that of the water displaced", weight / water, 0.45, 1.02),
+            doubt("platform.inertia", f"largest radius of gyration {over}", float(gyration.max()), 0.35, 2.5),
+            doubt("platform.inertia", f"smallest radius of gyration {over}", float(gyration.min()), 0.1, 2.0),
+        ]
+        for key, place in (("buoyancy_centre", self.buoyancy_centre), ("centre", self.centre[:2])):
+            found.append(
+                doubt(f"platform.{key}", f"its distance from the axis {over}", float(np.hypot(*place)) / size, 0.0, 1.0)
+            )
+        for name, scale, least, most in (
+            ("linear_damping", water, 3e-4, 0.5),
+            ("quadratic_damping", self.water_density * size**2, 0.06, 60.0),
+        ):
+            if (matrix := getattr(self, name)) is not None and (largest := float(np.abs(matrix[:3, :3]).max())) > 0.0:
+                what = f"of x, y, z over {'mass' if name == 'linear_damping' else 'density and area'} of the water"
+                found.append(doubt(f"platform.{name}", what, largest / scale, least, most))
+        if self.members:
+            low, *_, high = sorted(float(end[2]) for each in self.members for end in (each.start, each.end))
+            found.append(
+                doubt("platform.centre", "its height [m], between those of members,", float(self.centre[2]), low, high)
+            )
+            share = displaced(self.members)[0] / self.volume
+            found.append(doubt("platform.members", "volume of those under water over volume", share, 0.6, 1.1))
+        for i, line in lines:
+            key = f"platform.lines.{i}"
+            found += line.ratios(key)
+            if not isinstance(line.fairlead, str):
+                away = float(np.hypot(*line.fairlead[:2])) / size
+                found.append(doubt(f"{key}.fairlead", f"its distance from the axis {over}", away, 0.1, 5.0))
+            if not isinstance(line.anchor, str):
+                off, most = float(line.anchor[2] + self.depth), OFF_BED * self.depth
+                found.append(doubt(f"{key}.anchor", "its height above the sea bed [m]", off, -1.0, most))
+        return found

@@ -11,6 +11,7 @@ from pydantic import Field
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.shown import Viewed
+from meltemi.core.usual import unusual_numbers
 from meltemi_sea.airy import GRAVITY, Components, wave_number
 from meltemi_sea.current import Current
 
@@ -23,7 +24,7 @@ class Sea(Record, Viewed):
     """Base of seas: level, current, and how the waves' kinematics continue to the surface."""
 
     level: float = Field(default=0.0, gt=-50.0, lt=50.0)
-    """[m] of the still water above mean sea level: tide and surge."""
+    """[m; 0.05 to 12] of the still water above mean sea level: tide and surge."""
     stretching: Stretching = "wheeler"
     """Kinematics above still water: none, and no load there; those at still water; their linear extrapolation; or all
     kinematics stretched to the surface (Wheeler)."""
@@ -46,6 +47,10 @@ class Sea(Record, Viewed):
         """
         none = np.zeros(0)
         return Components(none, none.astype(np.complex128), none, None)
+
+    def doubts(self) -> list[str]:
+        """Sentences about numbers that are unusual."""
+        return [*unusual_numbers(self, "sea")]
 
     def part(self, model: Any, duration: float, origin: tuple[float, float]) -> Any:
         """What the sea does in a run of a model, see :func:`meltemi_sea.sea_part.sea_part`."""

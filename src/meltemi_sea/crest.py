@@ -21,7 +21,7 @@ class Crest(Record):
     """The largest wave of a sea."""
 
     height: float = Field(gt=0.0, lt=60.0)
-    """[m]."""
+    """[m; 0.5 to 40]."""
     of: Literal["crest", "crest to trough"] = "crest"
     """What has this height: the crest above still water, or the wave from its crest to the following trough."""
     time: float = Field(default=60.0, ge=0.0)

@@ -24,6 +24,8 @@ Float = NDArray[np.float64]
 HIGHEST = 5.0
 """Highest frequency of the waves over that of the peak: 0.2 % of the energy lies above."""
 MOST_COMPONENTS = 100_000
+STEEPEST = 1.0 / 15.0
+"""Significant wave height over the deep-water length at the peak."""
 
 
 class UserSpectrum(Record):
@@ -51,13 +53,13 @@ class IrregularSea(Sea):
 
     kind: Literal["irregular"] = "irregular"
     height: float | None = Field(default=None, gt=0.0, lt=30.0)
-    """[m] significant wave height: four standard deviations of the elevation."""
+    """[m; 0.1 to 20] significant wave height: four standard deviations of the elevation."""
     period: float | None = Field(default=None, gt=1.0, lt=60.0)
-    """[s] of the spectrum's peak."""
+    """[s; 2 to 25] of the spectrum's peak."""
     spectrum: Literal["jonswap", "pierson_moskowitz", "white"] | UserSpectrum = "jonswap"
     """JONSWAP, Pierson-Moskowitz, constant up to the highest frequency, or by values."""
     peak_factor: float | None = Field(default=None, ge=1.0, le=20.0)
-    """Peak enhancement of JONSWAP; by default that of the IEC for height and period."""
+    """Peak enhancement of JONSWAP [-; 1 to 7]; by default that of the IEC for height and period."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
     """[rad] of travel, clockwise from above as that of the wind."""
     spreading: Spreading | None = None
@@ -69,7 +71,7 @@ class IrregularSea(Sea):
     frequencies: tuple[float, float] | None = None
     """[rad/s] lowest and highest frequency of the waves; by default 0 and five times that of the peak."""
     repeat: float = Field(default=3600.0, gt=10.0, le=1e5)
-    """[s] after which the sea repeats."""
+    """[s; 300 to 4e4] after which the sea repeats."""
     crest: Crest | None = None
     """A wave of given height among the others."""
 
@@ -100,6 +102,18 @@ class IrregularSea(Sea):
         if self.crest is not None:
             words.append(f"{self.crest.of} of {self.crest.height:g} m at {self.crest.time:g} s")
         return ", ".join([*words, f"seed {self.seed}"])
+
+    def doubts(self) -> list[str]:
+        """Sentences about numbers that are unusual, and about seas steeper than DNV-RP-C205 (3.5.5) has them."""
+        said = super().doubts()
+        if self.height is not None and self.period is not None:
+            steepness = 2.0 * math.pi * self.height / (GRAVITY * self.period**2)
+            if steepness > STEEPEST:
+                said.append(
+                    f"sea: height {self.height:g} m and period {self.period:g} s have a steepness of {steepness:.3g}; "
+                    f"seas have up to {STEEPEST:.3g}; are they in this order?"
+                )
+        return said
 
     def limits(self) -> tuple[float, float]:
         """[rad/s] lowest and highest frequency."""
@@ -161,7 +175,14 @@ class IrregularSea(Sea):
         height, mean = 4.0 * math.sqrt(m0), 2.0 * math.pi * math.sqrt(m0 / float((variance * frequency**2).sum()))
         if height > BREAKS_IN_SHALLOWS * depth:
             refuse_breaking(height, mean, depth, "sea.height")
+        if self.period is not None and self.height is not None:
+            refuse_breaking(self.height, self.period, depth, "sea.height")
         if mean > self.repeat:
             raise InputError(f"sea.repeat: {self.repeat:g} s is shorter than a wave of {mean:.3g} s")
+        if self.crest is not None and self.crest.of == "crest" and self.crest.height > BREAKS_IN_SHALLOWS * depth:
+            raise InputError(
+                f"sea.crest.height: a crest of {self.crest.height:g} m breaks in water of {depth:g} m; expected at "
+                f"most {BREAKS_IN_SHALLOWS * depth:.3g} m above still water"
+            )
         if self.crest is not None and self.crest.of == "crest to trough":
             refuse_breaking(self.crest.height, 1.3 * mean, depth, "sea.crest.height")

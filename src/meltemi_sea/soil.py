@@ -30,11 +30,12 @@ class Sand(Layer):
 
     kind: Literal["sand"] = "sand"
     friction_angle: float = Field(gt=0.3, lt=0.9)
-    """[rad]."""
+    """[rad; 0.35 to 0.85]."""
     weight: float = Field(gt=0.0)
-    """[N/m^3] submerged."""
+    """[N/m^3; 5e3 to 1.4e4] submerged."""
     modulus: float | None = Field(default=None, gt=0.0)
-    """[N/m^3] initial modulus of subgrade reaction; by default that of API for the friction angle below water."""
+    """[N/m^3; 1e6 to 2e8] initial modulus of subgrade reaction; by default that of API for the friction angle below
+    water."""
     cyclic: bool = True
 
     def reaction(self, y: Float, z: float, diameter: float, above: float) -> Float:
@@ -69,11 +70,11 @@ class Clay(Layer):
 
     kind: Literal["clay"] = "clay"
     strength: float = Field(gt=0.0)
-    """[N/m^2] undrained shear strength."""
+    """[N/m^2; 2e3 to 6e5] undrained shear strength."""
     weight: float = Field(gt=0.0)
-    """[N/m^3] submerged."""
+    """[N/m^3; 3e3 to 1.3e4] submerged."""
     strain: float = Field(default=0.01, gt=0.0, lt=0.2)
-    """Strain at half the strength [-]."""
+    """Strain at half the strength [-; 0.002 to 0.05]."""
 
     def reaction(self, y: Float, z: float, diameter: float, above: float) -> Float:
         """[N/m] as of :meth:`Sand.reaction` (H-43); linear below a hundredth of the reference deflection."""
@@ -89,11 +90,11 @@ class Curve(Layer):
 
     kind: Literal["curve"] = "curve"
     deflection: Vector
-    """(K,) [m] increasing from 0."""
+    """(K,) [m; 0.005 to 5] increasing from 0."""
     load: Vector
-    """(K,) [N/m] per length of the pile, from 0."""
+    """(K,) [N/m; 1e4 to 1e9] per length of the pile, from 0."""
     weight: float = Field(default=1e4, gt=0.0)
-    """[N/m^3] submerged."""
+    """[N/m^3; 3e3 to 1.4e4] submerged."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -114,15 +115,16 @@ class Soil(Record):
     layers: tuple[Annotated[Sand | Clay | Curve, Field(discriminator="kind")], ...] = Field(min_length=1)
     """From the mudline down; each reaches to the next."""
     shear: float = 0.0
-    """[N] at the mudline for which the springs are secants of the curves; 0 with moment 0: their initial stiffness."""
+    """[N; 1e4 to 5e8] at the mudline for which the springs are secants of the curves; 0 with moment 0: their initial
+    stiffness."""
     moment: float = 0.0
-    """[N m] at the mudline, in the sense of a shear above it."""
+    """[N m; 1e5 to 5e10] at the mudline, in the sense of a shear above it."""
     axial_stiffness: float = Field(default=1e10, gt=0.0)
-    """[N/m] vertical, at the foot."""
+    """[N/m; 1e8 to 1e12] vertical, at the foot."""
     torsion_stiffness: float = Field(default=1e12, gt=0.0)
-    """[N m/rad] about the pile's axis, at the foot."""
+    """[N m/rad; 1e9 to 1e14] about the pile's axis, at the foot."""
     damping: float = Field(default=0.0, ge=0.0, lt=0.3)
-    """Ratio of the first mode if all its stiffness were that of the soil [-]."""
+    """Ratio of the first mode if all its stiffness were that of the soil [-; 0.001 to 0.15]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -18,9 +18,9 @@ class Spreading(Record):
     """Density of the energy over the direction: in proportion to cos^2s of the angle within a range."""
 
     exponent: float = Field(default=1.0, gt=0.0, le=200.0)
-    """s; the energy is the narrower the larger it is."""
+    """s [-; 0.5 to 50]; the energy is the narrower the larger it is."""
     width: float = Field(default=np.pi, gt=0.0, le=2.0 * np.pi)
-    """[rad] whole range of directions."""
+    """[rad; 0.3 to 6.3] whole range of directions."""
     directions: int = Field(default=25, ge=3, le=361)
     """Number of directions of equal energy."""
 

@@ -75,7 +75,9 @@ def described(turbine: Turbine, tmp_path: Path) -> Callable[[Callable[[Content],
             "did you mean 'lift'",
             id="deep key",
         ),
-        pytest.param(lambda t: t["hub"].pop("mass"), "hub.mass", "missing ([kg].)", id="missing"),
+        pytest.param(
+            lambda t: t["hub"].pop("mass"), "hub.mass", "missing ([kg; 2.5e3 to 1.2e5 at 100 m].)", id="missing"
+        ),
         pytest.param(
             lambda t: t["nacelle"].update(mass=-1.0),
             "nacelle.mass",
@@ -187,7 +189,7 @@ def case_message(command: Command, tmp_path: Path, text: str) -> str:
     ("old", "new", "said"),
     [
         ("duration: 5.0", "duratoin: 5.0", "FILE:3: duratoin: unknown key; did you mean 'duration'"),
-        ("duration: 5.0", "", "FILE: duration: missing ([s].)"),
+        ("duration: 5.0", "", "FILE: duration: missing ([s; 1 to 1e5].)"),
         ("duration: 5.0", "duration: 0.0", "FILE:3: duration: expected greater than 0, found 0.0"),
         ("duration: 5.0", "duration: -5.0", "FILE:3: duration: expected greater than 0, found -5.0"),
         ("duration: 5.0", "duration: .nan", "FILE:3: duration: expected a finite number"),

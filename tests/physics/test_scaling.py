@@ -57,7 +57,7 @@ def leaves(record: Record, where: str = "") -> Iterator[tuple[str, str, Any]]:
 
 def power_of(description: str) -> int:
     """Of the length factor, by the unit in brackets."""
-    found = re.search(r"\[([^\]]*)\]", description)
+    found = re.search(r"\[([^\];]*)", description)
     power = 0
     for i, part in enumerate(found.group(1).split("/") if found else []):
         for word in part.split():

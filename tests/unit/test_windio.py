@@ -444,7 +444,12 @@ def test_everything_that_lacks_is_listed_at_once(changed: Changed) -> None:
     """Masses have no default, and without them the yaw bearing has none."""
     text = message(changed(drop("components.hub.elastic_properties"), drop("components.drivetrain.gearbox")), None)
     assert "supply the missing data with extra, a YAML file or a dictionary of these keys" in text
-    for key in ("hub.mass: missing ([kg]", "hub.inertia: missing", "yaw.stiffness: missing ([N m/rad]", "yaw.damping"):
+    for key in (
+        "hub.mass: missing ([kg; ",
+        "hub.inertia: missing",
+        "yaw.stiffness: missing ([N m/rad; ",
+        "yaw.damping",
+    ):
         assert key in text
     assert "damping_time" not in text and "tower" not in text
 
@@ -471,7 +476,7 @@ def test_everything_that_lacks_is_listed_at_once(changed: Changed) -> None:
         ),
         (put("assembly.rotor_orientation", "Downwind"), "upwind rotors only"),
         (put("components.drivetrain.outer_shape.uptilt", "high"), "uptilt: expected a number, found 'high'"),
-        (drop("components.hub"), "changed.yaml with iea15mw.yaml: hub.radius: missing ([m]"),
+        (drop("components.hub"), "changed.yaml with iea15mw.yaml: hub.radius: missing ([m; "),
         (drop("components.tower.structure"), "components.tower.structure needs elastic_properties or layers"),
         (lambda c: walls_only(c)["layers"][0].update(material="steal"), "no material 'steal': did"),
     ],

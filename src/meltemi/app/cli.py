@@ -154,8 +154,12 @@ def run(
             f"{path} describes the results in {out}, and options change it; choose another folder with --out"
         )
     case = case.replace(**own) if own else case
+    from meltemi.core.usual import unusual_numbers
     from meltemi.simulation.simulate import Simulation, march
 
+    for words in unusual_numbers(case):
+        if not words.startswith(("wind.", "environment.", "sea.")):  # which the run tells
+            say(f"warning: {words}")
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None):

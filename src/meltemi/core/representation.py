@@ -243,5 +243,5 @@ def _words(name: str) -> str:
 
 def _first_sentence(about: str) -> str:
     """The first sentence of a description without its unit."""
-    text = re.sub(r"^(\([^)]*\) )?(\[[^]]*\][;,.]? ?)?| ?\[-\]", "", " ".join(about.split())).replace("`", "")
+    text = re.sub(r"^(\([^)]*\) )?(\[[^]]*\][;,.]? ?)?| ?\[-(; [^]]*)?\]", "", " ".join(about.split())).replace("`", "")
     return re.split(r"; |(?<=[.]) (?=[A-Z])", text, maxsplit=1)[0].rstrip(".;")

@@ -56,7 +56,7 @@ ANGULAR: dict[str, dict[str, float]] = {
 
 def unit_of(description: str | None) -> str:
     """The unit in brackets at the start of a description; empty if there is none."""
-    found = re.search(r"\[([^\]]+)\]", description or "")
+    found = re.search(r"\[([^\];]+)", description or "")
     return found[1] if found and found[1] != "-" else ""
 
 

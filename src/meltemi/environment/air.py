@@ -14,13 +14,10 @@ from pydantic import Field, model_validator
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.series import Varying, on_times, union
+from meltemi.environment.gases import CELSIUS, R_DRY, R_VAPOUR, STANDARD_TEMPERATURE
 
 Float = NDArray[np.float64]
 
-CELSIUS = 273.15
-"""[K] at 0 degrees Celsius."""
-R_DRY, R_VAPOUR = 287.058, 461.495
-"""[J/(kg K)] gas constants of dry air and water vapour."""
 SEA_LEVEL_PRESSURE = 101325.0
 """[Pa] of the ISO 2533 standard atmosphere."""
 SEA_LEVEL_RANGE = (8e4, 1.1e5)
@@ -140,7 +137,7 @@ def air_density(
 class Air(Record):
     """State of the air that determines its density; temperatures in degrees Celsius."""
 
-    temperature: Varying = 15.0
+    temperature: Varying = STANDARD_TEMPERATURE
     """[degC] constant or time-varying."""
     humidity: Varying = 0.0
     """Relative humidity, 0 to 1, constant or time-varying."""

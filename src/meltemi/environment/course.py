@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.series import on_times, union, values
-from meltemi.environment.air import R_DRY, Air
+from meltemi.environment.gases import CELSIUS, R_DRY, STANDARD_TEMPERATURE
 from meltemi.environment.grid import NOMINAL_FREQUENCY, PowerGrid
 from meltemi.environment.site import Environment
+
+if TYPE_CHECKING:
+    from meltemi.environment.air import Air
 
 Float = NDArray[np.float64]
 
@@ -59,7 +64,6 @@ def conditions_array(
             f"grid: power_reference {values(grid.power_reference).max():g} W is above the turbine's rated power of "
             f"{rated_power:g} W"
         )
-    air = environment.air or Air()
     reference = rated_power if grid.power_reference is None else grid.power_reference
     of_the_grid = (
         grid.voltage,
@@ -67,12 +71,15 @@ def conditions_array(
         reference,
         grid.reactive_power,
     )
-    times = union(air.temperature, air.humidity, 0.0 if air.pressure is None else air.pressure, *of_the_grid)
-    times = _density_times(air, times)
-    temperature, humidity, pressure, density = air.at(times)
-    if environment.air is None:
+    if (air := environment.air) is None:
+        times = union(*of_the_grid)
+        temperature, humidity = np.full(len(times), STANDARD_TEMPERATURE + CELSIUS), np.zeros(len(times))
         density = np.full(len(times), environment.air_density)
         pressure = density * R_DRY * temperature
+    else:
+        times = union(air.temperature, air.humidity, 0.0 if air.pressure is None else air.pressure, *of_the_grid)
+        times = _density_times(air, times)
+        temperature, humidity, pressure, density = air.at(times)
     return np.array(
         [times, density, temperature, humidity, pressure, *(on_times(quantity, times) for quantity in of_the_grid)]
     )

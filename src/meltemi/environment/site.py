@@ -8,11 +8,12 @@ from pydantic import Field, model_validator
 
 from meltemi.core.deferred import deferred
 from meltemi.core.record import Particular
-from meltemi.environment.air import Air
 
 if TYPE_CHECKING:
+    from meltemi.environment.air import Air
     from meltemi.environment.rain import Rain
 else:
+    Air = deferred("meltemi.environment.air", "Air")
     Rain = deferred("meltemi.environment.rain", "Rain")
 
 STANDARD = 1.225
@@ -24,13 +25,13 @@ class Environment(Particular):
 
     WHEN_GIVEN: ClassVar[tuple[str, ...]] = ("air_density",)
     air_density: float = Field(default=STANDARD, gt=0.0, lt=3.0)
-    """Density of the air [kg/m^3]; 1.225 is the ISO 2533 standard atmosphere at sea level."""
+    """Density of the air [kg/m^3; 0.7 to 1.6]; 1.225 is the ISO 2533 standard atmosphere at sea level."""
     air: Air | None = None
     """Weather, from which the density follows; instead of ``air_density``."""
     rain: Rain | None = None
     """Adds drag of drops to blades, or the loss formula of a power-coefficient turbine."""
     gravity: float = Field(default=9.80665, ge=0.0, lt=30.0)
-    """Gravitational acceleration [m/s^2]."""
+    """Gravitational acceleration [m/s^2; 9.7 to 9.9]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

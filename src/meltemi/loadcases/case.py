@@ -77,15 +77,15 @@ class IecCase(Record):
     edition: Literal[2, 3, 4] | None = None
     """Edition of the standard; 3 by default."""
     speed: float | None = Field(default=None, gt=0.0, le=100.0)
-    """[m/s] at hub height; EWM uses that of its class."""
+    """[m/s; 1 to 80] at hub height; EWM uses that of its class."""
     sign: Literal[1, -1] | None = None
     """Sign of a direction change or shear."""
     begin: float | None = None
-    """[s] start of a gust; 60 by default."""
+    """[s; 1 to 3600] start of a gust; 60 by default."""
     years: Literal[1, 50] | None = None
     """Recurrence period of the gusts of edition 2."""
     intensity: float | None = None
-    """Turbulence intensity [-], in place of that of the class."""
+    """Turbulence intensity [-; 0.01 to 1], in place of that of the class."""
     steady: bool | None = None
     """EWM: steady instead of turbulent."""
     seed: int | None = None
@@ -159,13 +159,13 @@ class LoadCase(Record):
     idles until the operator requests a start (``idling``), both with the supervised controller; or a parked rotor, with
     the supervised, bladed or fixed one; or that of OpenFAST (``undeflected``), with any controller."""
     duration: float = Field(gt=0.0, le=1e6)
-    """[s]."""
+    """[s; 1 to 1e5]."""
     channels: tuple[str, ...] = tuple(DEFAULT)
     """Channels to record, by meltemi's or OpenFAST's names; "all" records all of them."""
     output_step: float = Field(default=0.05, gt=0.0, le=10.0)
-    """[s] between records."""
+    """[s; 0.001 to 2] between records."""
     transient: float = Field(default=0.0, ge=0.0)
-    """[s] initial transient, recorded, but excluded from statistics and equivalent loads."""
+    """[s; 1 to 3600] initial transient, recorded, but excluded from statistics and equivalent loads."""
     view: bool = False
     """Record the motion for the three-dimensional view (`meltemi view`)."""
     blade_stations: tuple[float, ...] = ()

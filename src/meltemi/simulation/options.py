@@ -23,9 +23,9 @@ class StallConstants(Record):
     b1: float = Field(default=0.0455, gt=0.0, le=10.0)
     b2: float = Field(default=0.3, gt=0.0, le=10.0)
     pressure_lag: float = Field(default=1.5, gt=0.0)
-    """[semi-chords]."""
+    """[semi-chords; 0.5 to 5]."""
     separation_lag: float = Field(default=6.0, gt=0.0)
-    """[semi-chords]."""
+    """[semi-chords; 1 to 20]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -137,7 +137,7 @@ class ModelOptions(Record):
     inflow: InflowModel = "variable"
     """Dynamic inflow with a time constant that depends on wind and induction, with a constant one, or none."""
     inflow_time: float = Field(default=4.0, gt=0.0)
-    """[s] time constant of the constant variant."""
+    """[s; 0.2 to 60] time constant of the constant variant."""
     stall: StallModel = "hansen"
     """Dynamic stall, or static polars."""
     stall_constants: StallConstants = StallConstants()

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, LogEntry, StartPoint
 from meltemi.core.errors import InputError
+from meltemi.core.record import Record
+from meltemi.core.usual import unusual_numbers
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.grid import check_grid
 from meltemi.simulation.model import Model, Stations
@@ -144,6 +146,9 @@ def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
     turbine, described = plan.model.turbine, run.wind() if callable(run.wind) else run.wind
     produces, yaw = not isinstance(run.start, Start), plan.model.options.nacelle_yaw
     noticed = [*plausibility_warnings(turbine), *unusual(described, produces=produces, yaw=yaw)]
+    for where, each in (("wind", described), ("environment", plan.model.environment)):
+        noticed += unusual_numbers(each, where) if isinstance(each, Record) else ()
+    noticed += getattr(run.sea, "doubts", list)()
     if run.controller is None and plan.events.given:
         from meltemi.simulation.events import ignored
 

@@ -23,8 +23,6 @@ from meltemi.turbine.power_turbine import HeierCoefficient as HeierCoefficient
 from meltemi.turbine.power_turbine import PowerTurbine as PowerTurbine
 from meltemi.turbine.power_turbine import Shaft as Shaft
 from meltemi.turbine.power_turbine import TableCoefficient as TableCoefficient
-from meltemi.turbine.typical import ComponentMasses as ComponentMasses
-from meltemi.turbine.typical import typical_masses as typical_masses
 from meltemi_float.moorings import MooringLine as MooringLine
 from meltemi_float.moorings import MooringPoint as MooringPoint
 from meltemi_float.platform import Platform as Platform
@@ -32,3 +30,5 @@ from meltemi_sea.mass_dampers import MassDamper as MassDamper
 from meltemi_sea.soil import Soil as Soil
 from meltemi_sea.support import Support as Support
 from meltemi_studies.scaling.tower_frequency import scale_turbine as scale_turbine
+from meltemi_studies.scaling.typical import ComponentMasses as ComponentMasses
+from meltemi_studies.scaling.typical import typical_masses as typical_masses

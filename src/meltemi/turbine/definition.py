@@ -64,17 +64,17 @@ class Airfoil(Record):
     angle_of_attack: Vector
     """(P,) [rad] from -pi to pi, increasing."""
     lift: Vector
-    """(P,) [-] lift coefficient."""
+    """(P,) [-; 0 to 3] lift coefficient."""
     drag: Vector
-    """(P,) [-] drag coefficient."""
+    """(P,) [-; 0.2 to 2.5] drag coefficient."""
     moment: Vector
-    """(P,) [-] moment coefficient about the aerodynamic centre, positive nose up."""
+    """(P,) [-; 0 to 1] moment coefficient about the aerodynamic centre, positive nose up."""
     dynamic_stall: bool = True
     """False for sections without lift, e.g. cylinders: the static polar is used."""
     zero_lift_angle: float | None = Field(default=None, gt=-1.0, lt=1.0)
-    """[rad] as stated by the source, if any; used by OpenFAST's fit for dynamic stall only."""
+    """[rad; 0.002 to 0.2] as stated by the source, if any; used by OpenFAST's fit for dynamic stall only."""
     zero_lift_drag: float | None = Field(default=None, ge=0.0)
-    """Drag coefficient at the zero-lift angle."""
+    """Drag coefficient at the zero-lift angle [-; 0.002 to 1]."""
     relative_thickness: float | None = Field(default=None, gt=0.0, le=1.0)
     """Thickness over chord; needed for rain only, and only if the airfoil's name does not contain it (`DU40`)."""
     source: str = ""
@@ -106,15 +106,15 @@ class Damping(Record):
     """
 
     flap: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Blades: flapwise modes, damping ratio [-] (0.01 is 1 %)."""
+    """Blades: flapwise modes, damping ratio [-; 0.0015 to 0.06] (0.01 is 1 %)."""
     edge: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Blades: edgewise modes [-]."""
+    """Blades: edgewise modes [-; 0.0015 to 0.06]."""
     fore_aft: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Tower: fore-aft modes [-]."""
+    """Tower: fore-aft modes [-; 0.0015 to 0.06]."""
     side_side: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Tower: side-to-side modes [-]."""
+    """Tower: side-to-side modes [-; 0.0015 to 0.06]."""
     torsion: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Torsional modes [-]."""
+    """Torsional modes [-; 0.0015 to 0.06]."""
 
 
 class DampingTime(Record):
@@ -125,31 +125,31 @@ class DampingTime(Record):
     """
 
     flap: float = Field(ge=0.0, lt=1.0)
-    """[s] damping over stiffness in bending along the flap direction."""
+    """[s; 3e-4 to 0.01 at 100 m] damping over stiffness in bending along the flap direction."""
     edge: float = Field(ge=0.0, lt=1.0)
-    """[s] in bending along the edge direction."""
+    """[s; 3e-4 to 0.01 at 100 m] in bending along the edge direction."""
     torsion: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """[s] in torsion."""
+    """[s; 5e-5 to 0.02 at 100 m] in torsion."""
 
 
 class BladeAerodynamics(Record):
     """Outer shape of the blade, at stations along its axis."""
 
     position: Vector
-    """(S,) [m] distance from the blade root along the pitch axis; first 0, last the blade length."""
+    """(S,) [m; 40 to 50 at 100 m] distance from the blade root along the pitch axis; first 0, last the blade length."""
     chord: Vector
-    """(S,) [m]."""
+    """(S,) [m; 1.5 to 8 at 100 m]."""
     twist: Vector
-    """(S,) [rad] positive towards feather."""
+    """(S,) [rad; 0.05 to 0.6] positive towards feather."""
     airfoil: tuple[str, ...]
     """(S,) names of entries in ``Turbine.airfoils``; polars are interpolated between stations."""
     centre_x: Vector | None = None
-    """(S,) [m] aerodynamic centre from the pitch axis, downwind at zero pitch."""
+    """(S,) [m; 0.03 to 6 at 100 m] aerodynamic centre from the pitch axis, downwind at zero pitch."""
     centre_y: Vector | None = None
-    """(S,) [m] aerodynamic centre from the pitch axis, towards the trailing edge at zero pitch."""
+    """(S,) [m; 0.05 to 1.5 at 100 m] aerodynamic centre from the pitch axis, to the trailing edge at zero pitch."""
     cant: Vector | None = None
-    """(S,) [rad] by which the undeformed section leans from the normal of the pitch axis, its tip side downwind at zero
-    pitch (a blade prebent upwind has negative ones); without it the section stands normal to the beam's axis."""
+    """(S,) [rad; 0.02 to 0.8] by which the undeformed section leans from the normal of the pitch axis, its tip side
+    downwind at zero pitch (negative if prebent upwind); without it the section stands normal to the beam's axis."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -170,32 +170,33 @@ class BladeStructure(Record):
     """
 
     position: Vector
-    """(S,) [m] distance from the blade root along the pitch axis; first 0, last the blade length."""
+    """(S,) [m; 40 to 50 at 100 m] distance from the blade root along the pitch axis; first 0, last the blade length."""
     twist: Vector
-    """(S,) [rad] of the section's principal axes, positive towards feather."""
+    """(S,) [rad; 0.05 to 0.6] of the section's principal axes, positive towards feather."""
     mass: Vector | None = None
-    """(S,) [kg/m]."""
+    """(S,) [kg/m; 150 to 3000 at 100 m]."""
     flap_stiffness: Vector | None = None
-    """(S,) [N m^2] bending in the flap direction (about y)."""
+    """(S,) [N m^2; 3e9 to 3e10 at 100 m] bending in the flap direction (about y)."""
     edge_stiffness: Vector | None = None
-    """(S,) [N m^2] bending in the edge direction (about x)."""
+    """(S,) [N m^2; 3e9 to 3e10 at 100 m] bending in the edge direction (about x)."""
     torsion_stiffness: Vector | None = None
-    """(S,) [N m^2]; without it the blade is rigid in torsion."""
+    """(S,) [N m^2; 5e8 to 1e10 at 100 m]; without it the blade is rigid in torsion."""
     axial_stiffness: Vector | None = None
-    """(S,) [N]; without it the blade is rigid axially."""
+    """(S,) [N; 2e9 to 2e10 at 100 m]; without it the blade is rigid axially."""
     flap_inertia: Vector | None = None
-    """(S,) [kg m] rotary inertia about y."""
+    """(S,) [kg m; 50 to 2000 at 100 m] rotary inertia about y."""
     edge_inertia: Vector | None = None
-    """(S,) [kg m] rotary inertia about x."""
+    """(S,) [kg m; 50 to 2000 at 100 m] rotary inertia about x."""
     mass_centre_x: Vector | None = None
-    """(S,) [m] centre of mass from the pitch axis in the section's axes."""
+    """(S,) [m; 0.02 to 2 at 100 m] centre of mass from the pitch axis in the section's axes."""
     mass_centre_y: Vector | None = None
-    """(S,) [m] centre of mass from the pitch axis in the section's axes."""
+    """(S,) [m; 0.05 to 2 at 100 m] centre of mass from the pitch axis in the section's axes."""
     axis_x: Vector | None = None
-    """(S,) [m] prebend: the beam's axis from the pitch axis, downwind at zero pitch (upwind is negative). The
-    aerodynamic centre (``aerodynamics.centre_x``) is from the pitch axis, too, and has to be moved with it."""
+    """(S,) [m; 0.2 to 8 at 100 m] prebend: the beam's axis from the pitch axis, downwind at zero pitch (upwind is
+    negative); move the aerodynamic centre ``aerodynamics.centre_x``, which is from the pitch axis, too, with it."""
     axis_y: Vector | None = None
-    """(S,) [m] sweep: the beam's axis from the pitch axis, to the trailing edge; move ``aerodynamics.centre_y`` too."""
+    """(S,) [m; 0.05 to 8 at 100 m] sweep: the beam's axis from the pitch axis, towards the trailing edge; move
+    ``aerodynamics.centre_y`` with it."""
     stiffness_matrix: Array | None = None
     """(S, 6, 6) [N, N m, N m^2] forces and moments (x, y, z, about x, y, z) from strains and curvatures."""
     mass_matrix: Array | None = None
@@ -285,17 +286,17 @@ class Flap(Record):
     end: float = Field(gt=0.0, le=1.0)
     """Outer end, fraction of the blade length."""
     chord_fraction: float = Field(gt=0.0, lt=1.0)
-    """Chord of the flap over that of the section, for information only: the increments contain its effect."""
+    """Chord of the flap over that of the section [-; 0.03 to 0.5]; for information: increments have its effect."""
     minimum: float = Field(le=0.0)
-    """[rad] limit of the deflection."""
+    """[rad; 0.02 to 0.6] limit of the deflection."""
     maximum: float = Field(ge=0.0)
-    """[rad] limit of the deflection."""
+    """[rad; 0.02 to 0.6] limit of the deflection."""
     rate: float = Field(gt=0.0)
-    """[rad/s] limit."""
+    """[rad/s; 0.05 to 20] limit."""
     frequency: float | None = Field(default=None, gt=0.0)
-    """[rad/s] natural frequency of the actuator; without it the flap follows its demand without delay."""
+    """[rad/s; 1 to 500] natural frequency of the actuator; without it the flap follows its demand without delay."""
     damping: float = Field(default=0.7, gt=0.0)
-    """Damping ratio of the actuator [-]."""
+    """Damping ratio of the actuator [-; 0.2 to 2]."""
     increments: FlapIncrements
     source: str = ""
 
@@ -341,15 +342,15 @@ class Hub(Record):
     """Hub and rotor geometry."""
 
     radius: float = Field(gt=0.0)
-    """[m] rotor apex to blade root, along the blade."""
+    """[m; 0.7 to 3 at 100 m] rotor apex to blade root, along the blade."""
     precone: float = Field(default=0.0, gt=-0.6, lt=0.6)
-    """[rad] blades lean upwind when positive."""
+    """[rad; 0.005 to 0.3] blades lean upwind when positive."""
     mass: float = Field(ge=0.0)
-    """[kg]."""
+    """[kg; 2.5e3 to 1.2e5 at 100 m]."""
     inertia: float = Field(ge=0.0)
-    """[kg m^2] about the shaft."""
+    """[kg m^2; 4e3 to 2e5 at 100 m] about the shaft."""
     mass_centre: float = 0.0
-    """[m] along the shaft from the rotor apex, downwind when positive."""
+    """[m; 0.05 to 2 at 100 m] along the shaft from the rotor apex, downwind when positive."""
     source: str = ""
 
 
@@ -357,21 +358,21 @@ class Nacelle(Record):
     """Nacelle and shaft geometry. Positions are relative to the tower top, in nacelle axes."""
 
     mass: float = Field(ge=0.0)
-    """[kg]."""
+    """[kg; 2e4 to 7e5 at 100 m]."""
     mass_centre: tuple[float, float, float]
-    """[m] x downwind, y left looking downwind, z up."""
+    """[m; 0.4 to 5 at 100 m] x downwind, y left looking downwind, z up."""
     yaw_inertia: float = Field(ge=0.0)
-    """[kg m^2] about the yaw axis, including its mass."""
+    """[kg m^2; 5e4 to 2e7 at 100 m] about the yaw axis, including its mass."""
     roll_inertia: float = Field(default=0.0, ge=0.0)
-    """[kg m^2] about the downwind axis through its centre of mass."""
+    """[kg m^2; 1e4 to 2e6 at 100 m] about the downwind axis through its centre of mass."""
     nod_inertia: float = Field(default=0.0, ge=0.0)
-    """[kg m^2] about the lateral axis through its centre of mass."""
+    """[kg m^2; 1e4 to 2e7 at 100 m] about the lateral axis through its centre of mass."""
     overhang: float
-    """[m] from the yaw axis to the rotor apex along the shaft; positive for an upwind rotor."""
+    """[m; 2.2 to 9 at 100 m] from the yaw axis to the rotor apex along the shaft; positive for an upwind rotor."""
     shaft_height: float = Field(ge=0.0)
-    """[m] of the point where shaft and yaw axis meet, above the tower top."""
+    """[m; 0.7 to 6 at 100 m] of the point where shaft and yaw axis meet, above the tower top."""
     tilt: float = Field(default=0.0, gt=-0.6, lt=0.6)
-    """[rad] of the shaft; the upwind end is up when positive."""
+    """[rad; 0.034 to 0.2] of the shaft; the upwind end is up when positive."""
     source: str = ""
 
     @model_validator(mode="after")
@@ -388,7 +389,7 @@ class Drivetrain(Record):
     """Shaft, gearbox, generator and brake."""
 
     gear_ratio: float = Field(gt=0.0)
-    """Generator speed over rotor speed [-]; 1 for a direct drive."""
+    """Generator speed over rotor speed [-; 1 to 250]; 1 for a direct drive."""
     generator_inertia: float = Field(gt=0.0)
     """[kg m^2] on the generator's shaft."""
     stiffness: float = Field(gt=0.0)
@@ -396,9 +397,9 @@ class Drivetrain(Record):
     damping: float = Field(ge=0.0)
     """[N m s/rad] of the same."""
     generator_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
-    """Electrical over mechanical power [-]."""
+    """Electrical over mechanical power [-; 0.75 to 1]."""
     gearbox_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
-    """[-] power on the high-speed side over power on the low-speed side."""
+    """[-; 0.8 to 1] power on the high-speed side over power on the low-speed side."""
     brake_torque: float = Field(default=0.0, ge=0.0)
     """[N m] of the fully applied brake, on the generator's shaft."""
     gearbox: Gearbox | None = None
@@ -431,22 +432,22 @@ class YawDrive(Record):
     """Yaw drive."""
 
     rate: float = Field(default=0.0052, ge=0.0, lt=0.2)
-    """[rad/s] of the yaw drive."""
+    """[rad/s; 0.002 to 0.1] of the yaw drive."""
     acceleration: float | None = Field(default=None, gt=0.0)
-    """[rad/s^2] of the yaw drive; without it the rate is reached instantly."""
+    """[rad/s^2; 1e-4 to 0.1] of the yaw drive; without it the rate is reached instantly."""
 
 
 class Yaw(YawDrive):
     """Yaw bearing, its drive and its brake."""
 
     stiffness: float = Field(gt=0.0)
-    """[N m/rad] of the locked bearing."""
+    """[N m/rad; 3e7 to 1e10 at 100 m] of the locked bearing."""
     damping: float = Field(ge=0.0)
-    """[N m s/rad] of the locked bearing."""
+    """[N m s/rad; 3e4 to 2e7 at 100 m] of the locked bearing."""
     friction: float = Field(default=0.0, ge=0.0)
-    """[N m] Coulomb friction of the bearing."""
+    """[N m; 1e4 to 5e6 at 100 m] Coulomb friction of the bearing."""
     brake_torque: float | None = Field(default=None, ge=0.0)
-    """[N m] at which drive and brake slip at standstill, in addition to friction; by default they never slip."""
+    """[N m; 1e5 to 2e7 at 100 m] at which drive and brake slip at standstill, besides friction; by default never."""
     source: str = ""
 
 
@@ -454,13 +455,13 @@ class Tower(Record):
     """Tower, at stations above its base."""
 
     position: Vector
-    """(S,) [m] above the tower base; first 0, last the tower top."""
+    """(S,) [m; 40 to 300 at 100 m] above the tower base; first 0, last the tower top."""
     mass: Vector
-    """(S,) [kg/m]."""
+    """(S,) [kg/m; 800 to 2e4 at 100 m]."""
     fore_aft_stiffness: Vector
-    """(S,) [N m^2]."""
+    """(S,) [N m^2; 3e10 to 4e12 at 100 m]."""
     side_side_stiffness: Vector
-    """(S,) [N m^2]."""
+    """(S,) [N m^2; 3e10 to 4e12 at 100 m]."""
     torsion_stiffness: Vector | None = None
     """(S,) [N m^2]; without it the tower is rigid in torsion."""
     axial_stiffness: Vector | None = None
@@ -468,13 +469,13 @@ class Tower(Record):
     shear_stiffness: Vector | None = None
     """(S,) [N] of the section (k G A); without it the tower is rigid in shear."""
     diameter: Vector
-    """(S,) [m] outer diameter."""
+    """(S,) [m; 1.8 to 18 at 100 m] outer diameter."""
     drag_coefficient: float = Field(default=1.0, ge=0.0)
-    """Drag coefficient of the tower as a cylinder [-]."""
+    """Drag coefficient of the tower as a cylinder [-; 0.35 to 1.5]."""
     top_mass: float = Field(default=0.0, ge=0.0)
-    """[kg] fixed to the tower top below the yaw bearing: it neither yaws nor loads the bearing."""
+    """[kg; 100 to 1e5 at 100 m] fixed to the tower top below the yaw bearing: it neither yaws nor loads the bearing."""
     base_height: float = 0.0
-    """[m] of the tower base above the ground."""
+    """[m; 1 to 30 at 100 m] of the tower base above the ground."""
     damping: Damping
     """Structural damping of the isolated tower."""
     mode_shapes: ModeShapes | None = None
@@ -540,13 +541,13 @@ class PitchFriction(Record):
     """Dry friction of the pitch bearings: a constant, and a part in proportion to the load on the bearing."""
 
     torque: float = Field(default=0.0, ge=0.0)
-    """[N m] of the unloaded bearing, seals and drive."""
+    """[N m; 100 to 3e5 at 100 m] of the unloaded bearing, seals and drive."""
     coefficient: float = Field(default=0.0, ge=0.0, lt=0.1)
-    """Friction coefficient of the raceways [-], 0.003 to 0.006 for ball bearings."""
+    """Friction coefficient of the raceways [-; 0.001 to 0.02], 0.003 to 0.006 for ball bearings."""
     diameter: float = Field(default=0.0, ge=0.0)
-    """[m] of the raceway."""
+    """[m; 0.8 to 6 at 100 m] of the raceway."""
     inertia: float = Field(gt=0.0)
-    """[kg m^2] of blade and drive about the pitch axis."""
+    """[kg m^2; 1e3 to 1e6 at 100 m] of blade and drive about the pitch axis."""
 
 
 class PitchActuator(Record):
@@ -554,15 +555,15 @@ class PitchActuator(Record):
 
     kind: ActuatorModel = "second_order"
     natural_frequency: float = Field(default=11.11, gt=0.0)
-    """[rad/s]."""
+    """[rad/s; 1.5 to 50 at 100 m]."""
     damping_ratio: float = Field(default=0.6, gt=0.0)
-    """[-]."""
+    """[-; 0.3 to 2]."""
     rate_limit: float = Field(gt=0.0, le=2.0)
-    """[rad/s] of the blade."""
+    """[rad/s; 0.02 to 5 at 100 m] of the blade."""
     minimum: float = Field(gt=-1.6, lt=1.6)
-    """[rad] smallest pitch."""
+    """[rad; 0.005 to 0.4] smallest pitch."""
     maximum: float = Field(gt=-1.6, lt=3.2)
-    """[rad] largest pitch."""
+    """[rad; 0.1 to 1.7] largest pitch."""
     friction: PitchFriction | None = None
     """Dry friction of the bearings; without it there is none."""
     source: str = ""
@@ -593,7 +594,7 @@ class TorqueControl(Record):
     optimal_gain: float = Field(gt=0.0)
     """[N m s^2/rad^2]."""
     slip: float = Field(gt=0.0, lt=1.0)
-    """[-] slip of region 2 1/2."""
+    """[-; 0.005 to 0.2] slip of region 2 1/2."""
     rated_power: float = Field(gt=0.0)
     """[W] mechanical."""
     maximum_torque: float = Field(gt=0.0)
@@ -601,7 +602,7 @@ class TorqueControl(Record):
     rate_limit: float = Field(gt=0.0)
     """[N m/s]."""
     power_pitch: float = Field(default=0.0, ge=0.0)
-    """[rad]."""
+    """[rad; 0.006 to 0.2]."""
     hold: Literal["power", "torque"] = "power"
     """What region 3 holds: rated power, or the torque that gives rated power at the reference speed of the pitch."""
 
@@ -622,17 +623,17 @@ class PitchControl(Record):
     integral_gain: float = Field(gt=0.0)
     """[-] at zero pitch."""
     gain_halving_pitch: float = Field(gt=0.0)
-    """[rad] pitch at which the pitch sensitivity is doubled and the gains are halved."""
+    """[rad; 0.01 to 0.8] pitch at which the pitch sensitivity is doubled and the gains are halved."""
     minimum: float = Field(gt=-1.6, lt=1.6)
-    """[rad]."""
+    """[rad; 0.005 to 0.4]."""
     maximum: float = Field(gt=-1.6, lt=3.2)
-    """[rad]."""
+    """[rad; 0.1 to 1.7]."""
     rate_limit: float = Field(gt=0.0, le=2.0)
-    """[rad/s]."""
+    """[rad/s; 0.02 to 5 at 100 m]."""
     motion_gain: float = 0.0
-    """[rad s/m] pitch from the velocity of the tower top downwind, for floaters; 0: the law does not see it."""
+    """[rad s/m; 1e-4 to 0.5] pitch from the velocity of the tower top downwind, for floaters; 0: none."""
     motion_frequency: float = Field(default=0.2, gt=0.0)
-    """[rad/s] about which it is seen, from a third of it to three times: that of the platform in pitch."""
+    """[rad/s; 0.03 to 1.5 at 100 m] about which it is seen, a third to three times: that of the platform in pitch."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -644,7 +645,7 @@ class BaselineControl(Record):
     """Parameters of the variable-speed, pitch-to-feather controller of Jonkman et al. (2009)."""
 
     filter_frequency: float = Field(gt=0.0)
-    """[rad/s] corner frequency of the first-order low-pass filter of the generator speed."""
+    """[rad/s; 1 to 20 at 100 m] corner frequency of the first-order low-pass filter of the generator speed."""
     torque: TorqueControl
     pitch: PitchControl
     discon: str | None = None
@@ -656,13 +657,13 @@ class Turbine(Machine):
     """A horizontal-axis wind turbine on land, on a pile in the sea, or on a floating platform."""
 
     n_blades: int = Field(default=3, ge=1)
-    """2 or 3 in a simulation."""
+    """2 or 3 in a simulation [-; 1 to 3]."""
     rated_power: float = Field(gt=0.0)
-    """[W] electrical, for tables; the controller uses ``control.torque.rated_power``."""
+    """[W; 5e5 to 8e6 at 100 m] electrical, for tables; the controller uses ``control.torque.rated_power``."""
     cut_in: float = Field(default=3.0, gt=0.0)
-    """[m/s] wind speed at hub height where power curves start; not used in simulations."""
+    """[m/s; 1.5 to 6] wind speed at hub height where power curves start; not used in simulations."""
     cut_out: float = Field(default=25.0, gt=0.0)
-    """[m/s] wind speed at hub height where power curves end; not used in simulations."""
+    """[m/s; 12 to 40] wind speed at hub height where power curves end; not used in simulations."""
     blade: Blade
     airfoils: dict[str, Airfoil]
     hub: Hub

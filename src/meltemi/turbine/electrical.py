@@ -45,13 +45,13 @@ class PermanentMagnetMachine(Record):
     rated_speed: float = Field(gt=0.0)
     """[rad/s] of its shaft."""
     pole_pairs: int = Field(ge=1)
-    """Half the number of poles."""
+    """Half the number of poles [-; 1 to 300]."""
     flux: float = Field(gt=0.0)
-    """[Wb] linkage of a phase with the magnets, peak."""
+    """[Wb; 0.1 to 300] linkage of a phase with the magnets, peak."""
     resistance: float = Field(gt=0.0)
-    """[Ohm] of a phase of the stator."""
+    """[Ohm; 1e-4 to 10] of a phase of the stator."""
     inductance: float = Field(gt=0.0)
-    """[H] synchronous, of a phase."""
+    """[H; 1e-5 to 0.5] synchronous, of a phase."""
     iron_loss: float = Field(default=0.0, ge=0.0)
     """[W] iron and stray losses at rated speed; they grow with its square."""
 
@@ -88,11 +88,11 @@ class Converter(Record):
     current: float = Field(gt=0.0)
     """[A] limit of the current's peak value."""
     standing_loss: float = Field(default=0.0, ge=0.0)
-    """[W] no-load loss at the nominal voltage of the DC link."""
+    """[W; 300 to 3e4 at 100 m] no-load loss at the nominal voltage of the DC link."""
     voltage_drop: float = Field(default=0.0, ge=0.0)
-    """[V] loss for each ampere of the current's peak value."""
+    """[V; 5 to 300] loss for each ampere of the current's peak value."""
     resistance: float = Field(default=0.0, ge=0.0)
-    """[Ohm] loss for the square of the current's peak value."""
+    """[Ohm; 5e-4 to 0.5] loss for the square of the current's peak value."""
 
     def loss(self, current: float) -> float:
         """[W] at the nominal voltage of the DC link."""
@@ -103,15 +103,15 @@ class Chopper(Record):
     """Pulsed brake resistor in the DC link, averaged: its power increases with the voltage."""
 
     resistance: float = Field(gt=0.0)
-    """[Ohm]."""
+    """[Ohm; 0.02 to 100]."""
     begin: float = Field(default=1.06, gt=1.0, lt=2.0)
     """Voltage at which it starts, per unit of the nominal one."""
     full: float = Field(default=1.12, gt=1.0, lt=2.0)
     """Voltage at which it is fully on, per unit of the nominal one."""
     heat: float = Field(gt=0.0)
-    """[J] heat capacity; more heat trips the turbine."""
+    """[J; 1e5 to 1e9] heat capacity; more heat trips the turbine."""
     cooling_time: float = Field(default=120.0, gt=0.0)
-    """[s] time constant of its cooling."""
+    """[s; 10 to 2000] time constant of its cooling."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -123,43 +123,43 @@ class DCLink(Record):
     """Capacitor between the converters."""
 
     voltage: float = Field(gt=0.0)
-    """[V] nominal."""
+    """[V; 300 to 5e4] nominal."""
     capacitance: float = Field(gt=0.0)
-    """[F]."""
+    """[F; 1e-4 to 1]."""
     chopper: Chopper | None = None
     """Without it, power that the grid cannot take trips the turbine."""
     highest: float = Field(default=1.25, gt=1.0, lt=3.0)
     """Voltage above which the turbine trips, per unit of the nominal one."""
     lowest: float = Field(default=0.7, ge=0.1, lt=1.0)
-    """Voltage below which the turbine trips, per unit of the nominal one."""
+    """Voltage below which the turbine trips, per unit of the nominal one [-; 0.3 to 0.95]."""
 
 
 class GridFilter(Record):
     """Inductor between converter and grid, with the transformer's leakage."""
 
     resistance: float = Field(gt=0.0)
-    """[Ohm] of a phase."""
+    """[Ohm; 1e-5 to 1] of a phase."""
     inductance: float = Field(gt=0.0)
-    """[H] of a phase."""
+    """[H; 1e-6 to 0.1] of a phase."""
 
 
 class RideThrough(Record):
     """Fault ride-through requirements of the grid code (E.ON 2006; TransmissionCode 2007)."""
 
     gain: float = Field(default=2.0, ge=0.0, le=10.0)
-    """Reactive current over rated current, per voltage deviation from 1."""
+    """Reactive current over rated current [-; 0.7 to 6], per voltage deviation from 1."""
     dead_band: float = Field(default=0.1, gt=0.0, lt=1.0)
-    """Voltage deviation (per unit) beyond which reactive current has priority."""
+    """Voltage deviation [-; 0.04 to 0.3] (per unit) beyond which reactive current has priority."""
     zero_time: float = Field(default=0.15, ge=0.0)
-    """[s] duration of zero voltage without a trip."""
+    """[s; 0.05 to 1] duration of zero voltage without a trip."""
     recovery_time: float = Field(default=1.5, gt=0.0)
-    """[s] from the dip's begin at which the voltage must be back in the band; the limit rises linearly."""
+    """[s; 0.5 to 10] from the dip's begin at which the voltage must be back in the band; the limit rises linearly."""
     highest_voltage: float = Field(default=1.3, gt=1.0)
-    """Voltage above which the turbine trips, per unit of the nominal one."""
+    """Voltage above which the turbine trips [-; 1.05 to 2], per unit of the nominal one."""
     lowest_frequency: float = Field(default=47.0, gt=0.0)
-    """[Hz] below which the turbine trips."""
+    """[Hz; 45 to 60] below which the turbine trips."""
     highest_frequency: float = Field(default=52.0, gt=0.0)
-    """[Hz] above which the turbine trips."""
+    """[Hz; 50 to 65] above which the turbine trips."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -172,11 +172,11 @@ class ConverterControl(Record):
     """Bandwidths of the converters' control loops."""
 
     current_bandwidth: float = Field(default=100.0, gt=0.0, le=2000.0)
-    """[Hz] of the current controls of both sides."""
+    """[Hz; 20 to 1000] of the current controls of both sides."""
     voltage_bandwidth: float = Field(default=10.0, gt=0.0)
-    """[Hz] natural frequency of the control of the DC link's voltage, by the grid side."""
+    """[Hz; 1 to 100] natural frequency of the control of the DC link's voltage, by the grid side."""
     lock_bandwidth: float = Field(default=10.0, gt=0.0)
-    """[Hz] natural frequency of the phase-locked loop."""
+    """[Hz; 1 to 100] natural frequency of the phase-locked loop."""
     substep: float | None = Field(default=None, gt=0.0, le=0.01)
     """[s] longest step of the controls; by default a quarter of the current control's time constant."""
 
@@ -211,9 +211,9 @@ class ElectricalSystem(Record):
     grid_converter: Converter
     filter: GridFilter
     voltage: float = Field(gt=0.0)
-    """[V] nominal voltage of the grid, line to line, rms."""
+    """[V; 200 to 4e4] nominal voltage of the grid, line to line, rms."""
     frequency: float = Field(default=50.0, gt=0.0)
-    """[Hz] nominal."""
+    """[Hz; 49 to 61] nominal."""
     control: ConverterControl = ConverterControl()
     ride_through: RideThrough = RideThrough()
     forced: bool = False

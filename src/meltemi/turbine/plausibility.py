@@ -1,50 +1,40 @@
 """Plausibility check of turbine data, to detect wrong units and powers of ten.
 
-Masses go by NREL's Cost and Scaling Model, frequencies by the speed of the rotor: similar rotors of the same tip speed
-have frequencies in proportion to it (Burton et al. 2011, section 5.1). Bands are so wide that a turbine beyond them is
-either wrong or very special.
-
-References: Fingersh, Hand and Laxson (2006), NREL/TP-500-40566, with the update of 2015 (``turbine.typical``).
+Each number has its usual range beside its unit (``core.usual``). Here is what numbers say about each other: power,
+torque and speed, mass and stiffness of a steel tube, frequencies over the speed of the rotor, to which those of similar
+rotors are in proportion (Burton et al. 2011, section 5.1). Bands are so wide that a turbine beyond them is either wrong
+or very special; those of the library, of turbines scaled from it, and of ROSCO's decks are in brackets.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import pi, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from math import sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from meltemi.core.errors import InputError
+from meltemi.core.usual import AT, unusual_numbers
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.moments import blade_moments, cumulative
-from meltemi.turbine.typical import typical_masses
 
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
 
-LEAST_DIAMETER = 40.0
-"""[m] below which the regressions of masses say nothing."""
-MASS = (1.0 / 8.0, 8.0)
-"""Over the usual one; those of the library and of ROSCO's decks lie between 0.19 and 2.4."""
-TWIST = 0.05
-"""[rad] of the shaft at rated torque; those have 0.0003 to 0.008."""
-BLADE = (2.0, 12.0)
-"""First flapwise frequency at rest over rated rotor speed; those have 3.3 to 4.4."""
-TOWER = (0.4, 6.0)
-"""First frequency over rated rotor speed; those have 1.1 to 1.9."""
 BETZ = 16.0 / 27.0
+FREQUENCY = "stiffness and mass give a first frequency which over rated rotor speed"
+MODULUS = "modulus over density [m^2/s^2] of a thin tube of its mass and diameter"
+TUBE = "it over that of a thin tube of the same bending stiffness"
+SLENDER = 0.05
+"""Drag coefficient below which a section is an airfoil that lifts."""
 
 
-class Ratio(NamedTuple):
-    """A ratio of turbine data that similar turbines have in common: key, what it is, its value and usual range."""
-
-    key: str
-    what: str
-    value: float
-    least: float
-    most: float
+def doubt(key: str, what: str, value: float, least: float, most: float) -> str:
+    """A sentence about a ratio beyond the range that it has in similar turbines; empty within."""
+    usual = least <= value <= most
+    return "" if usual else f"{key}: {what} is {value:.3g}; usual is {least:g} to {most:g}"
 
 
 @np.errstate(all="ignore")  # a frequency that overflows is outside of its range
@@ -56,95 +46,143 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     """
     if not hasattr(turbine, "rated_power"):
         raise InputError(f"turbine: expected a turbine, found {type(turbine).__name__}")
-    said = [
-        f"{key}: {what} is {value:.3g}; usual is {least:g} to {most:g}"
-        for key, what, value, least, most in _ratios(turbine)
-        if not least <= value <= most
-    ]
+    said = [*unusual_numbers(turbine, diameter=turbine.rotor_diameter), *_machine(turbine)]
+    if (electrical := turbine.electrical) is not None and not electrical.forced:
+        said += electrical.problems()
     if isinstance(turbine, Turbine):
-        said += _structure_warnings(turbine)
-        drags = {name: float(airfoil.drag.min()) for name, airfoil in turbine.airfoils.items()}
-        if negative := [name for name, drag in drags.items() if drag < 0.0]:
-            worst = min(negative, key=drags.__getitem__)
-            others = f", and of {len(negative) - 1} others," if len(negative) > 1 else ""
-            said.append(
-                f"airfoils.{worst}.drag: {drags[worst]:.3g}{others} is negative: sections that drive themselves"
-            )
+        said += [*_blade(turbine), *_tower(turbine), *_airfoils(turbine)]
+        said += [] if (below := turbine.support or turbine.platform) is None else below.doubts(turbine)
     elif (table := getattr(turbine.coefficient, "power", None)) is not None and table.max() > BETZ:
         said.append(f"coefficient.power: {table.max():.3g} is above Betz's limit of 16/27")
-    return tuple(f"{words}; is its unit right?" for words in said)
+    return tuple(f"{words}; is its unit right?" for words in said if words)
 
 
-def _ratios(turbine: AnyTurbine) -> Iterator[Ratio]:
-    """Ratios of machine and control; those of the library and of ROSCO's decks are in brackets."""
+def _machine(turbine: AnyTurbine) -> Iterator[str]:
     control, drive, radius = turbine.control, turbine.drivetrain, turbine.rotor_radius
     torque, pitch, speed = control.torque, control.pitch, turbine.rated_rotor_speed
-    area = pi * radius**2
-    yield Ratio(
-        "rated_power", "rated power over rotor area [W/m^2]", turbine.rated_power / area, 50.0, 1000.0
-    )  # [159, 401]
-    share = turbine.rated_power / torque.rated_power
-    yield Ratio("control.torque.rated_power", "rated_power over it", share, 0.6, 1.2)  # [0.94, 1]
-    yield Ratio("control.pitch.reference_speed", "tip speed at it [m/s]", speed * radius, 25.0, 150.0)  # [80, 105]
-    share = torque.rated_speed / pitch.reference_speed
-    yield Ratio("control.torque.rated_speed", "it over control.pitch.reference_speed", share, 0.7, 1.2)  # [0.96, 1]
-    yield Ratio("control.pitch.gain_halving_pitch", "it [rad]", pitch.gain_halving_pitch, 0.01, 0.6)  # [0.03, 0.19]
-    share = control.filter_frequency / speed
-    yield Ratio("control.filter_frequency", "it over the rated rotor speed", share, 0.6, 60.0)  # [1.2, 2.8]
-    if isinstance(turbine, Turbine):
-        _, blade = blade_moments(turbine.blade.structure, turbine.hub.radius)
-        rotor, aero = turbine.hub.inertia + turbine.n_blades * blade, turbine.blade.aerodynamics
-        share = float(np.max(aero.chord)) / turbine.blade.length
-        yield Ratio("blade.aerodynamics.chord", "the largest over the blade's length", share, 0.02, 0.3)  # [0.05, 0.08]
-    else:
-        rotor = turbine.drivetrain.rotor_inertia
-    share = drive.generator_inertia * drive.gear_ratio**2 / rotor
-    if share > 0.0:
+    reference, rated, gear = pitch.reference_speed, torque.rated_power / pitch.reference_speed, drive.gear_ratio
+    share = turbine.rated_power / torque.rated_power / drive.generator_efficiency
+    yield doubt("control.torque.rated_power", "rated_power over it and the efficiency", share, 0.85, 1.1)  # [1]
+    yield doubt("control.pitch.reference_speed", "tip speed at it [m/s]", speed * radius, 35.0, 140.0)  # [62, 105]
+    for name, least, most in (  # [0.96, 1], [0.25, 0.75], [0.25, 0.66]
+        ("rated_speed", 0.7, 1.2),
+        ("optimal_speed", 0.15, 1.1),
+        ("cut_in_speed", 0.05 * bool(torque.cut_in_speed), 1.0),
+    ):
+        share = getattr(torque, name) / reference
+        yield doubt(f"control.torque.{name}", "it over control.pitch.reference_speed", share, least, most)
+    share = torque.optimal_gain * reference**2 / rated
+    yield doubt("control.torque.optimal_gain", "torque at rated speed over rated", share, 0.25, 1.6)  # [0.3, 1.13]
+    yield doubt("control.torque.maximum_torque", "it over rated", torque.maximum_torque / rated, 0.95, 2.5)  # [1, 1.42]
+    share = rated / torque.rate_limit * speed
+    yield doubt(
+        "control.torque.rate_limit", "turn [rad] of the rotor until rated torque", share, 0.05, 20.0
+    )  # [0.2, 5]
+    if pitch.proportional_gain > 0.0:
+        share = pitch.proportional_gain * reference * pitch.gain_halving_pitch
+        what = "it times reference_speed and gain_halving_pitch [rad^2]"
+        yield doubt("control.pitch.proportional_gain", what, share, 0.02, 4.5)  # [0.08, 4]
+        share = pitch.integral_gain / pitch.proportional_gain / speed
+        what = "it over proportional_gain and rated rotor speed"
+        yield doubt("control.pitch.integral_gain", what, share, 0.03, 1.2)  # [0.09, 0.34]
+    for name in ("rate_limit", "maximum"):
+        share = getattr(pitch, name) / getattr(turbine.pitch_actuator, name)
+        yield doubt(f"control.pitch.{name}", "it over that of pitch_actuator", share, 0.33, 1.5)  # [1]
+    if drive.brake_torque > 0.0:
+        share = drive.brake_torque / rated
+        yield doubt("drivetrain.brake_torque", "it over rated torque", share, 0.2, 6.0)  # [0.65, 4.1]
+    if (generator := drive.generator_inertia * gear**2) > 0.0:
+        if isinstance(turbine, Turbine):
+            one = blade_moments(turbine.blade.structure, turbine.hub.radius)[1]
+            rotor = turbine.hub.inertia + turbine.n_blades * one
+        else:
+            rotor = turbine.drivetrain.rotor_inertia
         what = "it times gear_ratio squared, over the rotor's,"
-        yield Ratio("drivetrain.generator_inertia", what, share, 1e-4, 1.0)  # [0.002, 0.13]
+        yield doubt("drivetrain.generator_inertia", what, generator / rotor, 3e-4, 0.8)  # [0.002, 0.55]
+        if drive.stiffness:
+            twist = rated * gear / drive.stiffness
+            yield doubt("drivetrain.stiffness", "twist [rad] at rated torque", twist, 5e-5, 0.03)  # [0.0001, 0.005]
+            share = 0.5 * drive.damping * sqrt((1.0 / rotor + 1.0 / generator) / drive.stiffness)
+            yield doubt("drivetrain.damping", "its ratio", share, 5e-4 * bool(share), 0.6)  # [0.0016, 0.45]
 
 
-def _structure_warnings(turbine: Turbine) -> list[str]:
-    """Implausible masses, stiffnesses and frequencies."""
-    blade, tower, drive, control = turbine.blade.structure, turbine.tower, turbine.drivetrain, turbine.control
-    speed = turbine.rated_rotor_speed
-    blade_mass = blade_moments(blade, turbine.hub.radius)[0]
-    said: list[str] = []
-    if turbine.rotor_diameter >= LEAST_DIAMETER:
-        usual = typical_masses(turbine)
-        for key, mass, typical in (
-            ("blade.structure.mass", blade_mass, usual.blade),
-            ("hub.mass", turbine.hub.mass, usual.hub),
-            ("nacelle.mass", turbine.nacelle.mass, usual.nacelle),
-            ("tower.mass", float(np.trapezoid(tower.mass, tower.position)), usual.tower),
-        ):
-            if not MASS[0] <= mass / typical <= MASS[1]:
-                size = f"a rotor of {turbine.rotor_diameter:.0f} m and {turbine.rated_power / 1e6:.3g} MW"
-                said.append(f"{key}: {mass:.4g} kg in all, where {size} has about {typical:.2g} kg")
-    twist = control.torque.rated_power / speed / drive.stiffness
-    if twist > TWIST:
-        said.append(
-            f"drivetrain.stiffness: rated torque twists the shaft by {np.degrees(twist):.3g} deg, "
-            "where less than 1 deg is usual"
-        )
+def _blade(turbine: Turbine) -> Iterator[str]:
+    """At its root a blade is a thin tube: EI = E A d^2 / 8, GJ / EI = 1 / (1 + nu), k G A / EA = 1 / (4 (1 + nu))."""
+    blade, aero = turbine.blade.structure, turbine.blade.aerodynamics
+    share = blade_moments(blade, turbine.hub.radius)[0] / (turbine.rotor_diameter / AT) ** 3
+    what = "mass [kg] of a blade of similar shape for a rotor of 100 m"
+    yield doubt("blade.structure", what, share, 2e3, 5e4)  # [3.6e3, 3e4]
+    twists = [float(np.abs(part.twist).max()) for part in (blade, aero)]
+    if min(twists) > 0.0:
+        yield doubt("blade.structure.twist", "it over blade.aerodynamics.twist", twists[0] / twists[1], 0.4, 2.5)  # [1]
     if blade.stiffness_matrix is not None and blade.mass_matrix is not None:
         bending = np.minimum(blade.stiffness_matrix[:, 3, 3], blade.stiffness_matrix[:, 4, 4])
-        line = blade.mass_matrix[:, 0, 0]
+        line, (stretch, twist) = blade.mass_matrix[:, 0, 0], blade.stiffness_matrix[0, [2, 5], [2, 5]]
     else:
         assert blade.flap_stiffness is not None and blade.mass is not None
-        bending, line = blade.flap_stiffness, blade.mass
-    top = turbine.nacelle.mass + turbine.hub.mass + turbine.n_blades * blade_mass
-    softer = np.minimum(tower.fore_aft_stiffness, tower.side_side_stiffness)
-    for key, found, band in (
-        ("blade", bending_frequency(blade.position, line, bending), BLADE),
-        ("tower", bending_frequency(tower.position, tower.mass, softer, top), TOWER),
+        bending, line, given = blade.flap_stiffness, blade.mass, (blade.axial_stiffness, blade.torsion_stiffness)
+        stretch, twist = (np.nan if values is None else float(values[0]) for values in given)
+    found = bending_frequency(blade.position, line, bending) / turbine.rated_rotor_speed
+    yield doubt("blade", f"its {FREQUENCY}", found, 2.2, 6.5)  # [3, 4.4]
+    width, stiff = float(aero.chord[0]), float(bending[0])
+    share = 8.0 * stiff / (float(line[0]) * width**2)
+    yield doubt("blade.structure.flap_stiffness", f"at the root {MODULUS}", share, 6e6, 5e7)  # [1.4e7, 2.9e7]
+    for name, share, least, most in (  # [0.84, 1.04], [0.31, 0.58]
+        ("axial", stretch * width**2 / (8.0 * stiff), 0.35, 3.0),
+        ("torsion", twist / stiff, 0.1, 1.2),
     ):
-        if not band[0] <= found / speed <= band[1]:
-            said.append(
-                f"{key}: its stiffness and mass give a first frequency of {found / (2.0 * np.pi):.3g} Hz, "
-                f"{found / speed:.2g} times rated rotor speed; usual is {band[0]:g} to {band[1]:g} times"
-            )
-    return said
+        if not np.isnan(share):
+            yield doubt(f"blade.structure.{name}_stiffness", f"at the root {TUBE}", share, least, most)
+
+
+def _tower(turbine: Turbine) -> Iterator[str]:
+    tower, speed, d = turbine.tower, turbine.rated_rotor_speed, turbine.tower.diameter
+    hub, nacelle, yaw, size = turbine.hub, turbine.nacelle, turbine.yaw, turbine.rotor_diameter / AT
+    if hub.mass > 0.0 and hub.inertia > 0.0:
+        share = sqrt(hub.inertia / hub.mass) / hub.radius
+        yield doubt("hub.inertia", "radius of gyration over hub.radius", share, 0.4, 2.0)  # [0.49, 0.95]
+    for name, least, most in (("yaw", 1.2, 6.0), ("roll", 0.4, 3.5), ("nod", 0.4, 4.0)):  # [2.5, 5], [0.8, 1.9]
+        if (inertia := getattr(nacelle, f"{name}_inertia")) > 0.0:
+            share = sqrt(inertia / max(nacelle.mass, 1e-9)) / size
+            yield doubt(f"nacelle.{name}_inertia", "radius of gyration [m] for a rotor of 100 m", share, least, most)
+    mass, inertia = blade_moments(turbine.blade.structure, hub.radius)
+    rotor = hub.mass + turbine.n_blades * mass
+    softer = np.minimum(tower.fore_aft_stiffness, tower.side_side_stiffness)
+    found = bending_frequency(tower.position, tower.mass, softer, nacelle.mass + rotor) / speed
+    yield doubt("tower", f"its {FREQUENCY}", found, 0.5, 5.0)  # [1.1, 3.1]
+    about = 0.5 * (hub.inertia + turbine.n_blades * inertia) + rotor * nacelle.overhang**2 + nacelle.yaw_inertia
+    found = sqrt(yaw.stiffness / about)
+    yield doubt(
+        "yaw.stiffness", "frequency of the nacelle over rated rotor speed", found / speed, 1.2, 36.0
+    )  # [1.3, 15]
+    share = 0.5 * yaw.damping * found / yaw.stiffness
+    yield doubt("yaw.damping", "its ratio", share, 5e-4 * bool(share), 0.08)  # [0.0015, 0.02]
+    for name in ("fore_aft", "side_side"):
+        share = float(np.median(8.0 * getattr(tower, f"{name}_stiffness") / (tower.mass * d**2)))
+        yield doubt(f"tower.{name}_stiffness", MODULUS, share, 9e6, 5e7)  # [2e7, 2.5e7]
+    for name, of_bending in (("torsion", 0.77 * d**0), ("axial", 8.0 / d**2), ("shear", 1.54 / d**2)):
+        if (value := getattr(tower, f"{name}_stiffness")) is not None:
+            share = float(np.median(value / (of_bending * tower.fore_aft_stiffness)))
+            yield doubt(f"tower.{name}_stiffness", TUBE, share, 0.4, 2.5)  # [1, 1.07]
+
+
+def _airfoils(turbine: Turbine) -> Iterator[str]:
+    """Coefficients of sections that lift; across the flow they have those of a flat plate (Hoerner 1965)."""
+    told: dict[str, str] = {}
+    for name, airfoil in turbine.airfoils.items():
+        least, drag = float(airfoil.drag.min()), f"airfoils.{name}.drag"
+        if least < 0.0:
+            told.setdefault("sign", f"{drag}: {least:.3g} is negative: a section that drives itself")
+        elif airfoil.dynamic_stall and 0.0 < least < SLENDER:
+            for key, low, high in (
+                ("lift", 0.7, 3.0),
+                ("drag", 0.8, 2.6),
+                ("moment", 0.2, 1.0),
+            ):  # [1.4, 2], [0.43, 0.5]
+                largest = float(np.abs(getattr(airfoil, key)).max())
+                if words := largest and doubt(f"airfoils.{name}.{key}", "its largest", largest, low, high):
+                    told.setdefault(key, words)
+    yield from told.values()
 
 
 def bending_frequency(position: ArrayLike, mass: ArrayLike, stiffness: ArrayLike, tip_mass: float = 0.0) -> float:

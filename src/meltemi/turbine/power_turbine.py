@@ -40,9 +40,9 @@ class HeierCoefficient(Record):
 
     kind: Literal["heier"] = "heier"
     tip_speed_ratio: float = Field(default=9.5085, ge=1.0, le=30.0)
-    """Tip-speed ratio of the maximum at zero pitch."""
+    """Tip-speed ratio of the maximum at zero pitch [-; 4 to 14]."""
     maximum: float = Field(default=0.48, gt=0.0, le=16.0 / 27.0)
-    """Maximum power coefficient, at most the Betz limit."""
+    """Maximum power coefficient [-; 0.3 to 0.5926], at most the Betz limit."""
     constants: tuple[float, float, float, float, float, float] = (0.5176, 116.0, 0.4, 5.0, 21.0, 0.0068)
     """c1 to c6."""
 
@@ -94,7 +94,7 @@ class TableCoefficient(Record):
     tip_speed_ratio: Vector
     """(n,) above zero, increasing."""
     pitch: Vector
-    """(m,) [rad] increasing."""
+    """(m,) [rad; 0.05 to 1.6] increasing."""
     power: Array
     """(n, m)."""
     thrust: Array | None = None
@@ -136,7 +136,7 @@ class Shaft(Record):
     gear_ratio: float = Field(default=1.0, gt=0.0)
     """Generator speed over rotor speed [-]; 1 for a direct drive."""
     rotor_inertia: float = Field(gt=0.0)
-    """[kg m^2] about the shaft."""
+    """[kg m^2; 2e6 to 1e8 at 100 m] about the shaft."""
     generator_inertia: float = Field(default=0.0, ge=0.0)
     """[kg m^2] on the generator's shaft."""
     stiffness: float | None = Field(default=None, gt=0.0)
@@ -144,9 +144,9 @@ class Shaft(Record):
     damping: float = Field(default=0.0, ge=0.0)
     """[N m s/rad] of the same."""
     friction: float = Field(default=0.0, ge=0.0)
-    """[N m s/rad] of the bearings."""
+    """[N m s/rad; 0.1 to 1e5 at 100 m] of the bearings."""
     generator_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
-    """Electrical over mechanical power [-]."""
+    """Electrical over mechanical power [-; 0.75 to 1]."""
     brake_torque: float = Field(default=0.0, ge=0.0)
     """[N m] of the fully applied brake, on the generator's shaft."""
     source: str = ""
@@ -169,21 +169,21 @@ class PowerTurbine(Machine):
     n_blades: int = Field(default=3, ge=2, le=3)
     """Each has its pitch actuator; the rotor's coefficient is the mean of those at the blades' pitch angles."""
     rated_power: float = Field(gt=0.0)
-    """[W] electrical, for tables; the controller uses ``control.torque.rated_power``."""
+    """[W; 5e5 to 8e6 at 100 m] electrical, for tables; the controller uses ``control.torque.rated_power``."""
     cut_in: float = Field(default=3.0, gt=0.0)
-    """[m/s] wind speed at hub height where power curves start; not used in simulations."""
+    """[m/s; 1.5 to 6] wind speed at hub height where power curves start; not used in simulations."""
     cut_out: float = Field(default=25.0, gt=0.0)
-    """[m/s] wind speed at hub height where power curves end; not used in simulations."""
+    """[m/s; 12 to 40] wind speed at hub height where power curves end; not used in simulations."""
     rotor_radius: float = Field(gt=0.0)
     """[m] to which the coefficients refer."""
     hub_height: float = Field(gt=0.0)
-    """[m] above ground."""
+    """[m; 50 to 300 at 100 m] above ground."""
     coefficient: Coefficient
     """Power coefficient, and thrust coefficient if a table contains it."""
     power_yaw_exponent: float = Field(default=3.0, ge=0.0, le=5.0)
-    """Exponent of the cosine of the yaw misalignment in the power."""
+    """Exponent of the cosine of the yaw misalignment in the power [-; 1 to 4]."""
     thrust_yaw_exponent: float = Field(default=2.0, ge=0.0, le=5.0)
-    """Exponent of the cosine of the yaw misalignment in the thrust."""
+    """Exponent of the cosine of the yaw misalignment in the thrust [-; 1 to 4]."""
     drivetrain: Shaft
     pitch_actuator: PitchActuator
     yaw: YawDrive = YawDrive()

@@ -28,19 +28,19 @@ class SteadyWind(Record, Viewed):
     """Steady wind, uniform over the rotor except for shear and veer."""
 
     speed: float = Field(ge=0.0, le=100.0)
-    """[m/s] at the reference height."""
+    """[m/s; 1 to 80] at the reference height."""
     shear_exponent: float = Field(default=0.0, gt=-1.0, lt=1.0)
     """Exponent of the power law [-]; 0 is no shear."""
     roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
-    """[m] length of the logarithmic profile, used instead of the power law when above zero."""
+    """[m; 1e-5 to 3] length of the logarithmic profile, used instead of the power law when above zero."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
     """[rad] clockwise seen from above: the wind then blows towards -y."""
     veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
-    """[rad/m] change of the direction with height."""
+    """[rad/m; 1e-5 to 0.02] change of the direction with height."""
     upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
     """[rad] inclination of the flow, upwards when positive."""
     reference_height: float | None = Field(default=None, gt=0.0)
-    """[m]; the hub height by default."""
+    """[m; 5 to 300]; the hub height by default."""
 
     @property
     def label(self) -> str:
@@ -64,7 +64,7 @@ class WindSeries(Record, Viewed):
     time: Vector
     """(T,) [s] increasing; constant before and after."""
     speed: Vector
-    """(T,) [m/s]."""
+    """(T,) [m/s; 1 to 80]."""
     direction: Vector
     """(T,) [rad]; zero by default, like all that follow."""
     vertical: Vector

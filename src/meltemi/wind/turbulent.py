@@ -47,27 +47,27 @@ class TurbulentWind(Record, Viewed):
     """A mean wind with shear, and turbulence of a given spectrum, coherence and intensity."""
 
     speed: float = Field(gt=0.0, le=100.0)
-    """[m/s] mean at hub height."""
+    """[m/s; 1 to 80] mean at hub height."""
     intensity: float = Field(ge=0.0, lt=2.0)
-    """Standard deviation of the longitudinal component over the mean speed, at hub height [-]; 0.14 is 14 %."""
+    """Standard deviation of the longitudinal component over the mean speed at the hub [-; 0.01 to 1]; 0.14 is 14 %."""
     seed: int = Field(default=1, ge=0, lt=2**63)
     """The same seed gives the same field."""
     spectrum: Literal["kaimal", "vonkarman", "mann"] = "kaimal"
     edition: Literal[2, 3, 4] = 3
     """Edition of IEC 61400-1 for length scales, coherence and constants."""
     length_factor: float = Field(default=1.0, gt=0.0, le=10.0)
-    """Length scales of spectrum and coherence over those of the edition."""
+    """Length scales of spectrum and coherence over those of the edition [-; 0.2 to 5]."""
     coherent: Literal["u", "all"] = "u"
     """Components that are coherent across the rotor: u alone, as the standard has it, or v and w like u. Mann's
     turbulence has its own coherence."""
     shear_exponent: float = Field(default=0.2, gt=-1.0, lt=1.0)
     """Exponent of the power law of the mean wind [-]."""
     roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
-    """[m] length of the logarithmic profile, used instead of the power law when above zero."""
+    """[m; 1e-5 to 3] length of the logarithmic profile, used instead of the power law when above zero."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
     """[rad] clockwise seen from above."""
     veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
-    """[rad/m] change of the mean direction with height."""
+    """[rad/m; 1e-5 to 0.02] change of the mean direction with height."""
     upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
     """[rad] inclination of the mean wind, upwards when positive."""
     scaled: bool = True
@@ -79,7 +79,7 @@ class TurbulentWind(Record, Viewed):
     points: int = Field(default=25, ge=3, le=201)
     """Grid points across the rotor's grid; an odd number has one at the hub."""
     dt: float = Field(default=0.1, gt=0.0, le=10.0)
-    """[s] between planes."""
+    """[s; 0.01 to 2] between planes."""
     hub_series: HubSeries | None = None
     """Measured hub-height wind that constrains the field."""
 

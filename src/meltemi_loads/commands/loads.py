@@ -199,6 +199,7 @@ def plan_(
     out: OutOption = Path("base"),
 ) -> None:
     """List all cases of a load base; writes campaign.yaml and plan.csv."""
+    from meltemi.core.usual import unusual_numbers
     from meltemi_loads.loadbase.campaign import FILE, read_campaign, write_campaign
     from meltemi_loads.loadbase.plan import plan, write_plan
     from meltemi_loads.loadbase.timing import finished_cost, timed_cost
@@ -209,6 +210,8 @@ def plan_(
         campaign, out = read_campaign(turbine), Path(turbine)
     else:
         campaign = options.campaign(turbine)
+    for words in unusual_numbers(campaign):
+        say(f"warning: {words}")
     planned = plan(campaign)
     _show(planned)
     _warn(planned)

@@ -80,6 +80,7 @@ def design(
     out: OutOption = Path("surrogate"),
 ) -> None:
     """Choose the points of a surrogate; writes surrogate.yaml and design.csv."""
+    from meltemi.core.usual import unusual_numbers
     from meltemi.core.yamlfile import validated
     from meltemi_loads.surrogate.campaign import SurrogateCampaign, surrogate_design, write_surrogate_campaign
     from meltemi_loads.surrogate.space import UNITS
@@ -98,6 +99,8 @@ def design(
         named = {"--controller": controller, "--controller-input": controller_input}
         given["controller"] = controller_of_options({k: v for k, v in named.items() if v is not None})
     campaign = validated(given, SurrogateCampaign, "meltemi surrogate design")
+    for words in unusual_numbers(campaign):
+        say(f"warning: {words}")
     planned = surrogate_design(campaign)
     folder_for(out)
     files = write_surrogate_campaign(campaign, planned, out)

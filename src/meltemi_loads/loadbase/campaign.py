@@ -64,24 +64,24 @@ class Campaign(Record):
     metocean: Metocean | None = None
     """Conditions of a site in the sea."""
     depth: float | None = Field(default=None, gt=0.0)
-    """[m] of the water at mean sea level, which limits embedded waves."""
+    """[m; 3 to 3000] of the water at mean sea level, which limits embedded waves."""
     changes: dict[str, Any] = Field(default_factory=dict)
     """Changes of the table of the edition."""
 
     cut_in: float = Field(gt=0.0, le=100.0)
-    """V_in [m/s]."""
+    """V_in [m/s; 1.5 to 6]."""
     rated_wind: float = Field(gt=0.0, le=100.0)
-    """V_r [m/s]: lowest wind speed with rated power."""
+    """V_r [m/s; 6 to 20]: lowest wind speed with rated power."""
     cut_out: float = Field(gt=0.0, le=100.0)
-    """V_out [m/s]."""
+    """V_out [m/s; 12 to 40]."""
     rotor_speed: float = Field(gt=0.0, le=10.0)
-    """[rad/s] at rated power; azimuths of gusts and events are fractions of its revolution."""
+    """[rad/s; 0.3 to 30] at rated power; azimuths of gusts and events are fractions of its revolution."""
     blades: int = Field(default=3, ge=2, le=3)
     """Number of blades."""
     hub_height: float = Field(gt=0.0)
-    """[m], for reports."""
+    """[m; 10 to 300], for reports."""
     rotor_diameter: float = Field(gt=0.0)
-    """[m], for reports."""
+    """[m; 5 to 350], for reports."""
     electrical_system: bool = False
     """Whether the turbine describes its electrical system; where one is needed and it does not, it is sized by rule."""
 
@@ -89,40 +89,41 @@ class Campaign(Record):
     """Controller, as in a case file. The supervised one is the baseline controller in production. A scheme has a
     supervisor, too, and its gains when the campaign is made."""
     idle_pitch: float = Field(gt=-1.6, lt=3.2)
-    """[rad] pitch angle of idling and locked rotors."""
+    """[rad; 0.5 to 1.7] pitch angle of idling and locked rotors."""
     normal_rate: float = Field(gt=0.0, le=2.0)
-    """[rad/s] pitch rate of normal stops under controllers that do not follow requests of the operator."""
+    """[rad/s; 0.01 to 0.8] pitch rate of normal stops under controllers that do not follow requests of the operator."""
     emergency_rate: float = Field(gt=0.0, le=2.0)
-    """[rad/s] pitch rate of emergency stops under such controllers, and after loss of the grid."""
+    """[rad/s; 0.02 to 1] pitch rate of emergency stops under such controllers, and after loss of the grid."""
     pitch_imbalance: float = Field(default=math.radians(0.3), ge=0.0, le=0.2)
-    """[rad] pitch imbalance: blade 1 is above, blade 2 below the pitch of their encoders by this, in operation."""
+    """[rad; 5e-4 to 0.05] pitch imbalance: blade 1 is above, blade 2 below the pitch of their encoders by this, in
+    operation."""
     mass_imbalance: float = Field(default=0.005, ge=0.0, le=0.2)
-    """Mass imbalance: share by which blade 1 is heavier than the others, in operation."""
+    """Mass imbalance [-; 5e-4 to 0.05]: share by which blade 1 is heavier than the others, in operation."""
     inclination: float = Field(default=math.radians(8.0), ge=-0.5, le=0.5)
-    """[rad] flow inclination in operation."""
+    """[rad; 0.02 to 0.3] flow inclination in operation."""
     extreme_wind: Literal["turbulent", "steady"] = "turbulent"
     """Form of the extreme wind speed model."""
     start_margin: float = Field(default=0.9, gt=0.0, le=1.0)
-    """Start margin: a start is permitted from this share of V_in, and to V_out over it, so that it can be simulated at
-    both."""
+    """Start margin [-; 0.5 to 1]: a start is permitted from this share of V_in, and to V_out over it, so that it can be
+    simulated at both."""
     wind_stops: bool = False
     """Whether the supervisor stops production in wind below cut-in and above cut-out. By default it continues, as the
     design situation demands; DLC 4.1 has these stops."""
 
     duration: float | None = Field(default=None, gt=0.0)
-    """[s] evaluated, in place of the table's default."""
+    """[s; 30 to 4000] evaluated, in place of the table's default."""
     transient: float | None = Field(default=None, ge=0.0)
-    """[s] not evaluated, in place of the table's default."""
+    """[s; 10 to 2000] not evaluated, in place of the table's default."""
     begin: float | None = Field(default=None, ge=0.0)
-    """[s] of gusts and events after the transient, in place of the table's default."""
+    """[s; 1 to 600] of gusts and events after the transient, in place of the table's default."""
     seeds: int | None = Field(default=None, ge=1, le=1000)
     """Number of turbulence seeds, in place of the table's default."""
     yaw_error: float | None = Field(default=None, ge=0.0, le=180.0)
-    """Usual yaw error [deg], in place of the table's default."""
+    """Usual yaw error [deg; 1 to 30], in place of the table's default."""
     v_maint: float | None = Field(default=None, gt=0.0, le=100.0)
-    """V_maint [m/s], in place of the table's default."""
+    """V_maint [m/s; 4 to 30], in place of the table's default."""
     years: float = Field(default=20.0, gt=0.0, le=1000.0)
-    """Lifetime [years]."""
+    """Lifetime [years; 5 to 100]."""
     realisation: int = Field(default=1, ge=1)
     """Another number gives other seeds."""
     quick: bool = False

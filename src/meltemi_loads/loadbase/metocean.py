@@ -52,11 +52,11 @@ class Storm(Record):
     """The extreme sea of a return period."""
 
     height: float = Field(gt=0.0, lt=30.0)
-    """[m] significant wave height."""
+    """[m; 0.5 to 20] significant wave height."""
     period: float = Field(gt=1.0, lt=60.0)
-    """[s] of the spectrum's peak."""
+    """[s; 3 to 25] of the spectrum's peak."""
     current: float = Field(default=0.0, ge=0.0, lt=10.0)
-    """[m/s] at still water; decreases with depth by the power law."""
+    """[m/s; 0.05 to 4] at still water; decreases with depth by the power law."""
     levels: tuple[float, float] = (0.0, 0.0)
     """[m] lowest and highest still water, above mean sea level."""
 
@@ -65,11 +65,11 @@ class Scatter(Record):
     """Joint distribution of wind, waves and their directions: one entry for each class of conditions."""
 
     speed: Vector
-    """(K,) [m/s] mean wind speed at hub height."""
+    """(K,) [m/s; 3 to 60] mean wind speed at hub height."""
     height: Vector
-    """(K,) [m] significant wave height."""
+    """(K,) [m; 0.2 to 20] significant wave height."""
     period: Vector
-    """(K,) [s] of the spectrum's peak."""
+    """(K,) [s; 3 to 25] of the spectrum's peak."""
     misalignment: Vector | None = None
     """(K,) [deg] from the wind's direction to that of the waves, clockwise from above; none: 0."""
     probability: Vector
@@ -98,17 +98,18 @@ class Metocean(Record):
     wind_class: str | WindClass = "IB"
     """Class whose turbulence and extreme winds the site has; the option of the command goes first."""
     weibull_scale: float | None = Field(default=None, gt=0.0, le=60.0)
-    """[m/s] scale parameter of the wind speed's distribution; by default Rayleigh's with the mean of the class."""
+    """[m/s; 4 to 20] scale parameter of the wind speed's distribution; by default Rayleigh's with the mean of the
+    class."""
     weibull_shape: float = Field(default=2.0, gt=0.5, le=10.0)
-    """Shape parameter of the wind speed's distribution."""
+    """Shape parameter of the wind speed's distribution [-; 1 to 4]."""
     shear_exponent: float = Field(default=0.14, gt=-1.0, lt=1.0)
-    """Of the mean wind in normal conditions."""
+    """Of the mean wind in normal conditions [-; 0.02 to 0.5]."""
     speed: Vector
-    """(n,) [m/s] wind speeds of ``height`` and ``period``, increasing; in between linear, beyond constant."""
+    """(n,) [m/s; 10 to 60] wind speeds of ``height`` and ``period``, increasing; in between linear, beyond constant."""
     height: Vector
-    """(n,) [m] expected significant wave height."""
+    """(n,) [m; 0.5 to 20] expected significant wave height."""
     period: Vector
-    """(n,) [s] expected period of the spectrum's peak."""
+    """(n,) [s; 3 to 25] expected period of the spectrum's peak."""
     misalignment: Vector = Field(default_factory=lambda: np.zeros(1))
     """(M,) [deg] from the wind's direction to that of the waves, clockwise from above, at all wind speeds."""
     misalignment_share: Vector = Field(default_factory=lambda: np.ones(1))
@@ -116,17 +117,17 @@ class Metocean(Record):
     scatter: Scatter | None = None
     """Joint distribution, which replaces expected values and misalignments in fatigue."""
     severe_height: Vector | None = None
-    """(n,) or (1,) [m] significant wave height of the severe sea."""
+    """(n,) or (1,) [m; 0.5 to 25] significant wave height of the severe sea."""
     severe_period: Vector | None = None
-    """(n,) or (1,) [s] of its spectrum's peak."""
+    """(n,) or (1,) [s; 3 to 25] of its spectrum's peak."""
     one_year: Storm | None = None
     """Extreme sea with a return period of 1 year."""
     fifty_years: Storm | None = None
     """Extreme sea with a return period of 50 years."""
     current: float = Field(default=0.0, ge=0.0, lt=10.0)
-    """[m/s] of tides in normal conditions, at still water; decreases with depth by the power law."""
+    """[m/s; 0.02 to 4] of tides in normal conditions, at still water; decreases with depth by the power law."""
     wind_current: float = Field(default=NEAR_SURFACE, ge=0.0, lt=0.2)
-    """Current at still water that the wind drives, over the mean wind speed at 10 m."""
+    """Current at still water that the wind drives [-; 0.003 to 0.1], over the mean wind speed at 10 m."""
     levels: tuple[float, float] = (0.0, 0.0)
     """[m] lowest and highest still water in normal conditions, above mean sea level."""
 

@@ -23,7 +23,7 @@ NAME = re.compile(r"(?<=[a-z])_(?=[a-z])")
 def in_words(record: Record, key: str) -> tuple[str, str]:
     """Name of a field, from its description, and its value with its unit: ("pitch rate of stops", "4 deg/s")."""
     described = type(record).model_fields[key].description or key.replace("_", " ")
-    name = UNIT.sub("", CLAUSE.split(described)[0]).strip()
+    name = CLAUSE.split(UNIT.sub("", described))[0].strip()
     value = getattr(record, key)
     if isinstance(record, Fault) and key == "events":
         return "events", f"{record.title} ({'; '.join(map(event_words, value))})"

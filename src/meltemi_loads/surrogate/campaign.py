@@ -69,9 +69,9 @@ class SurrogateCampaign(Record):
     realisation: int = Field(default=1, ge=1, le=1000)
     """Number of the realisation, from which points and seeds follow."""
     duration: float = Field(default=600.0, gt=0.0)
-    """[s] evaluated."""
+    """[s; 30 to 4000] evaluated."""
     transient: float = Field(default=60.0, ge=0.0)
-    """[s] not evaluated."""
+    """[s; 10 to 2000] not evaluated."""
     controller: NamedCase = BaselineCase()
     """Controller, as in a case file; power control where ``power_reference`` is a variable."""
     options: dict[str, Any] = Field(default_factory=dict)

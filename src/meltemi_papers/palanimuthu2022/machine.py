@@ -8,7 +8,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from meltemi.environment.air import CELSIUS, density_of, site_pressure
+from meltemi.environment.air import density_of, site_pressure
+from meltemi.environment.gases import CELSIUS
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import (
     CalibratedCoefficient,

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from meltemi.environment.air import CELSIUS, R_DRY, R_VAPOUR, site_pressure, vapour_pressure
+from meltemi.environment.air import site_pressure, vapour_pressure
 from meltemi.environment.drops import MM_PER_HOUR, WATER, drop_count, mean_diameter, spectrum_slope, water_content
+from meltemi.environment.gases import CELSIUS, R_DRY, R_VAPOUR
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.environment.site import STANDARD
 from meltemi_papers.claim import listed, rows_of

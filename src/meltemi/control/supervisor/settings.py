@@ -35,60 +35,62 @@ class Supervision(Record):
     """Whether stops for the turbine's protection last until the operator requests "start"."""
 
     start_wind: float | None = Field(default=None, gt=0.0)
-    """[m/s] 30 s mean above which it starts; the turbine's cut-in by default."""
+    """[m/s; 1.5 to 8] 30 s mean above which it starts; the turbine's cut-in by default."""
     start_time: float = Field(default=10.0, ge=0.0)
-    """[s] for which."""
+    """[s; 1 to 900] for which."""
     stop_wind: float | None = Field(default=None, ge=0.0)
-    """[m/s] 30 s mean below which it stops; 0.8 of cut-in by default."""
+    """[m/s; 1 to 8] 30 s mean below which it stops; 0.8 of cut-in by default."""
     stop_time: float = Field(default=60.0, ge=0.0)
-    """[s] for which."""
+    """[s; 5 to 1800] for which."""
     cut_out_mean: float | None = Field(default=None, gt=0.0)
-    """[m/s] 10 min mean above which it stops; 1.04 of cut-out by default: turbulence about cut-out stays below."""
+    """[m/s; 12 to 40] 10 min mean above which it stops; 1.04 of cut-out by default: turbulence about cut-out stays
+    below."""
     cut_out_wind: float | None = Field(default=None, gt=0.0)
-    """[m/s] 30 s mean above which it stops; 1.2 of cut-out by default."""
+    """[m/s; 12 to 50] 30 s mean above which it stops; 1.2 of cut-out by default."""
     cut_out_gust: float | None = Field(default=None, gt=0.0)
-    """[m/s] 3 s mean above which it stops; 1.4 of cut-out by default."""
+    """[m/s; 12 to 60] 3 s mean above which it stops; 1.4 of cut-out by default."""
     restart_wind: float | None = Field(default=None, gt=0.0)
-    """[m/s] 30 s mean below which it may start; 0.88 of cut-out by default."""
+    """[m/s; 10 to 40] 30 s mean below which it may start; 0.88 of cut-out by default."""
     restart_time: float = Field(default=60.0, ge=0.0)
-    """[s] for which, after a stop."""
+    """[s; 10 to 3600] for which, after a stop."""
     mean_window: float = Field(default=600.0, gt=0.0, le=3600.0)
-    """[s] of the long mean, which moves in steps of a 600th of it."""
+    """[s; 60 to 3600] of the long mean, which moves in steps of a 600th of it."""
     wind_window: float = Field(default=30.0, gt=0.0, le=3600.0)
-    """[s] of the mean."""
+    """[s; 5 to 300] of the mean."""
     gust_window: float = Field(default=3.0, gt=0.0, le=3600.0)
-    """[s] of the gust."""
+    """[s; 0.5 to 20] of the gust."""
 
     start_pitch: float = Field(default=0.5, ge=0.0, lt=1.6)
-    """[rad] the lowest at standstill, which falls in proportion to speed: at low tip-speed ratios fine pitch stalls."""
+    """[rad; 0.2 to 1.2] the lowest at standstill, which falls in proportion to speed: at low tip-speed ratios fine
+    pitch stalls."""
     start_ratio: float = Field(default=5.0, gt=0.0)
-    """Tip-speed ratio at which the lowest pitch is that of the law."""
+    """Tip-speed ratio at which the lowest pitch is that of the law [-; 2 to 12]."""
     start_rate: float | None = Field(default=None, gt=0.0, le=2.0)
-    """[rad/s] of the pitch during start-up; 2 deg/s by default, or what the actuator can do."""
+    """[rad/s; 0.002 to 0.5] of the pitch during start-up; 2 deg/s by default, or what the actuator can do."""
     start_acceleration: float | None = Field(default=None, gt=0.0)
     """[rad/s^2] of the generator, by which the reference of the speed rises; to connection in 30 s by default."""
     connect_speed: float | None = Field(default=None, gt=0.0)
     """[rad/s] of the generator; where the law's torque begins by default."""
     connect_time: float = Field(default=10.0, gt=0.0)
-    """[s] in which the limit of the torque rises from zero to the largest torque."""
+    """[s; 1 to 120] in which the limit of the torque rises from zero to the largest torque."""
     start_limit: float = Field(default=600.0, gt=0.0)
-    """[s] that a start-up may take."""
+    """[s; 60 to 3600] that a start-up may take."""
 
     feather: float | None = Field(default=None, gt=-1.6, lt=3.2)
-    """[rad] pitch at rest; the largest of the collective law by default."""
+    """[rad; 1 to 1.7] pitch at rest; the largest of the collective law by default."""
     normal_rate: float | None = Field(default=None, gt=0.0, le=2.0)
-    """[rad/s] at a normal stop; 4 deg/s by default, or what the actuator can do."""
+    """[rad/s; 0.01 to 1] at a normal stop; 4 deg/s by default, or what the actuator can do."""
     emergency_rate: float | None = Field(default=None, gt=0.0, le=2.0)
-    """[rad/s] at an emergency stop; 7 deg/s by default, or what the actuator can do."""
+    """[rad/s; 0.02 to 2] at an emergency stop; 7 deg/s by default, or what the actuator can do."""
     emergency_torque: bool = True
     """Whether the generator brakes at an emergency stop while there is a grid; else its torque falls to zero at the
     rate limit of the law, not at once as when the grid is lost."""
     brake: float = Field(default=1.0, ge=0.0, le=1.0)
     """Share of the full brake at an emergency stop; 0: none."""
     brake_speed: float = Field(default=0.1, ge=0.0, lt=2.0)
-    """Share of rated speed below which it is applied."""
+    """Share of rated speed below which it is applied [-; 0.01 to 1]."""
     idle_speed: float = Field(default=0.15, gt=0.0, lt=1.0)
-    """Share of rated speed below which a stopped turbine idles."""
+    """Share of rated speed below which a stopped turbine idles [-; 0.05 to 0.6]."""
 
     over_speed: float = Field(default=OVER_SPEED, gt=1.0, lt=3.0)
     """Share of rated speed above which it stops."""
@@ -97,24 +99,25 @@ class Supervision(Record):
     over_power: float = Field(default=1.2, gt=1.0, lt=10.0)
     """Share of rated power above which it stops."""
     power_time: float = Field(default=1.0, ge=0.0)
-    """[s] for which."""
+    """[s; 0.05 to 60] for which."""
     speed_difference: float = Field(default=0.05, gt=0.0)
-    """Share of rated speed by which the sensors of rotor and generator may differ."""
+    """Share of rated speed by which the sensors of rotor and generator may differ [-; 0.01 to 0.3]."""
     sensor_time: float = Field(default=0.5, ge=0.0)
-    """[s] for which they may differ by more."""
+    """[s; 0.02 to 10] for which they may differ by more."""
     frozen_time: float = Field(default=2.0, gt=0.0)
-    """[s] for which the generator's speed may stay the same to the last bit while the rotor's changes."""
+    """[s; 0.1 to 60] for which the generator's speed may stay the same to the last bit while the rotor's changes."""
     pitch_difference: float = Field(default=math.radians(5.0), gt=0.0)
-    """[rad] by which a blade may be off its demand."""
+    """[rad; 0.01 to 0.5] by which a blade may be off its demand."""
     pitch_time: float = Field(default=1.0, ge=0.0)
-    """[s] for which it may be off by more."""
+    """[s; 0.05 to 20] for which it may be off by more."""
     acceleration: float = Field(default=3.0, gt=0.0)
-    """[m/s^2] of the tower top, horizontal, above which it stops."""
+    """[m/s^2; 0.5 to 20] of the tower top, horizontal, above which it stops."""
 
     region_time: float = Field(default=5.0, ge=0.0)
-    """[s] for which the law must be in another region before the state follows; it changes nothing but the state."""
+    """[s; 0.2 to 60] for which the law must be in another region before the state follows; it changes nothing but the
+    state."""
     derate_rate: float = Field(default=0.1, gt=0.0)
-    """[1/s] share of rated power a second by which the set-point follows the operator's limit."""
+    """[1/s; 0.005 to 2] share of rated power a second by which the set-point follows the operator's limit."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -1,0 +1,80 @@
+"""Usual ranges of numbers, which stand beside their units: ``[kg; 1e3 to 1e5 at 100 m]`` in the text below a field.
+
+A number (of a list, the largest magnitude) beyond its range is told, but zero and the default. A range ``at 100 m`` is
+that of a turbine of this rotor diameter; it goes with the diameter by geometric similarity at equal tip speed
+(docs/guide/scaling.md): lengths and times in proportion to it, masses to its cube, and all else as its unit says.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from meltemi.core.record import Record
+from meltemi.core.units import ANGULAR, in_degrees
+
+AT = 100.0
+"""[m] rotor diameter of ranges that go with it."""
+POWERS = {"m": 1, "s": 1, "kg": 3, "N": 2, "W": 2}
+"""Exponents of the rotor diameter of units."""
+
+
+class Range(NamedTuple):
+    """Unit, least and largest usual magnitude, and the exponent of the rotor diameter."""
+
+    unit: str
+    least: float
+    most: float
+    power: int | None
+
+
+def usual_range(description: str | None) -> Range | None:
+    """The usual range in a description, if there is one."""
+    found = re.search(r"\[([^\];]*); ([-+.\de]+) to ([-+.\de]+)( at 100 m)?\]", description or "")
+    return found and Range(found[1], float(found[2]), float(found[3]), _similarity(found[1]) if found[4] else None)
+
+
+def _similarity(unit: str) -> int:
+    total, sign = 0, 1
+    for part in re.findall(r"/|[^\s/]+", unit):
+        name, _, power = part.partition("^")
+        total += sign * POWERS.get(name, 0) * int(power or 1)
+        sign = -1 if part == "/" else sign
+    return total
+
+
+@cache
+def _fields(kind: type[Record]) -> list[tuple[str, Range | None, Any]]:
+    return [(name, usual_range(field.description), field.default) for name, field in kind.model_fields.items()]
+
+
+def unusual_numbers(record: Record, where: str = "", diameter: float | None = None) -> Iterator[str]:
+    """Sentences about numbers in a record beyond their usual ranges; of a field of records alike, one.
+
+    Args:
+      where: key path of the record; diameter: [m] of the rotor, without which ranges that go with it are left out.
+    """
+    told: set[tuple[type[Record], str]] = set()
+    todo = [(where, record)]
+    for place, each in todo:
+        for name, usual, default in _fields(type(each)):
+            value, key = getattr(each, name), f"{place}.{name}".lstrip(".")
+            if isinstance(value, Record):
+                todo.append((key, value))
+            elif isinstance(value, dict | tuple) and usual is None:
+                pairs = value.items() if isinstance(value, dict) else enumerate(value)
+                todo += [(f"{key}.{i}", inner) for i, inner in pairs if isinstance(inner, Record)]
+            elif usual is not None and value is not None and value is not default and not isinstance(value, str):
+                size = 1.0 if usual.power is None else ((diameter or np.nan) / AT) ** usual.power
+                found = float(np.abs(value).max() if isinstance(value, np.ndarray | tuple) else abs(value))
+                least, most = usual.least * size, usual.most * size
+                if found and (found < least or found > most) and (type(each), name) not in told:
+                    told.add((type(each), name))
+                    unit = "" if usual.unit in ("", "-") else f" {usual.unit}"
+                    turned = f" ({in_degrees(found, usual.unit)})" if usual.unit in ANGULAR else ""
+                    of = f" for a rotor of {diameter:.3g} m" if usual.power else ""
+                    yield f"{key}: {found:.4g}{unit}{turned} is unusual; usual is {least:.2g} to {most:.2g}{unit}{of}"
