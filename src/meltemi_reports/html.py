@@ -258,6 +258,10 @@ def _table(table: Table) -> str:
     kind = (
         "wide" + " tall" * (len(rows) > LONG) + (" many" if columns > WIDE else " narrow" if columns <= NARROW else "")
     )
+    sentences = {
+        j for row in table.rows for j, value in enumerate(row) if isinstance(value, str) and len(value) > SENTENCE
+    }
+    kind += " texts" * (len(sentences) > 1)
     sortable = ' class="sortable"' if len(rows) > 2 else ""
     # wide tables scroll within themselves; the page does not
     made = (

@@ -24,6 +24,11 @@ def rows_of(base: Path) -> list[dict[str, str]]:
     return list(csv.DictReader((base / "plan.csv").read_text(encoding="utf-8").splitlines()))
 
 
+def test_help_names_the_standards(command: Command) -> None:
+    shown = " ".join(command("loads", "--help").out.split())
+    assert all(standard in shown for standard in ("IEC 61400-1 ", "61400-3-1", "61400-3-2"))
+
+
 @pytest.mark.long
 def test_a_plan_is_printed_and_written_and_planned_again(command: Command, tmp_path: Path) -> None:
     ran = command("loads", "plan", "nrel5mw", *QUICK, "--out", tmp_path / "base")

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from terminal import Command
 
 from meltemi.postprocess.files import read_netcdf
-from meltemi_loads.loadbase.campaign import make_campaign, write_campaign
+from meltemi_loads.loadbase.campaign import make_campaign, read_campaign, write_campaign
+from meltemi_loads.loadbase.coverage import problems_of, read_results
+from meltemi_loads.loadbase.plan import plan
 from meltemi_loads.loadbase.table import load_table
 
 pytestmark = pytest.mark.slow
@@ -20,7 +23,11 @@ pytest.importorskip("pyarrow")
 @pytest.fixture(scope="module")
 def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Nine cases of three seconds, and four that cannot run under a controller that cannot start the turbine."""
-    folder = tmp_path_factory.mktemp("base")
+    return small_base(tmp_path_factory.mktemp("base"))
+
+
+def small_base(folder: Path) -> Path:
+    """The campaign of that base."""
     only = {"without": sorted(load_table(4).rows.keys() - {"1.2", "3.2"})}
     times = {"quick": True, "duration": 2.0, "transient": 1.0, "rated_wind": 11.4, "turbulence": {"points": 5}}
     write_campaign(make_campaign("nrel5mw", "IB", controller={"kind": "power"}, changes=only, **times), folder)
@@ -41,6 +48,21 @@ def test_shards_make_the_base_and_a_case_is_shown(command: Command, base: Path) 
     series, plot = shown.files
     assert series == base / "cases" / "dlc1.2-11.4-y8-s01.nc" and plot.stat().st_size > 10_000
     assert np.all(np.isfinite(read_netcdf(series)["tower_station_1_moment_y"]))
+
+
+def test_after_a_partial_report_a_case_that_ran_is_next(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was the first case of the plan, whether or not it was there."""
+    planned = plan(read_campaign(small_base(tmp_path)))
+    names = [case.name for case in planned.cases]
+    missing = problems_of(read_results(planned, tmp_path))
+    found = SimpleNamespace(problems=missing)
+    monkeypatch.setattr("meltemi_loads.loadbase.design.design_loads", lambda *_: found)
+    monkeypatch.setattr("meltemi_loads.loadbase.report.write_report", lambda *_, **__: [])
+    assert f"meltemi loads run {tmp_path}\n" in command("loads", "report", tmp_path).out
+    missing.loc[names[1], "state"], missing.loc[names[2], "state"] = "failed", "doubtful"
+    assert f"meltemi loads show {tmp_path} {names[2]} --plot" in command("loads", "report", tmp_path).out
 
 
 def test_damage_and_old_results_are_told(command: Command, base: Path) -> None:

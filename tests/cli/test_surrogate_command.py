@@ -12,7 +12,8 @@ from terminal import Command
 pytest.importorskip("pyarrow", reason="needs pyarrow")
 
 from meltemi_loads.surrogate.campaign import read_surrogate_campaign, surrogate_loads
-from meltemi_loads.surrogate.model import load_surrogate
+from meltemi_loads.surrogate.model import LoadModel, Polynomials, Surrogate, load_surrogate, write_surrogate
+from meltemi_loads.surrogate.space import Space, Variable
 
 SMALL = (
     *("--variables", "speed,turbulence_intensity", "--loads", "tower_base_moment_fore_aft=4", "--points", 8),
@@ -76,6 +77,22 @@ def test_from_the_design_to_the_verdict(command: Command, tmp_path: Path) -> Non
     after = read_surrogate_campaign(folder)[1]
     assert len(after) == len(before) + 3 and np.array_equal(after.values[:13], before.values)
     assert len(surrogate_loads(folder)[1]) == 13  # those of the further points are missing
+
+
+def test_an_evaluation_tells_its_error_and_what_to_do(command: Command, tmp_path: Path) -> None:
+    space = Space((Variable("speed", (3.0,), (25.0,)),))
+    for r2, status in ((-149.0, "not usable"), (0.97, "usable")):
+        errors = {"r2": r2, "nrmse": 0.123, "floor": 0.01, "bias": 0.0}
+        basis = Polynomials(np.array([[0], [1]]))
+        own = LoadModel("tower", "N m", 4.0, space, basis, np.array([[14.0, 0.1]]), 0.05, errors)
+        file = write_surrogate(Surrogate("nrel5mw", space, {"tower": own}, {"points": 24}), tmp_path / "surrogate.json")
+        shown = command("surrogate", "evaluate", file, "--at", "speed=10", "--json")
+        (row,) = json.loads(shown.out)["tables"][0]["rows"]
+        assert row["R2"] == r2 and row["NRMSE"] == pytest.approx(12.3) and row["verdict"] == status
+        ran = command("surrogate", "evaluate", file, "--at", "speed=10")
+        assert ("warning: " in ran.err) == (status == "not usable")
+        following = "surrogate design nrel5mw --points 48" if status == "not usable" else "surrogate site"
+        assert f"next: meltemi {following}" in ran.out
 
 
 def test_options_reach_the_design(command: Command, tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from meltemi.turbine.library import load_turbine
 from meltemi_loads.energy import YEAR
 from meltemi_loads.extrapolation import fit_extremes
 from meltemi_loads.loadbase.design import DesignLoads, compare_bases, design_loads, design_tables
+from meltemi_loads.loadbase.engine import base_status
 from meltemi_loads.loadbase.plan import Plan
 from meltemi_loads.loadbase.report import write_design_loads
 from meltemi_loads.loadbase.settings import DesignSettings
@@ -346,6 +347,13 @@ def test_stops_of_a_year(tmp_path: Path) -> None:
 
 
 # what is missing
+
+
+def test_status_counts_rows_as_the_plan_does(tmp_path: Path) -> None:
+    """7.1b was one with 7.1 in status, and apart in plan."""
+    of = small_plan(("7.1", "7.1b"))
+    found = {row.dlc: row.cases for row in base_status(of, tmp_path).dlcs}
+    assert found == {row.name: row.cases for row in of.summary()} and found.keys() == {"7.1", "7.1b"}
 
 
 def test_gaps_stand_beside_the_numbers(tmp_path: Path) -> None:

@@ -16,14 +16,14 @@ import pytest
 from synthetic_base import small_plan, synthetic_base
 
 from meltemi.core.errors import InputError, Status
-from meltemi.turbine.library import load_turbine
-from meltemi_loads.loadbase import report
+from meltemi.turbine.library import load_turbine, write_turbine
+from meltemi_loads.loadbase import coverage, report
 from meltemi_loads.loadbase.axes import axes_of, sketches_of
 from meltemi_loads.loadbase.design import DesignLoads, design_loads
 from meltemi_loads.loadbase.engine import base_table
 from meltemi_loads.loadbase.plan import Plan
 from meltemi_loads.loadbase.project import read_project
-from meltemi_loads.loadbase.report import LOADS, limit_ratios, verdict, write_report
+from meltemi_loads.loadbase.report import LOADS, limit_ratios, verdict, write_design_loads, write_report
 from meltemi_loads.loadbase.report_comparison import write_base_comparison
 from meltemi_loads.loadbase.report_loads import by_speed, slopes_of, title_of, unit_of_driver
 from meltemi_loads.loadbase.settings import DesignSettings, read_settings
@@ -125,6 +125,60 @@ def test_what_is_missing_comes_first(text: str, base: tuple[Plan, Path]) -> None
         and names[1] in top
         and "too far" in top
     )
+
+
+def test_the_title_is_the_name_of_the_turbine(
+    base: tuple[Plan, Path], design: DesignLoads, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The title of a turbine in turbine.yaml was "Design loads: turbine"."""
+    file = tmp_path / "turbine.yaml"
+    write_turbine(load_turbine("nrel5mw").replace(name="hill"), file)
+    own = replace(base[0], campaign=base[0].campaign.replace(turbine=str(file)))
+    made: list[Document] = []
+    monkeypatch.setattr(report, "write_workbook", lambda path, document: made.append(document) or path)
+    write_design_loads(replace(design, plan=own), tmp_path)
+    assert made[0].title == "Design loads: hill"
+    assert dict(report.facts(own))["turbine"] == "hill (turbine.yaml)"
+    assert dict(report.facts(base[0]))["turbine"] == "nrel5mw"
+    monkeypatch.setattr(report, "write_page", lambda path, document: made.append(document) or path)
+    monkeypatch.setattr(report, "axes_blocks", lambda turbine: [])
+    write_report(own, base[1], design=replace(design, plan=own))
+    assert made[1].title == "Design loads: hill"
+
+
+def test_what_holds_for_all_cases_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A warning about the turbine's data stood beside 130 of 130 cases, and so did one of its controller."""
+    of = small_plan(("1.3",))
+    names, tower = [case.name for case in of.cases], "tower.mass: it is 3; usual is 1 to 2; is its unit right?"
+    monkeypatch.setattr(coverage, "plausibility_warnings", lambda turbine: (tower,))
+    said = dict.fromkeys(names, (tower, "the controller has no flaps"))
+    said[names[0]] = (*said[names[0]], "rotor overspeed 1.7 rad/s")
+    synthetic_base(tmp_path, of, warnings=said, status={names[1]: (Status.FAILED, "it diverged")})
+    design = design_loads(of, tmp_path, DesignSettings(resamples=5))
+    assert design.common == (tower, "the controller has no flaps")
+    assert design.notes[:2] == (f"All cases: {tower}", "All cases: the controller has no flaps.")
+    assert design.problems["message"].to_dict() == {names[0]: "rotor overspeed 1.7 rad/s", names[1]: "it diverged"}
+    assert html_of(verdict(design, None)).count(tower) == 1
+    (tmp_path / "all").mkdir()
+    synthetic_base(tmp_path / "all", of, warnings=dict.fromkeys(names, (tower,)))
+    whole = verdict(design_loads(of, tmp_path / "all", DesignSettings(resamples=5)), None)
+    assert whole.kind == "doubtful"
+    assert (
+        whole.heading == f"Complete: {len(names)} load cases simulated without warnings of their own, 1 for all of them"
+    )
+
+
+def test_a_warning_of_two_runs_is_theirs() -> None:
+    assert coverage.shared({"a": ["one"], "b": ["one"]}) == []
+    assert coverage.shared({"a": ["one", "two"], "b": ["one"], "c": ["two", "one"]}) == ["one"]
+    assert coverage.shared({}) == []
+
+
+def test_columns_of_sentences_share_the_width() -> None:
+    """The table of the axes was cut at a window of 1280 pixels: each column had the least width of a single one."""
+    sentence = "a sentence of more than forty characters, as axes have"
+    assert 'class="wide narrow texts"' in html_of(Table(["a", "b"], [[sentence, sentence]]))
+    assert 'class="wide narrow"' in html_of(Table(["a", "b"], [["short", sentence]]))
 
 
 def test_a_long_list_of_problems_is_folded(design: DesignLoads, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -30,6 +30,7 @@ from meltemi_loads.surrogate.model import (
     load_surrogate,
     write_surrogate,
 )
+from meltemi_loads.surrogate.report import fit_rows, suitability_rows, value_rows
 from meltemi_loads.surrogate.site import Sector, SiteTable, class_table, conditions_of, lifetime_loads, site_suitability
 from meltemi_loads.surrogate.space import Space, Variable, site_space, space_filling
 
@@ -252,6 +253,62 @@ def test_further_points_are_where_damage_is_uncertain() -> None:
     seldom = further_points(unsure, 40, lambda v: np.exp(-v / 2.0))[:, 0]
     assert seldom.mean() < 6.0
     assert not np.array_equal(speed, further_points(unsure, 40, flat, seed=2)[:, 0])
+
+
+def judged(r2: float, nrmse: float = 0.3, floor: float = 0.02) -> Surrogate:
+    """A surrogate with given errors at held-out points."""
+    made = linear(10.0, 0.1, 3.0, draws=0.001)
+    errors = {"r2": r2, "nrmse": nrmse, "floor": floor, "bias": 0.0}
+    return replace(made, loads={"tower": replace(made["tower"], errors=errors)}, facts={"points": 24})
+
+
+def test_a_surrogate_that_does_not_predict_is_not_usable(tmp_path: Path) -> None:
+    """R2 of -149, with 24 points for 20 terms, was followed by "next: evaluate"."""
+    bad = judged(-149.0, 2.4)
+    assert not bad.usable and bad["tower"].verdict == "not usable"
+    assert bad.verdict.startswith(
+        "not usable: tower: R2 -149, NRMSE 240 % at held-out points, with 24 points for 3 terms"
+    )
+    assert "more points" in bad.verdict and "fewer terms" in bad.verdict and "not usable" in repr(bad)
+    assert not judged(0.49).usable and not judged(math.nan).usable and judged(0.5).usable
+    assert judged(-0.3, 0.029, 0.02).usable  # a load that hardly varies: within the scatter of the simulated means
+    assert not judged(-0.3, 0.031, 0.02).usable
+    assert linear(1.0, 0.0, 0.0).usable and linear(1.0, 0.0, 0.0).verdict.startswith("not validated")
+    assert judged(0.99).verdict == "usable"
+    with pytest.warns(UserWarning, match="not usable: tower: R2 -149"):
+        load_surrogate(write_surrogate(bad, tmp_path / "bad.json"))
+    load_surrogate(write_surrogate(judged(0.9), tmp_path / "good.json"))
+
+
+def test_errors_stand_beside_every_value() -> None:
+    bad, design = judged(-149.0, 2.4), class_table("IB")
+    head, (row,) = value_rows(bad, bad(speed=10.0, turbulence_intensity=0.2))
+    shown = dict(zip(head, row, strict=True))
+    assert (shown["R2"], shown["NRMSE %"], shown["verdict"]) == ("-149.0", "240.0", "not usable")
+    calm = SiteTable(sectors=(design.sectors[0].replace(intensity=0.9 * design.sectors[0].intensity),))
+    assert site_suitability(judged(0.9), calm, design).verdict == "suitable"
+    found = site_suitability(bad, calm, design)
+    assert found.verdict == "undecided"
+    head, (row,) = suitability_rows(found)
+    assert row[head.index("R2")] == "-149.0" and row[head.index("NRMSE %")] == "240.0" and row[-1] == "undecided"
+    head, (row,) = fit_rows(bad)
+    assert head[-1] == "verdict" and row[-1] == "not usable"
+
+
+def test_further_points_fill_the_space_where_the_fit_is_not_usable() -> None:
+    def seldom(speed: np.ndarray) -> np.ndarray:
+        return np.exp(-speed)
+
+    assert further_points(judged(0.9), 64, seldom)[:, 0].mean() < 8.0
+    germ = PLANE.germ(further_points(judged(-149.0), 64, seldom))
+    assert np.abs(germ.mean(axis=0)).max() < 0.05
+
+
+def test_a_lower_degree_has_fewer_terms() -> None:
+    terms = [fit_surrogate(*runs(), degree=p)["tower_base_moment_fore_aft"].coefficients.shape[1] for p in (1, 12)]
+    assert terms[0] <= 3 < terms[1]
+    with pytest.raises(InputError, match="degree 0: expected 1 to 12"):
+        fit_surrogate(*runs(), degree=0)
 
 
 def test_what_is_outside_is_an_error_or_clipped_or_nan() -> None:

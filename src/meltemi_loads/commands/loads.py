@@ -41,9 +41,11 @@ REPORTED = 30.0
 MOST_PROBLEMS = 20
 """Cases that status lists."""
 
+ABOUT = "Load bases: the design load cases of IEC 61400-1 on land, 61400-3-1 and 61400-3-2 at sea, for a turbine."
+
 loads = typer.Typer(
     cls=Group,
-    help="Load bases: the design load cases of IEC 61400-1 for a turbine.",
+    help=ABOUT,
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -51,7 +53,7 @@ loads = typer.Typer(
 
 @loads.callback()
 def group() -> None:
-    """Load bases: the design load cases of IEC 61400-1 for a turbine."""
+    """Load bases."""
 
 
 @dataclass(frozen=True)
@@ -263,7 +265,7 @@ def _show(plan: Plan) -> None:
     lacking = sum(row.unsupported for row in plan.summary())
     rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{all_hours:.1f}", str(lacking or "")])
     head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours", "cannot run"]
-    title = f"{Path(c.turbine).name}: {plan.table.title}, {c.where}"
+    title = f"{c.turbine_name}: {plan.table.title}, {c.where}"
     print_table(title, head, rows, text_columns=4)
     print(
         f"V_in {c.cut_in:g}, V_r {c.rated_wind:g}, V_out {c.cut_out:g}, V_ref {c.iec_class.v_ref:g} m/s; hours "
@@ -335,10 +337,10 @@ def _planned(base: Path) -> Plan:
 
 
 def _warn(plan: Plan) -> None:
-    """Say what the tensions of static mooring lines lack."""
-    from meltemi.turbine.library import load_turbine
+    """Say once what holds for all cases."""
+    from meltemi_loads.loadbase.coverage import turbine_warnings
 
-    if words := getattr(getattr(load_turbine(plan.campaign.turbine), "platform", None), "tension_warning", ""):
+    for words in turbine_warnings(plan):
         say(f"warning: {words}")
 
 
@@ -465,8 +467,9 @@ def report(
         design = design_loads(planned, base, of)
         files = write_report(planned, base, against=other, limits=given, design=design, project=title, word=word)
     wrote(*files)
-    runnable = next((case.name for case in planned.cases if not case.unsupported), "")
-    suggest("loads", "show", base, runnable, "--plot")
+    without = design.problems.index[design.problems["state"].isin(["missing", "failed", "unsupported"])]
+    ran = next((case.name for case in planned.cases if case.name not in without), None)
+    suggest(*(("loads", "show", base, ran, "--plot") if ran else ("loads", "run", base)))
 
 
 @loads.command()

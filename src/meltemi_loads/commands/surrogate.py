@@ -27,7 +27,7 @@ from meltemi.core.extras import missing
 from meltemi_loads.commands.loads import ExecutionOptions, told
 
 if TYPE_CHECKING:
-    from meltemi.turbine.power_turbine import AnyTurbine
+    from meltemi_loads.surrogate.model import Surrogate
     from meltemi_loads.surrogate.site import SiteTable
 
 FolderArgument = Annotated[Path, typer.Argument(help="Folder of a surrogate campaign, as design writes it.")]
@@ -158,6 +158,7 @@ def fit(
     kind: Annotated[
         str, typer.Option("--kind", help="polynomial (chaos expansion), gaussian (process).")
     ] = "polynomial",
+    degree: Annotated[int, typer.Option("--degree", help="Largest degree of the polynomials.")] = 12,
 ) -> None:
     """Fit a surrogate to the runs and validate it at held-out points; writes surrogate.json, a table and a plot."""
     from meltemi.report.plots import save
@@ -170,7 +171,7 @@ def fit(
     folder_for(folder, "surrogate")
     with progress_bar("fit"):
         campaign, points, found = surrogate_loads(folder)
-        made = fit_surrogate(campaign, points, found, kind)
+        made = fit_surrogate(campaign, points, found, kind, degree)
         files = [
             write_surrogate(made, folder / MODEL),
             write_csv(folder / "fit.csv", *fit_rows(made)),
@@ -182,8 +183,22 @@ def fit(
     head, rows = influence_rows(made)
     if rows:
         print_table("Total Sobol indices of the logarithm of the load", head, rows)
+    print_values("verdict", made.verdict, lambda text: [f"verdict: {text}"])
     wrote(*files)
-    suggest("surrogate", "evaluate", folder / MODEL, "--at", "speed=10,turbulence_intensity=0.12")
+    _next(made, folder / MODEL, "surrogate", "evaluate", folder / MODEL, "--at", "speed=10,turbulence_intensity=0.12")
+
+
+def _next(made: Surrogate, file: Path, *words: object) -> None:
+    """Suggest the next command; for a surrogate that is not usable as many points again as it has."""
+    from meltemi_loads.surrogate.campaign import FILE
+
+    points = int(made.facts.get("points", 64))
+    if made.usable:
+        suggest(*words)
+    elif (file.parent / FILE).is_file():
+        suggest("surrogate", "refine", file.parent, "--points", points)
+    else:
+        suggest("surrogate", "design", made.turbine, "--points", 2 * points)
 
 
 @surrogate.command()
@@ -208,7 +223,8 @@ def refine(
     chosen = further_points(made, points, table.density, seed=int(whole.seed.max()) % 2**31)
     files = write_surrogate_campaign(campaign, whole.extended(chosen), folder)
     mean = ", ".join(f"{name} {value:.3g}" for name, value in zip(made.space.names, chosen.mean(axis=0), strict=True))
-    print(f"{points} further points; their means: {mean}")
+    where = "" if made.usable else ", which fill the space, since the surrogate is not usable"
+    print(f"{points} further points{where}; their means: {mean}")
     wrote(*files)
     suggest("surrogate", "run", folder)
 
@@ -221,18 +237,13 @@ def evaluate(
     turbine: TurbineOption = None,
 ) -> None:
     """Evaluate a surrogate at one point."""
-    from meltemi.report.tables import number
-    from meltemi_loads.surrogate.model import load_surrogate
+    from meltemi_loads.surrogate.report import value_rows
 
-    made = load_surrogate(file, _turbine(turbine))
+    made = _loaded(file, turbine)
     values = {name: _numbers(text, "--at", 1)[0] for name, text in _pairs(at, "--at")}
     found = made(outside="clip" if clip else "error", **values)
-    rows = [
-        [name, f"k{m.unit}", f"{m.slope:g}", number(float(found[name]) / 1e3), number(100.0 * m.scatter)]
-        for name, m in made.loads.items()
-    ]
-    print_table(f"{made.turbine}: equivalent loads at 1 Hz", ["load", "unit", "slope", "mean", "scatter %"], rows, 2)
-    suggest("surrogate", "site", file, "SITE.yaml", "--class", "IB")
+    print_table(f"{made.turbine}: equivalent loads at 1 Hz", *value_rows(made, found), 2)
+    _next(made, file, "surrogate", "site", file, "SITE.yaml", "--class", "IB")
 
 
 @surrogate.command()
@@ -253,11 +264,10 @@ def site(
     """Compare lifetime loads at a site with those of a design class; writes a table and a plot."""
     from meltemi.report.plots import save
     from meltemi.report.tables import write_csv
-    from meltemi_loads.surrogate.model import load_surrogate
     from meltemi_loads.surrogate.report import plot_suitability, suitability_rows
     from meltemi_loads.surrogate.site import class_table, read_site_table, site_suitability
 
-    made, table = load_surrogate(file, _turbine(turbine)), read_site_table(conditions, site_turbine)
+    made, table = _loaded(file, turbine), read_site_table(conditions, site_turbine)
     if neighbours is not None:
         table = table.replace(neighbours=tuple(values_of(neighbours, "--neighbours")))
     found = site_suitability(made, table, class_table(wind_class, edition))
@@ -272,13 +282,22 @@ def site(
         say(f"{name} is outside the surrogate for {100.0 * share:.3g} % of the site's time: the nearest bound counts")
     print_values("verdict", found.verdict, lambda text: [f"verdict: {text}, for fatigue in production"])
     wrote(*files)
-    suggest("loads", "plan", made.turbine, "--class", wind_class)
+    _next(made, file, "loads", "plan", made.turbine, "--class", wind_class)
 
 
-def _turbine(name: str | None) -> AnyTurbine | None:
+def _loaded(file: Path, turbine: str | None) -> Surrogate:
+    """The surrogate of a file, which must be that of a turbine if one is named; says whether it is not usable."""
+    from warnings import catch_warnings, simplefilter
+
     from meltemi.turbine.library import load_turbine
+    from meltemi_loads.surrogate.model import load_surrogate
 
-    return None if name is None else load_turbine(name)
+    with catch_warnings(record=True) as told:
+        simplefilter("always")
+        made = load_surrogate(file, None if turbine is None else load_turbine(turbine))
+    for each in told:
+        say(f"warning: {each.message}")
+    return made
 
 
 def _named(table: SiteTable) -> str:

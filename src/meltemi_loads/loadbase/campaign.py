@@ -168,6 +168,11 @@ class Campaign(Record):
         return wind_class(self.wind_class, self.edition) if isinstance(self.wind_class, str) else self.wind_class
 
     @property
+    def turbine_name(self) -> str:
+        """Name of the turbine; ``turbine`` may be the path of its file."""
+        return load_turbine(self.turbine).name
+
+    @property
     def where(self) -> str:
         """Site, or class."""
         site = self.site or self.metocean

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from meltemi.core.errors import Status
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.plausibility import plausibility_warnings
 from meltemi_loads.loadbase.jobs import jobs_of
 from meltemi_loads.loadbase.plan import Plan, PlannedCase
 from meltemi_loads.loadbase.store import Store
@@ -36,6 +38,8 @@ MEANINGS = (
 """Meaning of messages and warnings, by words that they contain."""
 UNCERTAIN = "outside the range of validity of the model: loads of this case are uncertain"
 LOST = "no results: excluded from all loads"
+FEW = 3
+"""Runs from which on a warning of all of them is one of the load base."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,8 @@ class Results:
       states: of each case, see ``STATES``.
       said: message and warnings of the cases that are not simply OK.
       present: cases with loads that are evaluated.
+      common: warnings of the whole load base: of the turbine, and those that all runs share word for word; they are
+        none of a case.
     """
 
     plan: Plan
@@ -57,6 +63,7 @@ class Results:
     states: dict[str, str] = field(repr=False)
     said: dict[str, str] = field(repr=False)
     present: tuple[PlannedCase, ...] = field(repr=False)
+    common: tuple[str, ...]
 
     def table(self, what: str, channels: Sequence[str] | None = None) -> pd.DataFrame:
         """A table of the cases that are evaluated, see ``Store.table``."""
@@ -80,18 +87,33 @@ def read_results(plan: Plan, folder: str | Path, *, doubtful: bool = True) -> Re
         every.setdefault(job.key, []).append(job.name)
     states = {case.name: "unsupported" if case.unsupported else "missing" for case in plan.cases}
     said = {case.name: case.unsupported or "not simulated" for case in plan.cases}
-    frame = store.table(every)
+    frame, common = store.table(every), turbine_warnings(plan)
     if len(frame):
+        complete = frame[[Status[word].complete for word in frame["status"]]]
+        common = tuple(dict.fromkeys([*common, *shared(complete["warnings"].to_dict())]))
         for name, word, message, warnings in frame[["status", "message", "warnings"]].itertuples():
-            status, lines = Status[word], [str(line) for line in warnings]
-            complete = "ok" if status is Status.OK else "doubtful"
-            states[name] = "failed" if not status.complete else "warned" if complete == "ok" and lines else complete
+            status, lines = Status[word], [str(line) for line in warnings if str(line) not in common]
+            ended = "ok" if status is Status.OK else "doubtful"
+            states[name] = "failed" if not status.complete else "warned" if ended == "ok" and lines else ended
             said[name] = "; ".join([message] * (status is not Status.OK) + lines)
     taken = ("ok", "warned", *["doubtful"] * doubtful)
     present = tuple(case for case in plan.cases if states[case.name] in taken)
     names = {case.name for case in present}
     keys = {key: own for key, given in every.items() if (own := [name for name in given if name in names])}
-    return Results(plan, store, keys, states, said, present)
+    return Results(plan, store, keys, states, said, present, common)
+
+
+def turbine_warnings(plan: Plan) -> tuple[str, ...]:
+    """Warnings about the turbine of a plan, which hold for all cases: implausible data, static mooring lines."""
+    turbine = load_turbine(plan.campaign.turbine)
+    static = getattr(getattr(turbine, "platform", None), "tension_warning", "")
+    return (*filter(None, [static]), *plausibility_warnings(turbine))
+
+
+def shared(warnings: Mapping[str, Sequence[str]]) -> list[str]:
+    """Warnings that all cases have word for word, from a few cases on."""
+    counts = Counter(line for lines in warnings.values() for line in dict.fromkeys(map(str, lines)))
+    return [line for line, n in counts.items() if n == len(warnings) >= FEW]
 
 
 def problems_of(results: Results) -> pd.DataFrame:

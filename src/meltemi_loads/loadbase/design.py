@@ -71,7 +71,9 @@ class DesignLoads(Brief):
     Attributes:
       plan: of the load base.
       settings: of the evaluation.
-      notes: sentences that belong beside the numbers: rows without all their cases, and what follows.
+      common: warnings that hold for all cases: about the turbine, and those that all runs share.
+      notes: sentences that belong beside the numbers: warnings for all cases, rows without all their cases, and what
+        follows.
       coverage: index row; columns dlc, title, type, cases, ok, warned, doubtful, failed, missing, unsupported (numbers
         of cases; a warned one ended as OK), complete (bool), meaning (text; empty if complete).
       problems: index case, of all cases that are not simply OK; columns row, dlc, state ("warned", "doubtful",
@@ -114,6 +116,7 @@ class DesignLoads(Brief):
 
     plan: Plan
     settings: DesignSettings
+    common: tuple[str, ...]
     notes: tuple[str, ...]
     coverage: pd.DataFrame
     problems: pd.DataFrame
@@ -168,11 +171,12 @@ def design_loads(
     roses = roses.join(rose_fatigue(fatigue.loads, interfaces, settings.slopes), how="outer") if len(roses) else roses
     energy, powers = energy_of(results, extremes, settings.availability)
     durations, duration_loads = durations_of(results)
-    coverage, static = coverage_of(results), getattr(turbine.platform, "tension_warning", "")
+    coverage = coverage_of(results)
     return DesignLoads(
         plan=plan,
         settings=settings,
-        notes=tuple(filter(None, [static, *_notes(results, coverage, evaluation)])),
+        common=results.common,
+        notes=tuple(_notes(results, coverage, evaluation)),
         coverage=coverage,
         problems=problems_of(results),
         ultimate=matrix,
@@ -218,6 +222,7 @@ def _covered(results: Results) -> float:
 def _notes(results: Results, coverage: pd.DataFrame, evaluation: Evaluation) -> Iterator[str]:
     """Sentences that belong beside the numbers."""
     plan = results.plan
+    yield from (f"All cases: {words.rstrip('.')}{'' if words.endswith('?') else '.'}" for words in results.common)
     if plan.campaign.quick:
         yield "Quick plan with one seed and few wind speeds: not valid for design."
     for row, line in coverage.iterrows():

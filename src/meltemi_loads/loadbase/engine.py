@@ -75,7 +75,7 @@ MOST_PROBLEMS = 50
 
 @dataclass(frozen=True)
 class DlcStatus:
-    """Number of cases of a design load case, by outcome."""
+    """Number of cases of a row of the load case table, such as 7.1b, by outcome."""
 
     dlc: str
     cases: int
@@ -91,7 +91,7 @@ class BaseStatus(Shown):
     """What is there of a load base.
 
     Attributes:
-      dlcs: by design load case.
+      dlcs: by row of the load case table, as in the plan.
       problems: messages of cases that failed or are doubtful, by name.
       hours: [h] of simulated time that is missing.
       unreadable: files that count as missing, with the reason.
@@ -108,7 +108,7 @@ class BaseStatus(Shown):
         return f"BaseStatus({self.done} of {self.total} cases, {self.failed} failed, {self.hours:.1f} h missing)"
 
     def card(self) -> Card:
-        """Cases by design load case and outcome, and messages."""
+        """Cases by row of the load case table and outcome, and messages."""
         facts = [("done", f"{self.done} of {self.total} cases"), ("missing", f"{self.hours:.1f} h simulated")]
         head = ["DLC", "cases", "ok", "doubtful", "failed", "missing", "cannot run"]
         rows = [[row.dlc, *(str(n) if n else "-" for n in astuple(row)[1:])] for row in self.dlcs]
@@ -402,9 +402,9 @@ def status_of(plan: Plan, jobs: Sequence[Job], store: Store) -> BaseStatus:
             word = "missing"
         else:
             word = place.status.name.lower() if place.status.complete else "failed"
-        counts.setdefault(case.dlc, Counter())[word] += 1
+        counts.setdefault(case.row, Counter())[word] += 1
     words = ("ok", "doubtful", "failed", "missing", "unsupported")
-    dlcs = tuple(DlcStatus(dlc, sum(c.values()), *(c[word] for word in words)) for dlc, c in counts.items())
+    dlcs = tuple(DlcStatus(row, sum(c.values()), *(c[word] for word in words)) for row, c in counts.items())
     bad = {job.key: [job.name] for job in jobs if (p := store.places.get(job.key)) and p.status is not Status.OK}
     problems = store.table(bad)[["status", "message"]].agg(": ".join, axis=1).to_dict() if bad else {}
     hours = sum(job.seconds for job in jobs if job.key not in store.places) / 3600.0

@@ -239,9 +239,7 @@ class Workshop:
         simulated = float(result.time[-1]) if len(result.time) else 0.0
         times = (wind, ended - began - wind, thread_time() - ended)
         stop = "" if "events" in job.content else unplanned_stop(result.log)
-        known = getattr(turbine.platform, "tension_warning", "")  # said once, of the whole load base
-        told = [words for words in result.warnings if words != known]
-        warnings = (*told, *filter(None, [stop]))
+        warnings = (*result.warnings, *filter(None, [stop]))
         return Row(job.name, job.key, result.status, result.message, warnings, simulated, *times, reduced=kept)
 
 

@@ -172,7 +172,7 @@ class Plan(Shown):
         sections = [Fold("Design load cases", rows, head, note=f"{len(rows)} rows"), c.card().folded("Campaign")]
         if lacking:
             sections.append(Fold("Cannot run", lacking, ["what is missing", "DLC"]))
-        return Card("Plan", Path(c.turbine).name, facts, sections)
+        return Card("Plan", c.turbine_name, facts, sections)
 
     @property
     def hours(self) -> float:

@@ -129,7 +129,7 @@ def write_report(
     ]
     title = project or read_project(folder)
     document = Document(
-        f"Design loads: {Path(c.turbine).stem}",
+        f"Design loads: {c.turbine_name}",
         [section for section in sections if section.content],
         facts=[*(title.facts if title else ()), *facts(plan)],
         lead=verdict(d, ratios),
@@ -172,17 +172,17 @@ def write_design_loads(design: DesignLoads, folder: str | Path) -> list[Path]:
     """
     files = write_tables(design, folder)
     sections = [Section("Notes", [*design.notes]), *load_sections(design)]
-    document = Document(f"Design loads: {Path(design.plan.campaign.turbine).stem}", sections, facts(design.plan))
+    document = Document(f"Design loads: {design.plan.campaign.turbine_name}", sections, facts(design.plan))
     return [*files, write_workbook(Path(folder) / WORKBOOK, document)]
 
 
 def facts(plan: Plan) -> list[tuple[str, str]]:
     """What was computed, in pairs of name and value."""
     c, defaults = plan.campaign, plan.campaign.defaults(plan.table)
-    site = c.site or c.metocean
+    site, file = c.site or c.metocean, Path(c.turbine).name
     where = c.iec_class.name if site is None else f"site {site.name}, {c.iec_class.name}"
     return [
-        ("turbine", Path(c.turbine).name),
+        ("turbine", c.turbine_name if c.turbine_name == file else f"{c.turbine_name} ({file})"),
         ("rotor, hub height", f"{number(c.rotor_diameter)} m, {number(c.hub_height)} m"),
         ("standard", plan.table.title + (" (changed)" if c.changes else "")),
         ("class", f"{where}, V_ref {c.iec_class.v_ref:g} m/s, V_ave {c.iec_class.v_ave:g} m/s"),
@@ -231,8 +231,9 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
             f"{counts[s]} {w}" for s, w in words.items() if counts[s]
         )
     else:
-        kind = "bad" if strikes else "good"
+        kind = "bad" if strikes else "doubtful" if d.common else "good"
         heading = f"Complete: {good} load cases simulated without warnings"
+        heading += f" of their own, {len(d.common)} for all of them" if d.common else ""
     told = d.problems[d.problems["state"] != "missing"]
     more: Folded | None = None
     if len(told):

@@ -150,7 +150,11 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
 
 
 def fit_surrogate(
-    campaign: SurrogateCampaign, design: SurrogateDesign, loads: Float, kind: str = "polynomial"
+    campaign: SurrogateCampaign,
+    design: SurrogateDesign,
+    loads: Float,
+    kind: str = "polynomial",
+    degree: int = DEGREE,
 ) -> Surrogate:
     """Fit a surrogate to the runs of a campaign except those of held-out points, and validate it with these.
 
@@ -159,12 +163,15 @@ def fit_surrogate(
       design: points of the runs.
       loads: (n, L) equivalent loads.
       kind: "polynomial" chaos expansion or "gaussian" process.
+      degree: largest degree of the polynomials; a lower one has fewer terms.
 
     Raises:
-      InputError: there are too few points, no such kind, or scikit-learn is not installed.
+      InputError: there are too few points, no such kind or degree, or scikit-learn is not installed.
     """
     if kind not in KINDS:
         raise InputError(f"kind: {did_you_mean(kind, KINDS)}")
+    if not 1 <= degree <= DEGREE:
+        raise InputError(f"degree {degree}: expected 1 to {DEGREE}")
     train = ~design.check
     germ, least = design.space.germ(design.values[train]), 2 * len(design.space.variables) + 2
     if len(np.unique(design.point[train])) < least:
@@ -172,7 +179,7 @@ def fit_surrogate(
     models = {}
     for i, (name, slope) in enumerate(campaign.loads.items()):
         y = np.log(np.maximum(loads[train, i], 1e-300))
-        fitted = (polynomial_fit if kind == "polynomial" else gaussian_fit)(germ, y, i)
+        fitted = polynomial_fit(germ, y, i, degree) if kind == "polynomial" else gaussian_fit(germ, y, i)
         scatter = seed_scatter(design.point[train], y)
         deviation = sqrt(fitted.noise) if scatter is None else scatter
         unit = "N" if "force" in name or name == "rotor_thrust" else "N m"
@@ -217,6 +224,8 @@ def further_points(
 ) -> Float:
     """Points (n, d) where further runs reduce the error of the lifetime loads most (LS-12).
 
+    A surrogate that is not usable does not know where that is: the points then fill the space.
+
     Args:
       surrogate: of polynomial form.
       n: number of points.
@@ -227,6 +236,8 @@ def further_points(
     from meltemi_loads.surrogate.space import space_filling
 
     space: Space = surrogate.space
+    if not surrogate.usable:
+        return space.points(space_filling(len(space.variables), n, seed=seed))
     germ = space_filling(len(space.variables), n * candidates_per_point, seed=seed)
     points = space.points(germ)
     density = np.asarray(probability(points[:, 0]), dtype=float)

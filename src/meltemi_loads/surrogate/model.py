@@ -1,7 +1,7 @@
 """A load surrogate as a function, and its file: NumPy alone evaluates it.
 
 The logarithm of each equivalent load is linear in functions of the germ: Legendre polynomials, or the kernel of a
-Gaussian process. Equations LS-4 to LS-9 of ``docs/theory/surrogate.md``.
+Gaussian process. Equations LS-4 to LS-9 and LS-15 of ``docs/theory/surrogate.md``.
 """
 
 from __future__ import annotations
@@ -34,6 +34,9 @@ SLACK = 1e-9
 """By which germs may be beyond their bounds: rounding."""
 LARGEST_LOGARITHM = 100.0
 """Of a load [N, N m]; those of the largest turbines are below 21."""
+LEAST_R2, WITHIN = 0.5, 1.5
+"""R^2 at held-out points from which a load is usable; NRMSE over that of a perfect surrogate up to which it is, too,
+since the scatter of the simulated means hides the rest (LS-15)."""
 BLOCK = 1024
 """Points that are evaluated together, for the cache of the processor."""
 Outside = Literal["error", "clip", "nan"]
@@ -119,6 +122,14 @@ class LoadModel:
     @property
     def metadata(self) -> dict[str, float]:
         return {"wohler_exponent": self.slope}
+
+    @property
+    def verdict(self) -> Literal["usable", "not usable", "not validated"]:
+        """Whether the load may be used, by its errors at held-out points (LS-15)."""
+        if "r2" not in self.errors:
+            return "not validated"
+        e = self.errors
+        return "usable" if e["r2"] >= LEAST_R2 or e["nrmse"] <= WITHIN * e["floor"] else "not usable"
 
     def logarithm(self, germ: Float, fits: int = 1) -> Float:
         """Expected logarithm (n, fits) of the load, the first column that of the fit."""
@@ -213,7 +224,30 @@ class Surrogate:
     facts: Mapping[str, Any]
 
     def __repr__(self) -> str:
-        return f"<Surrogate of {self.turbine}: {', '.join(self.loads)} over {', '.join(self.space.names)}>"
+        known = f"{self.turbine}: {', '.join(self.loads)} over {', '.join(self.space.names)}"
+        return f"<Surrogate of {known}; {self.verdict}>"
+
+    @property
+    def usable(self) -> bool:
+        """Whether no load is known to be not usable."""
+        return all(each.verdict != "not usable" for each in self.loads.values())
+
+    @property
+    def verdict(self) -> str:
+        """Whether its loads may be used: ``usable``, or which are not, why, and what to do."""
+        bad = [each for each in self.loads.values() if each.verdict == "not usable"]
+        if not bad:
+            checked = all(each.verdict == "usable" for each in self.loads.values())
+            return "usable" if checked else "not validated: it has no held-out points; design it with --checks"
+        each = min(bad, key=lambda load: load.errors["r2"])
+        told = f"R2 {each.errors['r2']:.3g}, NRMSE {100.0 * each.errors['nrmse']:.3g} %"
+        others = f" and {len(bad) - 1} other loads" * (len(bad) > 1)
+        terms = f" for {each.coefficients.shape[1]} terms" * isinstance(each.basis, Polynomials)
+        points = f"{self.facts.get('points', 'too few')} points{terms}"
+        return (
+            f"not usable: {each.name}{others}: {told} at held-out points, with {points}; take more points (refine), or "
+            "fewer terms (fit --degree, or fewer variables)"
+        )
 
     @property
     def inputs(self) -> dict[str, str]:
@@ -295,10 +329,14 @@ def load_surrogate(path: str | Path, turbine: AnyTurbine | None = None) -> Surro
       path: of the file.
       turbine: whose loads are asked for; by default that of the file.
 
+    A surrogate that is not usable gives a warning.
+
     Raises:
       InputError: the file cannot be read, is damaged or no load surrogate, or is that of another turbine.
     """
     found = _read(path)
+    if not found.usable:
+        warn(f"{path}: {found.verdict}", stacklevel=2)
     if turbine is not None and found.facts.get("turbine_hash") != turbine.content_hash():
         raise InputError(
             f"{path}: it was fitted to {found.turbine}, whose data differ from those of {turbine.name}; "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,13 +11,15 @@ from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import corner, figure_title, heading, new_figure, panel
 from meltemi.report.tables import number
 from meltemi_loads.surrogate.campaign import SurrogateDesign
-from meltemi_loads.surrogate.model import Float, Polynomials, Surrogate
+from meltemi_loads.surrogate.model import Float, LoadModel, Polynomials, Surrogate
 from meltemi_loads.surrogate.site import Suitability
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Rows = tuple[list[str], list[list[str]]]
+ERRORS = {"r2": "R2", "nrmse": "NRMSE %", "floor": "NRMSE of scatter %", "bias": "bias %"}
+"""Heads of the errors at held-out points."""
 COLUMNS = 3
 """Of panels of a validation."""
 VERDICTS = {"yes": COLOURS[5], "no": COLOURS[6], "undecided": COLOURS[1]}
@@ -24,14 +27,27 @@ VERDICTS = {"yes": COLOURS[5], "no": COLOURS[6], "undecided": COLOURS[1]}
 
 
 def fit_rows(surrogate: Surrogate) -> Rows:
-    """Header and rows of a fit: terms, scatter over seeds, and errors at held-out points."""
-    errors = {"r2": "R2", "nrmse": "NRMSE %", "floor": "NRMSE of scatter %", "bias": "bias %"}
-    head = ["load", "slope", "terms", "scatter %", *errors.values()]
+    """Header and rows of a fit: terms, scatter over seeds, errors at held-out points, and whether a load is usable."""
+    head = ["load", "slope", "terms", "scatter %", *ERRORS.values(), "verdict"]
     rows = []
     for name, model in surrogate.loads.items():
-        found = [model.errors.get(key, np.nan) * (1.0 if key == "r2" else 100.0) for key in errors]
-        cells = [number(value) for value in (100.0 * model.scatter, *found)]
+        cells = [number(100.0 * model.scatter), *error_cells(model, *ERRORS), model.verdict]
         rows.append([name, f"{model.slope:g}", str(model.coefficients.shape[1]), *cells])
+    return head, rows
+
+
+def error_cells(model: LoadModel, *keys: str) -> list[str]:
+    """Errors of a load at held-out points, in the order of keys of ``ERRORS``."""
+    return [number(model.errors.get(key, np.nan) * (1.0 if key == "r2" else 100.0)) for key in keys]
+
+
+def value_rows(surrogate: Surrogate, loads: Mapping[str, Float]) -> Rows:
+    """Header and rows of the loads at one point, each beside its errors at held-out points."""
+    head = ["load", "unit", "slope", "mean", "scatter %", ERRORS["r2"], ERRORS["nrmse"], "verdict"]
+    rows = []
+    for name, m in surrogate.loads.items():
+        cells = [number(float(loads[name]) / 1e3), number(100.0 * m.scatter), *error_cells(m, "r2", "nrmse"), m.verdict]
+        rows.append([name, f"k{m.unit}", f"{m.slope:g}", *cells])
     return head, rows
 
 
@@ -78,13 +94,15 @@ def plot_surrogate(surrogate: Surrogate, design: SurrogateDesign, loads: Float) 
 
 def suitability_rows(found: Suitability) -> Rows:
     """Header and rows of the margins of a site."""
-    head = ["load", "slope", "site kN m", "design kN m", "ratio", "5 %", "95 %", "margin %", "below design"]
+    head = ["load", "slope", "site kN m", "design kN m", "ratio", "5 %", "95 %", "margin %"]
+    head += [ERRORS["r2"], ERRORS["nrmse"], "below design"]
     if any(margin.load.unit == "N" for margin in found.margins):
         head[2:4] = ["site kN, kN m", "design kN, kN m"]
     rows = []
     for m in found.margins:
         cells = [m.site / 1e3, m.design / 1e3, m.ratio, m.low, m.high, 100.0 * (1.0 - m.ratio)]
-        rows.append([m.load.name, f"{m.load.slope:g}", *map(number, cells), m.verdict])
+        errors = error_cells(m.load, "r2", "nrmse")
+        rows.append([m.load.name, f"{m.load.slope:g}", *map(number, cells), *errors, m.verdict])
     return head, rows
 
 

@@ -199,6 +199,8 @@ class Margin:
     @property
     def verdict(self) -> str:
         """Whether the site's load is below that of the design: yes, no, or undecided if the interval contains 1."""
+        if self.load.verdict == "not usable":
+            return "undecided"
         return "yes" if self.high <= 1.0 else "no" if self.low > 1.0 else "undecided"
 
 
