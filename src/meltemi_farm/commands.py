@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -112,7 +113,7 @@ def _case_of(target: str, given: dict[str, Any]) -> tuple[FarmCase, Path]:
     path = Path(target)
     if path.suffix in (".yaml", ".yml") and (is_case(path) or not path.exists()):
         if given:
-            words = ", ".join(word for word in _words(given) if str(word).startswith("--"))
+            words = ", ".join(word for word in map(str, _words(given)) if word.startswith("--"))
             raise InputError(f"{path} is the file of a farm, which defines its own run; remove {words}")
         return read_record(path, FarmCase), path.parent
     return _row_case(target, given), Path()
@@ -253,6 +254,11 @@ def _simulated(runs: list[tuple[FarmCase, Path]]) -> list[FarmResult]:
         f"({int(facts.get('planes', 0))} planes at the end, {int(facts.get('crossed', 0))} crossed and dropped)"
     )
     return results
+
+
+def _part(progress: Callable[[float], None], begin: float, share: float) -> Callable[[float], None]:
+    """The progress of a part of the work that is a share of it."""
+    return lambda completed: progress(begin + share * completed)
 
 
 def _words(given: dict[str, Any]) -> list[object]:

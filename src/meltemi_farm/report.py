@@ -125,7 +125,7 @@ def price(result: FarmResult, other: FarmResult) -> Price:
     """
     check_counts(len(result), len(other), "the other run")
     both = result, other
-    loads = [name for name in LOADS if all(name in _recorded(each, LOADS) for each in both)]
+    loads = [name for name in LOADS if all(name in _recorded(each, tuple(LOADS)) for each in both)]
     turbines = [[along_wind(t.evaluated, farm.direction) for t in farm.turbines] for farm in both]
     found = [[equivalent_loads(t, loads) for t in row] for row in turbines]
     return Price(

@@ -102,7 +102,8 @@ def test_farms_of_other_counts_are_refused(both: tuple[FarmResult, FarmResult]) 
 
 
 def test_bars_are_the_changes(both: tuple[FarmResult, FarmResult]) -> None:
-    power, loads = plot_price(price(*both), "against").axes
+    axes: Any = plot_price(price(*both), "against").axes
+    power, loads = axes
     assert [bar.get_height() for bar in power.patches] == pytest.approx([-20.0, 100.0, 14.2857], rel=1e-4)
     assert [text.get_text() for text in power.get_xticklabels()] == ["T1", "T2", "farm"]
     assert [bar.get_height() for bar in loads.patches] == pytest.approx([0.0, 100.0, 0.0, 0.0])
