@@ -243,10 +243,8 @@ def _simulated(runs: list[tuple[FarmCase, Path]]) -> list[FarmResult]:
     began, results = perf_counter(), []
     with simulation_bar(f"{turbines} turbines, {durations[0]:g} s", total, "s") as progress:
         for i, (case, folder) in enumerate(runs):
-            done = sum(durations[:i])
-            results.append(
-                simulate_case(case, folder, lambda s, d=done, t=case.duration: progress((d + s * t) / total))
-            )
+            part = _part(progress, sum(durations[:i]) / total, case.duration / total)
+            results.append(simulate_case(case, folder, part))
     seconds, facts = perf_counter() - began, results[0].facts
     print(
         f"{len(runs)} run{'s' * (len(runs) > 1)} of {turbines} turbines, {total:g} s of the farm in {seconds:.1f} s: "
@@ -258,7 +256,11 @@ def _simulated(runs: list[tuple[FarmCase, Path]]) -> list[FarmResult]:
 
 def _part(progress: Callable[[float], None], begin: float, share: float) -> Callable[[float], None]:
     """The progress of a part of the work that is a share of it."""
-    return lambda completed: progress(begin + share * completed)
+
+    def done(completed: float) -> None:
+        progress(begin + share * completed)
+
+    return done
 
 
 def _words(given: dict[str, Any]) -> list[object]:

@@ -149,7 +149,7 @@ def resonant_frequencies(resonances: Float, highest: float) -> Float:
     found = [np.geomspace(lowest, highest, STEPS)]
     for w, damping in resonances:
         away = np.geomspace(0.25 * max(abs(damping), LEAST_DAMPING), WIDEST, FLANK)
-        found += [w * (1.0 - away), [w], w * (1.0 + away)]
+        found += [w * (1.0 - away), np.array([w]), w * (1.0 + away)]
     w = np.unique(np.concatenate(found))
     return w[(w >= lowest) & (w <= highest)]
 

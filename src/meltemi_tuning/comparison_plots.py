@@ -69,8 +69,8 @@ def _panels(main: int, beside: Sequence[int], below: bool) -> tuple[Any, list[An
     figure.clear()
     if below:
         rows = figure.add_gridspec(2, 1)
-        grid = rows[1].subgridspec(1, len(beside), width_ratios=beside)
-        return figure.add_subplot(rows[0]), [figure.add_subplot(grid[0, i]) for i in range(len(beside))]
+        second = rows[1].subgridspec(1, len(beside), width_ratios=beside)
+        return figure.add_subplot(rows[0]), [figure.add_subplot(second[0, i]) for i in range(len(beside))]
     grid = figure.add_gridspec(1, 1 + len(beside), width_ratios=[max(main, 1), *(1.5 * n for n in beside)])
     return figure.add_subplot(grid[0, 0]), [figure.add_subplot(grid[0, i + 1]) for i in range(len(beside))]
 
