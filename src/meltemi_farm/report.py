@@ -1,16 +1,18 @@
-"""What the wakes of a farm cost: a table by turbine, and the row from above."""
+"""What the wakes of a farm cost, and what one run of it gains over another: tables by turbine, and figures."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.report.palette import INK, SOFT
-from meltemi.report.plots import figure_title, heading, new_figure
+from meltemi.report.palette import COLOURS, INK, SOFT
+from meltemi.report.plots import figure_title, heading, new_figure, panel
 from meltemi.report.tables import number
 from meltemi_farm.simulation import FarmResult
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
     from meltemi.simulation.result import Result
 
+Float = NDArray[np.float64]
 FORE_AFT, SIDE_SIDE = "tower_base_moment_fore_aft", "tower_base_moment_side_side"
 SHOWN = ("root_moment_out_of_plane_1", FORE_AFT)
 """Loads of the table on a terminal."""
@@ -49,8 +52,7 @@ def cost_rows(
       loads: channels of :data:`LOADS`; those that were not recorded are left out. The tower base is bent along the
         mean wind.
     """
-    needed = {FORE_AFT: (FORE_AFT, SIDE_SIDE)} if result.direction else {}
-    loads = [name for name in loads if all(x in each for each in result.turbines for x in needed.get(name, (name,)))]
+    loads = _recorded(result, loads)
     head = ["turbine", "x m", "y m", "yaw deg", "wind m/s", "power kW"] + ["power %"] * (alone is not None)
     for name in loads:
         head += [f"{LOADS[name]} DEL kN m"] + [f"{LOADS[name]} %"] * (alone is not None)
@@ -67,6 +69,147 @@ def cost_rows(
         cells = ["farm", "", "", "", "", *_compared([sum(column) for column in zip(*powers, strict=True)])]
         rows.append(cells + [""] * (len(head) - len(cells)))
     return head, rows
+
+
+def _recorded(result: FarmResult, loads: Sequence[str]) -> list[str]:
+    """Those of the loads that all turbines recorded, with what the direction of the wind takes."""
+    needed = {FORE_AFT: (FORE_AFT, SIDE_SIDE)} if result.direction else {}
+    return [name for name in loads if all(x in each for each in result.turbines for x in needed.get(name, (name,)))]
+
+
+@dataclass(frozen=True)
+class Price:
+    """Power and loads of a farm and of another run of it, by turbine.
+
+    Attributes:
+      yaw: (2, turbines) [rad] from the wind; first this run, then the other.
+      power: (2, turbines) [W] means.
+      loads: (2, turbines) [N m] damage-equivalent loads by channel of :data:`LOADS`.
+    """
+
+    yaw: Float
+    power: Float
+    loads: dict[str, Float]
+
+    def power_change(self) -> Float:
+        """(turbines + 1,) [%] of each turbine, and of the farm at last."""
+        now, other = np.append(self.power, self.power.sum(axis=1, keepdims=True), axis=1)
+        return percent(now, other)
+
+    def load_changes(self) -> dict[str, Float]:
+        """(turbines,) [%] by channel."""
+        return {name: percent(*both) for name, both in self.loads.items()}
+
+    def words(self) -> str:
+        """The gain of the farm, and the largest rise of a load."""
+        text = f"power of the farm {self.power_change()[-1]:+.2f} %"
+        changes = {(i, n): x for n, row in self.load_changes().items() for i, x in enumerate(row) if np.isfinite(x)}
+        if not changes:
+            return text
+        (i, name), most = max(changes.items(), key=lambda entry: entry[1])
+        kind = "largest rise" if most > 0.0 else "smallest fall"
+        return f"{text}; {kind} of an equivalent load: {LOADS[name]} of T{i + 1}, {most:+.1f} %"
+
+
+def percent(now: Float, other: Float) -> Float:
+    """Change [%] from ``other``; NaN where that is not above zero."""
+    known = other > 0.0
+    return np.where(known, 100.0 * (now / np.where(known, other, 1.0) - 1.0), np.nan)
+
+
+def price(result: FarmResult, other: FarmResult) -> Price:
+    """What a run of a farm gains over another one, such as an unsteered one, and the loads that it costs.
+
+    Raises:
+      InputError: the farms have different numbers of turbines.
+    """
+    check_counts(len(result), len(other), "the other run")
+    both = result, other
+    loads = [name for name in LOADS if all(name in _recorded(each, tuple(LOADS)) for each in both)]
+    turbines = [[along_wind(t.evaluated, farm.direction) for t in farm.turbines] for farm in both]
+    found = [[equivalent_loads(t, loads) for t in row] for row in turbines]
+    return Price(
+        np.array([farm.yaw for farm in both]),
+        np.array([[t["generator_power"].mean() for t in row] for row in turbines]),
+        {name: np.array([[dels[name] for dels in row] for row in found]) for name in loads},
+    )
+
+
+def check_counts(count: int, other: int, what: str) -> None:
+    """Refuse to compare farms of different numbers of turbines."""
+    if count != other:
+        raise InputError(
+            f"{what} has {other} turbine{'s' * (other != 1)} and this farm {count}: farms are compared turbine by "
+            "turbine; give a run of the same layout"
+        )
+
+
+def price_rows(found: Price, values: bool = True) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of the table of a comparison, by turbine: values of both runs and changes [%], or a selection."""
+    powers = np.append(found.power, found.power.sum(axis=1, keepdims=True), axis=1)
+    n = len(powers[0]) - 1
+    columns = {"turbine": [*(f"T{i + 1}" for i in range(n)), "farm"]}
+    columns |= _both("yaw", "deg", np.degrees(found.yaw), values)
+    columns |= _both("power", "kW", 1e-3 * powers, values)
+    columns["power change %" if values else "power %"] = _known(found.power_change())
+    for name, change in found.load_changes().items():
+        if values:
+            columns |= _both(f"{LOADS[name]} DEL", "kN m", 1e-3 * found.loads[name], values)
+        columns[f"{LOADS[name]} DEL change %" if values else f"{LOADS[name]} %"] = _known(change)
+    filled = [column + [""] * (n + 1 - len(column)) for column in columns.values()]
+    return list(columns), [list(row) for row in zip(*filled, strict=True)]
+
+
+def _both(name: str, unit: str, values: Float, reference: bool) -> dict[str, list[str]]:
+    """Columns of a value of this run, and of the other one."""
+    heads = (f"{name} {unit}", f"reference {name} {unit}")[: 1 + reference]
+    return {head: [number(float(x)) for x in row] for head, row in zip(heads, values, strict=False)}
+
+
+def _known(changes: Float) -> list[str]:
+    return [number(float(x)) if np.isfinite(x) else "" for x in changes]
+
+
+def differences(result: FarmResult, other: FarmResult) -> list[str]:
+    """What differs between two runs of a farm, in words; those that make them hard to compare at last."""
+    first = [farm.turbines[0] for farm in (result, other)]
+    times = [float(np.ptp(each.evaluated.time)) for each in first]
+    same = {
+        "yaw": len(result) == len(other) and np.allclose(result.yaw, other.yaw),
+        "wakes": result.settings == other.settings,
+        "positions": result.positions.shape == other.positions.shape and np.allclose(result.positions, other.positions),
+        "turbine": first[0].meta.get("turbine") == first[1].meta.get("turbine"),
+        "controller": first[0].meta.get("controller") == first[1].meta.get("controller"),
+        "wind": first[0].meta.get("wind") == first[1].meta.get("wind"),
+        "evaluated time": abs(times[0] - times[1]) < 1e-6 * max(times),
+    }
+    return [name for name, equal in same.items() if not equal]
+
+
+def plot_price(found: Price, title: str = "") -> Figure:
+    """Changes of power and of equivalent loads against another run, by turbine."""
+    figure, axes = new_figure(1, 2, size=(12.0, 4.0), share=False)
+    power, loads = axes[0]
+    n = len(found.power[0])
+    names = [f"T{i + 1}" for i in range(n)]
+    power.bar(range(n + 1), np.nan_to_num(found.power_change()), 0.6, color=[INK] * n + [SOFT])
+    power.set_xticks(range(n + 1), [*names, "farm"])
+    panel(power, "change of the mean power", "%")
+    changes = found.load_changes()
+    width = 0.8 / max(len(changes), 1)
+    for k, (name, change) in enumerate(changes.items()):
+        place = np.arange(n) + (k - 0.5 * (len(changes) - 1)) * width
+        loads.bar(place, np.nan_to_num(change), 0.94 * width, color=COLOURS[k % len(COLOURS)], label=LOADS[name])
+    loads.set_xticks(range(n), names)
+    panel(loads, "change of the damage-equivalent loads", "%")
+    if changes:
+        loads.legend(frameon=False, fontsize=8, ncols=2)
+    for ax in (power, loads):
+        ax.axhline(0.0, color=INK, linewidth=0.9)
+        ax.grid(False, axis="x")
+    if title:
+        figure_title(figure, title, longest=120)
+    return figure
 
 
 def along_wind(result: Result, direction: float) -> Result:

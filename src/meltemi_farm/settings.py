@@ -11,6 +11,15 @@ from meltemi.core.record import Record
 from meltemi_farm.sets import SETS, WakeSet
 
 SetName = Literal["none", "fast.farm", "curled", "iec", "madsen", "keck"]
+WORDS: dict[SetName, str] = {
+    "none": "without wakes",
+    "fast.farm": "wake model as FAST.Farm's",
+    "curled": "curled wakes as FAST.Farm's",
+    "iec": "wake model of IEC 61400-1:2019",
+    "madsen": "wake model of Madsen et al. (2010)",
+    "keck": "wake model of Keck et al. (2015)",
+}
+"""Sets of constants as titles name them: no other program has run."""
 
 
 class WakeSettings(Record):
@@ -39,6 +48,12 @@ class WakeSettings(Record):
     """[m/s; 0.5 to 50] frequency of the low-pass filters times the rotor radius; by default that of the set."""
     seed: int = Field(default=1, ge=0, lt=2**63)
     """Of the added turbulence."""
+
+    @property
+    def words(self) -> str:
+        """The wake model in words."""
+        bare = self.model != "none" and not self.added_turbulence
+        return WORDS[self.model] + ", no added turbulence" * bare
 
     def constants(self) -> WakeSet:
         """The named set, with the constants that are given."""

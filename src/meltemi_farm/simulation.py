@@ -357,6 +357,14 @@ def march_farm(
     shift, facts = positions - march.places, march.facts()
     tracks, seen = march.tracks(shift), march.view(shift)
     results = farm_scenes(results, positions, march.planes, facts.get("step", 1.0), max(diameters))
+    places = [
+        {"position": [float(x), float(y)], "yaw": float(angle), "diameter": diameter, "hub_height": hub}
+        for (x, y), angle, diameter, hub in zip(positions, yaw, diameters, hubs, strict=True)
+    ]
+    shared = {"direction": march.mean.direction, "wakes": settings.model_dump(mode="json")}
+    results = tuple(
+        replace(each, meta={**each.meta, "farm": place | shared}) for each, place in zip(results, places, strict=True)
+    )
     return FarmResult(results, positions, yaw, diameters, hubs, settings, tracks, seen, facts, march.mean.direction)
 
 

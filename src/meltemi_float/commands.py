@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 LISTED = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0)
 """[s] periods of the printed table."""
+SLOW = 1.0
+"""[rad/s] up to which resonances are printed: those of the platform."""
 
 
 def rao(
@@ -39,7 +41,7 @@ def rao(
     from meltemi.simulation.rotors import build
     from meltemi.turbine import load_turbine
     from meltemi_float.rao import CHANNELS, floater_of, linear_operators, random_operators
-    from meltemi_float.rao_plots import plot_operators, plot_radiation
+    from meltemi_float.rao_plots import plot_operators, plot_radiation, shown_name
 
     names: Any = CHANNELS if channels is None else tuple(part.strip() for part in channels.split(",") if part.strip())
     model = build(load_turbine(turbine))
@@ -58,12 +60,20 @@ def rao(
     files.append(save(plot_operators(turbine, both), out / "rao.png"))
     platform = floater_of(model)
     files.append(save(plot_radiation(turbine, platform.coefficients, platform.radiation), out / "radiation.png"))
+    silent = linear.silent()
     head, table = ["period [s]"], [[f"{period:g}" for period in LISTED]]
-    for channel, value, (unit, factor) in zip(linear.channels, linear.value.T, linear.shown, strict=True):
+    for channel, value, (unit, factor) in zip(linear.channels, linear.value.T, linear.readable, strict=True):
+        if channel in silent:
+            continue
         sizes = factor * np.interp(2.0 * np.pi / np.array(LISTED), linear.frequency, np.abs(value))
-        head.append(f"{channel.removeprefix('platform_')} [{unit}/m]")
+        head.append(f"{shown_name(channel)} [{unit}/m]")
         table.append([f"{size:.4g}" for size in sizes])
     print_table(f"{turbine}, linear", head, [[*row] for row in zip(*table, strict=True)])
+    if silent:
+        words = ", ".join(map(shown_name, silent))
+        typer.echo(f"negligible: {words} (in waves of 5 to 25 s below a thousandth of the largest of their unit)")
+    slow = [f"{w / (2.0 * np.pi):.4g} Hz ({100.0 * d:.2g} %)" for w, d in linear.resonances if w < SLOW]
+    typer.echo(f"resonances and damping ratios, without drag: {', '.join(slow) or 'none'}")
     typer.echo(f"radiation: {platform.radiation.words}")
     wrote(*files)
     suggest("run", turbine, "--wind-speed", wind_speed or 12, "--sea", "3,9", "--out", out)

@@ -6,7 +6,7 @@ Reference: docs/theory/floating.md (W-21, W-22).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,16 @@ Complex = NDArray[np.complex128]
 CHANNELS = (*MOTIONS, "tower_base_moment_fore_aft")
 STILL = 0.1
 """[m/s] wind of a turbine out of operation, its rotor at nearly no speed and its blades feathered."""
+STEPS = 300
+"""Frequencies of the linear model, equal steps of their logarithm."""
+FLANK, WIDEST = 10, 0.1
+"""Points to either side of a resonance, and how far they reach, as a share of its frequency."""
+LEAST_DAMPING, MOST_DAMPING = 1e-3, 0.3
+"""Damping ratios that the bandwidth counts at least, and above which a mode has no resonance to be refined."""
+PERIODS = (5.0, 25.0)
+"""[s] of waves in which motions have their usual size."""
+SILENT = 1e-3
+"""Usual size of a motion over the largest one of its unit, below which it is left out of figures and tables."""
 BINS = 12
 """Neighbouring frequencies of the run over which spectra are averaged."""
 
@@ -42,17 +52,43 @@ class Operators:
       frequency: (F,) [rad/s].
       channels, units: (K,).
       value: (F, K) complex; phase relative to the wave at the turbine at rest, advance positive.
+      resonances: (R, 2) natural frequencies [rad/s] and damping ratios of the linear model, lowest first.
     """
 
     frequency: Float
     channels: tuple[str, ...]
     units: tuple[str, ...]
     value: Complex
+    resonances: Float = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def shown(self) -> list[tuple[str, float]]:
         """Unit in which each channel is shown, and the factor to it."""
         return [("deg", np.degrees(1.0)) if unit == "rad" else (unit, 1.0) for unit in self.units]
+
+    @property
+    def readable(self) -> list[tuple[str, float]]:
+        """The same for figures and tables: forces and moments in kilo- or meganewtons."""
+        found = []
+        for (unit, factor), size in zip(self.shown, self.usual(), strict=True):
+            prefix, power = ("M", 1e-6) if size >= 1e6 else ("k", 1e-3)
+            found.append((prefix + unit, power) if unit.startswith("N") else (unit, factor))
+        return found
+
+    def usual(self) -> Float:
+        """(K,) median amplitude in waves of ``PERIODS``, in which resonances hardly count."""
+        w = 2.0 * np.pi / np.linspace(*PERIODS, 101)
+        return np.array([np.median(np.interp(w, self.frequency, size)) for size in np.abs(self.value).T])
+
+    def silent(self) -> list[str]:
+        """Motions that symmetry makes negligible, such as sway in waves along x: below ``SILENT``."""
+        size = dict(zip(self.channels, self.usual(), strict=True))
+        found = []
+        for three in (MOTIONS[:3], MOTIONS[3:]):
+            here = [name for name in three if name in size]
+            most = max((size[name] for name in here), default=0.0)
+            found += [name for name in here if size[name] < SILENT * most]
+        return found
 
 
 def steady_point(model: Model[Any], wind_speed: float) -> OperatingPoint:
@@ -76,7 +112,7 @@ def linear_operators(
     Args:
       wind_speed: [m/s]; 0 for a rotor at rest.
       direction: [rad] of the waves' travel, clockwise as that of the wind.
-      frequency: (F,) [rad/s]; by default 200 up to the highest of the coefficients.
+      frequency: (F,) [rad/s]; by default :func:`resonant_frequencies` up to the highest of the coefficients.
       progress: callback with the completed fraction.
 
     Raises:
@@ -87,12 +123,35 @@ def linear_operators(
     linear = linearise(model, steady_point(model, wind_speed), (), channels, progress=progress)
     if not wind_speed:
         linear = _without_air(linear)
-    w = np.linspace(0.1, part.coefficients.frequency[-1], 200) if frequency is None else frequency
+    highest = float(part.coefficients.frequency[-1])
+    found = resonances(linear, highest)
+    w = resonant_frequencies(found, highest) if frequency is None else frequency
     waves = Components(w, np.ones(len(w), dtype=np.complex128), np.full(len(w), -direction), None)
     scale = part.platform.water_density * model.environment.gravity
     X = scale * excitation(part.coefficients, waves)
     value = np.einsum("foi,fi->fo", wave_driven(linear, part).response(1j * w), X)
-    return Operators(w, tuple(linear.outputs), tuple(linear.output_units), value)
+    return Operators(w, tuple(linear.outputs), tuple(linear.output_units), value, found)
+
+
+def resonances(linear: LinearModel, highest: float) -> Float:
+    """(R, 2) natural frequencies [rad/s] up to ``highest``, and damping ratios, of modes that resonate."""
+    modes = [(m.frequency, m.damping) for m in linear.modes() if m.frequency < highest and m.damping < MOST_DAMPING]
+    return np.array(modes).reshape(-1, 2)
+
+
+def resonant_frequencies(resonances: Float, highest: float) -> Float:
+    """(F,) [rad/s] from half the lowest natural frequency to ``highest``, finer about resonances.
+
+    A resonance of natural frequency w and damping ratio d has half its power at about w (1 - d) and w (1 + d): points
+    to either side of w begin at a quarter of this distance, and widen.
+    """
+    lowest = min(0.1, 0.5 * float(resonances[:, 0].min(initial=np.inf)))
+    found = [np.geomspace(lowest, highest, STEPS)]
+    for w, damping in resonances:
+        away = np.geomspace(0.25 * max(abs(damping), LEAST_DAMPING), WIDEST, FLANK)
+        found += [w * (1.0 - away), np.array([w]), w * (1.0 + away)]
+    w = np.unique(np.concatenate(found))
+    return w[(w >= lowest) & (w <= highest)]
 
 
 def wave_driven(linear: LinearModel, part: FloaterPart) -> LinearModel:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from meltemi.report.palette import COLOURS
+from meltemi.report.palette import COLOURS, FAINT
 from meltemi.report.plots import heading, new_figure, panel
 from meltemi_float.radiation import kernel
 
@@ -20,31 +20,51 @@ if TYPE_CHECKING:
 
 COHERENT = 0.6
 """Least coherence of the points of a run that are drawn."""
+LOWEST, HIGHEST = 1e-2, 1e2
+"""Of the usual amplitude of a channel: the ends of its axis, at most."""
 LONGEST, SHOWN = 40.0, {"surge": 0, "heave": 2, "pitch": 4, "yaw": 5}
 """[s] of the kernels of the radiation that are drawn."""
 
 
 def plot_operators(title: str, found: Sequence[tuple[str, Operators, Any]]) -> Figure:
-    """Amplitudes over frequency: lines of the linear model, dots of a run where waves and response are coherent."""
-    names = found[0][1].channels
-    figure, axes = new_figure(len(names), size=(9.0, 1.6 * len(names) + 1.0), share=True)
-    for i, (name, (unit, factor)) in enumerate(zip(names, found[0][1].shown, strict=True)):
-        ax = axes[i, 0]
+    """Amplitudes over frequency: lines of the linear model, dots of a run where waves and response are coherent.
+
+    Both axes are logarithmic, so that the range of the waves and the resonances are both seen; dotted lines mark these.
+    An undamped resonance of the linear model, which has no drag about rest, is higher than the axes. Motions that
+    symmetry makes negligible are left out, and named.
+    """
+    first = found[0][1]
+    silent = first.silent()
+    names = [name for name in first.channels if name not in silent]
+    figure, axes = new_figure(len(names), size=(9.0, 1.7 * len(names) + 1.0), share=True)
+    for ax, name in zip(axes[:, 0], names, strict=True):
+        k = first.channels.index(name)
+        unit, factor = first.readable[k]
         for label, each, coherence in found:
-            f, size = each.frequency / (2.0 * np.pi), np.abs(each.value[:, i]) * factor
+            f, size = each.frequency / (2.0 * np.pi), np.abs(each.value[:, k]) * factor
             if coherence is None:
                 ax.plot(f, size, color=COLOURS[0], lw=1.0, label=label)
             else:
-                some = coherence[:, i] >= COHERENT
+                some = coherence[:, k] >= COHERENT
                 ax.plot(f[some], size[some], ".", color=COLOURS[1], ms=3.5, label=label)
-        top = max(float(np.abs(found[0][1].value[found[0][1].frequency > 0.25, i]).max()), 1e-9)
-        ax.set_ylim(0.0, 1.3 * top * factor)
-        panel(ax, name.removeprefix("platform_").replace("_", " "), f"{unit}/m")
+        for i, (w, _) in enumerate(first.resonances):
+            label = "_" * (i > 0) + "resonances"
+            ax.axvline(w / (2.0 * np.pi), color=FAINT, lw=0.7, ls=":", zorder=0.5, label=label)
+        usual = float(first.usual()[k]) * factor or 1.0
+        top = min(HIGHEST * usual, max(float(np.abs(first.value[:, k]).max()) * factor, usual))
+        ax.set(xscale="log", yscale="log", ylim=(LOWEST * usual, 2.0 * top))
+        panel(ax, shown_name(name), f"{unit}/m")
     axes[0, 0].legend(loc="upper right", fontsize="small")
-    axes[-1, 0].set_xlim(0.0, 0.32)
-    axes[-1, 0].set_xlabel("frequency [Hz]")
+    axes[-1, 0].set_xlim(first.frequency[0] / (2.0 * np.pi), first.frequency[-1] / (2.0 * np.pi))
+    left_out = f"; negligible: {', '.join(map(shown_name, silent))}" if silent else ""
+    axes[-1, 0].set_xlabel(f"frequency [Hz]{left_out}")
     heading(axes[0, 0], title, "right")
     return figure
+
+
+def shown_name(channel: str) -> str:
+    """A channel in words."""
+    return channel.removeprefix("platform_").replace("_", " ")
 
 
 def plot_radiation(title: str, c: Coefficients, fit: Radiation) -> Figure:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 FULL = 0.8
 """Total width of the bars over the distance between groups."""
+ROOM = 0.2
+"""For the legend above the bars, over the height of the axes."""
 
 
 def plot_changes(
@@ -26,6 +28,7 @@ def plot_changes(
     quantities: Sequence[str],
     absolute: Sequence[str] = (),
     units: Mapping[str, tuple[str, float]] | None = None,
+    operation: Sequence[str] = (),
 ) -> Figure:
     """Plot changes relative to the first scheme in percent, and absolute values of some quantities.
 
@@ -35,6 +38,7 @@ def plot_changes(
       absolute: drawn as values of all schemes, such as the travel of actuators, whose change may be many hundred
         percent or of nothing.
       units: by quantity the unit and the factor to it; those of ``absolute`` must have the same.
+      operation: of which changes are drawn in a panel of their own, such as power and speed beside loads.
 
     Raises:
       InputError: there is no second scheme, or a quantity is not in the table.
@@ -42,31 +46,51 @@ def plot_changes(
     base, *others = table.schemes
     if not others:
         raise InputError("plot_changes: there is nothing to compare with the first scheme")
-    figure, axes = new_figure(1, 2 if absolute else 1, size=(12.0, 4.4), share=False)
-    if absolute:
-        axes[0, 0].get_gridspec().set_width_ratios([max(len(quantities), 1), 1.5 * len(absolute)])
     colour = {scheme: COLOURS[i % len(COLOURS)] for i, scheme in enumerate(table.schemes)}
-    found = {s: [table.entry(q, s).change for q in quantities] for s in others}
-    bars = {s: [(100.0 * c.mean, 100.0 * c.half_width) if c else (np.nan, np.nan) for c in found[s]] for s in others}
-    _bars(axes[0, 0], quantities, bars, colour)
-    axes[0, 0].axhline(0.0, color=INK, linewidth=0.9)
     title = f"change against {base}, mean over seeds and its {100.0 * table.confidence:g} % interval"
-    _finish(axes[0, 0], title, "%")
+    main, beside = _panels(len(quantities), [len(names) for names in (operation, absolute) if names], bool(operation))
+    _changes(main, table, quantities, colour, f"loads: {title}" if operation else title)
+    if operation:
+        _changes(beside.pop(0), table, operation, colour, "power and speed: change")
     if absolute:
         unit, factor = (units or {}).get(absolute[0], ("-", 1.0))
         values = {
             s: [(factor * e.mean, factor * e.half_width) for e in (table.entry(q, s).value for q in absolute)]
             for s in table.schemes
         }
-        _bars(axes[0, 1], absolute, values, colour)
-        _finish(axes[0, 1], "actuator travel", unit)
-    return figure
+        _bars(beside[0], absolute, values, colour)
+        _finish(beside[0], "actuator travel", unit)
+    return main.figure
+
+
+def _panels(main: int, beside: Sequence[int], below: bool) -> tuple[Any, list[Any]]:
+    """Axes of the main quantities and of others, beside them or below, with widths by the numbers of quantities."""
+    figure = new_figure(1, size=(12.0, 8.0 if below else 4.4))[0]
+    figure.clear()
+    if below:
+        rows = figure.add_gridspec(2, 1)
+        second = rows[1].subgridspec(1, len(beside), width_ratios=beside)
+        return figure.add_subplot(rows[0]), [figure.add_subplot(second[0, i]) for i in range(len(beside))]
+    grid = figure.add_gridspec(1, 1 + len(beside), width_ratios=[max(main, 1), *(1.5 * n for n in beside)])
+    return figure.add_subplot(grid[0, 0]), [figure.add_subplot(grid[0, i + 1]) for i in range(len(beside))]
+
+
+def _changes(ax: Axes, table: EnsembleTable, quantities: Sequence[str], colour: Mapping[str, str], title: str) -> None:
+    """Bars of the changes [%] of quantities against the first scheme."""
+    others = table.schemes[1:]
+    found = {s: [table.entry(q, s).change for q in quantities] for s in others}
+    bars = {s: [(100.0 * c.mean, 100.0 * c.half_width) if c else (np.nan, np.nan) for c in found[s]] for s in others}
+    _bars(ax, quantities, bars, colour)
+    ax.axhline(0.0, color=INK, linewidth=0.9)
+    _finish(ax, title, "%")
 
 
 def _finish(ax: Axes, title: str, unit: str) -> None:
     panel(ax, title, unit)
     ax.grid(False, axis="x")
-    ax.legend()
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high + ROOM * (high - low))
+    ax.legend(loc="upper right", ncols=3)
 
 
 def _bars(

@@ -31,9 +31,11 @@ SERIES_LENGTH = 60.0
 SERIES = ("wind_x", "RootMyc1", "OoPDefl1", "pitch_1", "flap_1_angle_1", "generator_power")
 MAIN = (
     *("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "Mtilt DEL", "Myaw DEL", "OoPDefl1 std", "TwrBsMyt DEL"),
-    *("YawBrMyp DEL", "YawBrMzp DEL", "power std", "rotor speed std", "tracking error"),
+    *("YawBrMyp DEL", "YawBrMzp DEL"),
 )
-"""Quantities of the figure of changes."""
+"""Loads of the figure of changes."""
+OPERATION = ("power std", "rotor speed std", "tracking error")
+"""Further quantities of that figure, in a panel of their own."""
 DUTY = ("pitch travel", "flap travel")
 MOST_MEANS = 4
 """Largest number of schemes for which the table has means beside the changes."""
@@ -185,9 +187,8 @@ def write_comparison(
     pictures = {path.stem: path for path in files[2:]}
     if len(comparison.schemes) > 1:
         duty = [name for name in DUTY if any(table.entry(name, s).value.mean > 0.0 for s in table.schemes)]
-        pictures["changes"] = save(
-            plot_changes(table, [name for name in MAIN if name in units], duty, units), out / "changes.png"
-        )
+        loads, operation = ([name for name in names if name in units] for names in (MAIN, OPERATION))
+        pictures["changes"] = save(plot_changes(table, loads, duty, units, operation), out / "changes.png")
         files.append(pictures["changes"])
     tunings = design.tunings if design else {}
     if tunings:

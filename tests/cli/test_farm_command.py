@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -41,7 +43,73 @@ def test_the_next_command_keeps_the_options_of_the_row() -> None:
     assert _next(_row_case("nrel5mw", given), "nrel5mw", given, Path("out"))[0] == "diff"
     given = {"--spacing": 7.0}
     words = _next(_row_case("nrel5mw", given), "nrel5mw", given, Path("out"))
-    assert words == ("farm", "nrel5mw", "--spacing", 7.0, "--yaw", "20,0,0", "--out", "out-yawed")
+    steered = ("--yaw", "20,0,0", "--against", Path("out"), "--out", "out-yawed")
+    assert words == ("farm", "nrel5mw", "--spacing", 7.0, *steered)
+    given = {"--added-turbulence": False}
+    words = _next(_row_case("nrel5mw", given), "nrel5mw", given, Path("out"))
+    assert words == ("farm", "nrel5mw", "--no-added-turbulence", *steered)
+
+
+@pytest.mark.long
+def test_another_run_is_compared_turbine_by_turbine(command: Command, tmp_path: Path) -> None:
+    """With a folder, and with the farm file of the same run: the same table; without the run without wakes."""
+    layout, base, steered = tmp_path / "layout.yaml", tmp_path / "base", tmp_path / "steered"
+    layout.write_text(LAYOUT)
+    assert command("farm", layout, "--no-alone", "--out", base).status == 0
+    (tmp_path / "steered.yaml").write_text(f"{LAYOUT}yaw: [20 deg, 0]\n")
+    tables = []
+    for other in (base, layout):
+        ran = command("farm", tmp_path / "steered.yaml", "--against", other, "--out", steered)
+        assert ran.status == 0, ran
+        assert "differs from" in ran.out and "in: yaw" in ran.out
+        assert {steered / "against.csv", steered / "against.png"} < set(ran.files)
+        count, seconds, took, times, each = re.findall(
+            r"(\d) runs? of 2 turbines, (\d+) s of the farm in ([\d.]+) s: ([\d.]+) times real time, ([\d.]+) for a",
+            ran.out,
+        )[0]
+        assert int(seconds) == 10 * int(count) and float(each) == pytest.approx(2.0 * float(times), rel=0.01)
+        assert float(times) == pytest.approx(float(seconds) / float(took), rel=0.1)
+        tables.append((steered / "against.csv").read_text())
+        assert "power [%]" not in (steered / "farm.csv").read_text()
+    assert tables[0] == tables[1]
+    first, second, farm = (float(row["power change [%]"]) for row in csv.DictReader(tables[0].splitlines()))
+    assert first < -5.0 and second > 5.0 and first < farm < second
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [("nowhere", "expected the output folder of meltemi farm"), ("three.yaml", "has 3 turbines and this farm 2")],
+)
+def test_what_cannot_be_compared_is_refused_before_the_run(
+    command: Command, tmp_path: Path, other: str, words: str
+) -> None:
+    layout = tmp_path / "layout.yaml"
+    layout.write_text(LAYOUT)
+    (tmp_path / "three.yaml").write_text(LAYOUT.replace("[630, 0]", "[630, 0], [1260, 0]"))
+    ran = command("farm", layout, "--against", tmp_path / other, "--out", tmp_path / "out")
+    assert ran.status == 2 and words in ran.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_options_of_a_row_reach_its_case(tmp_path: Path) -> None:
+    case = _row_case("nrel5mw", {"--added-turbulence": False, "--wakes": "keck"})
+    assert (case.wakes.model, case.wakes.added_turbulence) == ("keck", False)
+    assert _row_case("nrel5mw", {}).wakes.added_turbulence
+    case = _row_case("nrel5mw", {"--wind-file": tmp_path / "a.bts", "--row": 2})
+    assert (case.wind.kind, case.wind.file) == ("file", str(tmp_path / "a.bts"))
+    assert case.positions == ((-630.0, 0.0), (0.0, 0.0))  # upwind of where the field begins
+
+
+@pytest.mark.slow
+def test_a_farm_in_the_wind_of_a_file(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
+    field, out = bts(seconds=100.0), tmp_path / "out"
+    ran = command(
+        "farm", "nrel5mw", "--row", 2, "--wind-file", field, "--duration", 8, "--no-added-turbulence", "--out", out
+    )
+    assert ran.status == 0, ran
+    assert "no added turbulence: " in ran.out
+    change = [float(row["power [%]"]) for row in csv.DictReader((out / "farm.csv").read_text().splitlines())]
+    assert change[0] == 0.0 and change[1] < -30.0
 
 
 @pytest.mark.parametrize(
@@ -71,10 +139,27 @@ def test_mistakes_are_answered_in_words(command: Command, tmp_path: Path, before
         (("--spacing", "nan"), "--spacing nan: expected 2 rotor diameters or more"),
         (("--wakes", "frandsen"), "fast.farm"),
         (("--yaw", "20"), "expected an angle for each of 3 turbines"),
+        (("--wind-file", "a.bts", "--wind-speed", "9"), "give one of --wind-speed, --wind-file"),
     ],
 )
-def test_options_are_checked(command: Command, tmp_path: Path, options: tuple[str, str], words: str) -> None:
+def test_options_are_checked(command: Command, tmp_path: Path, options: tuple[str, ...], words: str) -> None:
     ran = command("farm", "nrel5mw", *options, "--out", tmp_path / "out")
     assert ran.status == 2
     assert words in ran.err
     assert not (tmp_path / "out").exists()
+
+
+def test_options_beside_the_file_of_a_farm_are_named(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "layout.yaml").write_text(LAYOUT)
+    ran = command("farm", tmp_path / "layout.yaml", "--no-added-turbulence", "--out", tmp_path / "out")
+    assert ran.status == 2 and "remove --no-added-turbulence" in ran.err
+
+
+@pytest.mark.slow
+def test_the_template_of_a_farm_runs(command: Command, tmp_path: Path) -> None:
+    path = tmp_path / "farm.yaml"
+    ran = command("template", "farm", "--out", path)
+    assert (ran.status, ran.files) == (0, [path]) and f"meltemi farm {path}" in ran.out
+    text = path.read_text(encoding="utf-8").replace("duration: 600.0", "duration: 4.0")
+    path.write_text(text.replace("transient: 30.0", "transient: 0.0").replace("\n  - [1260, 0]", ""), encoding="utf-8")
+    assert command("farm", path, "--no-alone", "--out", tmp_path / "out").status == 0

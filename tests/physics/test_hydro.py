@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from meltemi_float.coefficients import read_coefficients, read_wamit
 from meltemi_float.members import Member, at_rest
 from meltemi_hydro.hull import Box, Hull
 from meltemi_hydro.panels import contour, panels_of
+from meltemi_hydro.plots import plot_coefficients
 from meltemi_hydro.potential import change_by_panels, coefficients_of, hydrostatics
 from meltemi_hydro.wamit import wamit_texts
 
@@ -109,6 +111,17 @@ def test_wamit_files_are_read_as_written(tmp_path: Path) -> None:
     found = read_wamit(tmp_path / "x")
     assert found.added_mass == pytest.approx(c.added_mass, rel=1e-6, abs=1e-3)
     assert found.excitation == pytest.approx(c.excitation, rel=1e-6, abs=1e-6)
+
+
+def test_the_figure_has_units_and_phases() -> None:
+    """In long waves that travel along x, surge leads the crest by 90 deg (force down the slope), heave goes with it."""
+    axes: Any = np.reshape(plot_coefficients("volturnus", read_coefficients("iea15mw-volturnus")).axes, (3, 4))
+    assert [ax.get_ylabel() for ax in axes[0]] == ["[m$^3$]", "[m$^3$/s]", "[m$^2$]", "[deg]"]
+    assert [ax.get_ylabel() for ax in axes[2]] == ["[m$^5$]", "[m$^5$/s]", "[m$^3$]", "[deg]"]
+    for row, phase in ((0, 90.0), (1, 0.0)):
+        T, found = axes[row, 3].lines[0].get_data()
+        assert found[(T > 24.0) & (T < 35.0)] == pytest.approx(phase, abs=5.0)
+    assert "rho" in axes[0, 0].get_title(loc="left") and "rho g" in axes[0, 2].get_title(loc="left")
 
 
 def test_without_capytaine_one_sentence_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

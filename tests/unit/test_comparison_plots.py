@@ -77,6 +77,18 @@ def test_bars_are_changes_with_their_intervals(table: EnsembleTable) -> None:
         plot_changes(alone, ["load DEL"])
 
 
+def test_power_and_speed_have_a_panel_of_their_own(table: EnsembleTable) -> None:
+    loads, power, duty = plot_changes(table, ["load DEL"], ["pitch travel"], UNITS, ["power std"]).axes
+    assert [bar.get_height() for bar in loads.patches] == pytest.approx([-15.0])
+    assert [bar.get_height() for bar in power.patches] == pytest.approx([0.0])
+    assert loads.get_title(loc="left").startswith("loads: change against a")
+    assert (power.get_ylabel(), duty.get_ylabel()) == ("[%]", "[deg/s]")
+    assert [text.get_text() for text in power.get_xticklabels()] == ["power\nstd"]
+    top, *below = (ax.get_subplotspec().get_topmost_subplotspec() for ax in (loads, power, duty))
+    assert all(top.rowspan.stop <= each.rowspan.start for each in below)
+    assert len(plot_changes(table, ["load DEL"], (), UNITS, ["power std"]).axes) == 2
+
+
 def spectrum(frequency: float) -> PowerSpectrum:
     t = 0.05 * np.arange(4000)
     found = power_spectrum(1e6 * np.sin(2.0 * np.pi * frequency * t), dt=0.05)

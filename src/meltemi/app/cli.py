@@ -595,22 +595,20 @@ def warmup() -> None:
 
 @app.command()
 def template(
-    what: Annotated[str, typer.Argument(help="Template to write: case, turbine.")] = "case",
+    what: Annotated[str, typer.Argument(help="Template to write: case, farm, turbine.")] = "case",
     out: Annotated[Path | None, typer.Option("--out", help="Output file; by default the terminal.")] = None,
 ) -> None:
     """Write a commented template file."""
-    if what == "case":
-        from meltemi.loadcases.case import TEMPLATE
+    from importlib.resources import files
 
-        text = TEMPLATE
-    elif what == "turbine":
-        from meltemi.turbine.library import DATA
+    from meltemi.core.errors import did_you_mean
 
-        text = (DATA / "nrel5mw.yaml").read_text(encoding="utf-8")
-    else:
-        from meltemi.core.errors import did_you_mean
-
-        raise InputError(f"template {what!r}: {did_you_mean(what, ['case', 'turbine'])}")
+    places = {"case": ("meltemi.loadcases", "template.yaml", "run"), "farm": ("meltemi_farm", "template.yaml", "farm")}
+    places["turbine"] = ("meltemi.turbine", "data/nrel5mw.yaml", "inspect")
+    if what not in places:
+        raise InputError(f"template {what!r}: {did_you_mean(what, list(places))}")
+    package, file, following = places[what]
+    text = (files(package) / file).read_text(encoding="utf-8")
     if out is None:  # to be redirected into a file: no further lines
         print(text, end="")
         return
@@ -620,7 +618,7 @@ def template(
 
     write_text(out, text)
     wrote(out)
-    suggest("run" if what == "case" else "inspect", out)
+    suggest(following, out)
 
 
 if __name__ == "__main__":
