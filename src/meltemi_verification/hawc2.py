@@ -3,7 +3,8 @@
 At their rotor speed and pitch, without tilt and gravity, with HAWC2's balance of momentum. Beside each deviation stands
 that with what is known to differ in the other program. HAWC2's elements have constant sections, the mean of those
 between two nodes; imported blades have sections linear between the stations. HAWCStab2's lift is normal to the flow
-at three quarters of the chord, ours (A-39) and HAWC2's to the flow at the aerodynamic centre.
+at three quarters of the chord, ours (A-39) and HAWC2's to the flow at the aerodynamic centre. HAWC2 turns the centres
+of mass of fully populated sections about the elastic ones (S-72).
 """
 
 from __future__ import annotations
@@ -32,14 +33,18 @@ from meltemi.structure.members import blade_member, cells, points, tower_member
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import DATA, library_entries, load_turbine
 from meltemi.wind.fields import SteadyWind
-from meltemi_exchange.hawc2.bodies import read_bodies
+from meltemi_exchange.hawc2.bodies import Body, read_bodies
 from meltemi_exchange.hawc2.htc import read_htc
+from meltemi_exchange.hawc2.model import SECTION
+from meltemi_exchange.hawc2.sections import at_elastic_centre, section_matrices, turned_centres
 from meltemi_verification.table import Comparison, Row, Study, angle, reference_table, relative, source_of
 
 Float = NDArray[np.float64]
 
 BAND, TORSION, FREQUENCY = 1.5, 0.2, 1.0
 """[%] of power and thrust, [deg] of the tip's torsion, [%] of frequencies."""
+MODES = {"flap_modes": 8, "edge_modes": 6, "torsion_modes": 5, "residual_modes": 5}
+"""Of a blade, 24 in all, with which the last twentieth of the IEA 22 MW's twists as its finite elements do."""
 FIXED = ("tower", "yaw", "drivetrain", "generator")
 NODES = 40
 """Nodes along a blade: with 80, steady power and thrust change by less than 0.05 %."""
@@ -59,6 +64,7 @@ class Model:
       main: name of its main file.
       stiff: whether the blades are stiff in the reference.
       stability: whether the reference is HAWCStab2's.
+      full: whether the blades have fully populated matrices.
     """
 
     key: str
@@ -66,17 +72,20 @@ class Model:
     main: str
     stiff: bool = False
     stability: bool = False
+    full: bool = False
 
     @property
     def beside(self) -> str:
         """Head of the further column."""
+        if self.full:
+            return f"{ELEMENTS}, centres of mass; 24 modes"
         return "" if self.stiff else "HAWCStab2's elements, lift" if self.stability else ELEMENTS
 
 
 ELEMENTS = "HAWC2's elements"
 DTU10 = Model("dtu10", "DTU 10 MW", "DTU_10MW_RWT.htc")
 IEA10 = Model("iea10", "IEA 10 MW", "iea10mw.htc", stability=True)
-IEA22 = Model("iea22", "IEA 22 MW", "iea_22mw_rwt_steps.htc")
+IEA22 = Model("iea22", "IEA 22 MW", "iea_22mw_rwt_steps.htc", full=True)
 MODELS = (
     DTU10,
     Model("dtu10 stiff", "DTU 10 MW with stiff blades", "DTU_10MW_RWT.htc", stiff=True),
@@ -128,7 +137,11 @@ def steady(model: Model, path: Path, turbine: Turbine | None = None) -> Comparis
     turbine = _turbine(path) if turbine is None else turbine
     locked = (*FIXED, "blades") if model.stiff else FIXED
     plain = rotor_of(turbine, locked)
-    theirs = plain if model.stiff else rotor_of(with_elements(turbine, blade_nodes(path)), locked)
+    theirs = plain
+    if not model.stiff:
+        blade = blade_of(path)
+        moved = with_turned_centres(turbine, blade) if model.full else turbine
+        theirs = rotor_of(with_elements(moved, blade_nodes(blade)), locked, **(MODES if model.full else {}))
     rows: list[Row] = []
     for r in reference_table("hawc2_steady", turbine=model.key):
         ours, other = _loads(plain, r), _loads(theirs, r)
@@ -236,13 +249,23 @@ def rotor_of(turbine: Turbine, locked: tuple[str, ...] = FIXED, **more: Any) -> 
     return build(turbine.replace(**{"nacelle.tilt": 0.0}), options, Environment(gravity=0.0))
 
 
-def blade_nodes(path: Path) -> Float:
-    """(N,) [m] heights of the nodes of blade 1 above its root, from the main file."""
+def blade_of(path: Path) -> Body:
+    """Blade 1 of a main file."""
     root = read_htc(path)
     link = next(c for c in root.block("aero").all("link") if c.values[0] == "1")
-    nodes = read_bodies(root.block("new_htc_structure"), path, link.word(2))[-1].nodes
-    height: Float = nodes[:, 2] - nodes[0, 2]
+    return read_bodies(root.block("new_htc_structure"), path, link.word(2))[-1]
+
+
+def blade_nodes(blade: Body) -> Float:
+    """(N,) [m] heights of its nodes above its root."""
+    height: Float = blade.nodes[:, 2] - blade.nodes[0, 2]
     return height
+
+
+def with_turned_centres(turbine: Turbine, blade: Body) -> Turbine:
+    """The turbine with the centres of mass where HAWC2 has those of its fully populated sections (S-72)."""
+    _, mass, _ = at_elastic_centre(*section_matrices(turned_centres(blade.sections.rows)))
+    return turbine.replace(**{"blade.structure.mass_matrix": SECTION @ mass @ SECTION.T})
 
 
 def with_elements(turbine: Turbine, nodes: Float) -> Turbine:
@@ -276,7 +299,7 @@ def with_elements(turbine: Turbine, nodes: Float) -> Turbine:
 def frequencies(path: Path) -> Comparison:
     """Frequencies of the DTU 10 MW at rest in its parts, clamped, and of the turbine that turns without air."""
     plain = _turbine(path)
-    both = (plain, with_elements(plain, blade_nodes(path)))
+    both = (plain, with_elements(plain, blade_nodes(blade_of(path))))
     rows: list[Row] = []
     for of in dict.fromkeys(r["of"] for r in reference_table("hawc2_modes")):
         theirs = [float(r["frequency"]) for r in reference_table("hawc2_modes", of=of)]

@@ -13,9 +13,10 @@ import meltemi
 from meltemi.app.cli import app
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.structure.beam import Beam, assemble, transfer
-from meltemi.structure.members import blade_member, cells, tower_beam
+from meltemi.structure.members import blade_beam, blade_member, cells, tower_beam
 from meltemi.turbine.definition import DampingTime
-from meltemi_exchange.hawc2.sections import at_elastic_centre, section_matrices
+from meltemi_exchange.hawc2.model import SECTION
+from meltemi_exchange.hawc2.sections import at_elastic_centre, section_matrices, turned_centres
 
 
 def row(**given: float) -> np.ndarray:
@@ -93,6 +94,50 @@ def test_a_beam_through_elastic_centres_deflects_as_in_closed_form() -> None:
         assert tip(K, M, (0.0, 0.0), L, load) == pytest.approx(
             tip(moved_K, moved_M, (x, y), L, load), rel=1e-8, abs=1e-14
         )
+
+
+def test_sections_are_normal_to_the_line_of_elastic_centres(turbine: meltemi.turbine.Turbine) -> None:
+    """S-71: elastic centres on an oblique line make an oblique cantilever, which bends about an axis normal to it.
+
+    A force P across it turns its end by P L^2 / 2 EI about (t x P) / P; sections normal to the straight half chord
+    would turn about the chord alone, without a part about z.
+    """
+    slope, height, P = 0.06, 30.0, 2e4
+    table = np.concatenate([row(), row(r=height, x_e=slope * height, x_sh=slope * height)])
+    table[:, 13:15] = 1e3  # no shear
+    K, M, centre = at_elastic_centre(*section_matrices(table))
+    blade = turbine.blade.structure.replace(
+        **dict.fromkeys(("mass", "flap_stiffness", "edge_stiffness", "torsion_stiffness", "axial_stiffness")),
+        **dict.fromkeys(("mass_centre_x", "mass_centre_y", "flap_inertia", "edge_inertia", "mode_shapes", "axis_x")),
+        position=np.array([0.0, height]),
+        twist=np.zeros(2),
+        axis_y=-centre[:, 0],
+        stiffness_matrix=SECTION @ K @ SECTION.T,
+        mass_matrix=SECTION @ M @ SECTION.T,
+    )
+    G = assemble(blade_beam(blade), np.linspace(0.0, height, 5)).flexibility[-6:]
+    turned = P * (G @ G.T)[3:, 0]
+    length = height * np.sqrt(1.0 + slope**2)
+    tangent = np.array([0.0, -slope, 1.0]) * height / length
+    expected = P * length**2 / (2.0 * 1e10 * 0.1) * np.cross(tangent, [1.0, 0.0, 0.0])
+    assert expected[2] == pytest.approx(slope * expected[1])
+    assert turned == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+def test_hawc2_turns_the_centre_of_mass_of_a_full_matrix_about_the_elastic_one() -> None:
+    """S-72: 0.6 m behind E with a structural pitch of -90 deg becomes 0.6 m to the suction side; the inertia stays."""
+    centred, _ = section_matrices(row())
+    head = [0.0, 100.0, -0.2, 0.03, 0.9, 0.9, -90.0, 0.4, 0.03]
+    full = np.concatenate([head, centred[0][np.triu_indices(6)]])[None]
+    assert turned_centres(full)[0, 2:4] == pytest.approx([0.4, 0.63])
+    (_, before, _), (_, after, _) = (
+        at_elastic_centre(*section_matrices(rows)) for rows in (full, turned_centres(full))
+    )
+    assert before[0, 1, 5] == pytest.approx(-0.6 * 100.0)  # m x and m y of the centre of mass from E
+    assert (-after[0, 0, 5], after[0, 1, 5]) == pytest.approx((0.6 * 100.0, 0.0))
+    assert after[0, 3:, 3:] == pytest.approx(before[0, 3:, 3:])
+    classical = row(x_cg=0.3, x_e=0.1, pitch=-90.0)
+    assert turned_centres(classical) == pytest.approx(classical)
 
 
 def test_a_tower_bends_and_shears_as_timoshenkos_cantilever(turbine: meltemi.turbine.Turbine) -> None:

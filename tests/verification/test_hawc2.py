@@ -28,7 +28,7 @@ def test_the_direction_of_its_lift_explains_hawcstab2s_power() -> None:
 def test_elements_of_constant_sections_have_the_mean_of_each_element() -> None:
     """Between two nodes of the model the stiffness is one matrix, and its integral that of the imported blade."""
     turbine = load_turbine("iea10mw")
-    nodes = hawc2.blade_nodes(DATA / "iea10mw" / "iea10mw.htc")
+    nodes = hawc2.blade_nodes(hawc2.blade_of(DATA / "iea10mw" / "iea10mw.htc"))
     plain, made = turbine.blade.structure, hawc2.with_elements(turbine, nodes).blade.structure
     assert plain.mass_matrix is not None and made.mass_matrix is not None
     assert len(made.position) == 2 * (len(nodes) - 1)

@@ -59,10 +59,12 @@ class Sections:
       span: (S,) [m] stations along the axis: those of the sections, and the nodes.
       given: [m] to which the sections reach.
       stiffness, mass: (S, 6, 6) at the stations, axes of the section.
+      rows: (S, 19) or, with fully populated matrices, (S, 30) rows of the st file at the stations.
     """
 
     span: Float
     given: float
+    rows: Float
     stiffness: Float
     mass: Float
 
@@ -111,8 +113,8 @@ class Body:
         span = np.unique(np.concatenate([given[given < arc[-1]], arc]))
         span = span[np.append(np.diff(span) > CLOSE, True)]
         span[0] = 0.0
-        K, M = section_matrices(np.stack([np.interp(span, given, column) for column in table.T], axis=-1))
-        return Sections(span, float(given[-1]), K, M)
+        rows = np.stack([np.interp(span, given, column) for column in table.T], axis=-1)
+        return Sections(span, float(given[-1]), rows, *section_matrices(rows))
 
     @property
     def span(self) -> Float:

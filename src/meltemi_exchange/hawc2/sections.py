@@ -101,6 +101,22 @@ def section_matrices(rows: Float) -> tuple[Float, Float]:
     return K, _congruent(_to_point(xg, yg, zero), J)
 
 
+def turned_centres(rows: Float) -> Float:
+    """Rows of fully populated sections whose centres of mass are turned by the structural pitch about the elastic ones.
+
+    So HAWC2 moves the sections of the IEA 22 MW (S-72): it takes the way from elastic centre to centre of mass in
+    the principal axes. Its manual has both from the half chord, and so do the importer and converters to HAWC2.
+    """
+    if rows.shape[1] != FULL_COLUMNS:
+        return rows
+    turned = rows.copy()
+    angle = np.radians(rows[:, 6])
+    dx, dy = (rows[:, 2:4] - rows[:, 7:9]).T
+    turned[:, 2] = rows[:, 7] + np.cos(angle) * dx - np.sin(angle) * dy
+    turned[:, 3] = rows[:, 8] + np.sin(angle) * dx + np.cos(angle) * dy
+    return turned
+
+
 def at_elastic_centre(K: Float, M: Float) -> tuple[Float, Float, Float]:
     """Stiffness and mass, moved from the origin to the elastic centre, and its position (S-71).
 
