@@ -23,7 +23,7 @@ from meltemi.simulation.linear import linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.turbine.definition import BaselineControl
-from meltemi_tuning.controller_bench.margins import GAIN_MARGIN, PHASE_MARGIN, SpeedLoop
+from meltemi_tuning.controller_bench.margins import GAIN_MARGIN, PHASE_MARGIN, OpenLoop
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -47,9 +47,7 @@ def region_3(law: BaselineControl, point: OperatingPoint) -> tuple[float, float]
     return slope, 1.0 + 2.0 * point.pitch / pitch.gain_halving_pitch
 
 
-def speed_loops(
-    law: BaselineControl, points: Sequence[OperatingPoint], responses: Sequence[Complex]
-) -> list[SpeedLoop]:
+def speed_loops(law: BaselineControl, points: Sequence[OperatingPoint], responses: Sequence[Complex]) -> list[OpenLoop]:
     """The loop with a law at each operating point of region 3."""
     s, pitch = 1j * FREQUENCIES, law.pitch
     low_pass = law.filter_frequency / (s + law.filter_frequency)
@@ -58,10 +56,10 @@ def speed_loops(
     for point, response in zip(points, responses, strict=True):
         slope, divisor = region_3(law, point)
         loop = -low_pass * (response[:, 0] * slope + response[:, 1] * (gain / divisor))
-        found.append(SpeedLoop(point.wind.speed, FREQUENCIES, loop, 0.0))
+        found.append(OpenLoop(point.wind.speed, FREQUENCIES, loop, 0.0))
     return found
 
 
-def keep_margins(loops: Sequence[SpeedLoop]) -> bool:
+def keep_margins(loops: Sequence[OpenLoop]) -> bool:
     """Whether all have the phase and gain margin that ``bench-controller`` asks for."""
     return all(loop.phase_margin >= PHASE_MARGIN and loop.gain_margin >= GAIN_MARGIN for loop in loops)

@@ -50,7 +50,6 @@ def bench_controller(
 
     reference = reference or ("baseline" if power is None else "A1")
     names = _names(controllers, reference)
-    labels = list(labelled(names))
     as_class(wind_class, None)
     bounds = None if limits is None else read_record(limits, BenchLimits)
     from meltemi.turbine.library import load_turbine
@@ -63,6 +62,10 @@ def bench_controller(
 
         check_followers(names)
         grid = power_grid(power, described.rated_power)
+    from meltemi_tuning.controller_bench.study import one_name
+
+    names = list(dict.fromkeys(one_name(names, described)))
+    labels = list(labelled(names))
     inputs = repr(
         (
             "bench-controller",
@@ -95,7 +98,7 @@ def bench_controller(
     print(
         "changes against the reference in the same winds, with 95 % intervals; speed over its reference, clearance over"
     )
-    print("that of the undeflected blade: worst case; margins of the speed loop: smallest of all wind speeds")
+    print("that of the undeflected blade: worst case; margins: smallest of all wind speeds")
     found = bench.all_verdicts()
     failing = {name: [v for v in own if v.passed is False] for name, own in found.items()}
     print_table(

@@ -17,9 +17,9 @@ from meltemi.postprocess.ensemble import (
     mean_interval,
     rayleigh_weights,
 )
-from meltemi_tuning.controller_bench.margins import SpeedLoop
+from meltemi_tuning.controller_bench.margins import OpenLoop
 from meltemi_tuning.controller_bench.suite import BenchCase, BenchLimits
-from meltemi_tuning.controller_bench.verdicts import NAMES, SLOPES, Standing, Verdict, decibel
+from meltemi_tuning.controller_bench.verdicts import NAMES, SLOPES, LoopMargins, Standing, Verdict, decibel
 
 Numbers = Mapping[str, float]
 
@@ -43,6 +43,8 @@ class ControllerBench(Brief):
       numbers: by case and controller; without the runs that did not reach their end.
       failures: messages by case and controller.
       loops: measured speed loops by controller, by wind speed.
+      blade_loops: the same of loops on the blades' root moments, at wind speeds where the pitch is away from its
+        minimum; without the controllers that have none.
       speeds: [m/s] of normal turbulence.
       mean_speed: [m/s] of the Rayleigh distribution of the lifetime.
       limits: of the verdicts.
@@ -56,7 +58,8 @@ class ControllerBench(Brief):
     cases: tuple[BenchCase, ...] = field(repr=False)
     numbers: Mapping[tuple[str, str], Numbers] = field(repr=False)
     failures: Mapping[tuple[str, str], str]
-    loops: Mapping[str, tuple[SpeedLoop, ...]]
+    loops: Mapping[str, tuple[OpenLoop, ...]]
+    blade_loops: Mapping[str, tuple[OpenLoop, ...]]
     speeds: tuple[float, ...]
     mean_speed: float
     limits: BenchLimits
@@ -171,8 +174,6 @@ class ControllerBench(Brief):
             for q in ("energy", "RootMyc1 DEL", "TwrBsMyt DEL")
         )
         grid, producing = _with_grid(self, name).values(), _producing(self, name).values()
-        loops = self.loops.get(name, ())
-        linear = [loop for loop in loops if loop.linear]
         return Standing(
             name,
             sum(v.passed is False for v in found),
@@ -183,9 +184,8 @@ class ControllerBench(Brief):
             table.entry("pitch travel", name).value.mean if table else math.nan,
             max((n["generator speed max"] for n in grid), default=math.nan),
             min((n["tower clearance"] for n in producing), default=math.nan),
-            min((loop.phase_margin for loop in linear), default=math.nan),
-            min((loop.gain_margin for loop in linear), default=math.nan),
-            tuple(loop.wind_speed for loop in loops if not loop.linear),
+            LoopMargins.of(self.loops.get(name, ())),
+            LoopMargins.of(self.blade_loops[name]) if name in self.blade_loops else None,
         )
 
     def card(self) -> Card:
@@ -209,7 +209,7 @@ class ControllerBench(Brief):
             fold("Leaderboard", tables.leaderboard_rows(self.leaderboard(), self.reference), against, open=True),
             fold("Criteria", (list(table.head), cells), table.note),
             fold("Lifetime", tables.lifetime_rows(self.lifetimes()), against),
-            fold("Margins of the speed loop", tables.margin_rows(self.loops)),
+            fold("Margins", tables.margin_rows(self.loops, self.blade_loops)),
         ]
         if self.failures:
             lost = [[case, name, why] for (case, name), why in self.failures.items()]
@@ -241,7 +241,8 @@ def _verdicts(bench: ControllerBench, controller: str) -> list[Verdict]:
         limits.grid_loss_speed,
     )
     worst("tower clearance", _producing(bench, controller), "tower clearance", limits.clearance, least=True)
-    tests += _margin_verdicts(bench.loops[controller], limits)
+    tests += _margin_verdicts("speed loop", bench.loops[controller], limits)
+    tests += _margin_verdicts("blade loops", bench.blade_loops.get(controller, ()), limits)
     if controller != bench.reference:
         tests += _changes(bench, controller, limits)
     if table := bench.lifetime(controller):
@@ -262,25 +263,29 @@ def _producing(bench: ControllerBench, controller: str) -> dict[BenchCase, Numbe
     return {c: n for c, n in bench.of(controller).items() if c.situation.group != "operation"}
 
 
-def _margin_verdicts(loops: Sequence[SpeedLoop], limits: BenchLimits) -> Iterator[Verdict]:
+def _margin_verdicts(where: str, loops: Sequence[OpenLoop], limits: BenchLimits) -> Iterator[Verdict]:
+    """Of the speed loop, or of the blade loops, which have no delay margin and fail where they are not damped."""
+    blades = where == "blade loops"
     bent = [loop for loop in loops if not loop.linear]
     rows = (
         ("phase margin", "phase_margin", math.degrees, limits.phase_margin, "deg"),
         ("gain margin", "gain_margin", decibel, limits.gain_margin, "dB"),
         ("delay margin", "delay_margin", float, limits.delay_margin, "s"),
     )
-    for name, attribute, shown, limit, unit in rows:
+    for kind, attribute, shown, limit, unit in rows[: 2 if blades else 3] if loops else ():
+        name = f"{where}: {kind}"
         kept = [loop for loop in loops if loop.linear]
         if kept:
             least = min(kept, key=lambda loop, a=attribute: getattr(loop, a))  # type: ignore[misc]
             value = getattr(least, attribute)
-            passed = None if bent and value >= limit else value >= limit
+            unknown = False if blades else None
+            passed = unknown if bent and value >= limit else value >= limit
             words = f"{least.wind_speed:g} m/s" if math.isfinite(value) else "gain below one everywhere"
             if bent:
                 words += f"; no linear response at {', '.join(f'{b.wind_speed:g}' for b in bent)} m/s"
             yield Verdict(name, shown(value) if math.isfinite(value) else math.inf, shown(limit), unit, passed, words)
         else:
-            yield Verdict(name, math.nan, shown(limit), unit, None, "no linear response")
+            yield Verdict(name, math.nan, shown(limit), unit, False if blades else None, "no linear response")
 
 
 def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[Verdict]:

@@ -17,10 +17,17 @@ from meltemi_tuning.controller_bench.suite import NOISE, RELATIVE
 
 Float = NDArray[np.float64]
 Signal = Callable[[float], float]
+Amplitude = Callable[[float], complex]
 
 
 def disturbed(
-    controller: Controller, *, noise: float = 0.0, delay: float = 0.0, probe: Signal | None = None, seed: int = 1
+    controller: Controller,
+    *,
+    noise: float = 0.0,
+    delay: float = 0.0,
+    probe: Signal | None = None,
+    whirl: Amplitude | None = None,
+    seed: int = 1,
 ) -> Controller:
     """A controller behind imperfect sensors and lines.
 
@@ -29,6 +36,8 @@ def disturbed(
       noise: factor on the standard deviations ``NOISE`` of white noise on the sensors, new at each call.
       delay: [s] of the pitch demands, rounded to sample times.
       probe: relative addition to the measured generator and rotor speed at a time [s].
+      whirl: complex amplitude [N m] at a time [s] of which the real part in the direction of each of three blades is
+        added to its measured out-of-plane moment.
       seed: of the noise.
     """
 
@@ -45,6 +54,8 @@ def disturbed(
             seen = measurements.array.copy()
             if probe is not None:
                 seen[_SPEEDS] *= 1.0 + probe(float(measurements.time))
+            if whirl is not None:
+                seen[_MOMENTS] += (whirl(float(measurements.time)) * np.exp(1j * (seen[_AZIMUTH] + _BLADES))).real
             if noise:
                 size = np.where(_SHARES, np.abs(seen), 1.0)
                 seen += scales * size * rng.standard_normal(len(seen))
@@ -71,6 +82,9 @@ def _unbound(*_: Any) -> None:
 
 
 _SPEEDS = [Measurements.index("generator_speed"), Measurements.index("rotor_speed")]
+_AZIMUTH = Measurements.index("azimuth")
+_MOMENTS = [Measurements.index(f"out_of_plane_moment_{b + 1}") for b in range(3)]
+_BLADES = 2.0 * np.pi / 3.0 * np.arange(3)
 _SHARES = np.array([name.rstrip("_0123456789") in RELATIVE for name in Measurements.names])
 
 

@@ -12,7 +12,7 @@ from meltemi.report.figure import ShownFigure
 from meltemi.report.palette import SOFT, curve
 from meltemi.report.plots import heading, panel
 from meltemi_tuning.controller_bench.bench import ControllerBench
-from meltemi_tuning.controller_bench.margins import SpeedLoop
+from meltemi_tuning.controller_bench.margins import OpenLoop
 from meltemi_tuning.controller_bench.report import RADAR, radar_start, radar_values
 from meltemi_tuning.controller_bench.verdicts import decibel
 
@@ -39,7 +39,7 @@ def plot_bench(bench: ControllerBench) -> Figure:
     handles, labels = radar.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower left", ncols=5)
     limits = bench.limits
-    rows: tuple[tuple[str, str, Callable[[SpeedLoop], float], float], ...] = (
+    rows: tuple[tuple[str, str, Callable[[OpenLoop], float], float], ...] = (
         ("phase margin", "deg", lambda loop: math.degrees(loop.phase_margin), math.degrees(limits.phase_margin)),
         ("gain margin", "dB", lambda loop: decibel(loop.gain_margin), decibel(limits.gain_margin)),
     )

@@ -1,9 +1,14 @@
-"""Margins of the speed loop of any controller, measured in the closed loop.
+"""Margins of the speed loop and of the blade loops of any controller, measured in the closed loop.
 
 A multisine d of small amplitude is added to the measured generator speed in steady wind, once with either sign. Half
 the difference of the two runs is the response y to it alone, without the periodic motion of the rotor. The loop opened
 at the sensor is L = -y / (y + d). It needs no knowledge of the controller, and contains torque and pitch, actuators,
 filters and sampling.
+
+Loops on the root moments of three blades are opened in multiblade coordinates, in the same way: tilt and yaw part are
+one complex amplitude M, of which the blades have Re(M exp(i psi_b)) (docs/theory/control.md, C-32). Positive and
+negative frequencies w of M are different tones W + w of the blades, so lines have either sign, none both: what a rotor
+that is not isotropic answers at the mirrored frequency is on no line.
 
 Reference: docs/guide/controller-bench.md; Pintelon and Schoukens (2012), System Identification, chapter 2.
 """
@@ -11,17 +16,20 @@ Reference: docs/guide/controller-bench.md; Pintelon and Schoukens (2012), System
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.turbine.definition import Turbine
+
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 PHASE_MARGIN, GAIN_MARGIN = math.radians(30.0), 2.0
-"""[rad] and factor (6 dB) that the speed loop is asked to have."""
+"""[rad] and factor (6 dB) that loops are asked to have."""
 AMPLITUDE = 3e-4
 """Of a line at low frequency, over the speed: small enough for the linear range, large against rounding."""
 CORNER = 0.2
@@ -62,7 +70,7 @@ class Multisine:
     def _waves(self) -> tuple[Float, Float, Float]:
         """Frequencies [rad/s], phases and amplitudes."""
         f = self.lines
-        return 2.0 * math.pi * f, math.pi * np.arange(len(f)) ** 2 / len(f), AMPLITUDE / (1.0 + f / CORNER)
+        return 2.0 * math.pi * f, math.pi * np.arange(len(f)) ** 2 / len(f), AMPLITUDE / (1.0 + np.abs(f) / CORNER)
 
     def __call__(self, time: float) -> float:
         """Share of the speed at a time [s]."""
@@ -71,13 +79,29 @@ class Multisine:
 
 
 @dataclass(frozen=True)
-class SpeedLoop:
-    """The measured speed loop at a wind speed.
+class Whirl(Multisine):
+    """Test signal of the blade loops: a complex amplitude, whose lines have either sign by turns."""
+
+    @cached_property
+    def lines(self) -> Float:
+        """(F,) frequencies [Hz] in ascending order, twice as many as of the speed loop."""
+        once = np.unique(np.maximum(np.round(np.geomspace(LOWEST, HIGHEST, 2 * LINES) * self.period), 1.0))
+        return np.sort(once * np.where(np.arange(len(once)) % 2, -1.0, 1.0)) / self.period
+
+    def amplitude(self, time: float) -> complex:
+        """Of the moments at a time [s], as a share of :func:`moment_scale`."""
+        w, phase, size = self._waves
+        return self.sign * complex(size @ np.exp(1j * (w * time + phase)))
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """Frequency response of an opened loop at a wind speed.
 
     Attributes:
       wind_speed: [m/s].
-      frequency: (F,) [rad/s].
-      response: (F,) L, opened at the speed sensor.
+      frequency: (F,) [rad/s], ascending; of either sign for the complex amplitude of blade loops.
+      response: (F,) L, opened at the sensors.
       repeatability: difference of two periods over the response.
     """
 
@@ -96,7 +120,7 @@ class SpeedLoop:
         """[rad/s] highest frequency at which the gain is one; 0 if it is below one everywhere."""
         at, share = self._passings(np.abs(self.response) - 1.0)
         return (
-            float((self.frequency[at] + share * np.diff(self.frequency)[at]).max(initial=0.0))
+            float(np.abs(self.frequency[at] + share * np.diff(self.frequency)[at]).max(initial=0.0))
             if self.linear
             else math.nan
         )
@@ -120,6 +144,11 @@ class SpeedLoop:
         factors = np.abs(1.0 / real[real < 0.0])
         return float(np.maximum(factors, 1.0 / factors).min(initial=math.inf)) if self.linear else math.nan
 
+    @property
+    def sensitivity(self) -> float:
+        """Largest of 1 / |1 + L|, by which the loop amplifies disturbances."""
+        return float((1.0 / np.abs(1.0 + self.response)).max()) if self.linear else math.nan
+
     def _phases(self, *, lags: bool = False) -> tuple[Float, Float]:
         """Frequencies [rad/s] where the gain is one, and distances of its phase from half a turn [rad], or lags."""
         at, share = self._passings(np.abs(self.response) - 1.0)
@@ -130,12 +159,15 @@ class SpeedLoop:
         return w, lag if lags else np.minimum(lag, 2.0 * math.pi - lag)
 
     def _passings(self, x: Float) -> tuple[NDArray[np.int64], Float]:
-        """Indices after which x changes its sign, and the shares of the steps at which it does."""
-        at = np.flatnonzero(x[:-1] * x[1:] < 0.0)
+        """Indices after which x changes its sign, and the shares of the steps at which it does.
+
+        Between the signs of the frequency there is the pole of an integrator, and no passing.
+        """
+        at = np.flatnonzero((x[:-1] * x[1:] < 0.0) & (self.frequency[:-1] * self.frequency[1:] > 0.0))
         return at, x[at] / (x[at] - x[at + 1])
 
 
-def speed_loop(wind_speed: float, signal: Multisine, up: Float, down: Float) -> SpeedLoop:
+def speed_loop(wind_speed: float, signal: Multisine, up: Float, down: Float) -> OpenLoop:
     """The loop from the speeds of two runs.
 
     Args:
@@ -144,11 +176,57 @@ def speed_loop(wind_speed: float, signal: Multisine, up: Float, down: Float) -> 
       up, down: (T,) [rad/s] generator speed of the runs with either sign, from 0 on in steps of ``STEP``.
     """
     n = round(signal.period / STEP)
-    time = STEP * np.arange(len(up))
-    lines = np.round(signal.lines * signal.period).astype(int)
     y = 0.5 * (up - down) / (0.5 * (up + down)[-2 * n :].mean())
-    d = np.array([signal(t) for t in time[-n - 1 : -1]])
-    first, last = (np.fft.rfft(x)[lines] for x in (y[-2 * n - 1 : -n - 1], y[-n - 1 : -1]))
+    return _opened(wind_speed, signal, y, np.array([signal(t) for t in _last(signal, len(up))]))
+
+
+def blade_loop(wind_speed: float, signal: Whirl, up: Complex, down: Complex, *, delay: float = 0.0) -> OpenLoop:
+    """The loop from the moments of two runs, by :func:`moment_amplitude`.
+
+    Args:
+      wind_speed: [m/s].
+      signal: of the first run.
+      up, down: (T,) amplitudes of the runs with either sign, from 0 on in steps of ``STEP``.
+      delay: [s] by which the controller receives loads late: a time step.
+    """
+    d = np.array([signal.amplitude(t) for t in _last(signal, len(up))])
+    return _opened(wind_speed, signal, 0.5 * (up - down), d, delay)
+
+
+def moment_scale(turbine: Turbine) -> float:
+    """[N m] of which the test signal of blade loops is a share: the rated torque of the rotor by blade."""
+    return turbine.rated_power / turbine.rated_rotor_speed / turbine.n_blades
+
+
+def moment_amplitude(moments: Sequence[Float], azimuth: Float, scale: float, delay: float = 0.0) -> Complex:
+    """(T,) complex amplitude M of the blades' moments, tilt minus i yaw part (C-32), as the controller receives it.
+
+    Args:
+      moments: (T,) [N m] of each blade.
+      azimuth: (T,) [rad] of the first blade, not beyond steps of half a turn.
+      scale: [N m] that is 1.
+      delay: [s] by which the controller receives moments late, at the azimuth of its call.
+    """
+    turned = np.unwrap(azimuth)
+    late = turned + delay * np.gradient(turned, STEP)
+    parts = [m * np.exp(-1j * (late + 2.0 * math.pi * b / len(moments))) for b, m in enumerate(moments)]
+    amplitude: Complex = 2.0 / (len(moments) * scale) * np.sum(parts, axis=0)
+    return amplitude
+
+
+def _last(signal: Multisine, samples: int) -> Float:
+    """[s] of the samples of the last period of a run, without its end."""
+    return np.asarray(STEP * np.arange(samples)[-round(signal.period / STEP) - 1 : -1], dtype=np.float64)
+
+
+def _opened(
+    wind_speed: float, signal: Multisine, y: Float | Complex, d: Float | Complex, delay: float = 0.0
+) -> OpenLoop:
+    """L from the response in a run and the test signal in its last period."""
+    n = len(d)
+    lines = np.round(signal.lines * signal.period).astype(int)
+    late = np.exp(-2j * math.pi * signal.lines * delay)
+    first, last = (late * np.fft.fft(x)[lines] for x in (y[-2 * n - 1 : -n - 1], y[-n - 1 : -1]))
     spread = float(np.linalg.norm(last - first)) / max(float(np.linalg.norm(last)), 1e-300)
-    Y, D = 0.5 * (first + last), np.fft.rfft(d)[lines]
-    return SpeedLoop(wind_speed, 2.0 * math.pi * signal.lines, -Y / (Y + D), spread)
+    Y, D = 0.5 * (first + last), np.fft.fft(d)[lines]
+    return OpenLoop(wind_speed, 2.0 * math.pi * signal.lines, -Y / (Y + D), spread)

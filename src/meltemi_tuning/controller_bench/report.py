@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -129,7 +130,7 @@ def content(bench: ControllerBench) -> dict[str, Any]:
         "leaderboard": table(leaderboard_rows(bench.leaderboard(), bench.reference)),
         "verdicts": table(verdict_rows(bench.all_verdicts())),
         "lifetime": table(lifetime_rows(bench.lifetimes())),
-        "margins": table(margin_rows(bench.loops)),
+        "margins": table(margin_rows(bench.loops, bench.blade_loops)),
         "runs": table(run_rows(bench)),
     }
 
@@ -158,7 +159,7 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
     files = [
         write_csv(out / "verdicts.csv", *verdict_rows(found)),
         write_csv(out / "lifetime.csv", *lifetime_rows(bench.lifetimes())),
-        write_csv(out / "margins.csv", *margin_rows(bench.loops)),
+        write_csv(out / "margins.csv", *margin_rows(bench.loops, bench.blade_loops)),
         write_csv(out / "runs.csv", *run_rows(bench)),
         write_text(out / "bench.json", json.dumps(content(bench), indent=1, ensure_ascii=False) + "\n"),
         write_text(out / "leaderboard.md", leaderboard_text(bench)),
@@ -214,10 +215,11 @@ def _sections(bench: ControllerBench, repeat: str) -> list[Section]:
         text_columns=2,
         note=text.format(bench.reference) + LIFETIME,
     )
+    margins = Table(*margin_rows(bench.loops, bench.blade_loops), text_columns=2)
     sections = [
         Section("Criteria", [criteria_table(bench.all_verdicts())]),
         Section("Production", [*_radar(bench), lifetime]),
-        Section("Stability margins", [MARGINS, *_margin_charts(bench), Table(*margin_rows(bench.loops))]),
+        Section("Stability margins", [MARGINS, *_margin_charts(bench), margins]),
         Section(
             "Extreme events",
             [Table(*situation_rows(bench, "extreme"), text_columns=2), Table(*extreme_rows(bench), text_columns=1)],
@@ -237,9 +239,9 @@ LIFETIME = (
     "Rayleigh distribution of the class. Speed and power: standard deviations; speeds over the reference speed."
 )
 MARGINS = (
-    "Measured in the closed loop: small sines are added to the measured generator speed in steady wind, and the loop "
-    "is opened at that sensor. It contains torque and pitch, filters, actuators and sampling. Loops on blade moments "
-    "are not opened."
+    "Measured in the closed loop: small sines are added to the measured generator speed in steady wind, and the speed "
+    "loop is opened at that sensor. It contains torque and pitch, filters, actuators and sampling. Blade loops are "
+    "opened at the root moments of all blades, in multiblade coordinates; a controller that does not use them has none."
 )
 ROBUSTNESS = "The controllers are made for the nominal turbine; the plant, its sensors or its actuators differ."
 OPERATION = (
@@ -285,16 +287,20 @@ def _margin_charts(bench: ControllerBench) -> list[Block]:
         ("Phase margin", "deg", "phase_margin", math.degrees, limits.phase_margin),
         ("Gain margin", "dB", "gain_margin", decibel, limits.gain_margin),
     )
-    for title, unit, attribute, in_unit, limit in kinds:
+    curves_of = ("speed loop", bench.loops), ("blade loops", bench.blade_loops)
+    for (title, unit, attribute, in_unit, limit), (where, of) in product(kinds, curves_of):
         curves = []
-        for i, (name, loops) in enumerate(bench.loops.items()):
+        for name, loops in of.items():
             found = [getattr(loop, attribute) for loop in loops]
             values = [in_unit(v) if math.isfinite(v) else math.nan for v in found]
-            curves.append(Curve(name, [loop.wind_speed for loop in loops], values, colour=i))
+            curves.append(
+                Curve(name, [loop.wind_speed for loop in loops], values, colour=bench.controllers.index(name))
+            )
         ends = [bench.speeds[0], bench.speeds[-1]]
-        curves.append(Curve("limit", ends, [in_unit(limit)] * 2, dash="5 4", colour=len(curves)))
-        shown.append(Chart(title, wind, Axis(title.lower(), unit, start=0.0), curves))
-    return [Beside(shown)]
+        curves.append(Curve("limit", ends, [in_unit(limit)] * 2, dash="5 4", colour=len(bench.controllers)))
+        if of:
+            shown.append(Chart(f"{title} of the {where}", wind, Axis(title.lower(), unit, start=0.0), curves))
+    return [Beside(shown[i : i + 2]) for i in range(0, len(shown), 2)]
 
 
 def _suite_table(bench: ControllerBench) -> Table:

@@ -16,9 +16,10 @@ from meltemi.postprocess.ensemble import actuator_travel
 from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
-from meltemi.simulation.rotors import build
+from meltemi.simulation.rotors import build, default_step
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
+from meltemi.simulation.trim import operating_point
 from meltemi.simulation.validity import undeflected_clearance
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.iec.classes import as_class
@@ -26,7 +27,16 @@ from meltemi_tuning.compare import SharedField
 from meltemi_tuning.controller_bench.bench import ControllerBench
 from meltemi_tuning.controller_bench.contenders import Contender
 from meltemi_tuning.controller_bench.disturbance import disturbed
-from meltemi_tuning.controller_bench.margins import STEP, Multisine, SpeedLoop, speed_loop
+from meltemi_tuning.controller_bench.margins import (
+    STEP,
+    Multisine,
+    OpenLoop,
+    Whirl,
+    blade_loop,
+    moment_amplitude,
+    moment_scale,
+    speed_loop,
+)
 from meltemi_tuning.controller_bench.suite import EVENT, BenchCase, BenchLimits, Situation, cases_of
 from meltemi_tuning.controller_bench.verdicts import SLOPES
 from meltemi_tuning.power_reference import tracking_error
@@ -36,6 +46,10 @@ STOPPED = 0.2
 """Share of the reference speed below which a stop is complete."""
 SIGNS = (1.0, -1.0)
 """Of the test signal of the margins."""
+AWAY = math.radians(1.0)
+"""[rad] of the steady pitch from its minimum, below which the blade loops are at this limit for much of a turn."""
+ROOTS = tuple(f"root_moment_out_of_plane_{b + 1}" for b in range(3))
+"""Channels of the moments that blade loops act on."""
 
 
 def run_bench(  # noqa: PLR0913 - options of a study, each with a default
@@ -50,7 +64,7 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> ControllerBench:
-    """Run controllers through the suite, in the same winds, and measure the margins of their speed loops.
+    """Run controllers through the suite, in the same winds, and measure the margins of their speed and blade loops.
 
     A run that fails counts as failed for its controller and stops no other.
 
@@ -75,14 +89,21 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
     speeds = next(s.speeds for s in suite if s.group == "production")
     in_suite = suite_runs(model, suite, entries, wind_class, grid)
     probed = probe_runs(model, speeds, entries, sine, grid)
+    whirl, scale, late = Whirl(sine.period, sine.settling), moment_scale(turbine), default_step(model)
+    free = pitching(model, speeds) if any(e.controller.uses_loads for e in entries) else []
+    whirled = whirl_runs(model, free, entries, whirl, grid)
+    turning = {run.name for run in whirled.values()}
     about = {run.name: case for (case, _), run in in_suite.items()}
     clear, reference = undeflected_clearance(model), turbine.control.pitch.reference_speed
 
     def reduce(result: Result) -> Any:
-        case = about.get(str(result.meta["case"]))
+        name = str(result.meta["case"])
+        if name in turning:
+            return moment_amplitude([result[each] for each in ROOTS], result["azimuth"], scale, late)
+        case = about.get(name)
         return result["generator_speed"].copy() if case is None else numbers_of(result, case, reference, clear)
 
-    runs = [*in_suite.values(), *probed.values()]
+    runs = [*in_suite.values(), *probed.values(), *whirled.values()]
     outcomes = {o.name: o for o in resumed(runs, reduce=reduce, workers=workers, progress=progress)}
     done, failed = {}, {}
     for (case, controller), run in in_suite.items():
@@ -95,6 +116,8 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
     if not done:
         raise InputError(f"controllers: no run reached its end; the first: {next(iter(failed.values()))}")
     pairs = {(v, name): [outcomes[probed[v, name, sign].name] for sign in SIGNS] for v, name, _ in probed}
+    turned = {(v, name): [outcomes[whirled[v, name, sign].name] for sign in SIGNS] for v, name, _ in whirled}
+    blades = {name: tuple(_blade_loop(v, whirl, late, *turned[v, name]) for v in free) for _, name in turned}
     return ControllerBench(
         turbine=turbine.name,
         wind_class=wind_class,
@@ -105,6 +128,7 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
         numbers=done,
         failures=failed,
         loops={e.name: tuple(_loop(v, sine, *pairs[v, e.name]) for v in speeds) for e in entries},
+        blade_loops={name: loops for name, loops in blades.items() if any(np.any(loop.response) for loop in loops)},
         speeds=speeds,
         mean_speed=0.2 * as_class(wind_class, None).v_ref,
         limits=limits or BenchLimits(),
@@ -175,11 +199,59 @@ def probe_runs(
     }
 
 
-def _loop(speed: float, sine: Multisine, up: Outcome, down: Outcome) -> SpeedLoop:
-    if not (up.status.complete and down.status.complete):
-        nothing = np.full(len(sine.lines), complex(math.nan, math.nan))
-        return SpeedLoop(speed, 2.0 * math.pi * sine.lines, nothing, math.inf)
-    return speed_loop(speed, sine, up.value, down.value)
+def pitching(model: BladedModel, speeds: Iterable[float]) -> list[float]:
+    """Wind speeds [m/s] at which the steady pitch is away from its minimum, so that blades can pitch either way."""
+    least = model.turbine.control.pitch.minimum + AWAY
+    return [v for v in speeds if operating_point(model, v).pitch > least]
+
+
+def whirl_runs(
+    model: BladedModel,
+    speeds: Iterable[float],
+    entries: Sequence[Contender],
+    whirl: Whirl,
+    grid: PowerGrid | None = None,
+) -> dict[tuple[float, str, float], Run]:
+    """Runs with the test signal of the blade loops, by wind speed, controller and sign: of those that read loads, on
+    three blades."""
+    scale = moment_scale(model.turbine)
+
+    def turned(sign: float) -> Callable[[float], complex]:
+        signal = replace(whirl, sign=sign)
+        return lambda time: scale * signal.amplitude(time)
+
+    return {
+        (v, entry.name, sign): Run(
+            model,
+            SteadyWind(speed=v),
+            duration=whirl.duration,
+            controller=disturbed(entry.controller, whirl=turned(sign)),
+            channels=["azimuth", *ROOTS],
+            grid=grid,
+            output_step=STEP,
+            name=f"margins of blade loops, {v:g} m/s, {'up' if sign > 0.0 else 'down'}: {entry.name}",
+        )
+        for v in speeds
+        for entry in entries
+        if entry.controller.uses_loads and model.n_blades == 3
+        for sign in SIGNS
+    }
+
+
+def _loop(speed: float, sine: Multisine, up: Outcome, down: Outcome) -> OpenLoop:
+    lost = not (up.status.complete and down.status.complete)
+    return _nothing(speed, sine) if lost else speed_loop(speed, sine, up.value, down.value)
+
+
+def _blade_loop(speed: float, whirl: Whirl, delay: float, up: Outcome, down: Outcome) -> OpenLoop:
+    lost = not (up.status.complete and down.status.complete)
+    return _nothing(speed, whirl) if lost else blade_loop(speed, whirl, up.value, down.value, delay=delay)
+
+
+def _nothing(speed: float, signal: Multisine) -> OpenLoop:
+    """The loop of runs that did not reach their end."""
+    nothing = np.full(len(signal.lines), complex(math.nan, math.nan))
+    return OpenLoop(speed, 2.0 * math.pi * signal.lines, nothing, math.inf)
 
 
 def numbers_of(result: Result, case: BenchCase, reference: float, clearance: float) -> dict[str, float]:

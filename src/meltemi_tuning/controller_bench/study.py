@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from meltemi.control.controller import Controller
-from meltemi.controllers.names import controller_keys, labelled
+from meltemi.controllers.names import SCHEMES, controller_keys, labelled
 from meltemi.controllers.schemes import equipped
 from meltemi.core.errors import InputError
 from meltemi.environment.grid import PowerGrid
@@ -59,9 +59,12 @@ def bench_controllers(  # noqa: PLR0913 - options of a study, each with a defaul
         reached its end.
       KeyboardInterrupt: Ctrl-C ended the runs.
     """
-    given = entries_of(controllers, reference)
+    bare = aeroelastic(turbine, "the test bench")
+    if not isinstance(controllers, Mapping | str):
+        controllers = one_name(controllers, bare)
+    given = entries_of(controllers, one_name([reference], bare)[0])
     as_class(wind_class, None)
-    described = equipped(aeroelastic(turbine, "the test bench"), [e for e in given.values() if isinstance(e, str)])
+    described = equipped(bare, [e for e in given.values() if isinstance(e, str)])
     suite, model = suite_of(described, quick=quick), build(described, options)
     share = TUNING if progress else 0.0
     made = contenders(given, model, progress=progress and (lambda x: progress(share * x)))
@@ -76,6 +79,17 @@ def bench_controllers(  # noqa: PLR0913 - options of a study, each with a defaul
         workers=workers,
         progress=progress and (lambda x: progress(share + (1.0 - share) * x)),
     )
+
+
+def one_name(names: Sequence[str], turbine: Turbine) -> list[str]:
+    """Names of controllers, with ``baseline`` for a scheme that adds nothing to it, such as ``cpc``.
+
+    Where the pitch actuator has dynamics, schemes have a notch filter, and ``cpc`` is not the baseline.
+    """
+    plain = turbine.pitch_actuator.kind == "ideal"
+    bare = {name for name, scheme in SCHEMES.items() if plain and not (scheme.loops or scheme.feedforward)}
+    found = ["baseline" if isinstance(name, str) and name.lower() in bare else name for name in names]
+    return [name for i, name in enumerate(found) if name not in found[:i] or names[i] in names[:i]]
 
 
 def entries_of(controllers: Mapping[str, Entry] | Sequence[str], reference: str) -> dict[str, Entry]:

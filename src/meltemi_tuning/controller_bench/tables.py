@@ -10,8 +10,8 @@ from meltemi.postprocess.ensemble import EnsembleTable
 from meltemi.report.tables import number
 from meltemi_reports.blocks import Table
 from meltemi_reports.ensemble_tables import change_text
-from meltemi_tuning.controller_bench.margins import SpeedLoop
-from meltemi_tuning.controller_bench.verdicts import NAMES, SLOPES, Standing, Verdict, decibel
+from meltemi_tuning.controller_bench.margins import OpenLoop
+from meltemi_tuning.controller_bench.verdicts import NAMES, SLOPES, LoopMargins, Standing, Verdict, decibel
 
 Rows = tuple[list[str], list[list[str]]]
 Verdicts = Mapping[str, Sequence[Verdict]]
@@ -74,7 +74,7 @@ def criteria_table(found: Verdicts) -> Table:
                 row.append("-" if j else "reference")  # no run to judge
                 continue
             width = "" if math.isnan(v.half_width) else f" ± {v.half_width:.2g}"
-            row.append(f"{value_text(v.value)}{width}" if v.passed is not None or v.value == v.value else v.where)
+            row.append(f"{value_text(v.value)}{width}" if v.value == v.value else v.where)
             if v.passed is not None:
                 doubtful = "limit" in v.word
                 classes[i, j + 2] = "doubtful" if doubtful else "good" if v.passed else "bad"
@@ -83,7 +83,13 @@ def criteria_table(found: Verdicts) -> Table:
     return Table(["criterion", "limit", *found], rows, text_columns=2, classes=classes, note=note)
 
 
-LEAST = ("tower clearance", "phase margin", "gain margin", "delay margin", "energy", "start")
+LEAST = (
+    "tower clearance",
+    *(f"speed loop: {kind} margin" for kind in ("phase", "gain", "delay")),
+    *(f"blade loops: {kind} margin" for kind in ("phase", "gain")),
+    "energy",
+    "start",
+)
 """Criteria whose limit is a lower bound."""
 
 
@@ -94,15 +100,27 @@ BOARD: dict[str, Callable[[Standing], str]] = {
     "travel deg/s": lambda s: value_text(math.degrees(s.pitch_travel)),
     "speed %": lambda s: value_text(100.0 * s.speed),
     "clearance %": lambda s: value_text(100.0 * s.clearance),
-    "phase deg": lambda s: _margin(math.degrees(s.phase_margin), s),
-    "gain dB": lambda s: _margin(decibel(s.gain_margin), s),
+    "speed loop phase deg": lambda s: _phase(s.speed_loop),
+    "speed loop gain dB": lambda s: _gain(s.speed_loop),
+    "blade loops phase deg": lambda s: _phase(s.blade_loops),
+    "blade loops gain dB": lambda s: _gain(s.blade_loops),
 }
 """Columns of the leaderboard after controller and failed criteria."""
 
 
-def _margin(value: float, standing: Standing) -> str:
+def _phase(loop: LoopMargins | None) -> str:
+    return "" if loop is None else _margin(math.degrees(loop.phase_margin), loop)
+
+
+def _gain(loop: LoopMargins | None) -> str:
+    return "" if loop is None else _margin(decibel(loop.gain_margin), loop)
+
+
+def _margin(value: float, loop: LoopMargins) -> str:
     """The smallest margin, an upper bound where the loop had no linear response at some wind speed."""
-    return f"≤ {value_text(value)}" if standing.nonlinear and math.isfinite(value) else value_text(value)
+    if math.isnan(value) and loop.nonlinear:
+        return "no linear response"
+    return f"≤ {value_text(value)}" if loop.nonlinear and math.isfinite(value) else value_text(value)
 
 
 CHANGES = 3
@@ -138,19 +156,22 @@ def lifetime_rows(tables: Mapping[str, EnsembleTable | None]) -> Rows:
     return head, rows
 
 
-def margin_rows(loops_of: Mapping[str, Iterable[SpeedLoop]]) -> Rows:
-    """Header and rows of the margins of the speed loop by controller and wind speed."""
+def margin_rows(speed_loops: Mapping[str, Iterable[OpenLoop]], blade_loops: Mapping[str, Iterable[OpenLoop]]) -> Rows:
+    """Header and rows of the margins of speed and blade loops by controller and wind speed."""
     head = [
         "controller",
+        "loop",
         "wind m/s",
         "crossover rad/s",
         "phase margin deg",
         "gain margin dB",
         "delay margin s",
+        "largest 1/|1+L|",
         "repeatability %",
     ]
+    kinds = (("speed loop", speed_loops), ("blade loops", blade_loops))
     rows = []
-    for name, loops in loops_of.items():
+    for name, kind, loops in ((name, kind, own[name]) for name in speed_loops for kind, own in kinds if name in own):
         for loop in loops:
             gain = decibel(loop.gain_margin)
             values = [
@@ -158,8 +179,11 @@ def margin_rows(loops_of: Mapping[str, Iterable[SpeedLoop]]) -> Rows:
                 math.degrees(loop.phase_margin),
                 gain,
                 loop.delay_margin,
+                loop.sensitivity,
                 100.0 * loop.repeatability,
             ]
             texts = ["no linear response" if math.isnan(x) else "none" if math.isinf(x) else number(x) for x in values]
-            rows.append([name, f"{loop.wind_speed:g}", *texts])
+            if kind == "blade loops":
+                texts[3] = "-"  # a delay turns tones of the blades, not amplitudes
+            rows.append([name, kind, f"{loop.wind_speed:g}", *texts])
     return head, rows

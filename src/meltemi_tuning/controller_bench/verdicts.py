@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from meltemi.postprocess.ensemble import MeanEstimate
+from meltemi_tuning.controller_bench.margins import OpenLoop
 
 SLOPES = {"RootMyc1": 10.0, "RootMxc1": 10.0, "TwrBsMyt": 4.0, "TwrBsMxt": 4.0, "YawBrMyp": 4.0, "YawBrMzp": 4.0}
 """Loads, and the slopes of their S-N curves."""
@@ -49,6 +51,31 @@ class Verdict:
 
 
 @dataclass(frozen=True)
+class LoopMargins:
+    """Smallest margins of a loop.
+
+    Attributes:
+      phase_margin, gain_margin: [rad], factor; smallest at all wind speeds where the loop has a linear response; NaN
+        if there is none.
+      nonlinear: [m/s] wind speeds without it, where the margins may be smaller.
+    """
+
+    phase_margin: float
+    gain_margin: float
+    nonlinear: tuple[float, ...]
+
+    @classmethod
+    def of(cls, loops: Sequence[OpenLoop]) -> LoopMargins:
+        """Those of a loop by wind speed."""
+        linear = [loop for loop in loops if loop.linear]
+        return cls(
+            min((loop.phase_margin for loop in linear), default=math.nan),
+            min((loop.gain_margin for loop in linear), default=math.nan),
+            tuple(loop.wind_speed for loop in loops if not loop.linear),
+        )
+
+
+@dataclass(frozen=True)
 class Standing:
     """A controller on the leaderboard.
 
@@ -60,9 +87,7 @@ class Standing:
       pitch_travel: [rad/s] mean pitch rate in production.
       speed: largest generator speed over its reference.
       clearance: smallest tower clearance over that of the undeflected blade.
-      phase_margin, gain_margin: [rad], factor; smallest at all wind speeds where the loop has a linear response; NaN
-        if there is none.
-      nonlinear: [m/s] wind speeds without it, where the margins may be smaller.
+      speed_loop, blade_loops: their margins; None without blade loops.
     """
 
     controller: str
@@ -74,9 +99,8 @@ class Standing:
     pitch_travel: float
     speed: float
     clearance: float
-    phase_margin: float
-    gain_margin: float
-    nonlinear: tuple[float, ...]
+    speed_loop: LoopMargins
+    blade_loops: LoopMargins | None
 
 
 def decibel(factor: float) -> float:
