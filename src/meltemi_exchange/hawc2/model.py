@@ -24,7 +24,7 @@ from meltemi_exchange.hawc2.bodies import INERTIAL, Body, Lump, read_bodies, rot
 from meltemi_exchange.hawc2.control import read_control
 from meltemi_exchange.hawc2.htc import Block, Treatment, notes_on, read_htc
 from meltemi_exchange.hawc2.roles import assign_roles, is_about, other_blades
-from meltemi_exchange.hawc2.sections import at_elastic_centre, read_planform, read_polars
+from meltemi_exchange.hawc2.sections import at_elastic_centre, read_planform, read_polars, turned_centres
 from meltemi_exchange.hawc2.start import read_start
 from meltemi_exchange.hawc2.wind import read_wind
 from meltemi_exchange.openfast.deck import LEAST_YAW_FREQUENCY
@@ -39,6 +39,8 @@ RIGID_TORSION = 1e13
 """[N m/rad] of a shaft beyond which it is rigid for any turbine."""
 OVERDAMPED = 0.99
 """Largest damping ratio of a tower: stiffer or more damped ones do not swing at all."""
+BESIDE = 0.01
+"""[m] between two definitions of a centre of mass from which a note says so."""
 BOUND = 0.5
 """Of the torsional compliance from the generator to the hub: what lies beyond turns with the hub."""
 
@@ -251,6 +253,11 @@ def _blade(
     if np.any(shape[:, 3] != group):
         notes.append(ImportNote("approximated", ae.where, "sets of polars", f"set {group}, of the tip, everywhere"))
     notes.append(ImportNote("approximated", pc.where, "dynamic stall", NO_STALL))
+    rows = body.sections.rows
+    away = float(np.max(np.linalg.norm(turned_centres(rows)[:, 2:4] - rows[:, 2:4], axis=1)))
+    if away > BESIDE:
+        why = f"from the half chord along the chord, as in the manual; HAWC2's own is up to {away:.2g} m away (S-72)"
+        notes.append(ImportNote("approximated", body.block.where, "centres of mass, FPM 1", why))
     if np.any(body.damping[:3]):
         notes.append(ImportNote("ignored", body.block.where, "damping", "the part in proportion to the mass"))
     outer = {
