@@ -98,7 +98,7 @@ def bench_controller(
     print(
         "changes against the reference in the same winds, with 95 % intervals; speed over its reference, clearance over"
     )
-    print("that of the undeflected blade: worst case; margins: smallest of all wind speeds")
+    print("that of the undeflected blade: worst case; phase and gain margins: smallest of all wind speeds")
     found = bench.all_verdicts()
     failing = {name: [v for v in own if v.passed is False] for name, own in found.items()}
     print_table(

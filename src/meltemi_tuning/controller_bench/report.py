@@ -322,4 +322,6 @@ def leaderboard_text(bench: ControllerBench) -> str:
         [f"{cell}{marks.get(table.classes.get((i, j), ''), '')}" for j, cell in enumerate(row)]
         for i, row in enumerate(table.texts)
     ]
-    return "\n".join([*markdown_table(head, rows), "", *markdown_table(table.head, cells), ""])
+    return "\n".join(
+        [*markdown_table([" ".join(h.split()) for h in head], rows), "", *markdown_table(table.head, cells), ""]
+    )

@@ -94,16 +94,16 @@ LEAST = (
 
 
 BOARD: dict[str, Callable[[Standing], str]] = {
-    "energy %": lambda s: change_text(s.energy),
-    "blade DEL %": lambda s: change_text(s.blade_load),
-    "tower DEL %": lambda s: change_text(s.tower_load),
-    "travel deg/s": lambda s: value_text(math.degrees(s.pitch_travel)),
-    "speed %": lambda s: value_text(100.0 * s.speed),
-    "clearance %": lambda s: value_text(100.0 * s.clearance),
-    "speed loop phase deg": lambda s: _phase(s.speed_loop),
-    "speed loop gain dB": lambda s: _gain(s.speed_loop),
-    "blade loops phase deg": lambda s: _phase(s.blade_loops),
-    "blade loops gain dB": lambda s: _gain(s.blade_loops),
+    "energy\n%": lambda s: change_text(s.energy),
+    "blade\nDEL %": lambda s: change_text(s.blade_load),
+    "tower\nDEL %": lambda s: change_text(s.tower_load),
+    "travel\ndeg/s": lambda s: value_text(math.degrees(s.pitch_travel)),
+    "speed\n%": lambda s: value_text(100.0 * s.speed),
+    "clearance\n%": lambda s: value_text(100.0 * s.clearance),
+    "speed\nloop\ndeg": lambda s: _phase(s.speed_loop),
+    "speed\nloop\ndB": lambda s: _gain(s.speed_loop),
+    "blade\nloops\ndeg": lambda s: _phase(s.blade_loops),
+    "blade\nloops\ndB": lambda s: _gain(s.blade_loops),
 }
 """Columns of the leaderboard after controller and failed criteria."""
 
@@ -119,7 +119,7 @@ def _gain(loop: LoopMargins | None) -> str:
 def _margin(value: float, loop: LoopMargins) -> str:
     """The smallest margin, an upper bound where the loop had no linear response at some wind speed."""
     if math.isnan(value) and loop.nonlinear:
-        return "no linear response"
+        return "not linear"
     return f"≤ {value_text(value)}" if loop.nonlinear and math.isfinite(value) else value_text(value)
 
 
