@@ -201,6 +201,9 @@ def _recorded(described: Run, case: LoadCase) -> tuple[Run, LoadCase]:
 
     assert isinstance(described.model, Model)
     names, missing = recordable(case.channels, model_channels(described.model, described.stations))
+    if missing and not names:
+        name, why = next(iter(missing.items()))
+        raise InputError(f"no channel {name!r}: {why}")
     for name, why in missing.items():
         say(f"note: channel {name} is not recorded: {why}")
     return replace(described, channels=names), case.replace(channels=names)
