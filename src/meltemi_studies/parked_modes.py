@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
-from meltemi.simulation.bladed.rotor import with_blades
+from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.linear import linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode
@@ -50,7 +50,8 @@ class ParkedStability(Brief):
       azimuths: [rad] rotor positions; each point of the map has the least damped of their modes.
       damping: (n, m) ratio to critical; NaN without equilibrium.
       frequency: (n, m) [rad/s].
-      coordinate: (n, m) names of the coordinate with most of the mode's energy, without the blade: ``1st edge``.
+      coordinate: (n, m) names of the coordinate with most of the mode's strain energy, without the blade: ``1st edge``;
+        of a floating turbine, whose platform has none, with most of the energy (M-47).
       failures: reasons for points without equilibrium, by yaw and pitch [rad].
     """
 
@@ -98,7 +99,7 @@ def parked_stability(
         raise InputError("parked_stability: yaws, pitches and azimuths need at least one value each")
     locked = model.locked.copy()
     locked[model.coordinates.index("generator")] = 1.0
-    held = replace(model, locked=locked)
+    held, weights = replace(model, locked=locked), _stiffness(model)
     shape = (len(yaws), len(pitches))
     damping, frequency = np.full(shape, np.nan), np.full(shape, np.nan)
     names = [[""] * shape[1] for _ in range(shape[0])]
@@ -116,7 +117,7 @@ def parked_stability(
                 ]
                 least = min(modes, key=lambda mode: mode.damping)
                 damping[i, j], frequency[i, j] = least.damping, least.frequency
-                names[i][j] = _carrier(least)
+                names[i][j] = _carrier(least, weights)
             except MeltemiError as error:
                 failures[float(yaw), float(pitch)] = str(error)
         if progress is not None:
@@ -128,10 +129,25 @@ def parked_stability(
     return ParkedStability(wind, *axes, tuple(azimuths), damping, frequency, carriers, failures)
 
 
-def _carrier(mode: Mode) -> str:
-    """The coordinate with most of the energy of a mode (M-47), summed over the blades."""
+def _stiffness(model: BladedModel) -> dict[str, float]:
+    """Stiffness of each coordinate of tower and blades; none of a floating turbine."""
+    if model.turbine.platform is not None:
+        return {}
+    found = dict(zip(model.coordinates, np.diag(model.rotor.tower_matrix[1]).tolist(), strict=False))
+    for name, k in zip(model.rotor.blade.names, np.diag(model.rotor.modal[0, 0]), strict=True):
+        found.update({f"blade {b + 1} {name}": float(k) for b in range(model.n_blades)})
+    return found
+
+
+def _carrier(mode: Mode, stiffness: dict[str, float]) -> str:
+    """The coordinate with most of the energy of a mode, summed over the blades.
+
+    Participation factors (M-47) are that energy without damping. Air couples the tower's two first modes, which have
+    nearly one frequency, so strongly that they mistake its direction: what counts there is the motion.
+    """
     energy: dict[str, float] = {}
-    for name, share in zip(mode.coordinates, mode.energy, strict=True):
+    for name, x, share in zip(mode.coordinates, mode.shape, mode.energy, strict=True):
         key = name.split(" ", 2)[2] if name.startswith("blade ") else name
-        energy[key] = energy.get(key, 0.0) + float(share)
+        of = stiffness.get(name, 0.0) * float(abs(x)) ** 2 if stiffness else float(share)
+        energy[key] = energy.get(key, 0.0) + of
     return max(energy, key=lambda key: energy[key])

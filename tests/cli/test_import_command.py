@@ -41,7 +41,7 @@ def test_a_slip_of_a_unit_is_told(command: Command, deck: Path, tmp_path: Path) 
     extra = ("--control-of", "nrel5mw", "--extra", tmp_path / "extra.yaml")
     ran = command("import", deck, *extra, "--out", tmp_path / "mine")
     assert ran.status == 0
-    assert ran.err.startswith("warning: drivetrain.stiffness: rated torque twists the shaft by ")
+    assert ran.err.startswith("warning: drivetrain.stiffness: twist [rad] at rated torque is ")
     assert "; is its unit right?" in ran.err
 
 

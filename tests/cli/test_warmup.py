@@ -24,7 +24,7 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
 ) -> None:
     simulate(model, SteadyWind(speed=9.0), duration=0.1)
     capsys.readouterr()  # this one may have been cold itself
-    arguments = ["meltemi", "run", "nrel5mw", "--wind-speed", "9", "--duration", "0.5", "--out", str(tmp_path)]
+    arguments = ["meltemi", "run", "nrel5mw", "--wind-speed", "9", "--duration", "1", "--out", str(tmp_path)]
     beside: list[list[str]] = []
     monkeypatch.setattr(sys, "argv", arguments)
     for cold in (True, False):

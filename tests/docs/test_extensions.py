@@ -18,7 +18,7 @@ BEHIND = {
     "simulation/tables.py, last field of Summary": 'number("W", "mechanical power of the low-speed shaft")\n',
     "simulation/step.py, at the end of whole_machine": "    s.rotor_power = rotor_speed(m) * c.chain.apex_moment.x\n",
     "control/actuators.py, field of Actuators": '    pitch_maximum: float = number("rad", "upper pitch limit")\n',
-    "turbine/definition.py, field of PitchActuator": '    """[rad] largest pitch."""\n',
+    "turbine/definition.py, field of PitchActuator": '    """[rad; 0.1 to 1.7] largest pitch."""\n',
     "simulation/model.py, in actuator_array": "    p.pitch_minimum, p.pitch_maximum = a.minimum, a.maximum\n",
     "control/actuators.py, in pitch_advance": "        angle, rate = pitch.angle[b] - offset, pitch.rate[b]\n",
 }

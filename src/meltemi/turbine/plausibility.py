@@ -47,6 +47,8 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     if not hasattr(turbine, "rated_power"):
         raise InputError(f"turbine: expected a turbine, found {type(turbine).__name__}")
     said = [*unusual_numbers(turbine, diameter=turbine.rotor_diameter), *_machine(turbine)]
+    if not turbine.control.pitch.proportional_gain:  # blades that never pitch: most of its control stands in
+        said = [words for words in said if not words.startswith(("control.", "pitch_actuator."))]
     if (electrical := turbine.electrical) is not None and not electrical.forced:
         said += electrical.problems()
     if isinstance(turbine, Turbine):
