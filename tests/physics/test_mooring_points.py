@@ -262,7 +262,8 @@ def test_static_lines_in_a_row_move_as_one() -> None:
     """Drag and inertia act at other points of the line."""
     platform = meltemi.load_turbine("iea15mw-volturnus").platform
     assert platform is not None
-    one, row = (result(60.0, **lines) for lines in ({"lines": platform.lines, "points": {}}, in_a_row(60.0)))
+    alone: dict[str, Any] = {"lines": platform.lines, "points": {}}
+    one, row = (result(60.0, line_model="static", **lines) for lines in (alone, in_a_row(60.0)))
     for name in ("platform_surge", "mooring_force_x", "mooring_force_z"):
         assert np.std(row[name] - one[name]) < 1e-3 * np.std(one[name]), name
 

@@ -418,7 +418,7 @@ def test_other_programs_find_labels_in_the_file(run: Result, run_file: Path) -> 
         assert data["time"].attrs["units"] == "s"
         assert data["time"].attrs["axis"] == "T"
         assert data.attrs["Conventions"].startswith("CF-")
-        assert data.attrs["title"] == "nrel5mw, " + run.meta["wind"]
+        assert data.attrs["title"] == "nrel5mw: " + run.meta["wind"]
         assert "-" not in {series.attrs["units"] for series in data.values()}
         np.testing.assert_array_equal(moment.values, run["RootMyc1"])
         assert json.loads(data.attrs["meta"])["turbine"] == "nrel5mw"
