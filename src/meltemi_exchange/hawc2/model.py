@@ -40,7 +40,7 @@ RIGID_TORSION = 1e13
 OVERDAMPED = 0.99
 """Largest damping ratio of a tower: stiffer or more damped ones do not swing at all."""
 BESIDE = 0.01
-"""[m] between two definitions of a centre of mass from which a note says so."""
+"""[m] between two definitions of a centre of mass from which a note reports it."""
 BOUND = 0.5
 """Of the torsional compliance from the generator to the hub: what lies beyond turns with the hub."""
 
