@@ -355,6 +355,7 @@ SEA = meltemi.environment.ComponentSea(
 def test_displaced_waves_push_a_turned_platform_along_themselves(heading: float) -> None:
     """A hull whose force is i rho g (1 + w) A along the waves, and that has a moment of yaw from waves on its side: the
     wave at its place, with the phase there, along the wave whatever the heading (W-39)."""
+    pytest.importorskip("windIO")
     degrees, frequency = np.arange(-180.0, 181.0, 5.0), np.array([0.1, 2.0])
     X = np.zeros((2, len(degrees), 6), dtype=np.complex128)
     X[:, :, 0], X[:, :, 1] = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
