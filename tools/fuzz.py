@@ -888,13 +888,14 @@ CASES = 5
 
 def make_good(folder: Path) -> None:
     """What is damaged afterwards."""
+    from importlib.resources import files
+
     import numpy as np
     from ruamel.yaml import YAML
 
     import meltemi
     from meltemi.control.bladed.rosco import rosco_example
     from meltemi.core.yamlfile import write_record
-    from meltemi.loadcases.case import TEMPLATE
     from meltemi.turbine.library import DATA
     from meltemi.turbine.windio_package import windio_file
     from meltemi.wind.fields import WindBox, WindSeries
@@ -919,11 +920,12 @@ def make_good(folder: Path) -> None:
     (folder / "extra.yaml").write_text(json.dumps(YAML(typ="safe").load((DATA / "iea15mw.yaml").read_text())))
     shutil.copy(rosco_example("Test_Cases/NREL-5MW/DISCON.IN"), folder)
     write_record(machine, folder / "turbine.yaml")
-    (folder / "case.yaml").write_text(TEMPLATE)
+    text = files("meltemi.loadcases").joinpath("template.yaml").read_text(encoding="utf-8")
+    (folder / "case.yaml").write_text(text)
     contents = [("turbine", machine), ("power", meltemi.load_turbine("pmsg20mw"))]
     for name, record in contents:
         (folder / f"{name}.json").write_text(json.dumps(_thin(record.model_dump(mode="json", exclude_none=True))))
-    template = YAML(typ="safe").load(TEMPLATE)
+    template = YAML(typ="safe").load(text)
     steady = {"turbine": "nrel5mw", "wind": {"kind": "steady", "speed": 12.0, "shear_exponent": 0.2}, "duration": 30.0}
     stuck = {"at": 10.0, "type": "pitch_stuck", "blade": 2, "until": 20.0}
     loss = {"at": 5.0, "type": "sensor_loss", "sensor": "pitch_1", "holds": "zero"}

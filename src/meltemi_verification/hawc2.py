@@ -32,7 +32,6 @@ from meltemi.simulation.trim import operating_point
 from meltemi.structure.members import blade_member, cells, points, tower_member
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import DATA, library_entries, load_turbine
-from meltemi.wind.fields import SteadyWind
 from meltemi_exchange.hawc2.bodies import Body, read_bodies
 from meltemi_exchange.hawc2.htc import read_htc
 from meltemi_exchange.hawc2.model import SECTION
@@ -94,6 +93,9 @@ MODELS = (
 )
 
 
+UNITS = {"power": "W", "thrust": "N"}
+
+
 def studies(folder: Path) -> tuple[Study, ...]:
     """The comparisons for the models that are somewhere in a folder, and for the IEA 10 MW of the library.
 
@@ -144,10 +146,11 @@ def steady(model: Model, path: Path, turbine: Turbine | None = None) -> Comparis
         theirs = rotor_of(with_elements(moved, blade_nodes(blade)), locked, **(MODES if model.full else {}))
     rows: list[Row] = []
     for r in reference_table("hawc2_steady", turbine=model.key):
-        ours, other = _loads(plain, r), _loads(theirs, r)
+        beside_point = _point(theirs, r)
+        ours, other = _loads(_point(plain, r)), _loads(beside_point)
         if model.stability:
-            other["power"] += _power_of_tilt(theirs, r)
-        for what, unit in (("power", "W"), ("thrust", "N")):
+            other["power"] += _power_of_tilt(theirs, beside_point)
+        for what, unit in UNITS.items():
             reference = 1e3 * float(r[what])
             beside = None if model.stiff else 100.0 * (other[what] / reference - 1.0)
             rows.append(relative(what, _case(r), unit, reference, ours[what], BAND, beside=beside))
@@ -174,45 +177,40 @@ def with_their_torsion(path: Path) -> Comparison:
             # a twist is positive towards feather, torsion nose up
             model = rotor_of(turbine.replace(**{"blade.aerodynamics": outer.replace(twist=outer.twist - missing)}))
             point = _point(model, r)
-            z, own = _torsion(model, point, r)
+            z, own = _torsion(model, point)
             missing = np.interp(outer.position, place * length, torsion) - np.interp(outer.position, z, own)
-        for what, unit, ours in (
-            ("power", "W", point["rotor_aero_torque"] * point.rotor_speed),
-            ("thrust", "N", point["rotor_aero_thrust"]),
-        ):
-            reference = 1e3 * float(r[what])
-            rows.append(relative(what, _case(r), unit, reference, ours, BAND))
+        ours = _loads(point)
+        for what, unit in UNITS.items():
+            rows.append(relative(what, _case(r), unit, 1e3 * float(r[what]), ours[what], BAND))
     title = f"{IEA22.title} at HAWC2's speed and pitch, with the torsion of HAWC2's blade"
     return Comparison("hawc2 iea22 torsion", title, source_of("hawc2_torsion"), rows)
 
 
-def _torsion(model: BladedModel, point: OperatingPoint, r: dict[str, str]) -> tuple[Float, Float]:
+def _torsion(model: BladedModel, point: OperatingPoint) -> tuple[Float, Float]:
     """(N,) [m] heights of the nodes of blade 1 and (N,) [rad] rotation of their sections about z, nose up."""
-    R = np.asarray(_evaluated(model, point, r).view("motion")["orientation"])[:, 0].reshape(3, 3, -1)
+    R = np.asarray(_evaluated(model, point).view("motion")["orientation"])[:, 0].reshape(3, 3, -1)
     z: Float = model.rotor.blade_layout.position
     return z, np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1])
 
 
-def _power_of_tilt(model: BladedModel, r: dict[str, str]) -> float:
+def _power_of_tilt(model: BladedModel, point: OperatingPoint) -> float:
     """[W] more power if lift is normal to the flow at three quarters of the chord, half a chord behind (A-31)."""
-    point = _point(model, r)
-    case = _evaluated(model, point, r)
+    case = _evaluated(model, point)
     flow, node = case.view("flow"), View(AeroNode, case["aero_nodes"])
     tilt = 0.5 * flow["rotation"] * node["chord"] / flow["speed"]
     lift = 0.5 * model.environment.density * flow["speed"] ** 2 * node["chord"] * flow["lift"]
     return float(np.sum(node["length"] * flow["radius"] * lift * tilt)) * point.rotor_speed
 
 
-def _evaluated(model: BladedModel, point: OperatingPoint, r: dict[str, str]) -> Case:
-    case = Case(model, SteadyWind(speed=float(r["wind"])))
+def _evaluated(model: BladedModel, point: OperatingPoint) -> Case:
+    case = Case(model, point.wind)
     point.put(case)
     case.evaluate(0.0)
     return case
 
 
-def _loads(model: BladedModel, r: dict[str, str]) -> dict[str, float]:
-    """Power [W], thrust [N] and torsion of the tip [rad] at the speed and pitch of a row of the reference."""
-    point = _point(model, r)
+def _loads(point: OperatingPoint) -> dict[str, float]:
+    """Power [W], thrust [N] and torsion of the tip [rad]."""
     return {
         "power": point["rotor_aero_torque"] * point.rotor_speed,
         "thrust": point["rotor_aero_thrust"],
@@ -221,6 +219,7 @@ def _loads(model: BladedModel, r: dict[str, str]) -> dict[str, float]:
 
 
 def _point(model: BladedModel, r: dict[str, str]) -> OperatingPoint:
+    """Operation at the speed and pitch of a row of the reference."""
     speed, pitch = float(r["rotor_speed"]) * np.pi / 30.0, float(np.radians(float(r["pitch"])))
     return operating_point(model, float(r["wind"]), rotor_speed=speed, pitch=pitch)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from copy import deepcopy
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,9 @@ from meltemi import InputError, MeltemiError, ModelOptions, Turbine
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, validated, write_record
 from meltemi.io import LoadCase
-from meltemi.loadcases.case import TEMPLATE
 
 Content = dict[str, Any]
+TEMPLATE = files("meltemi.loadcases").joinpath("template.yaml").read_text(encoding="utf-8")
 
 
 def fuzz(examples: int) -> settings:

@@ -212,9 +212,13 @@ def _recorded(described: Run, case: LoadCase) -> tuple[Run, LoadCase]:
 def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:
     """The case of a target and options, and whether it stands in a file of its own."""
     path = Path(target)
+    if path.suffix.lower() == ".fst":
+        return _case_of_deck(path, given), False
+    if given.get("--start") == "deck":
+        raise InputError("--start deck: only available for OpenFAST decks (.fst)")
     if path.suffix in (".yaml", ".yml") and (is_case(path) or not (given or path.exists())):
         return _case_of_file(path, given), True
-    return _case_of_deck(path, given) if path.suffix.lower() == ".fst" else _case_of_options(target, given), False
+    return _case_of_options(target, given), False
 
 
 def _show(result: Result, after: str) -> None:
@@ -281,8 +285,6 @@ def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
     from meltemi.loadcases.case import read_case
 
     case = read_case(path)
-    if given.get("--start") == "deck":
-        raise InputError("--start deck: only available for OpenFAST decks (.fst)")
     changes: dict[str, Any] = {"start": given["--start"]} if "--start" in given else {}
     if given.keys() & {"--controller", "--controller-input"}:
         changes["controller"] = controller_of_options(given)
@@ -331,8 +333,6 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     from meltemi.core.yamlfile import validated
     from meltemi.loadcases.case import LoadCase
 
-    if given.get("--start") == "deck":
-        raise InputError("--start deck: only available for OpenFAST decks (.fst)")
     wind = wind_of_options(given)
     path = Path(target)
     data: dict[str, Any] = {

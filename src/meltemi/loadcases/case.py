@@ -349,7 +349,3 @@ def case_run(
         stations=Stations(case.blade_stations, case.tower_stations),
         **{name: getattr(case, name) for name in same},
     )
-
-
-TEMPLATE = (Path(__file__).parent / "template.yaml").read_text(encoding="utf-8")
-"""What ``meltemi template case`` writes."""
