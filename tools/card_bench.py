@@ -16,9 +16,9 @@ import numpy as np
 from numba import cuda
 
 import meltemi
+from meltemi.cuda import march as card
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
-from meltemi_cards import march as card
 
 SEEDS, COUNTS, STEPS = 8, (32, 256, 1024, 4096, 8192, 16384, 32768), 100
 LIMIT = 400.0

@@ -19,12 +19,12 @@ import nvidia.cuda_nvcc
 from numba.cuda import api, dispatcher
 
 import meltemi
+from meltemi.cuda import march as card
+from meltemi.cuda import single_precision
 from meltemi.loadcases.batch import CHUNK
 from meltemi.postprocess.summary import counted
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
-from meltemi_cards import march as card
-from meltemi_cards import single_precision
 
 ARITHMETIC = {"add", "sub", "mul", "fma", "div", "sqrt", "rcp", "neg", "abs", "min", "max"}
 ARCHITECTURE = (9, 0)

@@ -19,11 +19,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import meltemi
-from meltemi_loads.loadbase.campaign import FILE, make_campaign, read_campaign, write_campaign
-from meltemi_loads.loadbase.design import DesignLoads, design_loads
-from meltemi_loads.loadbase.engine import base_status, run_base
-from meltemi_loads.loadbase.plan import plan, write_plan
-from meltemi_loads.loadbase.store import FOLDER
+from meltemi.loads.loadbase.campaign import FILE, make_campaign, read_campaign, write_campaign
+from meltemi.loads.loadbase.design import DesignLoads, design_loads
+from meltemi.loads.loadbase.engine import base_status, run_base
+from meltemi.loads.loadbase.plan import plan, write_plan
+from meltemi.loads.loadbase.store import FOLDER
 
 PAGES = Path(__file__).resolve().parents[1] / "docs" / "verification"
 SCHEMES = {"supervised": "collective", "ipc": "individual", "cpfc": "combined"}

@@ -44,7 +44,7 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
 
 
 def record(path: str) -> str:
-    """Keys of a record class: ``turbine.definition.Hub``, or ``meltemi_loads.loadbase.table.Row`` with its package."""
+    """Keys of a record class: ``turbine.definition.Hub``, or ``meltemi.loads.loadbase.table.Row`` with its package."""
     from importlib import import_module
 
     module, name = path.rsplit(".", 1)
@@ -225,7 +225,7 @@ def result_formats() -> str:
 
 def keywords(file: str) -> str:
     """Keywords of a file of an OpenFAST deck, with an underscore for a blank in its name."""
-    from meltemi_exchange.openfast.keywords import ROWS
+    from meltemi.exchange.openfast.keywords import ROWS
 
     rows = []
     for row in ROWS[file.replace("_", " ")]:
@@ -339,8 +339,8 @@ def supervisor(what: str) -> str:
 def load_cases(part: str) -> str:
     """Rows or faults of the load case table of edition 4, with those values in italics that come from practice; or what
     the sea adds to the rows (``sea``, ``floating``)."""
-    from meltemi_loads.loadbase.table import load_table, names_in
-    from meltemi_loads.loadbase.wording import event_words
+    from meltemi.loads.loadbase.table import load_table, names_in
+    from meltemi.loads.loadbase.wording import event_words
 
     def words(events: Any) -> str:
         return "; ".join(map(event_words, events)) if isinstance(events, tuple) else f"{events}"

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, FancyArrowPatch, Polygon
 
 from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SOFT
-from meltemi_reports.state_diagram import plot_states
+from meltemi.reports.state_diagram import plot_states
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 AXIS, MOTION, WIND = COLOURS[0], COLOURS[1], COLOURS[5]

@@ -20,8 +20,8 @@ import numpy as np
 
 import meltemi
 from meltemi.control import Droop, PowerControl, PowerController
+from meltemi.loads.loadbase.weights import Weibull
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi_loads.loadbase.weights import Weibull
 
 D = 126.0
 LOADS = {

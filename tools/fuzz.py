@@ -282,8 +282,8 @@ def wind(chance: random.Random, good: Path) -> list[str]:
 def plan(chance: random.Random, good: Path) -> Call:
     """A campaign, changes of its table, settings of the evaluation, or conditions of a site, damaged."""
     from meltemi import loads
-    from meltemi_loads.loadbase import changes, project, settings, site
-    from meltemi_loads.loadbase.plan import plan as planned
+    from meltemi.loads.loadbase import changes, project, settings, site
+    from meltemi.loads.loadbase.plan import plan as planned
 
     readers: dict[str, Callable[[Path], Any]] = {
         "campaign.yaml": lambda path: planned(loads.read_campaign(path.parent)),
@@ -302,7 +302,7 @@ def xlsx(chance: random.Random, good: Path) -> Call:
     """A load case table in Excel with wrong cells or bytes."""
     import openpyxl
 
-    from meltemi_loads.loadbase.changes import read_changes
+    from meltemi.loads.loadbase.changes import read_changes
 
     if chance.random() < 0.4:
         Path("table.xlsx").write_bytes(_bitten((good / "loads" / "table.xlsx").read_bytes(), chance))
@@ -325,9 +325,9 @@ def parquet(chance: random.Random, good: Path) -> Call:
     import pyarrow.parquet as pq
 
     from meltemi import loads
-    from meltemi_loads.loadbase.engine import base_table
-    from meltemi_loads.loadbase.settings import DesignSettings
-    from meltemi_loads.loadbase.store import TABLES, read_file
+    from meltemi.loads.loadbase.engine import base_table
+    from meltemi.loads.loadbase.settings import DesignSettings
+    from meltemi.loads.loadbase.store import TABLES, read_file
 
     (path,) = (good / "loads" / "base" / "results").glob("*.parquet")
     if chance.random() < 0.3:
@@ -379,8 +379,8 @@ def _other_table(table: Any, chance: random.Random) -> Any:
 def surrogate(chance: random.Random, good: Path) -> Call:
     """A surrogate's file, campaign or design, damaged, and its evaluation."""
     from meltemi import loads
-    from meltemi_loads.surrogate.campaign import read_surrogate_campaign
-    from meltemi_loads.surrogate.model import _checksum
+    from meltemi.loads.surrogate.campaign import read_surrogate_campaign
+    from meltemi.loads.surrogate.model import _checksum
 
     name = chance.choice(["surrogate.json", "surrogate.json", "surrogate.yaml", "design.csv"])
     for path in (good / "surrogate").iterdir():
@@ -494,8 +494,8 @@ def offshore(chance: random.Random, good: Path) -> list[str]:
 def sea(chance: random.Random, good: Path) -> Call:
     """A sea with keys or values damaged, and its elevation."""
     from meltemi.core.yamlfile import read_mapping
-    from meltemi_sea.kinds import sea_of
-    from meltemi_sea.statistics import sea_series
+    from meltemi.sea.kinds import sea_of
+    from meltemi.sea.statistics import sea_series
 
     _damage_file(good / "sea.yaml", Path("sea.yaml"), chance)
     return Call(["sea"], lambda: sea_series(sea_of(read_mapping(Path("sea.yaml")), "sea.yaml"), 30.0, 10.0))
@@ -527,7 +527,7 @@ def _other_words(raw: bytes, chance: random.Random) -> bytes:
 
 def coefficients(chance: random.Random, good: Path) -> Call:
     """Hydrodynamic coefficients: compact, of WAMIT or of Capytaine, with wrong words or bytes."""
-    from meltemi_float.coefficients import read_coefficients
+    from meltemi.floating.coefficients import read_coefficients
 
     kind = chance.choice(["spar.npz", "spar.nc", "spar"])
     victim = chance.choice(["spar.1", "spar.3", "spar.hst"]) if kind == "spar" else kind
@@ -542,8 +542,8 @@ def coefficients(chance: random.Random, good: Path) -> Call:
 def farm(chance: random.Random, good: Path) -> Call:
     """A farm, or a layout of FAST.Farm, windIO or FLORIS, with keys, values or text damaged."""
     from meltemi.core.yamlfile import read_record
-    from meltemi_farm.layout import FarmCase
-    from meltemi_farm.sources import read_layout
+    from meltemi.farm.layout import FarmCase
+    from meltemi.farm.sources import read_layout
 
     name = chance.choice(["farm.yaml", "floris.yaml", "plant.yaml", "farm.fstf"])
     if name == "farm.fstf":
@@ -558,8 +558,8 @@ def farm(chance: random.Random, good: Path) -> Call:
 def hull(chance: random.Random, good: Path) -> Call:
     """A hull and its panels, damaged."""
     from meltemi.core.yamlfile import read_record
-    from meltemi_hydro.hull import Hull
-    from meltemi_hydro.panels import hull_moments
+    from meltemi.hydro.hull import Hull
+    from meltemi.hydro.panels import hull_moments
 
     _damage_file(good / "hull.yaml", Path("hull.yaml"), chance)
     return Call(["hull"], lambda: hull_moments(read_record(Path("hull.yaml"), Hull), 4.0))
@@ -567,7 +567,7 @@ def hull(chance: random.Random, good: Path) -> Call:
 
 def climate(chance: random.Random, good: Path) -> Call:
     """Hourly weather as CSV or EPW with wrong heads, values or text."""
-    from meltemi_studies.climate.weather import read_weather
+    from meltemi.studies.climate.weather import read_weather
 
     name = chance.choice(["weather.csv", "weather.epw"])
     lines = (good / name).read_bytes().split(b"\n")
@@ -593,7 +593,7 @@ def unit(chance: random.Random, good: Path) -> Call:
     import zipfile
 
     import meltemi
-    from meltemi_exchange.fmu.controller import fmu_controller
+    from meltemi.exchange.fmu.controller import fmu_controller
 
     with zipfile.ZipFile("law.fmu", "w") as made:
         made.writestr("modelDescription.xml", _edited(UNIT, chance) if chance.random() < 0.7 else UNIT)
@@ -654,9 +654,9 @@ def _functions(good: Path) -> list[tuple[str, Callable[..., Any], dict[str, Any]
 
     import meltemi
     from meltemi import analysis, control, loads
+    from meltemi.loads import durations, extrapolation
     from meltemi.postprocess import extremes
     from meltemi.wind import TurbulentWind, iec_wind
-    from meltemi_loads import durations, extrapolation
 
     machine = meltemi.load_turbine("nrel5mw")
     model = meltemi.build(machine)
@@ -740,8 +740,8 @@ def _campaign(changes: Any) -> Any:
 
 @cache
 def _campaign_plan() -> Any:
-    from meltemi_loads.loadbase.plan import plan as planned
-    from meltemi_loads.loadbase.table import load_table
+    from meltemi.loads.loadbase.plan import plan as planned
+    from meltemi.loads.loadbase.table import load_table
 
     return planned(_campaign({"without": sorted(load_table(4).rows.keys() - {"1.2", "1.3", "6.4"})}))
 
@@ -749,14 +749,14 @@ def _campaign_plan() -> Any:
 @cache
 def _session() -> Any:
     import meltemi
-    from meltemi_view.live_session import Session
+    from meltemi.view.live_session import Session
 
     return Session(meltemi.load_turbine("nrel5mw"), "baseline", wind_speed=8.0, turbulence=0.02)
 
 
 @cache
 def _server() -> Any:
-    from meltemi_view.commands.live_server import LiveServer
+    from meltemi.view.commands.live_server import LiveServer
 
     return LiveServer(lambda: "page").__enter__()
 
@@ -896,10 +896,10 @@ def make_good(folder: Path) -> None:
     import meltemi
     from meltemi.control.bladed.rosco import rosco_example
     from meltemi.core.yamlfile import write_record
+    from meltemi.exchange.openfast_writer import write_openfast
     from meltemi.turbine.library import DATA
     from meltemi.turbine.windio_package import windio_file
     from meltemi.wind.fields import WindBox, WindSeries
-    from meltemi_exchange.openfast_writer import write_openfast
 
     machine = meltemi.load_turbine("nrel5mw")
     model = meltemi.build(machine)
@@ -948,9 +948,9 @@ def _make_sea(folder: Path) -> None:
     """Turbines at sea, their decks and coefficients."""
     import meltemi
     from meltemi.core.hdf5 import to_netcdf
-    from meltemi_exchange.openfast_writer import write_openfast
-    from meltemi_float.coefficients import DATA, read_coefficients
-    from meltemi_hydro.wamit import wamit_texts
+    from meltemi.exchange.openfast_writer import write_openfast
+    from meltemi.floating.coefficients import DATA, read_coefficients
+    from meltemi.hydro.wamit import wamit_texts
 
     for name in ("nrel5mw-monopile", "nrel5mw-spar", "iea22mw-semi"):
         machine = meltemi.load_turbine(name)
@@ -1039,8 +1039,8 @@ boxes:
 
 def _make_loads(folder: Path) -> None:
     from meltemi import loads
-    from meltemi_loads.loadbase.excel import write_excel
-    from meltemi_loads.loadbase.table import load_table
+    from meltemi.loads.loadbase.excel import write_excel
+    from meltemi.loads.loadbase.table import load_table
 
     sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "unit"))
     from synthetic_base import synthetic_base
@@ -1224,14 +1224,14 @@ def _only_begin_what_is_long() -> None:
     from meltemi.app import docs, warmup
     from meltemi.controllers import schemes
     from meltemi.core.errors import RunError
+    from meltemi.papers import study
+    from meltemi.papers.he2018 import duel
+    from meltemi.reports import inspection, wind_plots
     from meltemi.simulation import campbell, rotors, simulate
-    from meltemi_papers import study
-    from meltemi_papers.he2018 import duel
-    from meltemi_reports import inspection, wind_plots
-    from meltemi_studies import difference, flutter, observer, parked_modes
-    from meltemi_tuning import compare
-    from meltemi_verification import bench, verification
-    from meltemi_view.commands import live_server
+    from meltemi.studies import difference, flutter, observer, parked_modes
+    from meltemi.tuning import compare
+    from meltemi.verification import bench, verification
+    from meltemi.view.commands import live_server
 
     _ = meltemi.simulate, analysis.operating_point  # as calls from Python find them
 

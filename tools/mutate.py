@@ -1,6 +1,6 @@
 """Change signs, constants, indices and comparisons of the physics one at a time, and see whether the fast tests fail.
 
-    python tools/mutate.py --seed 7 --number 20 --packages meltemi_sea meltemi_float --out mutants.csv
+    python tools/mutate.py --seed 7 --number 20 --packages meltemi.sea meltemi.floating --out mutants.csv
 
 Each change is written into a copy of the tree; tests run there until one fails: first, in plain Python, those of node
 functions that name the changed module or its package, and the regression of one instant; then the regression and the
@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
 CORE = ("meltemi/aero", "meltemi/structure", "meltemi/simulation", "meltemi/wind")
-PACKAGES = (*CORE, "meltemi_sea", "meltemi_float", "meltemi_farm")
+PACKAGES = (*CORE, "meltemi.sea", "meltemi.floating", "meltemi.farm")
 UNPHYSICAL = ("commands.py", "plots.py", "rao_plots.py", "report.py", "scene.py", "channels.py", "files")
 """Files and folders without physics."""
 SWAPS = {

@@ -13,9 +13,9 @@ import meltemi
 from meltemi.loads import damage_equivalent_load
 from meltemi.postprocess.fatigue import usual_slope
 from meltemi.report.tables import markdown_table
+from meltemi.studies.observer import SENSORS, observer
+from meltemi.studies.preview import rotor_average
 from meltemi.wind.turbulent import realised
-from meltemi_studies.observer import SENSORS, observer
-from meltemi_studies.preview import rotor_average
 
 LOADS = {
     "tower_base_moment_fore_aft": "tower base fore-aft",

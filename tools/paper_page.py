@@ -14,16 +14,16 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-from meltemi_papers.commands import STUDIES
-from meltemi_papers.study import reproduce
-from meltemi_papers.summary import summary
+from meltemi.papers.commands import STUDIES
+from meltemi.papers.study import reproduce
+from meltemi.papers.summary import summary
 
 DOCS = Path(__file__).parents[1] / "docs" / "papers"
 
 
 def main(name: str, out: Path, beyond: str = "") -> None:
     """Run the study and copy what its page shows."""
-    study = import_module(f"meltemi_papers.{name}.page").STUDY
+    study = import_module(f"meltemi.papers.{name}.page").STUDY
     parts = study.parts if beyond == "all" else [part for part in beyond.split(",") if part]
     out.mkdir(parents=True, exist_ok=True)
     found = reproduce(study, out, parts=parts)

@@ -9,8 +9,8 @@ import numpy as np
 from meltemi.environment.rain import RAIN_CLASSES, Rain, rain_parameters, rain_power_loss
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
+from meltemi.studies.rain_drops import drops_energy, rain_loads
 from meltemi.turbine.library import load_turbine
-from meltemi_studies.rain_drops import drops_energy, rain_loads
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 WIND = 10.0

@@ -21,31 +21,31 @@ from pathlib import Path
 
 import numpy as np
 
+from meltemi.exchange.openfast.text import key, number, read_input, split
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation.channels import standard
+from meltemi.verification.floating import CASES as FLOAT_CASES
+from meltemi.verification.floating import CHANNELS as FLOAT_CHANNELS
+from meltemi.verification.floating import STEP as FLOAT_STEP
+from meltemi.verification.floating import WIND_CHANNELS as FLOAT_WIND_CHANNELS
+from meltemi.verification.floating import WINDS as FLOAT_WINDS
+from meltemi.verification.measure import decay, extremes, harmonic, undershoot
+from meltemi.verification.offshore import CASES as SEA_CASES
+from meltemi.verification.offshore import CHANNELS as SEA_CHANNELS
+from meltemi.verification.offshore import STEP as SEA_STEP
+from meltemi.verification.offshore_wind import CHANNELS as SEA_WIND_CHANNELS
+from meltemi.verification.offshore_wind import STEADY as SEA_WINDS
+from meltemi.verification.stops import BEGIN, FIGURE, OUTPUT, SHOWN, STOPS, gust_cases, measured
+from meltemi.verification.stops import CHANNELS as STOP_CHANNELS
+from meltemi.verification.turbulent import CHANNELS, SHORT
 from meltemi.wind.fields import WindBox
 from meltemi.wind.files import read_bts
-from meltemi_exchange.openfast.text import key, number, read_input, split
-from meltemi_verification.floating import CASES as FLOAT_CASES
-from meltemi_verification.floating import CHANNELS as FLOAT_CHANNELS
-from meltemi_verification.floating import STEP as FLOAT_STEP
-from meltemi_verification.floating import WIND_CHANNELS as FLOAT_WIND_CHANNELS
-from meltemi_verification.floating import WINDS as FLOAT_WINDS
-from meltemi_verification.measure import decay, extremes, harmonic, undershoot
-from meltemi_verification.offshore import CASES as SEA_CASES
-from meltemi_verification.offshore import CHANNELS as SEA_CHANNELS
-from meltemi_verification.offshore import STEP as SEA_STEP
-from meltemi_verification.offshore_wind import CHANNELS as SEA_WIND_CHANNELS
-from meltemi_verification.offshore_wind import STEADY as SEA_WINDS
-from meltemi_verification.stops import BEGIN, FIGURE, OUTPUT, SHOWN, STOPS, gust_cases, measured
-from meltemi_verification.stops import CHANNELS as STOP_CHANNELS
-from meltemi_verification.turbulent import CHANNELS, SHORT
 
 SOURCE = (
     "OpenFAST v5.0.0, NREL 5 MW land-based, deck of the ROSCO test cases (Apache-2.0) with the baseline controller "
     "of NREL/TP-500-38060"
 )
-DATA = Path(__file__).parents[1] / "src/meltemi_verification/data"
+DATA = Path(__file__).parents[1] / "src/meltemi/verification/data"
 TESTS = Path(__file__).parents[1] / "tests"
 WINDS = ("4", "6", "8", "10", "11.4", "12", "13", "15", "18", "20", "22", "24")
 STEADY = (

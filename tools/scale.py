@@ -21,16 +21,16 @@ from typing import Any
 import numpy as np
 
 import meltemi
+from meltemi.cuda.march import Image
 from meltemi.loadcases.batch import CHUNK
+from meltemi.loads.loadbase import engine, store
+from meltemi.loads.loadbase.campaign import make_campaign
+from meltemi.loads.loadbase.jobs import jobs_of
+from meltemi.loads.loadbase.plan import Plan, plan
 from meltemi.postprocess.files import write_netcdf
 from meltemi.postprocess.summary import Summary, counted, summary
 from meltemi.report.tables import markdown_table
 from meltemi.simulation.simulate import march
-from meltemi_cards.march import Image
-from meltemi_loads.loadbase import engine, store
-from meltemi_loads.loadbase.campaign import make_campaign
-from meltemi_loads.loadbase.jobs import jobs_of
-from meltemi_loads.loadbase.plan import Plan, plan
 
 SECONDS, SPEED, SIGMA = 600.0, 12.0, 1.92
 BATCHES = (20, 100, 400)

@@ -17,9 +17,9 @@ import meltemi
 from meltemi.control.controller import of_vectors
 from meltemi.core.intermediate_code import linked_code
 from meltemi.core.kernel import OPTIONS, loose
+from meltemi.cuda.single_precision import rounded
 from meltemi.simulation import step
 from meltemi.simulation.simulate import march
-from meltemi_cards.single_precision import rounded
 
 LOADS = ("RootMyc1", "RootMxc1", "TwrBsMyt", "TwrBsMxt", "YawBrMyp", "YawBrMzp", "RotTorq")
 

@@ -1,4 +1,4 @@
-"""Make ``meltemi_view/viewer/three.min.js``: the parts of three.js (MIT) that the viewer uses, in one minified file.
+"""Make ``meltemi/view/viewer/three.min.js``: the parts of three.js (MIT) that the viewer uses, in one minified file.
 
     python tools/three_bundle.py [VERSION]
 
@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-VIEWER = Path(__file__).parents[1] / "src/meltemi_view/viewer"
+VIEWER = Path(__file__).parents[1] / "src/meltemi/view/viewer"
 VERSION = "0.187.0"
 CONTROLS = "OrbitControls"
 

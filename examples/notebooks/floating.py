@@ -13,7 +13,7 @@ import numpy as np
 
 import meltemi
 from meltemi.environment import IrregularSea
-from meltemi_float.rao import linear_operators
+from meltemi.floating.rao import linear_operators
 
 # %% [markdown]
 # This notebook writes its deck itself; put the path of your `.fst` file in its place.

@@ -14,6 +14,8 @@ from meltemi.core.errors import RunError as RunError
 from meltemi.core.errors import Status as Status
 from meltemi.core.errors import UnsupportedError as UnsupportedError
 from meltemi.environment import Environment as Environment
+from meltemi.farm.layout import Farm as Farm
+from meltemi.farm.simulation import simulate_farm as simulate_farm
 from meltemi.io import read_result as read_result
 from meltemi.io import read_wind as read_wind
 from meltemi.io import write_result as write_result
@@ -42,7 +44,5 @@ from meltemi.wind import TurbulentWind as TurbulentWind
 from meltemi.wind import WindBox as WindBox
 from meltemi.wind import WindSeries as WindSeries
 from meltemi.wind import iec_wind as iec_wind
-from meltemi_farm.layout import Farm as Farm
-from meltemi_farm.simulation import simulate_farm as simulate_farm
 
 __version__: str

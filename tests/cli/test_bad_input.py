@@ -448,14 +448,14 @@ def test_what_is_no_command_or_option(command: Command, arguments: tuple[str, ..
 def test_the_length_of_a_bench_is_looked_at_first(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, duration: Any
 ) -> None:
-    monkeypatch.setattr("meltemi_verification.bench.subprocess.run", lambda *_, **__: pytest.fail("began"))
+    monkeypatch.setattr("meltemi.verification.bench.subprocess.run", lambda *_, **__: pytest.fail("began"))
     refused(command("bench", "--duration", duration), tmp_path, "duration")
 
 
 def test_the_page_of_a_bench_is_looked_at_first(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("meltemi_verification.bench.subprocess.run", lambda *_, **__: pytest.fail("began"))
+    monkeypatch.setattr("meltemi.verification.bench.subprocess.run", lambda *_, **__: pytest.fail("began"))
     (tmp_path / "file").touch()
     ran = command("bench", "--page", tmp_path / "file" / "page.md")
     assert ran.status == 2

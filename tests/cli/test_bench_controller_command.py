@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from terminal import Command
 
-from meltemi_tuning.controller_bench import study, suite
-from meltemi_tuning.controller_bench.margins import Multisine
+from meltemi.tuning.controller_bench import study, suite
+from meltemi.tuning.controller_bench.margins import Multisine
 
 TINY = suite.Situation("normal turbulence", "NTM", "production", "NTM", (16.0, 18.0), 1, 5.0, 1.0)
 OWN = "import meltemi\n\ndef controller(turbine):\n    return meltemi.control.BaselineController(turbine)\n"

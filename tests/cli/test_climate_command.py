@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from terminal import Command
 
+from meltemi.studies.climate import response
+from meltemi.studies.climate.response import SLOPES, Response, Setup
 from meltemi.turbine.definition import Turbine
-from meltemi_studies.climate import response
-from meltemi_studies.climate.response import SLOPES, Response, Setup
 
 HOURS = "temperature,humidity,pressure,wind_speed\n35,0.4,100000,8\n-10,0.4,100000,9\n5,0.4,,10\n"
 

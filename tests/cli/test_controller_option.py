@@ -12,7 +12,7 @@ from terminal import Command
 import meltemi
 from meltemi.controllers.specification import LibraryCase
 from meltemi.core.yamlfile import read_record
-from meltemi_loads.loadbase.campaign import Campaign
+from meltemi.loads.loadbase.campaign import Campaign
 
 STEADY = ("--wind-speed", 12, "--duration", 1)
 

@@ -11,8 +11,8 @@ from terminal import Command
 
 import meltemi
 from meltemi import Model, Turbine
+from meltemi.exchange.openfast import read_deck
 from meltemi.wind.fields import WindBox
-from meltemi_exchange.openfast import read_deck
 
 
 def test_a_deck_is_written(command: Command, tmp_path: Path, turbine: Turbine) -> None:

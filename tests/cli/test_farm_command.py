@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from terminal import Command
 
-from meltemi_farm.commands import _next, _row_case
+from meltemi.farm.commands import _next, _row_case
 
 LAYOUT = """\
 turbine: nrel5mw

@@ -24,12 +24,12 @@ from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.simulation.scene.record import unpacked
 from meltemi.turbine.definition import Turbine
+from meltemi.view.commands import live as command
+from meltemi.view.commands.live_server import MOST_CONNECTIONS, MOST_WAITING, LiveServer
+from meltemi.view.live_run import LAG, SEA_PERIOD, Air, LiveRun, LiveWind
+from meltemi.view.live_session import Session
+from meltemi.view.sea_surface import POINTS
 from meltemi.wind.velocity import WindField, WindParameters, wind_velocity
-from meltemi_view.commands import live as command
-from meltemi_view.commands.live_server import MOST_CONNECTIONS, MOST_WAITING, LiveServer
-from meltemi_view.live_run import LAG, SEA_PERIOD, Air, LiveRun, LiveWind
-from meltemi_view.live_session import Session
-from meltemi_view.sea_surface import POINTS
 
 pytest.importorskip("websockets", reason="needs websockets")
 from websockets.exceptions import ConnectionClosed, InvalidStatus

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from terminal import Command
 
-from meltemi_loads.loadbase import timing
-from meltemi_loads.loadbase.campaign import read_campaign
+from meltemi.loads.loadbase import timing
+from meltemi.loads.loadbase.campaign import read_campaign
 
 QUICK = ("--class", "IB", "--quick")
 

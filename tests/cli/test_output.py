@@ -59,8 +59,8 @@ def test_the_help_lists_every_command_in_one_section(command: Command) -> None:
 def test_long_commands_suggest_the_next_one(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The fixture ``command`` tests the lines; here are the commands that other tests do not run to their end."""
     from meltemi.app import warmup
-    from meltemi_papers import study
-    from meltemi_verification import bench, verification
+    from meltemi.papers import study
+    from meltemi.verification import bench, verification
 
     class Report(SimpleNamespace):
         tables, failed, lead, files, doubtful = (), {}, "", (), {}

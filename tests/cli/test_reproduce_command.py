@@ -19,13 +19,13 @@ from meltemi import InputError, load_turbine
 from meltemi.app.cli import app
 from meltemi.core.errors import Status
 from meltemi.core.yamlfile import write_record
+from meltemi.papers.commands import STUDIES
+from meltemi.papers.he2018.claims import harmonic_amplitude, percent
+from meltemi.papers.study import Chapter, Contents, Study
+from meltemi.reports.blocks import Table
 from meltemi.simulation.channels import catalogue
 from meltemi.simulation.result import Result
 from meltemi.turbine.definition import Turbine
-from meltemi_papers.commands import STUDIES
-from meltemi_papers.he2018.claims import harmonic_amplitude, percent
-from meltemi_papers.study import Chapter, Contents, Study
-from meltemi_reports.blocks import Table
 
 
 def test_an_unknown_study_is_refused_with_the_closest_name(tmp_path: Path) -> None:
@@ -56,7 +56,7 @@ def test_a_study_is_applied_to_another_turbine(
     command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, study: str
 ) -> None:
     """A page of its own, without claims and without the paper's texts; the runs are not those of this test."""
-    page = import_module(f"meltemi_papers.{study}.page")
+    page = import_module(f"meltemi.papers.{study}.page")
     whole = page.STUDY.applied
 
     def short(turbine: Turbine) -> Study[Any]:

@@ -11,9 +11,9 @@ from terminal import Command
 
 pytest.importorskip("pyarrow", reason="needs pyarrow")
 
-from meltemi_loads.surrogate.campaign import read_surrogate_campaign, surrogate_loads
-from meltemi_loads.surrogate.model import LoadModel, Polynomials, Surrogate, load_surrogate, write_surrogate
-from meltemi_loads.surrogate.space import Space, Variable
+from meltemi.loads.surrogate.campaign import read_surrogate_campaign, surrogate_loads
+from meltemi.loads.surrogate.model import LoadModel, Polynomials, Surrogate, load_surrogate, write_surrogate
+from meltemi.loads.surrogate.space import Space, Variable
 
 SMALL = (
     *("--variables", "speed,turbulence_intensity", "--loads", "tower_base_moment_fore_aft=4", "--points", 8),

@@ -8,7 +8,7 @@ import pytest
 from terminal import Command
 
 from meltemi.core.errors import InputError
-from meltemi_verification.table import Comparison, Study, relative
+from meltemi.verification.table import Comparison, Study, relative
 
 
 def test_what_was_computed_is_shown_and_kept_and_what_lacks_a_package_is_skipped_at_the_start(
@@ -23,13 +23,13 @@ def test_what_was_computed_is_shown_and_kept_and_what_lacks_a_package_is_skipped
         Study(1.0, breaks, "blades of another", ("windIO",)),
         Study(1.0, breaks),
     )
-    monkeypatch.setattr("meltemi_verification.verification.FULL", studies)
+    monkeypatch.setattr("meltemi.verification.verification.FULL", studies)
     monkeypatch.setattr("meltemi.core.extras.installed", lambda name: False)
     ran = command("verify", "--out", str(tmp_path))
     assert ran.status == 2 and ran.err.startswith("skipped: blades of another: needs windIO, which is not installed")
     assert "error: a broken study" in ran.err and "Example" in ran.out and "1 pass" in ran.out
     assert "example,thing,here" in (tmp_path / "verification.csv").read_text(encoding="utf-8")
-    monkeypatch.setattr("meltemi_verification.verification.FULL", studies[:2])
+    monkeypatch.setattr("meltemi.verification.verification.FULL", studies[:2])
     assert command("verify", "--out", str(tmp_path)).status == 0
 
 

@@ -11,7 +11,7 @@ from terminal import Command
 
 from meltemi.core.errors import Status
 from meltemi.simulation.result import Result
-from meltemi_view.commands.view import _names
+from meltemi.view.commands.view import _names
 
 RUN = ("run", "nrel5mw", "--wind-speed", 10, "--duration", 1)
 
@@ -97,7 +97,7 @@ def test_ctrl_c_ends_it_in_a_line(
             Result(np.zeros(0), np.zeros((0, 0)), (), Status.INTERRUPTED, "", {}).raise_for_status()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("meltemi_view.commands.view._read", interrupted)
+    monkeypatch.setattr("meltemi.view.commands.view._read", interrupted)
     ran = command("view", "some.nc", "-o", tmp_path / "x.html")
     assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
 

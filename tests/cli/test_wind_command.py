@@ -53,7 +53,7 @@ def table(folder: Path) -> dict[tuple[str, ...], dict[str, str]]:
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures take most of the time; other tests look at them."""
-    monkeypatch.setattr("meltemi_reports.wind_plots.plot_wind", lambda *_, **__: {})
+    monkeypatch.setattr("meltemi.reports.wind_plots.plot_wind", lambda *_, **__: {})
 
 
 # fields

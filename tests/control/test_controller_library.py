@@ -16,12 +16,12 @@ import meltemi
 from meltemi import InputError, Model, Turbine
 from meltemi.control import BladedController, Controller, make_controller
 from meltemi.control.kalman import kalman_step
+from meltemi.exchange.controller_library.library import _compile
+from meltemi.exchange.controller_library.starts import POLYNOMIAL, STEP, TABLE, start_rules
 from meltemi.io import export_controller
 from meltemi.simulation.plan import first_point, planned, wind_of
 from meltemi.simulation.points import initial_state
 from meltemi.turbine import naca64618_flap, with_flaps
-from meltemi_exchange.controller_library.library import _compile
-from meltemi_exchange.controller_library.starts import POLYNOMIAL, STEP, TABLE, start_rules
 
 NEEDS_C = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 LONG = [pytest.param(name, marks=pytest.mark.long) for name in ("A0", "A1", "A2", "A3", "ipc")]

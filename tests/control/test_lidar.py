@@ -13,7 +13,7 @@ import meltemi
 from meltemi.control.lidar import LidarSensor, lidar_scan, lidar_wind
 from meltemi.control.signals import Measurements
 from meltemi.core.errors import InputError
-from meltemi_studies.lidar import Lidar, lidar_preview, line_of_sight_speeds, measure_lidar
+from meltemi.studies.lidar import Lidar, lidar_preview, line_of_sight_speeds, measure_lidar
 
 SPEED, LENGTH = 10.0, 120.0
 """[m/s] of the wind; [m] wave length of its fluctuation."""

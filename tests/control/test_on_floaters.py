@@ -54,7 +54,7 @@ def test_the_observer_sees_wind_and_platform(model: Any) -> None:
 
 def test_an_agent_acts_in_waves() -> None:
     gymnasium = pytest.importorskip("gymnasium", reason="needs gymnasium")
-    import meltemi_learning  # noqa: F401 - registers the environments
+    import meltemi.learning  # noqa: F401 - registers the environments
 
     settings = {"turbine": "iea15mw-volturnus", "model": "full", "wind_speeds": (14.0, 14.0), "duration": 20.0}
     seen = []

@@ -6,8 +6,8 @@ import pytest
 
 import meltemi
 from meltemi.control.supervisor.settings import OVER_SPEED, TRIP_SPEED, Supervision
-from meltemi_loads.loadbase.campaign import NO_WIND
-from meltemi_tuning.controller_bench.suite import BenchLimits
+from meltemi.loads.loadbase.campaign import NO_WIND
+from meltemi.tuning.controller_bench.suite import BenchLimits
 
 MARGIN = 1.2
 """On the largest excursion."""

@@ -17,12 +17,12 @@ from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.moving_mean import mean_start, moving_mean
 from meltemi.control.supervisor.settings import limits
 from meltemi.control.supervisor.supervised import SupervisedState
+from meltemi.gradients.sensitivity import finite_difference_runs, sensitivity
 from meltemi.io import read_case
 from meltemi.loadcases.case import case_controller, case_start
 from meltemi.simulation.run import Run
 from meltemi.wind.fields import mean_before
 from meltemi.wind.iec.models import iec_wind
-from meltemi_gradients.sensitivity import finite_difference_runs, sensitivity
 
 RPM = 30.0 / math.pi
 RATED = 12.1

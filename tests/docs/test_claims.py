@@ -12,10 +12,10 @@ import pytest
 import typer
 
 from meltemi.app.cli import app
+from meltemi.floating.platform import Platform
+from meltemi.loads.loadbase.table import AT_SEA, Standard
 from meltemi.turbine.library import DATA, library_entries
 from meltemi.wind.formats import FORMATS
-from meltemi_float.platform import Platform
-from meltemi_loads.loadbase.table import AT_SEA, Standard
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -155,7 +155,7 @@ def test_a_turbine_at_sea(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_seas_and_supports_of_the_page_are_valid() -> None:
-    from meltemi_sea.kinds import sea_of
+    from meltemi.sea.kinds import sea_of
 
     page, safe = "docs/guide/sea.md", YAML(typ="safe")
     titles = ("", ' title="in a turbine file"', ' title="in the support"')
@@ -188,9 +188,9 @@ def test_the_bench_of_its_page(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Of docs/guide/controller-bench.md, with two short runs a controller, none of which is tuned."""
-    from meltemi_tuning.controller_bench import study
-    from meltemi_tuning.controller_bench.margins import Multisine
-    from meltemi_tuning.controller_bench.suite import Situation
+    from meltemi.tuning.controller_bench import study
+    from meltemi.tuning.controller_bench.margins import Multisine
+    from meltemi.tuning.controller_bench.suite import Situation
 
     tiny = Situation("normal turbulence", "NTM", "production", "NTM", (16.0, 18.0), 1, 5.0, 1.0)
     monkeypatch.setattr(study, "suite_of", lambda turbine, quick: (tiny,))
@@ -229,9 +229,9 @@ def test_names_of_sketches_exist(page: str, kind: str) -> None:
         if name.startswith("meltemi."):
             resolve_name(name)
     if "STUDY" in code:
-        study = vars(importlib.import_module("meltemi_papers.study"))
+        study = vars(importlib.import_module("meltemi.papers.study"))
         capitals = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and node.id.istitle()}
-        assert capitals and capitals <= set(study) | set(vars(importlib.import_module("meltemi_papers.claim"))), (
+        assert capitals and capitals <= set(study) | set(vars(importlib.import_module("meltemi.papers.claim"))), (
             capitals
         )
 
@@ -239,7 +239,7 @@ def test_names_of_sketches_exist(page: str, kind: str) -> None:
 def test_changes_of_a_load_case_table(tmp_path: Path) -> None:
     """Of docs/guide/load-case-tables.md."""
     from meltemi.core.yamlfile import read_mapping
-    from meltemi_loads.loadbase.table import load_table
+    from meltemi.loads.loadbase.table import load_table
 
     (text,) = blocks("docs/guide/load-case-tables.md", 'yaml title="changes.yaml"')
     path = tmp_path / "changes.yaml"
@@ -249,7 +249,7 @@ def test_changes_of_a_load_case_table(tmp_path: Path) -> None:
 
 def test_settings_of_a_load_base(tmp_path: Path) -> None:
     """Of docs/guide/load-base.md."""
-    from meltemi_loads.loadbase.settings import STANDARD, read_settings
+    from meltemi.loads.loadbase.settings import STANDARD, read_settings
 
     (text,) = blocks("docs/guide/load-base.md", 'yaml title="settings.yaml"')
     path = tmp_path / "settings.yaml"
@@ -260,7 +260,7 @@ def test_settings_of_a_load_base(tmp_path: Path) -> None:
 @pytest.mark.skipif(find_spec("pandas") is None, reason="needs pandas")
 def test_limits_of_a_load_base(tmp_path: Path) -> None:
     """Of docs/guide/load-base.md."""
-    from meltemi_loads.loadbase.report import read_limits
+    from meltemi.loads.loadbase.report import read_limits
 
     (text,) = blocks("docs/guide/load-base.md", 'yaml title="limits.yaml"')
     path = tmp_path / "limits.yaml"

@@ -21,9 +21,9 @@ import meltemi
 from meltemi.app.cli import main
 from meltemi.controllers import schemes, tuning
 from meltemi.loadcases.case import read_case
-from meltemi_loads.surrogate.model import LoadModel, Polynomials, Surrogate, write_surrogate
-from meltemi_loads.surrogate.space import site_space
-from meltemi_tuning import baseline_tuning
+from meltemi.loads.surrogate.model import LoadModel, Polynomials, Surrogate, write_surrogate
+from meltemi.loads.surrogate.space import site_space
+from meltemi.tuning import baseline_tuning
 
 ROOT = Path(__file__).parents[2]
 PAGES = (

@@ -10,8 +10,8 @@ import pytest
 import meltemi
 from meltemi import InputError, Turbine
 from meltemi.analysis import BaselineTuning, tune_baseline
+from meltemi.tuning.speed_loop import speed_loops, speed_responses
 from meltemi.turbine.library import library_entries
-from meltemi_tuning.speed_loop import speed_loops, speed_responses
 
 pytestmark = pytest.mark.slow
 

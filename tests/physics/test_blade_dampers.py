@@ -13,14 +13,14 @@ import meltemi
 from meltemi.core.errors import InputError
 from meltemi.environment import Environment
 from meltemi.maths.tables import View
+from meltemi.sea.blade_dampers import Rider, Slide
 from meltemi.simulation.case import Case
 from meltemi.simulation.step import equations
 from meltemi.turbine import MassDamper
 from meltemi.turbine.exchange import BladeFrame, BladeMotion, Machine
-from meltemi_sea.blade_dampers import Rider, Slide
-from meltemi_verification.closed_form import NO_DAMPING
-from meltemi_verification.energy import mechanical_energy
-from meltemi_verification.openfast_deck import deck_options, deck_turbine
+from meltemi.verification.closed_form import NO_DAMPING
+from meltemi.verification.energy import mechanical_energy
+from meltemi.verification.openfast_deck import deck_options, deck_turbine
 
 Float = NDArray[np.float64]
 GRAVITY, SPEED, SPAN = 9.80665, 1.2, 45.0

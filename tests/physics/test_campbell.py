@@ -10,7 +10,7 @@ import pytest
 import meltemi
 from meltemi import InputError, Model
 from meltemi.analysis import Campbell, campbell
-from meltemi_verification.table import reference_table
+from meltemi.verification.table import reference_table
 
 pytestmark = pytest.mark.slow
 

@@ -12,21 +12,21 @@ import meltemi
 from meltemi.control.controller import Controller
 from meltemi.controllers.tuning import linear_models, margins, scaled
 from meltemi.core.errors import InputError
+from meltemi.papers.he2018.runs import TUNING_SEEDS, Setup
 from meltemi.simulation.rotors import default_step
-from meltemi_papers.he2018.runs import TUNING_SEEDS, Setup
-from meltemi_tuning.controller_bench import study
-from meltemi_tuning.controller_bench.bench import ControllerBench
-from meltemi_tuning.controller_bench.contenders import Contender, contenders
-from meltemi_tuning.controller_bench.disturbance import disturbed
-from meltemi_tuning.controller_bench.margins import (
+from meltemi.tuning.controller_bench import study
+from meltemi.tuning.controller_bench.bench import ControllerBench
+from meltemi.tuning.controller_bench.contenders import Contender, contenders
+from meltemi.tuning.controller_bench.disturbance import disturbed
+from meltemi.tuning.controller_bench.margins import (
     STEP,
     Multisine,
     OpenLoop,
     speed_loop,
 )
-from meltemi_tuning.controller_bench.report import write_bench
-from meltemi_tuning.controller_bench.runs import run_bench
-from meltemi_tuning.controller_bench.suite import (
+from meltemi.tuning.controller_bench.report import write_bench
+from meltemi.tuning.controller_bench.runs import run_bench
+from meltemi.tuning.controller_bench.suite import (
     FIRST_SEED,
     BenchLimits,
     Situation,
@@ -34,8 +34,8 @@ from meltemi_tuning.controller_bench.suite import (
     mistuned,
     suite_of,
 )
-from meltemi_tuning.controller_bench.tables import criteria_table, leaderboard_rows
-from meltemi_tuning.controller_bench.verdicts import decibel
+from meltemi.tuning.controller_bench.tables import criteria_table, leaderboard_rows
+from meltemi.tuning.controller_bench.verdicts import decibel
 
 pytestmark = pytest.mark.slow
 

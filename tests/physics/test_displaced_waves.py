@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 import meltemi
 from meltemi.core.errors import InputError
-from meltemi_float.coefficients import read_coefficients
-from meltemi_float.waves import HEADINGS, displaced_forces
+from meltemi.floating.coefficients import read_coefficients
+from meltemi.floating.waves import HEADINGS, displaced_forces
 
 Place = tuple[float, float]
 SEA = meltemi.environment.ComponentSea(

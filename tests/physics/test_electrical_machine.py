@@ -9,9 +9,9 @@ import pytest
 
 import meltemi
 from meltemi.electrical.tables import N_STATES
+from meltemi.gradients.sensitivity import finite_difference_runs, sensitivity
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
-from meltemi_gradients.sensitivity import finite_difference_runs, sensitivity
 
 FLOWS = "copper_loss iron_loss converter_loss filter_loss chopper_power electrical_stored_power generator_power".split()
 DIP = {"at": 0.5, "until": 0.7, "type": "voltage_dip", "voltage": 0.2}

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import meltemi
+from meltemi.farm.layout import FarmCase
+from meltemi.farm.report import FORE_AFT, SIDE_SIDE, along_wind
+from meltemi.farm.settings import WakeSettings
+from meltemi.farm.simulation import FarmResult, SetPoint, begin_at
 from meltemi.simulation.operating_point import OperatingPoint
-from meltemi_farm.layout import FarmCase
-from meltemi_farm.report import FORE_AFT, SIDE_SIDE, along_wind
-from meltemi_farm.settings import WakeSettings
-from meltemi_farm.simulation import FarmResult, SetPoint, begin_at
 
 D = 126.0
 CHANNELS = ("generator_power", "wind_x", "root_moment_out_of_plane_1")
@@ -170,7 +170,7 @@ def test_runs_import_no_wakes() -> None:
     import subprocess
     import sys
 
-    code = "import sys, meltemi; meltemi.simulate; print([m for m in sys.modules if m.startswith('meltemi_farm')])"
+    code = "import sys, meltemi; meltemi.simulate; print([m for m in sys.modules if m.startswith('meltemi.farm')])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 

@@ -11,8 +11,8 @@ import pytest
 import meltemi
 
 pytest.importorskip("pettingzoo", reason="needs pettingzoo")
-from meltemi_farm.env import ACTIONS, OBSERVED, FarmEnv
-from meltemi_farm.settings import WakeSettings
+from meltemi.farm.env import ACTIONS, OBSERVED, FarmEnv
+from meltemi.farm.settings import WakeSettings
 
 WIND = meltemi.TurbulentWind(speed=9.0, intensity=0.06, points=5, dt=0.5)
 FARM = meltemi.Farm("nrel5mw", [(0.0, 0.0), (630.0, 0.0)], WakeSettings(added_turbulence=False))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import meltemi
+from meltemi.farm.settings import WakeSettings
+from meltemi.farm.simulation import FarmResult
 from meltemi.postprocess.formats import write_result
-from meltemi_farm.settings import WakeSettings
-from meltemi_farm.simulation import FarmResult
 
 D = 126.0
 pytestmark = pytest.mark.slow  # kernels with the wind of wakes
@@ -46,7 +46,7 @@ def test_a_page_has_all_turbines_and_a_folder_is_viewed_as_a_farm(seen: FarmResu
     assert "class WakeRings" in page and 'id="scene-2"' in page
     for i, each in enumerate(seen.turbines):
         write_result(each, tmp_path / f"turbine_{i + 1}.nc")
-    from meltemi_view.commands.view import view
+    from meltemi.view.commands.view import view
 
     view([tmp_path], tmp_path / "farm.html")
     text = (tmp_path / "farm.html").read_text()

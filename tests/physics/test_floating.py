@@ -12,13 +12,13 @@ import pytest
 
 import meltemi
 from meltemi.core.errors import InputError
-from meltemi_float.catenary import span
-from meltemi_float.coefficients import read_coefficients, read_wamit
-from meltemi_float.moorings import MooringLine, at_rest
-from meltemi_float.radiation import fit_radiation, kernel
-from meltemi_float.waves import wave_forces
-from meltemi_hydro.wamit import wamit_texts
-from meltemi_sea.airy import GRAVITY
+from meltemi.floating.catenary import span
+from meltemi.floating.coefficients import read_coefficients, read_wamit
+from meltemi.floating.moorings import MooringLine, at_rest
+from meltemi.floating.radiation import fit_radiation, kernel
+from meltemi.floating.waves import wave_forces
+from meltemi.hydro.wamit import wamit_texts
+from meltemi.sea.airy import GRAVITY
 
 VECTORS = [
     # x, z, L, EA, w, friction, on the bed; H, V, anchor H: MoorPy's test of its catenary

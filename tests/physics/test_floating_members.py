@@ -10,9 +10,9 @@ import pytest
 
 import meltemi
 from meltemi.core.errors import InputError
-from meltemi_float.balance import check_balance, lines_load, turbine_weight
-from meltemi_float.coefficients import read_coefficients
-from meltemi_float.members import PIECE, Member, at_rest, flow_at, pieces, with_members
+from meltemi.floating.balance import check_balance, lines_load, turbine_weight
+from meltemi.floating.coefficients import read_coefficients
+from meltemi.floating.members import PIECE, Member, at_rest, flow_at, pieces, with_members
 
 G = 9.80665
 
@@ -192,7 +192,7 @@ def test_drag_of_a_current_is_the_sum_over_the_hull() -> None:
 
 @pytest.mark.long
 def test_operators_of_the_linear_model_are_those_of_a_run() -> None:
-    from meltemi_float.rao import linear_operators, random_operators
+    from meltemi.floating.rao import linear_operators, random_operators
 
     model = meltemi.build(meltemi.load_turbine("iea15mw-volturnus"))
     linear = linear_operators(model)

@@ -12,7 +12,7 @@ from meltemi.simulation.continuation import CarefulOrbit
 from meltemi.simulation.linear import LinearModel
 from meltemi.simulation.operating_point import steady_wind
 from meltemi.simulation.orbit import SETTLED
-from meltemi_studies.flutter import diverging
+from meltemi.studies.flutter import diverging
 
 pytestmark = pytest.mark.slow
 

@@ -23,8 +23,8 @@ from meltemi.simulation.start import begin
 from meltemi.simulation.vibrations import time_step
 from meltemi.structure.gear_train import gear_train, reduced
 from meltemi.structure.tables import GearModes, StructureParameters
-from meltemi_verification.closed_form import NO_DAMPING
-from meltemi_verification.energy import mechanical_energy
+from meltemi.verification.closed_form import NO_DAMPING
+from meltemi.verification.energy import mechanical_energy
 
 Float = NDArray[np.float64]
 GEAR_LOADS = [

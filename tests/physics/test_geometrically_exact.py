@@ -17,7 +17,7 @@ from meltemi.simulation.case import Case
 from meltemi.structure.beam import section_axes, skew
 from meltemi.structure.kinematics import blade_motion
 from meltemi.turbine.exchange import BladeFrame
-from meltemi_verification.far_bending import compare
+from meltemi.verification.far_bending import compare
 
 pytestmark = pytest.mark.slow
 

@@ -11,13 +11,13 @@ from typer.testing import CliRunner
 
 from meltemi.app.cli import app
 from meltemi.core.errors import InputError
-from meltemi_float.coefficients import read_coefficients, read_wamit
-from meltemi_float.members import Member, at_rest
-from meltemi_hydro.hull import Box, Hull
-from meltemi_hydro.panels import contour, panels_of
-from meltemi_hydro.plots import plot_coefficients
-from meltemi_hydro.potential import change_by_panels, coefficients_of, hydrostatics
-from meltemi_hydro.wamit import wamit_texts
+from meltemi.floating.coefficients import read_coefficients, read_wamit
+from meltemi.floating.members import Member, at_rest
+from meltemi.hydro.hull import Box, Hull
+from meltemi.hydro.panels import contour, panels_of
+from meltemi.hydro.plots import plot_coefficients
+from meltemi.hydro.potential import change_by_panels, coefficients_of, hydrostatics
+from meltemi.hydro.wamit import wamit_texts
 
 COLUMN = Member(start=[3.0, -2.0, -20.0], end=[3.0, -2.0, 15.0], diameter=12.5)
 CONE = Member(start=[0.0, 0.0, -30.0], end=[0.0, 0.0, 10.0], diameter=18.0, end_diameter=10.0)

@@ -10,9 +10,9 @@ from meltemi import Environment, ModelOptions, Start, SteadyWind, Turbine
 from meltemi.maths.tables import View
 from meltemi.simulation.modes import natural_modes
 from meltemi.structure.tables import BladeNode
+from meltemi.studies.icing import frequency_table, load_table, plot_icing, power_table
 from meltemi.turbine import Icing, with_ice
 from meltemi.turbine.icing import ice_mass, ice_stations, leading_edge
-from meltemi_studies.icing import frequency_table, load_table, plot_icing, power_table
 
 RIGID = ("tower", "yaw", "generator", "drivetrain", "blades")
 STILL = ("tower", "yaw", "generator", "drivetrain")

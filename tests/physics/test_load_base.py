@@ -24,14 +24,14 @@ import pytest
 import meltemi
 from meltemi.core.errors import InputError, Status
 from meltemi.loadcases.batch import Batch
+from meltemi.loads.loadbase import engine
+from meltemi.loads.loadbase.campaign import Campaign, make_campaign, write_campaign
+from meltemi.loads.loadbase.jobs import Job, Workshop, jobs_of
+from meltemi.loads.loadbase.plan import Plan, plan
+from meltemi.loads.loadbase.store import Store
+from meltemi.loads.loadbase.table import load_table
 from meltemi.simulation.simulate import simulate
-from meltemi_loads.loadbase import engine
-from meltemi_loads.loadbase.campaign import Campaign, make_campaign, write_campaign
-from meltemi_loads.loadbase.jobs import Job, Workshop, jobs_of
-from meltemi_loads.loadbase.plan import Plan, plan
-from meltemi_loads.loadbase.store import Store
-from meltemi_loads.loadbase.table import load_table
-from meltemi_studies.preview import rotor_average
+from meltemi.studies.preview import rotor_average
 
 pytestmark = pytest.mark.slow
 
@@ -389,9 +389,9 @@ def test_a_worker_with_other_files_is_refused(tiny: Plan) -> None:
 
 CHILD = """
 import sys
-from meltemi_loads.loadbase import engine
-from meltemi_loads.loadbase.campaign import read_campaign
-from meltemi_loads.loadbase.plan import plan
+from meltemi.loads.loadbase import engine
+from meltemi.loads.loadbase.campaign import read_campaign
+from meltemi.loads.loadbase.plan import plan
 engine.GROUP = 6.0
 if __name__ == "__main__":
     planned = plan(read_campaign(sys.argv[1]))

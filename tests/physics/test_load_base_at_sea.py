@@ -10,13 +10,13 @@ import pytest
 
 from meltemi.core.errors import Status
 from meltemi.loads import base_table, design_loads, run_base, show_case
+from meltemi.loads.loadbase.campaign import make_campaign
+from meltemi.loads.loadbase.engine import same_numbers
+from meltemi.loads.loadbase.metocean import read_metocean
+from meltemi.loads.loadbase.plan import plan
+from meltemi.loads.loadbase.report import exceeded, limit_ratios
+from meltemi.loads.loadbase.table import load_table
 from meltemi.turbine.library import load_turbine
-from meltemi_loads.loadbase.campaign import make_campaign
-from meltemi_loads.loadbase.engine import same_numbers
-from meltemi_loads.loadbase.metocean import read_metocean
-from meltemi_loads.loadbase.plan import plan
-from meltemi_loads.loadbase.report import exceeded, limit_ratios
-from meltemi_loads.loadbase.table import load_table
 
 ROWS = {"1.2", "6.1"}
 

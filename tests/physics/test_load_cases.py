@@ -11,12 +11,12 @@ import pytest
 
 from meltemi import ModelOptions, Result, Status
 from meltemi.loadcases.case import case_run, case_turbine
+from meltemi.loads.loadbase.campaign import make_campaign
+from meltemi.loads.loadbase.coverage import problems_of, read_results
+from meltemi.loads.loadbase.engine import base_table, run_base
+from meltemi.loads.loadbase.jobs import unplanned_stop
+from meltemi.loads.loadbase.plan import Plan, PlannedCase, plan
 from meltemi.simulation.simulate import Simulation, march
-from meltemi_loads.loadbase.campaign import make_campaign
-from meltemi_loads.loadbase.coverage import problems_of, read_results
-from meltemi_loads.loadbase.engine import base_table, run_base
-from meltemi_loads.loadbase.jobs import unplanned_stop
-from meltemi_loads.loadbase.plan import Plan, PlannedCase, plan
 
 CHANNELS = (
     *("wind_x", "rotor_speed", "azimuth", "pitch_1", "pitch_2", "pitch_3", "generator_power", "generator_torque"),

@@ -12,16 +12,16 @@ from scipy.spatial.transform import Rotation
 
 import meltemi
 from meltemi.core.errors import InputError
+from meltemi.exchange.openfast.mooring import read_mooring
+from meltemi.exchange.openfast.text import read_input
+from meltemi.exchange.openfast_writer.water import mooring
+from meltemi.floating.balance import check_reach, lines_load
+from meltemi.floating.floater import FloaterPart
+from meltemi.floating.moorings import AtRest, MooringLine, MooringPoint, at_rest, shapes
+from meltemi.floating.platform import Platform
+from meltemi.floating.rao import steady_point, wave_driven
 from meltemi.io import restore_state, save_state, stop_at
 from meltemi.simulation.linear import linearise
-from meltemi_exchange.openfast.mooring import read_mooring
-from meltemi_exchange.openfast.text import read_input
-from meltemi_exchange.openfast_writer.water import mooring
-from meltemi_float.balance import check_reach, lines_load
-from meltemi_float.floater import FloaterPart
-from meltemi_float.moorings import AtRest, MooringLine, MooringPoint, at_rest, shapes
-from meltemi_float.platform import Platform
-from meltemi_float.rao import steady_point, wave_driven
 
 CHAIN = {"mass": 685.0, "diameter": 0.333, "stiffness": 3.27e9}
 ROPE = {"mass": 120.0, "diameter": 0.25, "stiffness": 4e8}

@@ -17,15 +17,15 @@ from meltemi.postprocess.files.signals import read_signals
 from meltemi.simulation.channels import Contents, catalogue
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
-from meltemi.turbine.library import write_turbine
-from meltemi_studies.kalman_design import discrete, stationary
-from meltemi_studies.observer import (
+from meltemi.studies.kalman_design import discrete, stationary
+from meltemi.studies.observer import (
     SENSORS,
     ExpectedTurbulence,
     Observer,
     SensorNoise,
     observer,
 )
+from meltemi.turbine.library import write_turbine
 
 pytestmark = pytest.mark.slow
 

@@ -54,7 +54,7 @@ def advanced(**options: Any) -> ModelOptions:
 
 
 def deck(turbine: Turbine) -> Turbine:
-    from meltemi_verification.openfast_deck import deck_turbine
+    from meltemi.verification.openfast_deck import deck_turbine
 
     return deck_turbine(turbine)
 

@@ -12,15 +12,15 @@ import meltemi
 from meltemi import InputError, ModelOptions, Start, build, load_turbine, simulate
 from meltemi.analysis import natural_modes
 from meltemi.environment import Crest, Current, IrregularSea, RegularSea, StillWater
+from meltemi.sea.airy import wave_number
+from meltemi.sea.pile_beam import mudline_deflection, pile_beam, pile_edges, soil_springs, supported_tower
+from meltemi.sea.soil import Clay, Curve, Sand, Soil
 from meltemi.simulation.case import Case
 from meltemi.simulation.vibrations import vacuum_case
 from meltemi.structure.beam import assemble
 from meltemi.structure.members import points
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind
-from meltemi_sea.airy import wave_number
-from meltemi_sea.pile_beam import mudline_deflection, pile_beam, pile_edges, soil_springs, supported_tower
-from meltemi_sea.soil import Clay, Curve, Sand, Soil
 
 H, DEPTH, RHO, G = 4.0, 20.0, 1025.0, 9.80665
 SMALL = {"blade_nodes": 5, "tower_nodes": 5, "time_step": 0.025}
@@ -118,7 +118,7 @@ def test_diffraction_lowers_the_load_of_short_waves(turbine: Turbine) -> None:
         piled = turbine.replace(**{"support.hydrodynamics": {"drag": 0.0, "diffraction": kind}})
         t, found = loads(piled, sea, 3.5)
         force.append(abs(amplitude(found["sea_force_x"], t, 2.0 * np.pi / 3.5)))
-    from meltemi_sea.airy import maccamy_fuchs
+    from meltemi.sea.airy import maccamy_fuchs
 
     k = wave_number(np.array([2.0 * np.pi / 3.5]), DEPTH)
     assert force[1] / force[0] == pytest.approx(0.5 * abs(maccamy_fuchs(3.0 * k))[0], rel=1e-6)

@@ -14,8 +14,8 @@ import meltemi
 from meltemi.control import BaselineController
 from meltemi.core.errors import InputError
 from meltemi.simulation.linear import linearise
-from meltemi_tuning import platform_feedback
-from meltemi_tuning.platform_feedback import pitch_damping, tune_platform_feedback, under
+from meltemi.tuning import platform_feedback
+from meltemi.tuning.platform_feedback import pitch_damping, tune_platform_feedback, under
 
 SPEED, PUSH = 16.0, 5e-4
 """[m/s]; [rad/s] of the platform in pitch."""

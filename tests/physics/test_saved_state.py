@@ -141,7 +141,7 @@ def test_every_byte_and_the_user_who_saved_it_count(
         with pytest.raises(InputError, match="changed afterwards"):
             restore_state(simulation, path)
     path.write_bytes(good)
-    monkeypatch.setattr("meltemi_studies.saved_state.user_key", lambda: bytes(SIGNATURE))
+    monkeypatch.setattr("meltemi.studies.saved_state.user_key", lambda: bytes(SIGNATURE))
     with pytest.raises(InputError, match="states of other users"):
         restore_state(simulation, path)
 
@@ -174,7 +174,7 @@ def test_numbers_that_kernels_use_as_indices_are_those_of_the_run(
         np.savez(content, **arrays)
         return content.getvalue()
 
-    monkeypatch.setattr("meltemi_studies.saved_state.verified", forged)
+    monkeypatch.setattr("meltemi.studies.saved_state.verified", forged)
     with pytest.raises(InputError, match="counters are not those"):
         restore_state(simulation, path)
     for one, other in zip(before, simulation.moving, strict=True):
@@ -184,7 +184,7 @@ def test_numbers_that_kernels_use_as_indices_are_those_of_the_run(
 def test_another_program_is_noted(model: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     simulation = Simulation(Run(model, 8.0, duration=0.5))
     save_state(simulation, tmp_path / "run.state")
-    monkeypatch.setattr("meltemi_studies.saved_state.PHYSICS", 99)
+    monkeypatch.setattr("meltemi.studies.saved_state.PHYSICS", 99)
     (note,) = restore_state(simulation, tmp_path / "run.state")
     assert "physics" in note and "rounding" in note
 

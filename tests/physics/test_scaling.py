@@ -15,14 +15,14 @@ import meltemi
 from meltemi import Environment, InputError, Turbine
 from meltemi.core.record import Record
 from meltemi.core.units import rpm
+from meltemi.reports.portrait import masses
 from meltemi.structure.members import blade_member, cells
+from meltemi.studies.scaling.factors import design_ratio
+from meltemi.studies.scaling.library import BOTH, NUMBERS, scaled_turbine
+from meltemi.studies.scaling.machine import Inertia, inertia_of
+from meltemi.studies.scaling.tower_frequency import first_fore_aft
 from meltemi.turbine import scale_turbine, typical_masses
 from meltemi.turbine.gearbox import size_gearbox
-from meltemi_reports.portrait import masses
-from meltemi_studies.scaling.factors import design_ratio
-from meltemi_studies.scaling.library import BOTH, NUMBERS, scaled_turbine
-from meltemi_studies.scaling.machine import Inertia, inertia_of
-from meltemi_studies.scaling.tower_frequency import first_fore_aft
 
 S = 1.4
 FREE = Environment(gravity=0.0)

@@ -7,7 +7,7 @@ import pytest
 
 import meltemi
 from meltemi.simulation.result import Result
-from meltemi_view.sea_surface import ERROR, POINTS, with_sea
+from meltemi.view.sea_surface import ERROR, POINTS, with_sea
 
 pytestmark = pytest.mark.slow
 

@@ -37,11 +37,11 @@ from meltemi import (
 from meltemi.analysis import Sensitivity, finite_difference_runs, sensitivity
 from meltemi.control import StartPoint
 from meltemi.control import signals as s
+from meltemi.gradients.sensitivity import matched
 from meltemi.maths.generic import crossed
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
-from meltemi_gradients.sensitivity import matched
 
 pytestmark = pytest.mark.slow
 

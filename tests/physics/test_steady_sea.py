@@ -10,13 +10,13 @@ import pytest
 import meltemi
 from meltemi.core.errors import InputError
 from meltemi.environment import Current, IrregularSea, StillWater, steady_sea
+from meltemi.floating.balance import check_reach
+from meltemi.floating.floater import FloaterPart
+from meltemi.floating.moorings import at_rest
+from meltemi.floating.rao import steady_point, wave_driven
+from meltemi.floating.waves import mean_drift
 from meltemi.simulation.linear import linearise
 from meltemi.simulation.power_curve import power_curve
-from meltemi_float.balance import check_reach
-from meltemi_float.floater import FloaterPart
-from meltemi_float.moorings import at_rest
-from meltemi_float.rao import steady_point, wave_driven
-from meltemi_float.waves import mean_drift
 
 pytestmark = pytest.mark.slow
 RIGID = meltemi.ModelOptions(flap_modes=0, edge_modes=0, torsion_modes=0)

@@ -19,12 +19,12 @@ from meltemi import (
     simulate,
 )
 from meltemi.control import signals as s
+from meltemi.exchange.pile import pile_foundation
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.vibrations import equilibrium, vacuum_case
 from meltemi.structure.beam import assemble
 from meltemi.structure.members import blade_beam
-from meltemi_exchange.pile import pile_foundation
-from meltemi_verification.closed_form import NO_DAMPING, uniform_blade
+from meltemi.verification.closed_form import NO_DAMPING, uniform_blade
 
 CALM = SteadyWind(speed=0.0)
 LENGTH, EI, GJ, COUPLING, MASS = 60.0, 3.0e9, 1.0e9, 0.6e9, 250.0
@@ -169,7 +169,7 @@ def test_two_blades_are_symmetric_under_half_a_turn(turbine: Turbine) -> None:
 def energy_range(turbine: Turbine, blades: int, time_step: float, **more: Any) -> float:
     """Range of the total energy over that of the elastic energy, vibrating without air and damping."""
     from meltemi.simulation.case import Case
-    from meltemi_verification.energy import mechanical_energy
+    from meltemi.verification.energy import mechanical_energy
 
     described = turbine.replace(
         n_blades=blades,

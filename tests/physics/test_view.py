@@ -31,10 +31,10 @@ from meltemi.simulation.case import Case
 from meltemi.simulation.scene.motion import POSITION_ERROR
 from meltemi.simulation.scene.record import Scene, packed, track_arrays, unpacked
 from meltemi.turbine.exchange import BladeFrame
+from meltemi.view import view, viewer
+from meltemi.view.mode_scenes import modes_scene
 from meltemi.wind.fields import SteadyWind, WindSeries, wind_field
 from meltemi.wind.velocity import series_now, wind_velocity
-from meltemi_view import view, viewer
-from meltemi_view.mode_scenes import modes_scene
 
 DURATION = 8.0
 NOW = 6.3
@@ -369,7 +369,7 @@ def test_the_scripts_are_short() -> None:
 @pytest.mark.long
 @needs_browser
 def test_a_widget_draws_the_same_and_shares_its_time(seen: Result, tmp_path: Path) -> None:
-    widget = pytest.importorskip("meltemi_view.widget")
+    widget = pytest.importorskip("meltemi.view.widget")
     made = seen.view(look=view.Look(begin=1.0)).widget
     values = json.dumps(
         {name: getattr(made, name) for name in ("spec", "content", "style", "licence", "time", "playing")}

@@ -87,7 +87,7 @@ RIGID = ModelOptions(locked=("tower", "yaw", "blades", "drivetrain"), stall="sta
 @pytest.mark.long
 def test_drag_in_the_engine_is_the_loss_of_the_elements(turbine: Turbine) -> None:
     """Polars in the rain cost the power, at the same speed and pitch, that drops cost which elements take along."""
-    from meltemi_studies.rain_drops import rain_loads
+    from meltemi.studies.rain_drops import rain_loads
 
     rain = Rain(kind="heavy_rainstorm_moderate")
     dry = meltemi.operating_point(meltemi.build(turbine, RIGID), 10.0)

@@ -13,11 +13,11 @@ from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, simulate
 from meltemi.control import YawControl, YawController
 from meltemi.control import signals as s
 from meltemi.control.actuators import yaw_advance
+from meltemi.gradients.sensitivity import finite_difference_runs
 from meltemi.simulation.case import Case
 from meltemi.simulation.run import Run
+from meltemi.verification.energy import mechanical_energy
 from meltemi.wind.fields import unusual
-from meltemi_gradients.sensitivity import finite_difference_runs
-from meltemi_verification.energy import mechanical_energy
 
 Float = NDArray[np.float64]
 ALL_BUT_YAW = ("tower", "generator", "drivetrain", "blades")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.record import Record
-from meltemi_exchange.report import ImportedModel, ImportedTurbine
+from meltemi.exchange.report import ImportedModel, ImportedTurbine
 
 Read = Callable[[Path], ImportedTurbine]
 Files = Mapping[str, str]

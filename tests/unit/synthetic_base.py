@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import Status
+from meltemi.loads.loadbase.campaign import make_campaign
+from meltemi.loads.loadbase.interfaces import BLADE_STATIONS, TOWER_STATIONS, interfaces_of, recorded
+from meltemi.loads.loadbase.jobs import Row, jobs_of
+from meltemi.loads.loadbase.plan import Plan, PlannedCase, plan
+from meltemi.loads.loadbase.reduction import reduced
+from meltemi.loads.loadbase.store import Store
+from meltemi.loads.loadbase.table import load_table
 from meltemi.simulation.channels import Contents, catalogue, find
 from meltemi.simulation.result import Result
 from meltemi.turbine.library import load_turbine
-from meltemi_loads.loadbase.campaign import make_campaign
-from meltemi_loads.loadbase.interfaces import BLADE_STATIONS, TOWER_STATIONS, interfaces_of, recorded
-from meltemi_loads.loadbase.jobs import Row, jobs_of
-from meltemi_loads.loadbase.plan import Plan, PlannedCase, plan
-from meltemi_loads.loadbase.reduction import reduced
-from meltemi_loads.loadbase.store import Store
-from meltemi_loads.loadbase.table import load_table
 
 Series = Callable[[PlannedCase, NDArray[np.float64]], dict[str, Any]]
 """Series of a case by channel, from its time (T,) [s]; other channels are zero."""

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from meltemi_learning.settings import MODELS
-from meltemi_verification import bench
-from meltemi_verification.env_bench import LOADS, timed_environments
-from meltemi_verification.load_bench import load_benchmark, load_lines
-from meltemi_verification.steps import TURBINES, WAYS
+from meltemi.learning.settings import MODELS
+from meltemi.verification import bench
+from meltemi.verification.env_bench import LOADS, timed_environments
+from meltemi.verification.load_bench import load_benchmark, load_lines
+from meltemi.verification.steps import TURBINES, WAYS
 
 ROOT = Path(__file__).parents[2]
 RUN = {"us_per_step": 12.3, "real_time_factor": 777, "time_step_s": 0.01}

@@ -102,7 +102,7 @@ def test_bad_bins_are_refused() -> None:
 
 def test_the_table_of_the_paper_adds_up() -> None:
     """Its sets are 2,917, and its bins are ours."""
-    import meltemi_papers.wang2021 as study
+    import meltemi.papers.wang2021 as study
 
     with (Path(study.__file__).parent / "table2.csv").open(encoding="utf-8") as file:
         rows = [{name: float(x) for name, x in row.items()} for row in csv.DictReader(file)]

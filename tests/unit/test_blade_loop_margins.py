@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi_tuning.controller_bench.bench import _margin_verdicts
-from meltemi_tuning.controller_bench.margins import STEP, OpenLoop, Whirl, blade_loop, moment_amplitude
-from meltemi_tuning.controller_bench.study import one_name
-from meltemi_tuning.controller_bench.suite import BenchLimits
-from meltemi_tuning.controller_bench.tables import margin_rows
-from meltemi_tuning.controller_bench.verdicts import LoopMargins
+from meltemi.tuning.controller_bench.bench import _margin_verdicts
+from meltemi.tuning.controller_bench.margins import STEP, OpenLoop, Whirl, blade_loop, moment_amplitude
+from meltemi.tuning.controller_bench.study import one_name
+from meltemi.tuning.controller_bench.suite import BenchLimits
+from meltemi.tuning.controller_bench.tables import margin_rows
+from meltemi.tuning.controller_bench.verdicts import LoopMargins
 
 
 def test_margins_of_a_loop_on_amplitudes_of_blades():

@@ -11,12 +11,12 @@ import pytest
 
 from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import to_netcdf
-from meltemi_float.coefficients import read_coefficients
-from meltemi_float.members import Member, at_rest
-from meltemi_float.potential import Coefficients, about_still_water
-from meltemi_hydro.hull import Hull
-from meltemi_hydro.panels import panels_of
-from meltemi_hydro.potential import coefficients_of, hydrostatics
+from meltemi.floating.coefficients import read_coefficients
+from meltemi.floating.members import Member, at_rest
+from meltemi.floating.potential import Coefficients, about_still_water
+from meltemi.hydro.hull import Hull
+from meltemi.hydro.panels import panels_of
+from meltemi.hydro.potential import coefficients_of, hydrostatics
 
 RHO, G = 1025.0, 9.81
 WEIGHT, CENTRE = 8.1e6, np.array([0.3, -0.2, -70.0])

@@ -12,13 +12,13 @@ import pytest
 
 import meltemi
 from meltemi.core.errors import InputError, Status
+from meltemi.cuda import march as card
+from meltemi.cuda import single_precision
 from meltemi.loadcases.batch import memory_of
 from meltemi.numbers.records import record_at
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
-from meltemi_cards import march as card
-from meltemi_cards import single_precision
 
 pytestmark = pytest.mark.filterwarnings("ignore::numba.core.errors.NumbaPerformanceWarning")
 MODEL = meltemi.build(meltemi.load_turbine("pmsg20mw"))

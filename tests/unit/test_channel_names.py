@@ -12,12 +12,12 @@ import pytest
 import meltemi
 from meltemi import InputError, Model, Result
 from meltemi.analysis import OperatingPoint
+from meltemi.gradients.sensitivity import Sensitivity
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.simulation.channels import standard
-from meltemi_gradients.sensitivity import Sensitivity
-from meltemi_studies.difference import compare_results
-from meltemi_studies.difference_plots import plot_differences
-from meltemi_tuning.compare import Comparison
+from meltemi.studies.difference import compare_results
+from meltemi.studies.difference_plots import plot_differences
+from meltemi.tuning.compare import Comparison
 
 NAME = "root_moment_out_of_plane_1"
 SPELLINGS = ("RootMyc1", "ROOTMYC1", "RootMOoP1", "rootmoop1", "Root_Moment_Out_Of_Plane_1")

@@ -16,14 +16,14 @@ from meltemi import InputError, Turbine
 from meltemi.environment import air_density
 from meltemi.environment.climate import MONTH_HOURS, load_climate
 from meltemi.environment.drops import water_content
-from meltemi_papers.palanimuthu2022.beyond import climate as part
-from meltemi_papers.palanimuthu2022.beyond.climate import study, years
-from meltemi_papers.study import Drawing
-from meltemi_reports.blocks import Table
-from meltemi_studies.climate.response import ICED, SHED, SLOPES, WET, Response, Setup, State
-from meltemi_studies.climate.tables import month_table
-from meltemi_studies.climate.weather import periods, read_weather
-from meltemi_studies.climate.year import SHED_SHARE, Curves, a_year
+from meltemi.papers.palanimuthu2022.beyond import climate as part
+from meltemi.papers.palanimuthu2022.beyond.climate import study, years
+from meltemi.papers.study import Drawing
+from meltemi.reports.blocks import Table
+from meltemi.studies.climate.response import ICED, SHED, SLOPES, WET, Response, Setup, State
+from meltemi.studies.climate.tables import month_table
+from meltemi.studies.climate.weather import periods, read_weather
+from meltemi.studies.climate.year import SHED_SHARE, Curves, a_year
 
 SETUP = Setup(seeds=(1, 2))
 SPEEDS, DENSITIES = np.array(SETUP.speeds), np.array(SETUP.densities)

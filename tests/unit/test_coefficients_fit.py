@@ -11,11 +11,11 @@ import pytest
 
 import meltemi
 from meltemi.core.errors import InputError
-from meltemi_float.coefficients import read_coefficients
-from meltemi_float.consistency import check_coefficients, force_height, long_wave_stiffness
-from meltemi_float.members import Member, with_members
-from meltemi_float.potential import about_still_water, tilt_stiffness
-from meltemi_sea.airy import wave_number
+from meltemi.floating.coefficients import read_coefficients
+from meltemi.floating.consistency import check_coefficients, force_height, long_wave_stiffness
+from meltemi.floating.members import Member, with_members
+from meltemi.floating.potential import about_still_water, tilt_stiffness
+from meltemi.sea.airy import wave_number
 
 FLOATERS = ["nrel5mw-spar", "iea15mw-volturnus", "iea22mw-semi"]
 

@@ -9,7 +9,7 @@ from meltemi import InputError
 from meltemi.loads import EnsembleTable, PowerSpectrum, average_spectra, ensemble_table
 from meltemi.plots import plot_changes, plot_spectra
 from meltemi.postprocess.spectra import power_spectrum
-from meltemi_reports.ensemble_tables import change_text, scheme_rows
+from meltemi.reports.ensemble_tables import change_text, scheme_rows
 
 UNITS = {"load DEL": ("kN m", 1e-3), "power std": ("kW", 1e-3), "pitch travel": ("deg/s", 180.0 / np.pi)}
 

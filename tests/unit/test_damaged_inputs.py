@@ -21,19 +21,19 @@ import pytest
 from synthetic_base import small_plan
 
 from meltemi.core.errors import InputError, Status
-from meltemi_exchange.fmu.controller import fmu_controller
-from meltemi_exchange.windio.tree import as_number, as_numbers
-from meltemi_farm.layout import Farm
-from meltemi_float.coefficients import DATA, read_coefficients, write_coefficients
-from meltemi_float.members import Member
-from meltemi_hydro.hull import Hull
-from meltemi_hydro.panels import hull_moments
-from meltemi_loads.loadbase import engine
-from meltemi_loads.loadbase.engine import OnThreads
-from meltemi_loads.loadbase.jobs import Row, jobs_of
-from meltemi_loads.loadbase.store import Store, table_of, write_file
-from meltemi_reports.workbook import openpyxl, save_workbook
-from meltemi_studies.climate.weather import read_weather
+from meltemi.exchange.fmu.controller import fmu_controller
+from meltemi.exchange.windio.tree import as_number, as_numbers
+from meltemi.farm.layout import Farm
+from meltemi.floating.coefficients import DATA, read_coefficients, write_coefficients
+from meltemi.floating.members import Member
+from meltemi.hydro.hull import Hull
+from meltemi.hydro.panels import hull_moments
+from meltemi.loads.loadbase import engine
+from meltemi.loads.loadbase.engine import OnThreads
+from meltemi.loads.loadbase.jobs import Row, jobs_of
+from meltemi.loads.loadbase.store import Store, table_of, write_file
+from meltemi.reports.workbook import openpyxl, save_workbook
+from meltemi.studies.climate.weather import read_weather
 
 HUGE = 10**400
 
@@ -196,7 +196,7 @@ document.body.textContent = `told ${{told.join(" ")}}`;
 @pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium or google-chrome")
 def test_the_name_of_a_controller_is_text_on_the_live_page(tmp_path: Path) -> None:
-    script = resources.files("meltemi_view").joinpath("viewer/live.js").read_text(encoding="utf-8")
+    script = resources.files("meltemi.view").joinpath("viewer/live.js").read_text(encoding="utf-8")
     name = json.dumps('a</option><option>b<img src=x onerror="window.done=1">')
     (tmp_path / "page.html").write_text(PAGE.format(script=script, name=name), encoding="utf-8")
     how = ("--headless=new", "--no-sandbox", "--disable-gpu", "--dump-dom", f"--user-data-dir={tmp_path / 'profile'}")

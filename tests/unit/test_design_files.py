@@ -18,8 +18,8 @@ import meltemi
 from meltemi import InputError, Model, Turbine
 from meltemi.io import export_rosco, linear_set, read_rosco_table, rosco_settings, write_linear_set, write_rosco_table
 from meltemi.simulation.linear import LinearModel
+from meltemi.tuning.baseline_tuning import BaselineTuning
 from meltemi.turbine.performance import RotorPerformance
-from meltemi_tuning.baseline_tuning import BaselineTuning
 
 READER = r"""
 program read_table  ! by line numbers, as ROSCO does
@@ -185,7 +185,7 @@ def test_settings_of_rosco_and_an_edited_file(turbine: Turbine, tmp_path: Path, 
     halved = np.interp(pitch.gain_halving_pitch, found["PC_GS_angles"], found["PC_GS_KI"])
     assert halved == pytest.approx(-0.5 * pitch.integral_gain, rel=1e-3)
     assert found["VS_GenEff"] == pytest.approx(94.4) and found["WE_Jtot"] == 4.4e7
-    monkeypatch.setattr("meltemi_exchange.rosco_files.performance_of", lambda turbine: table_of())
+    monkeypatch.setattr("meltemi.exchange.rosco_files.performance_of", lambda turbine: table_of())
     lines = [f"0  ! {name}" for name in (*found, "PerfFileName", "PerfTableSize", "F_LPFCornerFreq")]
     (tmp_path / "source.in").write_text("\n".join(lines) + "\n")
     first, second = export_rosco(turbine, tmp_path, tmp_path / "source.in", tuning)

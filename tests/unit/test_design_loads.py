@@ -13,18 +13,18 @@ import pytest
 from synthetic_base import small_plan, synthetic_base
 
 from meltemi.core.errors import InputError, Status
+from meltemi.loads.energy import YEAR
+from meltemi.loads.extrapolation import fit_extremes
+from meltemi.loads.loadbase.design import DesignLoads, compare_bases, design_loads, design_tables
+from meltemi.loads.loadbase.engine import base_status
+from meltemi.loads.loadbase.plan import Plan
+from meltemi.loads.loadbase.report import write_design_loads
+from meltemi.loads.loadbase.settings import DesignSettings
+from meltemi.loads.loadbase.signals import tower_radius
+from meltemi.loads.loadbase.ultimate import speed_shares
+from meltemi.loads.loadbase.weights import HOURS
 from meltemi.postprocess.cycles import cycle_load, rainflow_cycles
 from meltemi.turbine.library import load_turbine
-from meltemi_loads.energy import YEAR
-from meltemi_loads.extrapolation import fit_extremes
-from meltemi_loads.loadbase.design import DesignLoads, compare_bases, design_loads, design_tables
-from meltemi_loads.loadbase.engine import base_status
-from meltemi_loads.loadbase.plan import Plan
-from meltemi_loads.loadbase.report import write_design_loads
-from meltemi_loads.loadbase.settings import DesignSettings
-from meltemi_loads.loadbase.signals import tower_radius
-from meltemi_loads.loadbase.ultimate import speed_shares
-from meltemi_loads.loadbase.weights import HOURS
 
 MY = "tower_base_moment_fore_aft"
 MX = "tower_base_moment_side_side"

@@ -22,9 +22,9 @@ from meltemi.postprocess.ensemble import (
     weibull_weights,
 )
 from meltemi.report.tables import rich_table, write_csv
+from meltemi.reports.ensemble_tables import ensemble_rows
+from meltemi.reports.spectra_plots import plot_spectra
 from meltemi.simulation.channels import standard
-from meltemi_reports.ensemble_tables import ensemble_rows
-from meltemi_reports.spectra_plots import plot_spectra
 
 VALUES = {
     1: {"one": {"std": 10.0, "DEL": 30.0}, "two": {"std": 8.0, "DEL": 24.0}},

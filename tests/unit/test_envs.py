@@ -14,7 +14,7 @@ from meltemi.postprocess.cycles import damage_sum, rainflow_cycles
 gymnasium = pytest.importorskip("gymnasium", reason="needs pip install 'gymnasium>=1.0,<2'")
 
 import meltemi.envs as envs  # noqa: E402
-from meltemi_learning.sensors import load_scale, sensors_of  # noqa: E402
+from meltemi.learning.sensors import load_scale, sensors_of  # noqa: E402
 
 SHORT: dict[str, Any] = {"duration": 4.0, "transient": 1.0, "wind_duration": 5.0, "wind_points": 7, "model": "light"}
 LOAD, YAW = "Meltemi/LoadControl-v0", "Meltemi/Yaw-v0"

@@ -9,13 +9,13 @@ import pytest
 from scipy.stats import gumbel_r, skew
 
 from meltemi import InputError
-from meltemi.postprocess.ensemble import rayleigh_weights
-from meltemi_loads.extrapolation import (
+from meltemi.loads.extrapolation import (
     FIFTY_YEARS,
     ExtremeFit,
     extrapolate,
     fit_extremes,
 )
+from meltemi.postprocess.ensemble import rayleigh_weights
 
 SPEEDS = np.arange(4.0, 25.0, 2.0)
 P = rayleigh_weights(SPEEDS, 10.0)

@@ -12,14 +12,14 @@ import pytest
 
 from meltemi import InputError
 from meltemi.core.yamlfile import read_record
+from meltemi.farm.layout import FarmCase
+from meltemi.farm.report import CHANNELS, FORE_AFT, SIDE_SIDE, differences, plot_price, price, price_rows
+from meltemi.farm.settings import WORDS, WakeSettings
+from meltemi.farm.simulation import FarmResult
+from meltemi.farm.stored import read_farm, write_farm
 from meltemi.postprocess.files import write_netcdf
 from meltemi.simulation.channels import every_kind
 from meltemi.simulation.result import Result
-from meltemi_farm.layout import FarmCase
-from meltemi_farm.report import CHANNELS, FORE_AFT, SIDE_SIDE, differences, plot_price, price, price_rows
-from meltemi_farm.settings import WORDS, WakeSettings
-from meltemi_farm.simulation import FarmResult
-from meltemi_farm.stored import read_farm, write_farm
 
 ROOT = "root_moment_out_of_plane_1"
 T = np.arange(0.0, 60.0, 0.05)
@@ -140,7 +140,7 @@ def test_titles_name_the_model_in_words() -> None:
 
 
 def test_the_template_is_a_farm_with_and_without_its_comments(tmp_path: Path) -> None:
-    text = (files("meltemi_farm") / "template.yaml").read_text(encoding="utf-8")
+    text = (files("meltemi.farm") / "template.yaml").read_text(encoding="utf-8")
     path = tmp_path / "farm.yaml"
     path.write_text(text)
     case = read_record(path, FarmCase)

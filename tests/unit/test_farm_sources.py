@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from meltemi_farm.sources import read_layout
+from meltemi.farm.sources import read_layout
 
 D = 126.0
 HEAD = """\

@@ -12,9 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from meltemi import InputError
+from meltemi.gradients.weights import del_gradient, max_gradient, mean_gradient, min_gradient, std_gradient
 from meltemi.postprocess.cycles import cycle_ends, rainflow_cycles
 from meltemi.postprocess.fatigue import damage_equivalent_load
-from meltemi_gradients.weights import del_gradient, max_gradient, mean_gradient, min_gradient, std_gradient
 
 Float = NDArray[np.float64]
 TIME = np.linspace(0.0, 60.0, 311)

@@ -12,10 +12,10 @@ from proof_of_use import changes, content, write
 
 import meltemi
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi_exchange.hawc2 import model
-from meltemi_exchange.hawc2.bodies import DAMPING
-from meltemi_exchange.hawc2.htc import Block, Command, Row, Treatment, rows, treatments
-from meltemi_exchange.report import ImportedModel, Kind
+from meltemi.exchange.hawc2 import model
+from meltemi.exchange.hawc2.bodies import DAMPING
+from meltemi.exchange.hawc2.htc import Block, Command, Row, Treatment, rows, treatments
+from meltemi.exchange.report import ImportedModel, Kind
 
 MAIN = "htc/toy.htc"
 SPIN = "mbdy2_ini_rotvec_d1 0 0 -1 1.2"

@@ -12,11 +12,11 @@ from typer.testing import CliRunner
 import meltemi
 from meltemi.app.cli import app
 from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.exchange.hawc2.model import SECTION
+from meltemi.exchange.hawc2.sections import at_elastic_centre, section_matrices, turned_centres
 from meltemi.structure.beam import Beam, assemble, transfer
 from meltemi.structure.members import blade_beam, blade_member, cells, tower_beam
 from meltemi.turbine.definition import DampingTime
-from meltemi_exchange.hawc2.model import SECTION
-from meltemi_exchange.hawc2.sections import at_elastic_centre, section_matrices, turned_centres
 
 
 def row(**given: float) -> np.ndarray:

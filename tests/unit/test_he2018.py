@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import InputError
 from meltemi.analysis import preview_of
+from meltemi.papers.claim import rows_of
+from meltemi.papers.he2018.claims import KINDS, flap_slopes, probability, share_at, thin_airfoil
+from meltemi.papers.he2018.designs import LIDARS
+from meltemi.papers.he2018.page import _facts
+from meltemi.papers.he2018.runs import PAPER, QUICK, READINGS, paper_turbine
+from meltemi.studies.preview import Lidar, measured
+from meltemi.studies.wind_likelihood import Minutes, estimate_wind
+from meltemi.tuning.compare import WHOLE
 from meltemi.wind.fields import WindBox
-from meltemi_papers.claim import rows_of
-from meltemi_papers.he2018.claims import KINDS, flap_slopes, probability, share_at, thin_airfoil
-from meltemi_papers.he2018.designs import LIDARS
-from meltemi_papers.he2018.page import _facts
-from meltemi_papers.he2018.runs import PAPER, QUICK, READINGS, paper_turbine
-from meltemi_studies.preview import Lidar, measured
-from meltemi_studies.wind_likelihood import Minutes, estimate_wind
-from meltemi_tuning.compare import WHOLE
 
 
 def test_a_flap_as_long_as_the_chord_has_the_lift_of_the_airfoil() -> None:

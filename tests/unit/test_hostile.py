@@ -18,16 +18,16 @@ import meltemi
 from meltemi import loads
 from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import SEAL
+from meltemi.loads.durations import actuator_duty, count_stops, load_duration
+from meltemi.loads.extrapolation import fit_extremes
+from meltemi.loads.loadbase.changes import read_changes
+from meltemi.loads.loadbase.design import design_tables
+from meltemi.loads.loadbase.engine import base_status, base_table
+from meltemi.loads.loadbase.excel import write_excel
+from meltemi.loads.loadbase.settings import DesignSettings
+from meltemi.loads.loadbase.store import read_file, write_file
+from meltemi.loads.loadbase.table import load_table
 from meltemi.postprocess.extremes import characteristic_value, extreme_loads
-from meltemi_loads.durations import actuator_duty, count_stops, load_duration
-from meltemi_loads.extrapolation import fit_extremes
-from meltemi_loads.loadbase.changes import read_changes
-from meltemi_loads.loadbase.design import design_tables
-from meltemi_loads.loadbase.engine import base_status, base_table
-from meltemi_loads.loadbase.excel import write_excel
-from meltemi_loads.loadbase.settings import DesignSettings
-from meltemi_loads.loadbase.store import read_file, write_file
-from meltemi_loads.loadbase.table import load_table
 
 SINE = np.sin(np.arange(200.0))
 
@@ -158,7 +158,7 @@ def test_any_division_of_a_base_gives_the_same_design_loads(tmp_path: Path) -> N
 
 
 def test_a_nested_cell_is_a_text(tmp_path: Path) -> None:
-    from meltemi_loads.loadbase.excel import _parsed
+    from meltemi.loads.loadbase.excel import _parsed
 
     deep = "[" * 100_000
     assert _parsed(deep, "events") == deep

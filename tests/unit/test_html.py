@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from meltemi import InputError
-from meltemi_reports.blocks import Code, Document, Folded, Picture, Section, Table, chosen
-from meltemi_reports.html import html_of, page, result_first, write_page
+from meltemi.reports.blocks import Code, Document, Folded, Picture, Section, Table, chosen
+from meltemi.reports.html import html_of, page, result_first, write_page
 
 PNG = b"\x89PNG\r\n\x1a\n and so on"
 TABLE = Table(

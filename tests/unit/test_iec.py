@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 import meltemi
 from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, UnsupportedError, WindBox, WindSeries
 from meltemi.maths.vectors import Vec
+from meltemi.verification.table import reference_table
 from meltemi.wind import WindClass
 from meltemi.wind.fields import Wind, wind_field
 from meltemi.wind.iec.classes import CLASSES, extreme_speed, sigma_etm, sigma_ntm, wind_class
@@ -29,7 +30,6 @@ from meltemi.wind.iec.winds import etm, ewm_steady, ewm_turbulent, ntm, nwp
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.spectra import scale_parameter
 from meltemi.wind.velocity import series_now, wind_velocity
-from meltemi_verification.table import reference_table
 
 HUB, D, BEGIN = 90.0, 126.0, 60.0
 LEFT, RIGHT, TOP, BOTTOM, MIDDLE = (

@@ -21,22 +21,26 @@ import pytest
 
 from meltemi.core import kernel, private
 
+SOURCES = Path(kernel.__file__).parents[1]
+FOUND = (kernel.cache_folder, kernel.source_hash, kernel.sources)
+"""What a process finds out once."""
+
 
 @pytest.fixture
 def fresh(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
     """An empty cache folder; what the process had found out before is forgotten and found again afterwards."""
     monkeypatch.setenv("MELTEMI_CACHE_DIR", str(tmp_path / "cache"))
-    for function in (kernel.cache_folder, kernel.source_hash):
+    for function in FOUND:
         function.cache_clear()
     yield tmp_path / "cache"
-    for function in (kernel.cache_folder, kernel.source_hash):
+    for function in FOUND:
         function.cache_clear()
 
 
 def folder() -> Path:
     """The cache folder, looked up anew."""
-    kernel.source_hash.cache_clear()
-    kernel.cache_folder.cache_clear()
+    for function in FOUND:
+        function.cache_clear()
     found = kernel.cache_folder()
     assert found is not None
     return found
@@ -92,11 +96,11 @@ def test_edits_of_what_no_kernel_calls_change_nothing(fresh: Path, sources: Path
     assert folder() != before
 
 
-def test_an_edit_of_a_kernel_in_a_package_beside_gives_another_folder(fresh: Path, sources: Path) -> None:
-    beside = sources.parent / "package_learning"
+def test_an_edit_of_a_kernel_in_a_named_file_gives_another_folder(fresh: Path, sources: Path) -> None:
+    beside = sources / "learning"
     beside.mkdir()
     before = folder()
-    (beside / "__init__.py").write_text("")
+    (beside / "__init__.py").write_text("KERNELS = ()\n")
     (beside / "kernels.py").write_text("c = 1\n")
     assert folder() == before
     (beside / "__init__.py").write_text('KERNELS = ("kernels.py",)\n')
@@ -109,19 +113,14 @@ def test_an_edit_of_a_kernel_in_a_package_beside_gives_another_folder(fresh: Pat
 
 
 def test_no_kernel_stands_in_a_file_that_the_hash_leaves_out() -> None:
-    core = kernel.sources()[0]
-    left_out = kernel._leaves_out(core, None)
-    assert left_out(core / "turbine" / "definition.py")
-    assert not left_out(core / "turbine" / "exchange.py")
-    assert not left_out(core / "aero" / "bem.py")
-    for root in core.parent.glob("meltemi*/"):
-        left_out = kernel._leaves_out(root, None if root == core else ())
-        for path in root.rglob("*.py"):
-            name = path.relative_to(root.parent).as_posix()
-            if left_out(path):
-                text = path.read_text(encoding="utf-8")
-                assert "@kernel" not in text, name
-                assert "kernel_for" not in text, name
+    hashed = {path.relative_to(SOURCES).as_posix() for path in kernel.sources()}
+    assert {"turbine/exchange.py", "aero/bem.py", "sea/pile.py", "learning/kernels.py"} <= hashed
+    assert not hashed & {"turbine/definition.py", "sea/support.py", "namespaces.py", "papers/claim.py"}
+    for path in SOURCES.rglob("*.py"):
+        if (name := path.relative_to(SOURCES).as_posix()) not in hashed:
+            text = path.read_text(encoding="utf-8")
+            assert "@kernel" not in text, name
+            assert "kernel_for" not in text, name
 
 
 def test_files_that_are_not_source_change_nothing(fresh: Path, sources: Path) -> None:
@@ -373,8 +372,7 @@ def test_where_there_is_no_room_kept_code_is_used_and_the_rest_compiled(tmp_path
 @pytest.mark.slow
 def test_installations_share_machine_code_and_may_be_read_only(tmp_path: Path) -> None:
     site = tmp_path / "site"
-    for package in kernel.sources():
-        shutil.copytree(package, site / package.name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(SOURCES, site / "meltemi", ignore=shutil.ignore_patterns("__pycache__"))
     before = sorted(site.rglob("*"))
     for path in (*before, site):
         path.chmod(0o555 if path.is_dir() else 0o444)

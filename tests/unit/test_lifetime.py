@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from meltemi import InputError
-from meltemi.postprocess.cycles import cycle_load, damage_sum, rainflow_cycles, sum_cycles
-from meltemi.postprocess.ensemble import lifetime_del, rayleigh_weights, speed_exceedance, weibull_weights
-from meltemi.postprocess.fatigue import damage_equivalent_load
-from meltemi_loads.durations import (
+from meltemi.loads.durations import (
     actuator_duty,
     count_stops,
     duration_load,
     load_duration,
 )
-from meltemi_loads.energy import YEAR, annual_energy
+from meltemi.loads.energy import YEAR, annual_energy
+from meltemi.postprocess.cycles import cycle_load, damage_sum, rainflow_cycles, sum_cycles
+from meltemi.postprocess.ensemble import lifetime_del, rayleigh_weights, speed_exceedance, weibull_weights
+from meltemi.postprocess.fatigue import damage_equivalent_load
 
 SPEEDS = np.arange(4.0, 25.0, 2.0)
 EDGES = np.arange(3.0, 26.0, 2.0)

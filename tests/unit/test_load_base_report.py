@@ -16,19 +16,18 @@ import pytest
 from synthetic_base import small_plan, synthetic_base
 
 from meltemi.core.errors import InputError, Status
-from meltemi.turbine.library import load_turbine, write_turbine
-from meltemi_loads.loadbase import coverage, report
-from meltemi_loads.loadbase.axes import axes_of, sketches_of
-from meltemi_loads.loadbase.design import DesignLoads, design_loads
-from meltemi_loads.loadbase.engine import base_table
-from meltemi_loads.loadbase.plan import Plan
-from meltemi_loads.loadbase.project import read_project
-from meltemi_loads.loadbase.report import LOADS, limit_ratios, verdict, write_design_loads, write_report
-from meltemi_loads.loadbase.report_comparison import write_base_comparison
-from meltemi_loads.loadbase.report_loads import by_speed, slopes_of, title_of, unit_of_driver
-from meltemi_loads.loadbase.settings import DesignSettings, read_settings
-from meltemi_loads.loadbase.wording import event_words
-from meltemi_reports.blocks import (
+from meltemi.loads.loadbase import coverage, report
+from meltemi.loads.loadbase.axes import axes_of, sketches_of
+from meltemi.loads.loadbase.design import DesignLoads, design_loads
+from meltemi.loads.loadbase.engine import base_table
+from meltemi.loads.loadbase.plan import Plan
+from meltemi.loads.loadbase.project import read_project
+from meltemi.loads.loadbase.report import LOADS, limit_ratios, verdict, write_design_loads, write_report
+from meltemi.loads.loadbase.report_comparison import write_base_comparison
+from meltemi.loads.loadbase.report_loads import by_speed, slopes_of, title_of, unit_of_driver
+from meltemi.loads.loadbase.settings import DesignSettings, read_settings
+from meltemi.loads.loadbase.wording import event_words
+from meltemi.reports.blocks import (
     Axis,
     Beside,
     Case,
@@ -46,10 +45,11 @@ from meltemi_reports.blocks import (
     Table,
     Verdict,
 )
-from meltemi_reports.html import html_of, rounded, stored
-from meltemi_reports.turbine_facts import number
-from meltemi_reports.word import write_word
-from meltemi_reports.workbook import write_workbook
+from meltemi.reports.html import html_of, rounded, stored
+from meltemi.reports.turbine_facts import number
+from meltemi.reports.word import write_word
+from meltemi.reports.workbook import write_workbook
+from meltemi.turbine.library import load_turbine, write_turbine
 
 NASTY = 'blade <1> "struck" & </script> broke'
 TAG = re.compile(r"<[^>]*>")
@@ -349,7 +349,7 @@ def test_title_block_of_a_file(
     base: tuple[Plan, Path], design: DesignLoads, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("docx")
-    monkeypatch.setattr("meltemi_reports.word._figures", lambda blocks: iter(()))  # drawn in the next test
+    monkeypatch.setattr("meltemi.reports.word._figures", lambda blocks: iter(()))  # drawn in the next test
     file = tmp_path / "project.yaml"
     file.write_text("project: Site A\nauthor: A. Smith\nrevision: 2\ndate: 2026-05-04\n")
     title = read_project(tmp_path)

@@ -16,15 +16,15 @@ from meltemi.controllers import schemes
 from meltemi.controllers.specification import LibraryCase
 from meltemi.core.errors import InputError
 from meltemi.loadcases.case import case_wind
+from meltemi.loads.loadbase.campaign import Campaign, make_campaign, read_campaign, write_campaign
+from meltemi.loads.loadbase.jobs import Job, Workshop, jobs_of
+from meltemi.loads.loadbase.plan import plan
+from meltemi.loads.loadbase.ranges import numbers
+from meltemi.loads.loadbase.situations import OPERATING
+from meltemi.loads.loadbase.table import load_table
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import WindBox, unusual
 from meltemi.wind.iec.gusts import EDC_TIME, EOG_TIME, EWS_TIME, RISE_TIME
-from meltemi_loads.loadbase.campaign import Campaign, make_campaign, read_campaign, write_campaign
-from meltemi_loads.loadbase.jobs import Job, Workshop, jobs_of
-from meltemi_loads.loadbase.plan import plan
-from meltemi_loads.loadbase.ranges import numbers
-from meltemi_loads.loadbase.situations import OPERATING
-from meltemi_loads.loadbase.table import load_table
 
 # Burton et al. (2021), Wind Energy Handbook, 3rd ed., chapter 5, for IEC 61400-1 ed. 4; runs by practice. Cases of a
 # class IB turbine with V_in 3, V_r 11.4, V_out 25 m/s, so 13 speeds: those by 2 m/s, and V_r
@@ -243,7 +243,7 @@ def test_a_campaign_survives_its_file(tmp_path: Path) -> None:
 
 def test_excel_round_trip(tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
-    from meltemi_loads.loadbase.excel import read_excel, write_excel
+    from meltemi.loads.loadbase.excel import read_excel, write_excel
 
     path = write_excel(load_table(4), tmp_path / "table.xlsx")
     assert read_excel(path, 4) == {}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from meltemi import InputError
 from meltemi.controllers import tuning
 from meltemi.controllers.tuning import gain_reserve, largest, phase_reserve
-from meltemi_tuning.tuning_plots import plot_tuning
+from meltemi.tuning.tuning_plots import plot_tuning
 
 SIDE = np.geomspace(1e-3, 8.0, 400)
 W = np.concatenate([-SIDE[::-1], SIDE])

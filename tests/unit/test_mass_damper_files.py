@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from meltemi.core.errors import InputError, MeltemiError
+from meltemi.exchange.openfast.deck import read_deck
 from meltemi.io import read_openfast
-from meltemi_exchange.openfast.deck import read_deck
 
 VALUES = {
     "StC_DOF_MODE": "2", "StC_X_DOF": "true", "StC_Y_DOF": "true", "StC_Z_DOF": "FALSE", "StC_P_X": "3",

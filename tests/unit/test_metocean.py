@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from meltemi.core.errors import InputError
+from meltemi.loads.loadbase.campaign import make_campaign, read_campaign, write_campaign
+from meltemi.loads.loadbase.interfaces import interfaces_of, known_channels, recorded
+from meltemi.loads.loadbase.metocean import Metocean, list_metocean, read_metocean, wind_driven
+from meltemi.loads.loadbase.plan import Plan, plan
+from meltemi.loads.loadbase.table import edition_content, load_table
+from meltemi.sea.conditions import BREAKS_IN_SHALLOWS, BREAKS_STEEP, breaking_height
+from meltemi.sea.kinds import sea_of
 from meltemi.turbine.library import load_turbine
-from meltemi_loads.loadbase.campaign import make_campaign, read_campaign, write_campaign
-from meltemi_loads.loadbase.interfaces import interfaces_of, known_channels, recorded
-from meltemi_loads.loadbase.metocean import Metocean, list_metocean, read_metocean, wind_driven
-from meltemi_loads.loadbase.plan import Plan, plan
-from meltemi_loads.loadbase.table import edition_content, load_table
-from meltemi_sea.conditions import BREAKS_IN_SHALLOWS, BREAKS_STEEP, breaking_height
-from meltemi_sea.kinds import sea_of
 
 # seas, levels and factors of the table: digest of WEIS's generator and of what is remembered of the standard
 SEAS = {

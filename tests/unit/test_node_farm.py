@@ -9,14 +9,14 @@ import pytest
 from numpy.typing import NDArray
 from plain import plain, record, table
 
+from meltemi.farm import averages, curled, field, march
+from meltemi.farm.curled import CurledField
+from meltemi.farm.field import PlaneField, Planes, Seen, WakeField, Wakes
+from meltemi.farm.march import Mixing
 from meltemi.maths.records import members
 from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind, wind_arrays
 from meltemi.wind.velocity import WindField, series_now
-from meltemi_farm import averages, curled, field, march
-from meltemi_farm.curled import CurledField
-from meltemi_farm.field import PlaneField, Planes, Seen, WakeField, Wakes
-from meltemi_farm.march import Mixing
 
 Float = NDArray[np.float64]
 U, DR = 8.0, 5.0

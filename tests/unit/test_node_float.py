@@ -11,7 +11,15 @@ from plain import plain, record, table
 from scipy.spatial.transform import Rotation
 
 import meltemi
+from meltemi.floating import base, floater, lumped, mooring
+from meltemi.floating.base import Floater, FloaterSystem, PlatformState, RadiationState, Strip
+from meltemi.floating.floater import floater_forces
+from meltemi.floating.lumped import Elimination, LinePoint, LineState, LumpedSystem
+from meltemi.floating.mooring import NONE, FreePoint, Line, LineEnd, LineLoad, LineOrder, PointState
+from meltemi.floating.potential import Coefficients
+from meltemi.floating.waves import HEADINGS, displaced_forces
 from meltemi.maths.algebra import Rot, Sym, Vec
+from meltemi.sea.airy import wave_number
 from meltemi.simulation.step import begin_parts_step, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs
 from meltemi.structure.dynamics import MASS, WEIGHT
@@ -27,14 +35,6 @@ from meltemi.structure.tables import (
     TowerStationLoad,
 )
 from meltemi.turbine.exchange import Machine, TowerShape
-from meltemi_float import base, floater, lumped, mooring
-from meltemi_float.base import Floater, FloaterSystem, PlatformState, RadiationState, Strip
-from meltemi_float.floater import floater_forces
-from meltemi_float.lumped import Elimination, LinePoint, LineState, LumpedSystem
-from meltemi_float.mooring import NONE, FreePoint, Line, LineEnd, LineLoad, LineOrder, PointState
-from meltemi_float.potential import Coefficients
-from meltemi_float.waves import HEADINGS, displaced_forces
-from meltemi_sea.airy import wave_number
 
 Float = NDArray[np.float64]
 G = 9.81

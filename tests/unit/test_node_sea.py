@@ -13,6 +13,10 @@ from scipy.spatial.transform import Rotation
 
 from meltemi.maths.algebra import Rot, Vec
 from meltemi.maths.tables import View
+from meltemi.sea import blade_dampers, mass_dampers, pile
+from meltemi.sea.blade_dampers import BladeDamperSystem, Rider, RiderLoad, Slide, Swing
+from meltemi.sea.mass_dampers import DamperControl, DamperSystem, Mover, MoverState
+from meltemi.sea.pile import PileLoad, PileNode, PileStationLoad, PileSystem, SeaState, Water
 from meltemi.simulation.step import (
     begin_parts,
     begin_parts_step,
@@ -31,10 +35,6 @@ from meltemi.structure.tables import (
     TowerStationLoad,
 )
 from meltemi.turbine.exchange import BladeFrame, BladeMotion, Machine, TowerShape
-from meltemi_sea import blade_dampers, mass_dampers, pile
-from meltemi_sea.blade_dampers import BladeDamperSystem, Rider, RiderLoad, Slide, Swing
-from meltemi_sea.mass_dampers import DamperControl, DamperSystem, Mover, MoverState
-from meltemi_sea.pile import PileLoad, PileNode, PileStationLoad, PileSystem, SeaState, Water
 
 Float = NDArray[np.float64]
 G = 9.81

@@ -16,12 +16,12 @@ import meltemi
 from meltemi import InputError, ModelOptions, UnsupportedError
 from meltemi.control.baseline import parameters, steady_torque
 from meltemi.core.errors import MeltemiError
+from meltemi.exchange.openfast.keywords import ROWS, UNITS, row_of
+from meltemi.exchange.openfast.members import members_table
+from meltemi.exchange.openfast.text import flag, key, number, read_input, split
 from meltemi.simulation.options import AdvancedOptions
 from meltemi.simulation.rotors import operating_point
-from meltemi_exchange.openfast.keywords import ROWS, UNITS, row_of
-from meltemi_exchange.openfast.members import members_table
-from meltemi_exchange.openfast.text import flag, key, number, read_input, split
-from meltemi_verification.openfast_deck import deck_options, deck_turbine
+from meltemi.verification.openfast_deck import deck_options, deck_turbine
 
 Deck = Callable[..., Path]
 OPENFAST = AdvancedOptions(

@@ -10,7 +10,7 @@ import pytest
 
 import meltemi
 from meltemi import InputError
-from meltemi_exchange.openfast.text import read_input
+from meltemi.exchange.openfast.text import read_input
 
 
 @pytest.fixture

@@ -11,22 +11,22 @@ import numpy as np
 import pytest
 
 from meltemi import InputError, ModelOptions, Turbine, UnsupportedError, load_turbine
+from meltemi.exchange.openfast import Deck, read_deck
+from meltemi.exchange.openfast.members import read_members, with_ballast
+from meltemi.exchange.openfast.text import read_input
+from meltemi.exchange.openfast.values import Values
+from meltemi.exchange.openfast_writer.writer import Written
+from meltemi.floating.coefficients import read_coefficients
 from meltemi.io import write_openfast
+from meltemi.sea.conditions import Sea, StillWater
+from meltemi.sea.current import Current
+from meltemi.sea.irregular import IrregularSea
+from meltemi.sea.kinds import sea_of
+from meltemi.sea.regular import RegularSea
+from meltemi.sea.spreading import Spreading
+from meltemi.sea.support import Growth
 from meltemi.turbine.definition import Foundation
 from meltemi.turbine.library import write_turbine
-from meltemi_exchange.openfast import Deck, read_deck
-from meltemi_exchange.openfast.members import read_members, with_ballast
-from meltemi_exchange.openfast.text import read_input
-from meltemi_exchange.openfast.values import Values
-from meltemi_exchange.openfast_writer.writer import Written
-from meltemi_float.coefficients import read_coefficients
-from meltemi_sea.conditions import Sea, StillWater
-from meltemi_sea.current import Current
-from meltemi_sea.irregular import IrregularSea
-from meltemi_sea.kinds import sea_of
-from meltemi_sea.regular import RegularSea
-from meltemi_sea.spreading import Spreading
-from meltemi_sea.support import Growth
 
 SIMPLE = ModelOptions(stall="static", inflow="quasi_steady")
 FLOATER, PILE = "nrel5mw-spar", "nrel5mw-monopile"

@@ -15,11 +15,11 @@ from proof_of_use import differences
 
 import meltemi
 from meltemi.core.errors import MeltemiError
+from meltemi.exchange.openfast import airfoils, blade, deck, mass_dampers, tower, water
+from meltemi.exchange.openfast.keywords import row_of
+from meltemi.exchange.openfast.mooring import LAYOUTS, SECTIONS
+from meltemi.exchange.openfast.text import InputFile, number, read_input, split
 from meltemi.io import Deck, read_deck, write_openfast
-from meltemi_exchange.openfast import airfoils, blade, deck, mass_dampers, tower, water
-from meltemi_exchange.openfast.keywords import row_of
-from meltemi_exchange.openfast.mooring import LAYOUTS, SECTIONS
-from meltemi_exchange.openfast.text import InputFile, number, read_input, split
 
 READERS = (airfoils, blade, deck, mass_dampers, tower, water)
 STATIC = meltemi.ModelOptions(stall="static", inflow="quasi_steady")

@@ -11,14 +11,14 @@ import pytest
 
 from meltemi import InputError, UnsupportedError
 from meltemi.core.yamlfile import validated
-from meltemi_exchange.openfast.members import displaced
-from meltemi_exchange.openfast.mooring import read_mooring
-from meltemi_exchange.openfast.text import read_input
-from meltemi_exchange.openfast.values import Values
-from meltemi_exchange.openfast.water import Water
-from meltemi_exchange.report import ImportNote
-from meltemi_float.moorings import MooringLine
-from meltemi_sea.kinds import sea_of
+from meltemi.exchange.openfast.members import displaced
+from meltemi.exchange.openfast.mooring import read_mooring
+from meltemi.exchange.openfast.text import read_input
+from meltemi.exchange.openfast.values import Values
+from meltemi.exchange.openfast.water import Water
+from meltemi.exchange.report import ImportNote
+from meltemi.floating.moorings import MooringLine
+from meltemi.sea.kinds import sea_of
 
 MOORDYN_2 = """--- MoorDyn ---
 a title

@@ -22,14 +22,14 @@ from meltemi import (
     load_turbine,
 )
 from meltemi.environment import Air, Rain, TimeSeries, air_density
+from meltemi.exchange.openfast import Deck, read_deck
+from meltemi.exchange.openfast.text import key, read_input
+from meltemi.exchange.openfast_writer.sections import principal
+from meltemi.exchange.openfast_writer.template import fill
+from meltemi.exchange.openfast_writer.writer import Written
 from meltemi.io import write_openfast as write
 from meltemi.structure.beam import section_axes
-from meltemi_exchange.openfast import Deck, read_deck
-from meltemi_exchange.openfast.text import key, read_input
-from meltemi_exchange.openfast_writer.sections import principal
-from meltemi_exchange.openfast_writer.template import fill
-from meltemi_exchange.openfast_writer.writer import Written
-from meltemi_verification.table import reference_table
+from meltemi.verification.table import reference_table
 
 FILES = {
     "main": "nrel5mw.fst",

@@ -13,24 +13,17 @@ from typer.testing import CliRunner
 from meltemi import InputError
 from meltemi.app.cli import app
 from meltemi.control.power_control.rotor import rotor_tables
-from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
-from meltemi.report.plots import new_figure
-from meltemi.simulation.channels import standard
-from meltemi.simulation.performance import performance_of
-from meltemi.simulation.result import Result
-from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import aeroelastic
-from meltemi_papers.claim import UNCHECKED, reason_lines
-from meltemi_papers.palanimuthu2022 import page, paper
-from meltemi_papers.palanimuthu2022.beyond import climate, coordination, power
-from meltemi_papers.palanimuthu2022.claims import REASONS, formula_claims
-from meltemi_papers.palanimuthu2022.figure6 import closed_gains, gain_claims, kinetic_gains, mean_gains
-from meltemi_papers.palanimuthu2022.figures.look import label
-from meltemi_papers.palanimuthu2022.machine import BLADES, CURVES, FORMULA, rotor
-from meltemi_papers.palanimuthu2022.page import FIGURES
-from meltemi_papers.palanimuthu2022.readings import printed_density, readings, time_constant
-from meltemi_papers.palanimuthu2022.run_claims import bench_claims, limiting, range_of_speed, schemes_table
-from meltemi_papers.palanimuthu2022.runs import (
+from meltemi.papers.claim import UNCHECKED, reason_lines
+from meltemi.papers.palanimuthu2022 import page, paper
+from meltemi.papers.palanimuthu2022.beyond import climate, coordination, power
+from meltemi.papers.palanimuthu2022.claims import REASONS, formula_claims
+from meltemi.papers.palanimuthu2022.figure6 import closed_gains, gain_claims, kinetic_gains, mean_gains
+from meltemi.papers.palanimuthu2022.figures.look import label
+from meltemi.papers.palanimuthu2022.machine import BLADES, CURVES, FORMULA, rotor
+from meltemi.papers.palanimuthu2022.page import FIGURES
+from meltemi.papers.palanimuthu2022.readings import printed_density, readings, time_constant
+from meltemi.papers.palanimuthu2022.run_claims import bench_claims, limiting, range_of_speed, schemes_table
+from meltemi.papers.palanimuthu2022.runs import (
     INTERVAL,
     PLAIN,
     SMALL,
@@ -41,12 +34,19 @@ from meltemi_papers.palanimuthu2022.runs import (
     Steps,
     staircase,
 )
-from meltemi_papers.study import Chapter, Drawing
-from meltemi_reports.blocks import Table
-from meltemi_reports.markdown import alone, documented
-from meltemi_studies.power_schemes import coordination as schemes
-from meltemi_studies.power_schemes import costs
-from meltemi_tuning.run_store import FailedResult
+from meltemi.papers.study import Chapter, Drawing
+from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
+from meltemi.report.plots import new_figure
+from meltemi.reports.blocks import Table
+from meltemi.reports.markdown import alone, documented
+from meltemi.simulation.channels import standard
+from meltemi.simulation.performance import performance_of
+from meltemi.simulation.result import Result
+from meltemi.studies.power_schemes import coordination as schemes
+from meltemi.studies.power_schemes import costs
+from meltemi.tuning.run_store import FailedResult
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
 
 DIFFER = {"pairs", "warm", "rating"}
 """Reasons of the lines that differ: contradictions in the paper, and what depends on a coefficient it does not give."""

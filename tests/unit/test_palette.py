@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+from meltemi.papers.wang2021.beyond import _heat
 from meltemi.report.palette import COLOURS, INK, ON_DARK, curve
 from meltemi.report.plots import new_figure
-from meltemi_papers.wang2021.beyond import _heat
 
 ROOT = Path(__file__).parents[2]
 SIGHT = {

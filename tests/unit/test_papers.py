@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-import meltemi_papers
+import meltemi.papers
 from meltemi.core.physics import PHYSICS
-from meltemi_papers.claim import UNCHECKED, Claim, claims_of, claims_table, reasons_of, rows_of
-from meltemi_papers.commands import STUDIES
-from meltemi_papers.he2018.claims import KINDS
-from meltemi_papers.summary import claims_on, summary
-from meltemi_reports.blocks import Code, Section, Table
-from meltemi_reports.markdown import plain, sections, table_lines
+from meltemi.papers.claim import UNCHECKED, Claim, claims_of, claims_table, reasons_of, rows_of
+from meltemi.papers.commands import STUDIES
+from meltemi.papers.he2018.claims import KINDS
+from meltemi.papers.summary import claims_on, summary
+from meltemi.reports.blocks import Code, Section, Table
+from meltemi.reports.markdown import plain, sections, table_lines
 
-FOLDER = Path(meltemi_papers.__path__[0])
+FOLDER = Path(meltemi.papers.__path__[0])
 STATED = ["wang2021", "palanimuthu2022"]
 """Studies whose claims are called by their keys."""
 

@@ -10,10 +10,10 @@ import pytest
 import meltemi
 from meltemi import Turbine
 from meltemi.core.errors import MeltemiError
+from meltemi.exchange.openfast import read_deck
 from meltemi.turbine import plausibility_warnings
 from meltemi.turbine.electrical import size_electrical
 from meltemi.turbine.plausibility import bending_frequency
-from meltemi_exchange.openfast import read_deck
 
 
 @pytest.mark.slow

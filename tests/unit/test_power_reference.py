@@ -12,9 +12,9 @@ import pytest
 from meltemi import InputError
 from meltemi.simulation.channels import standard
 from meltemi.simulation.result import Result
-from meltemi_tuning.compare import WHOLE
-from meltemi_tuning.comparison_report import series_figure
-from meltemi_tuning.power_reference import power_grid
+from meltemi.tuning.compare import WHOLE
+from meltemi.tuning.comparison_report import series_figure
+from meltemi.tuning.power_reference import power_grid
 
 
 def test_a_share_and_a_series_of_rated_power(tmp_path: Path) -> None:

@@ -18,9 +18,9 @@ from meltemi.control.load_control import LoadControlState
 from meltemi.control.lookup import linear
 from meltemi.control.preview import PreviewState, preview_change, preview_settings
 from meltemi.maths.vectors import Vec
+from meltemi.studies.preview import FREQUENCY, rotor_average
 from meltemi.wind.fields import wind_field
 from meltemi.wind.velocity import wind_velocity
-from meltemi_studies.preview import FREQUENCY, rotor_average
 
 Float = NDArray[np.float64]
 WIND, PITCH = (10.0, 12.0, 18.0, 14.0, 14.0), (0.0, 0.0, 0.1, 0.3)

@@ -13,8 +13,8 @@ from meltemi import InputError, Turbine
 from meltemi.environment import Rain, drops
 from meltemi.environment.rain import RAIN_CLASSES, driest_speed, rain_parameters, rain_power_loss, wetness
 from meltemi.simulation.rain import drag_of_drops
+from meltemi.studies.rain_drops import BladeShape, drop_loads, drops_energy, rain_loads, wet_airfoils
 from meltemi.turbine.thickness import relative_thickness, thickness_in
-from meltemi_studies.rain_drops import BladeShape, drop_loads, drops_energy, rain_loads, wet_airfoils
 
 R, V = 138.0, 10.715
 TABLE = """

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from meltemi_float.rao import CHANNELS, WIDEST, Operators, resonant_frequencies
-from meltemi_float.rao_plots import plot_operators
+from meltemi.floating.rao import CHANNELS, WIDEST, Operators, resonant_frequencies
+from meltemi.floating.rao_plots import plot_operators
 
 SURGE, PITCH = (0.046, 0.002), (0.22, 0.02)
 """Natural frequency [rad/s] and damping ratio."""

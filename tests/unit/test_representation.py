@@ -17,10 +17,10 @@ from meltemi.analysis import linearise
 from meltemi.core.display import quantity
 from meltemi.core.representation import BINS, MOST_ROWS, Card, Fold, html, sparkline
 from meltemi.io import LoadCase
+from meltemi.loads.loadbase.campaign import make_campaign
+from meltemi.loads.loadbase.engine import BaseStatus, DlcStatus
+from meltemi.loads.loadbase.plan import plan
 from meltemi.simulation.channels import DEFAULT, standard
-from meltemi_loads.loadbase.campaign import make_campaign
-from meltemi_loads.loadbase.engine import BaseStatus, DlcStatus
-from meltemi_loads.loadbase.plan import plan
 
 
 class Reader(HTMLParser):

@@ -13,11 +13,11 @@ from kernel_arrays import compiled
 from test_duals import OPERATIONS
 
 from meltemi.core.errors import InputError
+from meltemi.gradients.reverse.compiled import Compiled
+from meltemi.gradients.reverse.memory import Memory
 from meltemi.maths.generic import held, reverse
 from meltemi.maths.records import NODES, Array1, Array2, Float, Kind, Record
 from meltemi.maths.vectors import Vec
-from meltemi_gradients.reverse.compiled import Compiled
-from meltemi_gradients.reverse.memory import Memory
 
 pytestmark = [
     pytest.mark.slow,

@@ -15,10 +15,10 @@ import pytest
 
 from meltemi import InputError, Run, Start, SteadyWind, build, load_turbine, simulate_batch
 from meltemi.core.stores import code_identity
+from meltemi.papers.claim import Claim, claim_group, claims_table, count_held
+from meltemi.papers.study import drawn, failed_chapters, tabled
 from meltemi.simulation.result import Result
-from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
-from meltemi_papers.study import drawn, failed_chapters, tabled
-from meltemi_tuning.run_store import (
+from meltemi.tuning.run_store import (
     FOLDER,
     FailedResult,
     FailedResultError,
@@ -167,7 +167,7 @@ import sys, time
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 from test_run_store import cases
-from meltemi_tuning.run_store import cells, run_store
+from meltemi.tuning.run_store import cells, run_store
 
 def reduce(result):
     if result.meta["case"] == "10 m/s":

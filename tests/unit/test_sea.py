@@ -11,19 +11,19 @@ import pytest
 
 from meltemi import InputError
 from meltemi.maths.tables import View
-from meltemi_sea.airy import Components, maccamy_fuchs, profiles, wave_number
-from meltemi_sea.conditions import StillWater
-from meltemi_sea.crest import Crest
-from meltemi_sea.current import Current
-from meltemi_sea.field import AHEAD, sea_field
-from meltemi_sea.given import ComponentSea, ElevationSea
-from meltemi_sea.irregular import IrregularSea, UserSpectrum
-from meltemi_sea.pile import PileNode, PilePart, Water
-from meltemi_sea.regular import RegularSea
-from meltemi_sea.sea_part import sea_part
-from meltemi_sea.spectra import default_peak_factor, jonswap
-from meltemi_sea.spreading import Spreading
-from meltemi_sea.statistics import sea_series, sea_statistics
+from meltemi.sea.airy import Components, maccamy_fuchs, profiles, wave_number
+from meltemi.sea.conditions import StillWater
+from meltemi.sea.crest import Crest
+from meltemi.sea.current import Current
+from meltemi.sea.field import AHEAD, sea_field
+from meltemi.sea.given import ComponentSea, ElevationSea
+from meltemi.sea.irregular import IrregularSea, UserSpectrum
+from meltemi.sea.pile import PileNode, PilePart, Water
+from meltemi.sea.regular import RegularSea
+from meltemi.sea.sea_part import sea_part
+from meltemi.sea.spectra import default_peak_factor, jonswap
+from meltemi.sea.spreading import Spreading
+from meltemi.sea.statistics import sea_series, sea_statistics
 
 G = 9.80665
 

@@ -10,7 +10,7 @@ import pytest
 from meltemi.core.errors import Status
 from meltemi.simulation.channels import catalogue
 from meltemi.simulation.result import Result
-from meltemi_studies.servo_duty import YEAR, servo_duty
+from meltemi.studies.servo_duty import YEAR, servo_duty
 
 
 def test_duty_of_a_triangle_and_a_rest() -> None:

@@ -12,11 +12,11 @@ import pytest
 
 from meltemi.core.errors import InputError
 from meltemi.loadcases.case import case_wind
+from meltemi.loads.effective import effective_intensity, wake_turbulence
+from meltemi.loads.loadbase.campaign import make_campaign
+from meltemi.loads.loadbase.plan import plan
+from meltemi.loads.loadbase.site import VERSION, read_site
 from meltemi.turbine.library import load_turbine
-from meltemi_loads.effective import effective_intensity, wake_turbulence
-from meltemi_loads.loadbase.campaign import make_campaign
-from meltemi_loads.loadbase.plan import plan
-from meltemi_loads.loadbase.site import VERSION, read_site
 
 MEAN, DEVIATION, EXTREME = [0.0, 20.0, 16.0, 14.0, 13.0], [0.0, 4.0, 3.0, 2.0, 2.0], [0.0, 40.0, 30.0, 26.0, 24.0]
 """[%] in bins of 5 m/s, the first one empty."""

@@ -15,7 +15,7 @@ from meltemi import InputError, Result
 from meltemi.postprocess.bands import harmonic_bands, ideal_removal, remove_bands
 from meltemi.postprocess.spectra import average_spectra, decibels, power_spectrum, rotor_frequency, spectral_peak
 from meltemi.simulation.channels import standard
-from meltemi_verification.turbulent import thinned
+from meltemi.verification.turbulent import thinned
 
 Float = NDArray[np.float64]
 DT, T = 0.05, 600.0

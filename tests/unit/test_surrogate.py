@@ -13,15 +13,14 @@ import numpy as np
 import pytest
 
 from meltemi.core.errors import InputError
-from meltemi.turbine.library import load_turbine, write_turbine
-from meltemi_loads.surrogate.campaign import (
+from meltemi.loads.surrogate.campaign import (
     SurrogateCampaign,
     SurrogateDesign,
     surrogate_design,
     write_surrogate_campaign,
 )
-from meltemi_loads.surrogate.fit import Fit, fit_surrogate, further_points, gaussian_fit, polynomial_fit, seed_scatter
-from meltemi_loads.surrogate.model import (
+from meltemi.loads.surrogate.fit import Fit, fit_surrogate, further_points, gaussian_fit, polynomial_fit, seed_scatter
+from meltemi.loads.surrogate.model import (
     LoadModel,
     Polynomials,
     Surrogate,
@@ -30,9 +29,10 @@ from meltemi_loads.surrogate.model import (
     load_surrogate,
     write_surrogate,
 )
-from meltemi_loads.surrogate.report import fit_rows, suitability_rows, value_rows
-from meltemi_loads.surrogate.site import Sector, SiteTable, class_table, conditions_of, lifetime_loads, site_suitability
-from meltemi_loads.surrogate.space import Space, Variable, site_space, space_filling
+from meltemi.loads.surrogate.report import fit_rows, suitability_rows, value_rows
+from meltemi.loads.surrogate.site import Sector, SiteTable, class_table, conditions_of, lifetime_loads, site_suitability
+from meltemi.loads.surrogate.space import Space, Variable, site_space, space_filling
+from meltemi.turbine.library import load_turbine, write_turbine
 
 RNG = np.random.default_rng(1)
 SPACE = site_space(hub_height=90.0, rotor_radius=63.0, cut_in=3.0, cut_out=25.0, rated_power=5e6)
@@ -388,7 +388,7 @@ def test_a_campaign_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("meltemi_loads.surrogate.campaign.write_record", full)
+    monkeypatch.setattr("meltemi.loads.surrogate.campaign.write_record", full)
     with pytest.raises(InputError, match="surrogate.yaml: cannot be written .No space left"):
         write_surrogate_campaign(campaign, design, tmp_path)
     assert list(tmp_path.iterdir()) == []

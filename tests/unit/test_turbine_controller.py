@@ -10,10 +10,10 @@ import meltemi
 from meltemi import InputError
 from meltemi.controllers.schemes import located
 from meltemi.controllers.specification import LibraryCase, digest, specification
-from meltemi_exchange.deck_case import deck_case, deck_controller
-from meltemi_exchange.report import ImportedModel
-from meltemi_tuning import turbine_controller as module
-from meltemi_tuning.turbine_controller import turbine_controller
+from meltemi.exchange.deck_case import deck_case, deck_controller
+from meltemi.exchange.report import ImportedModel
+from meltemi.tuning import turbine_controller as module
+from meltemi.tuning.turbine_controller import turbine_controller
 
 
 @pytest.fixture

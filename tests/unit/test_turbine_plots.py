@@ -12,10 +12,10 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Turbine
+from meltemi.reports.portrait import Portrait, masses, portrait, principal_stiffness
+from meltemi.reports.turbine_facts import mode_rows, turbine_facts
+from meltemi.reports.turbine_plots import _short, plot_turbine, turbine_figures
 from meltemi.structure.beam import transfer
-from meltemi_reports.portrait import Portrait, masses, portrait, principal_stiffness
-from meltemi_reports.turbine_facts import mode_rows, turbine_facts
-from meltemi_reports.turbine_plots import _short, plot_turbine, turbine_figures
 
 pytestmark = pytest.mark.slow
 

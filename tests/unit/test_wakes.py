@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from meltemi.core.errors import InputError
-from meltemi.maths.vectors import Vec
-from meltemi.wind.fields import SteadyWind
-from meltemi_farm.curled import Curled
-from meltemi_farm.field import between
-from meltemi_farm.march import Mixing, age, half_width, one_step, viscosity
-from meltemi_farm.sets import (
+from meltemi.farm.curled import Curled
+from meltemi.farm.field import between
+from meltemi.farm.march import Mixing, age, half_width, one_step, viscosity
+from meltemi.farm.sets import (
     FINE_RINGS,
     SETS,
     WakeSet,
@@ -27,9 +25,11 @@ from meltemi_farm.sets import (
     missed_by,
     smooth_filter,
 )
-from meltemi_farm.settings import WakeSettings
-from meltemi_farm.wakes import FarmWakes, RotorState, mixing_of, projection
-from meltemi_loads.effective import effective_intensity, farm_turbulence, wake_turbulence
+from meltemi.farm.settings import WakeSettings
+from meltemi.farm.wakes import FarmWakes, RotorState, mixing_of, projection
+from meltemi.loads.effective import effective_intensity, farm_turbulence, wake_turbulence
+from meltemi.maths.vectors import Vec
+from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
 D, U = 126.0, 8.0

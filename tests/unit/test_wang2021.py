@@ -12,20 +12,20 @@ from typer.testing import CliRunner
 from meltemi import InputError, load_turbine
 from meltemi.app.cli import app
 from meltemi.control import YawProtection, yaw_threshold
+from meltemi.loads.energy import YEAR
+from meltemi.papers.wang2021.beyond import recheck_table, relative, site
+from meltemi.papers.wang2021.claims import _loads, about_half
+from meltemi.papers.wang2021.figures import figure_10, gust_runs
+from meltemi.papers.wang2021.gust import DERATE, IGNORE, MACHINE, STOP, Gust, Gusts, Setting, spread
+from meltemi.papers.wang2021.lifetime import change
+from meltemi.papers.wang2021.table2 import POWER, Calibration, SpeedLoop, Table2, calibrate
+from meltemi.papers.wang2021.winds import GUST_BEGIN, GUST_RISE, gust, measured
 from meltemi.simulation.channels import standard
 from meltemi.simulation.result import Result
-from meltemi_loads.energy import YEAR
-from meltemi_papers.wang2021.beyond import recheck_table, relative, site
-from meltemi_papers.wang2021.claims import _loads, about_half
-from meltemi_papers.wang2021.figures import figure_10, gust_runs
-from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, STOP, Gust, Gusts, Setting, spread
-from meltemi_papers.wang2021.lifetime import change
-from meltemi_papers.wang2021.table2 import POWER, Calibration, SpeedLoop, Table2, calibrate
-from meltemi_papers.wang2021.winds import GUST_BEGIN, GUST_RISE, gust, measured
-from meltemi_studies.machine_loads import CHANNELS, LOADS
-from meltemi_studies.wind_year import PowerCurve, a_year
-from meltemi_studies.yaw_gusts import LENGTH, Found, Grid
-from meltemi_tuning.run_store import FailedResult, FailedResultError
+from meltemi.studies.machine_loads import CHANNELS, LOADS
+from meltemi.studies.wind_year import PowerCurve, a_year
+from meltemi.studies.yaw_gusts import LENGTH, Found, Grid
+from meltemi.tuning.run_store import FailedResult, FailedResultError
 
 CHECKS = ((7.5, 52.5), (8.8, 48.6), (10.0, 45.0), (15.0, 42.0), (20.0, 39.0), (25.0, 36.0), (30.0, 33.0), (40.0, 30.0))
 """[m/s], [deg] of the interpolated law."""
@@ -105,7 +105,7 @@ def test_the_calibration_finds_a_penalty(monkeypatch: pytest.MonkeyPatch) -> Non
             scatter = np.exp(0.01 * (-1.0) ** np.arange(18))
             return np.array(measured_ones) * scatter * np.exp(lift * (self.x.chord - 0.7) + lost * (self.x.drag - 0.02))
 
-    monkeypatch.setattr("meltemi_papers.wang2021.table2.simulate_bins", lambda _, x, *__, **___: Bins(x))
+    monkeypatch.setattr("meltemi.papers.wang2021.table2.simulate_bins", lambda _, x, *__, **___: Bins(x))
     found = calibrate(load_turbine("zr20-122"), (1, 2))
     assert abs(found.chord - 0.7) < found.errors[0] < 0.2
     assert abs(found.drag - 0.02) < found.errors[1] < 0.01

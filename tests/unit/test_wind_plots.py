@@ -10,8 +10,8 @@ import pytest
 
 from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, WindBox, WindSeries
 from meltemi.plots import plot_wind
+from meltemi.reports.wind_plots import plot_coherence, plot_section, plot_spectra
 from meltemi.wind import generate_field
-from meltemi_reports.wind_plots import plot_coherence, plot_section, plot_spectra
 
 NAMES = ["series", "spectra", "coherence", "section", "profile"]
 

@@ -16,13 +16,13 @@ import meltemi
 from meltemi import InputError, Turbine
 from meltemi.app.cli import main
 from meltemi.core.yamlfile import parse, read_mapping
+from meltemi.exchange.report import ImportedTurbine
+from meltemi.exchange.windio import defaults, gains
+from meltemi.exchange.windio.tower import tube
+from meltemi.exchange.windio.tree import Tree, load, parse_quickly
 from meltemi.io import import_windio, read_windio
 from meltemi.turbine.library import DATA
 from meltemi.turbine.windio_package import windio_file
-from meltemi_exchange.report import ImportedTurbine
-from meltemi_exchange.windio import defaults, gains
-from meltemi_exchange.windio.tower import tube
-from meltemi_exchange.windio.tree import Tree, load, parse_quickly
 
 EXTRA = DATA / "iea15mw.yaml"
 
@@ -417,7 +417,7 @@ def test_every_key_that_the_report_calls_used_is_used(
     def read(change: Change = lambda content: None) -> ImportedTurbine:
         content = copy.deepcopy(data)
         change(content)
-        monkeypatch.setattr("meltemi_exchange.windio.load", lambda _: Tree(content, str(path)))
+        monkeypatch.setattr("meltemi.exchange.windio.load", lambda _: Tree(content, str(path)))
         return import_windio(path, **how)
 
     before, missed = read(), []

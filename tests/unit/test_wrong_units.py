@@ -12,21 +12,21 @@ import meltemi
 from meltemi import Environment, InputError, SteadyWind
 from meltemi.core.record import Record
 from meltemi.core.usual import Range, unusual_numbers, usual_range
+from meltemi.farm.settings import WakeSettings
+from meltemi.floating.members import Member
 from meltemi.loadcases.case import LoadCase
+from meltemi.loads.loadbase.campaign import Campaign
+from meltemi.loads.loadbase.metocean import FOLDER, read_metocean
+from meltemi.loads.surrogate.campaign import SurrogateCampaign
+from meltemi.sea.crest import Crest
+from meltemi.sea.current import Current
+from meltemi.sea.irregular import IrregularSea
+from meltemi.sea.regular import RegularSea
+from meltemi.sea.spreading import Spreading
 from meltemi.turbine import plausibility_warnings
 from meltemi.turbine.definition import Hub
 from meltemi.wind.fields import unusual
 from meltemi.wind.turbulent import TurbulentWind
-from meltemi_farm.settings import WakeSettings
-from meltemi_float.members import Member
-from meltemi_loads.loadbase.campaign import Campaign
-from meltemi_loads.loadbase.metocean import FOLDER, read_metocean
-from meltemi_loads.surrogate.campaign import SurrogateCampaign
-from meltemi_sea.crest import Crest
-from meltemi_sea.current import Current
-from meltemi_sea.irregular import IrregularSea
-from meltemi_sea.regular import RegularSea
-from meltemi_sea.spreading import Spreading
 
 ANY = "any value of this magnitude may be meant"
 SPREAD = "real machines differ by more than this factor"

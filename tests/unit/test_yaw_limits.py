@@ -9,9 +9,9 @@ import pytest
 
 from meltemi import InputError, Model, Run
 from meltemi.control import YawProtection
-from meltemi_studies import yaw_limits
-from meltemi_studies.machine_loads import LOADS, TOWER_BASE
-from meltemi_studies.yaw_limits import (
+from meltemi.studies import yaw_limits
+from meltemi.studies.machine_loads import LOADS, TOWER_BASE
+from meltemi.studies.yaw_limits import (
     DEAD_BAND,
     JUDGED,
     YawLimits,
@@ -20,7 +20,7 @@ from meltemi_studies.yaw_limits import (
     plot_limits,
     speeds_between,
 )
-from meltemi_tuning.run_store import FailedResult
+from meltemi.tuning.run_store import FailedResult
 
 
 def limits(use: list[list[float]], other: float = 0.5) -> YawLimits:

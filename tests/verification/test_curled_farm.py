@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi_farm.settings import WakeSettings
-from meltemi_farm.wakes import FarmWakes
-from meltemi_verification.openfast_deck import deck_options, deck_turbine
+from meltemi.farm.settings import WakeSettings
+from meltemi.farm.wakes import FarmWakes
+from meltemi.verification.openfast_deck import deck_options, deck_turbine
 
 pytestmark = pytest.mark.long
 D = 126.0

@@ -9,8 +9,8 @@ import pytest
 
 import meltemi
 from meltemi.postprocess.files.openfast import Columns, result_of
-from meltemi_verification.steady import deck_model
-from meltemi_verification.turbulent import SHORT, short_wind, thinned
+from meltemi.verification.steady import deck_model
+from meltemi.verification.turbulent import SHORT, short_wind, thinned
 
 UNCERTAIN = {"rotor_power", "skew_angle", "tip_speed_ratio"}
 """Whose definitions differ: mean wind and speed of the shaft."""

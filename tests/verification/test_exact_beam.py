@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk, ellipkinc
 
 from meltemi.structure.beam import Beam, section_axes
-from meltemi_verification.exact_beam import DeadLoads, Deflection, deflect
+from meltemi.verification.exact_beam import DeadLoads, Deflection, deflect
 
 Float = NDArray[np.float64]
 NONE = np.zeros(3)

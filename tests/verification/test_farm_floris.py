@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi_farm.sets import SETS
-from meltemi_farm.settings import WakeSettings
+from meltemi.farm.sets import SETS
+from meltemi.farm.settings import WakeSettings
 
 pytestmark = [pytest.mark.reference, pytest.mark.long]
 D, SPEED = 126.0, 9.0

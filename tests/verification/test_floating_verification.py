@@ -8,9 +8,9 @@ import pytest
 
 pytest.importorskip("rosco")
 
-from meltemi_verification import floating
-from meltemi_verification.known import KNOWN
-from meltemi_verification.table import Verdict
+from meltemi.verification import floating
+from meltemi.verification.known import KNOWN
+from meltemi.verification.table import Verdict
 
 pytestmark = pytest.mark.rosco
 

@@ -9,9 +9,9 @@ import pytest
 
 from meltemi.core.errors import InputError
 from meltemi.turbine.library import DATA, load_turbine
-from meltemi_verification import hawc2
-from meltemi_verification.table import reference_table
-from meltemi_verification.verification import verification
+from meltemi.verification import hawc2
+from meltemi.verification.table import reference_table
+from meltemi.verification.verification import verification
 
 
 @pytest.mark.slow

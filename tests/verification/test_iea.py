@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import ModelOptions, Turbine, TurbulentWind, operating_point
-from meltemi_verification.iea import MODES, rotor_alone
-from meltemi_verification.table import reference_table
+from meltemi.verification.iea import MODES, rotor_alone
+from meltemi.verification.table import reference_table
 
 Float = NDArray[np.float64]
 

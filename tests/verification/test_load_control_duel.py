@@ -15,9 +15,9 @@ import pytest
 
 import meltemi
 from meltemi.controllers.schemes import design_controllers
+from meltemi.papers.he2018.runs import FAST_MODEL, PAPER, paper_turbine
+from meltemi.tuning.compare import WHOLE, compare
 from meltemi.wind.formats import read_wind
-from meltemi_papers.he2018.runs import FAST_MODEL, PAPER, paper_turbine
-from meltemi_tuning.compare import WHOLE, compare
 
 ROSCO = {"RootMyc1 std": -20.0, "RootMyc1 DEL": -17.0, "OoPDefl1 std": -20.0}
 """[%] over 100 to 700 s."""

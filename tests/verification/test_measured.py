@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import SteadyWind, Turbine
-from meltemi_verification import uae
-from meltemi_verification.known import KNOWN
-from meltemi_verification.table import Verdict, reference_table
-from meltemi_verification.verification import verification
+from meltemi.verification import uae
+from meltemi.verification.known import KNOWN
+from meltemi.verification.table import Verdict, reference_table
+from meltemi.verification.verification import verification
 
 Float = NDArray[np.float64]
 RECORD = reference_table("uae_performance", wind="7")[0]

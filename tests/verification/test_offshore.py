@@ -14,11 +14,11 @@ from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
+from meltemi.verification import offshore, offshore_wind
+from meltemi.verification.floating import full_series
+from meltemi.verification.known import KNOWN
+from meltemi.verification.table import Verdict
 from meltemi.wind.fields import SteadyWind
-from meltemi_verification import offshore, offshore_wind
-from meltemi_verification.floating import full_series
-from meltemi_verification.known import KNOWN
-from meltemi_verification.table import Verdict
 
 pytestmark = pytest.mark.rosco
 

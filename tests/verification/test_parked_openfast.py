@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from meltemi.aero.tables import AeroNode
 from meltemi.simulation.options import BEDDOES
 from meltemi.turbine.library import load_turbine
-from meltemi_verification.elastodyn_blade import elastodyn_model
-from meltemi_verification.measure import vibration
-from meltemi_verification.openfast_deck import deck_turbine
-from meltemi_verification.parked import EDGEWISE, deck_blades, run, settings
-from meltemi_verification.table import reference_table
+from meltemi.verification.elastodyn_blade import elastodyn_model
+from meltemi.verification.measure import vibration
+from meltemi.verification.openfast_deck import deck_turbine
+from meltemi.verification.parked import EDGEWISE, deck_blades, run, settings
+from meltemi.verification.table import reference_table
 
 pytestmark = pytest.mark.slow
 

@@ -19,7 +19,7 @@ import meltemi
 from meltemi.control.bladed.rosco import edit_discon, rosco_example
 from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.postprocess.files.openfast import si_unit
-from meltemi_verification.openfast_deck import deck_options, deck_turbine
+from meltemi.verification.openfast_deck import deck_options, deck_turbine
 
 pytestmark = pytest.mark.rosco
 CONTROL = ("RotSpeed", "BldPitch1", "GenPwr", "GenTq")

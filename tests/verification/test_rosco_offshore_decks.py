@@ -9,10 +9,10 @@ import pytest
 
 import meltemi
 from meltemi.core.record import Record
-from meltemi_exchange.deck_case import deck_case
-from meltemi_float.coefficients import read_coefficients
-from meltemi_float.platform import Platform
-from meltemi_sea.support import Support
+from meltemi.exchange.deck_case import deck_case
+from meltemi.floating.coefficients import read_coefficients
+from meltemi.floating.platform import Platform
+from meltemi.sea.support import Support
 
 pytestmark = pytest.mark.rosco
 

@@ -21,12 +21,12 @@ from meltemi.postprocess.statistics import azimuth_bins, means_over_revolutions
 from meltemi.simulation.bladed.aerodynamics import INFLOW_LEAD
 from meltemi.simulation.run import Run
 from meltemi.turbine.exchange import BladeFrame
-from meltemi_verification import stops
-from meltemi_verification.measure import extremes, harmonic
-from meltemi_verification.steady import PERIODIC, PSI, deck_model
-from meltemi_verification.table import reference_table
-from meltemi_verification.transient import CHANNELS, gust_wind, step_wind
-from meltemi_verification.turbulent import SHORT, short_series, short_wind
+from meltemi.verification import stops
+from meltemi.verification.measure import extremes, harmonic
+from meltemi.verification.steady import PERIODIC, PSI, deck_model
+from meltemi.verification.table import reference_table
+from meltemi.verification.transient import CHANNELS, gust_wind, step_wind
+from meltemi.verification.turbulent import SHORT, short_series, short_wind
 
 pytestmark = pytest.mark.slow
 

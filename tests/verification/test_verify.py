@@ -10,11 +10,11 @@ import pytest
 
 from meltemi.app.cli import main
 from meltemi.turbine.library import _from_library
+from meltemi.verification.known import KNOWN
+from meltemi.verification.table import Comparison, Known, Report, Row, Study, Verdict, reference_table, relative
+from meltemi.verification.turbulent import reference_series, short_series, short_wind, thinned, turbulence
+from meltemi.verification.verification import FULL, QUICK, verification
 from meltemi.wind.files import read_bts, read_wnd
-from meltemi_verification.known import KNOWN
-from meltemi_verification.table import Comparison, Known, Report, Row, Study, Verdict, reference_table, relative
-from meltemi_verification.turbulent import reference_series, short_series, short_wind, thinned, turbulence
-from meltemi_verification.verification import FULL, QUICK, verification
 
 LONG_QUICK, LONG = 10.0, 3.0
 """[s] from which a study, of the quick look or not, is left to the tests that take long."""
@@ -148,7 +148,7 @@ def test_only_a_failure_ends_with_status_one(
 ) -> None:
     row = relative("thing", "here", "N", 1.0, 1.0 + deviation / 100.0, 0.5)
     study = Study(1.0, lambda: Comparison("example", "Example", "nobody", [row]))
-    monkeypatch.setattr("meltemi_verification.verification.FULL", (study,))
+    monkeypatch.setattr("meltemi.verification.verification.FULL", (study,))
     monkeypatch.setattr("sys.argv", ["meltemi", "verify", "--out", str(tmp_path)])
     with pytest.raises(SystemExit) as end:
         main()

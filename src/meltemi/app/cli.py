@@ -606,7 +606,7 @@ def template(
 
     from meltemi.core.errors import did_you_mean
 
-    places = {"case": ("meltemi.loadcases", "template.yaml", "run"), "farm": ("meltemi_farm", "template.yaml", "farm")}
+    places = {"case": ("meltemi.loadcases", "template.yaml", "run"), "farm": ("meltemi.farm", "template.yaml", "farm")}
     places["turbine"] = ("meltemi.turbine", "data/nrel5mw.yaml", "inspect")
     if what not in places:
         raise InputError(f"template {what!r}: {did_you_mean(what, list(places))}")

@@ -30,4 +30,4 @@ from meltemi.control.supervisor.threshold import yaw_threshold as yaw_threshold
 from meltemi.control.yaw import YawControl as YawControl
 from meltemi.control.yaw import YawController as YawController
 from meltemi.controllers.schemes import make_controller as make_controller
-from meltemi_farm.simulation import SetPoint as SetPoint
+from meltemi.farm.simulation import SetPoint as SetPoint

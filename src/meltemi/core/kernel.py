@@ -48,26 +48,10 @@ KERNELS = re.compile(r"^KERNELS = (\(.*\))$", re.MULTILINE)
 """Line of a package's ``__init__.py`` that names the files of the package, and of those in it, that kernels call."""
 
 
-def sources() -> list[Path]:
-    """Folders of the packages whose kernels are hashed: the core, and those beside it that name ``KERNELS``."""
-    core = Path(__file__).parents[1]
-    beside = sorted(core.parent.glob(f"{core.name}_*/__init__.py"))
-    return [core, *(file.parent for file in beside if KERNELS.search(file.read_text(encoding="utf-8")))]
-
-
 @cache
-def is_ours(module: str) -> bool:
-    """Whether a module is of one of these packages, so that its machine code may be kept under their hash."""
-    return module.partition(".")[0] in {folder.name for folder in sources()}
-
-
-def _leaves_out(root: Path, others: tuple[str, ...] | None = ()) -> Callable[[Path], bool]:
-    """Whether nothing in a file of a package is called by kernels: no ``KERNELS`` names it, or it stands at the root.
-
-    Args:
-      root: folder of the package.
-      others: names of the files that are called where no package names them; None for all.
-    """
+def sources() -> tuple[Path, ...]:
+    """Source files on which the machine code depends: all below the package but those that ``KERNELS`` leaves out."""
+    root = Path(__file__).parents[1]
 
     @cache
     def called(folder: Path) -> tuple[str, ...] | None:
@@ -75,26 +59,30 @@ def _leaves_out(root: Path, others: tuple[str, ...] | None = ()) -> Callable[[Pa
         line = KERNELS.search(file.read_text(encoding="utf-8")) if file.is_file() else None
         if line:
             return literal_eval(line[1])
-        return others if folder == root else called(folder.parent)
+        return None if folder == root else called(folder.parent)
 
-    def left_out(path: Path) -> bool:
+    def counts(path: Path) -> bool:
         names = called(path.parent)
-        return path.parent == root if names is None else path.name not in names
+        return path.parent != root if names is None else path.name in names
 
-    return left_out
+    return tuple(path for path in sorted(root.rglob("*.py")) if counts(path))
+
+
+@cache
+def is_ours(module: str) -> bool:
+    """Whether the file of a module is one of these, so that its machine code may be kept under their hash."""
+    root = Path(__file__).parents[1]
+    package, _, inner = module.partition(".")
+    return package == root.name and root.joinpath(*inner.split(".")).with_suffix(".py") in sources()
 
 
 @cache
 def source_hash() -> str:
-    """Hash of the source files on which the machine code depends."""
-    digest = hashlib.sha256()
-    core, *_ = folders = sources()
-    for root in folders:
-        left_out = _leaves_out(root, None if root == core else ())
-        for path in sorted(root.rglob("*.py")):
-            if not left_out(path):
-                digest.update(path.relative_to(root.parent).as_posix().encode())
-                digest.update(path.read_bytes())
+    """Hash of these files."""
+    digest, root = hashlib.sha256(), Path(__file__).parents[1]
+    for path in sources():
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -374,7 +362,7 @@ class _Locator(InTreeCacheLocator):  # type: ignore[misc]
     def __init__(self, function: Callable[..., Any], file: str) -> None:
         super().__init__(function, file)
         package = (function.__module__ or "").rpartition(".")[0]
-        self.place = package if is_ours(package.partition(".")[0]) else self.get_suitable_cache_subpath(file)
+        self.place = package if is_ours(function.__module__ or "") else self.get_suitable_cache_subpath(file)
 
     def get_cache_path(self) -> str:
         return str(Path(cache_folder() or "") / self.place)

@@ -14,8 +14,12 @@ from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
 from meltemi.core.physics import PHYSICS
 
-BESIDE = re.compile(rb"^\s*(?:from|import) (meltemi_\w+)", re.MULTILINE)
-"""Import of a package beside meltemi."""
+CORE = (
+    "core maths numbers environment turbine wind aero structure electrical control simulation postprocess controllers "
+    "loadcases report app"
+).split()
+"""Packages of the simulator, on which all others stand."""
+IMPORT = re.compile(rb"^\s*(?:from|import) (meltemi\.\w+)", re.MULTILINE)
 
 
 @cache
@@ -23,24 +27,29 @@ def code_identity(*packages: str) -> tuple[int | str, ...]:
     """Identity of the code that made a result; a stored result with another one is not used.
 
     Args:
-      packages: packages of which each file counts, data included, with meltemi and the packages beside it that they
-        import. Without any, the version of the physics counts alone: results outlive edits that do not move them.
+      packages: packages of which each file counts, data included, with the core and what they import of meltemi.
+        Without any, the version of the physics counts alone: results outlive edits that do not move them.
     """
     if not packages:
         return (PHYSICS,)
-    digest, names = hashlib.sha256(), [*dict.fromkeys(("meltemi", *packages))]
+    digest, names = hashlib.sha256(), [*dict.fromkeys((*(f"meltemi.{layer}" for layer in CORE), *packages))]
     for name in names:  # it grows by what each one imports
         found = find_spec(name)
-        assert found is not None and found.submodule_search_locations, name
-        (root,) = map(Path, found.submodule_search_locations)
+        assert found is not None and found.origin is not None, name
+        root = Path(found.origin).parent
         for path in sorted(p for p in root.rglob("*") if p.is_file() and p.suffix != ".pyc"):
             content = path.read_bytes()
             digest.update(path.relative_to(root.parent).as_posix().encode())
             digest.update(content)
             if path.suffix == ".py":
-                imported = {match.decode() for match in BESIDE.findall(content)}
-                names += sorted(each for each in imported.difference(names) if find_spec(each))
+                imported = {match.decode() for match in IMPORT.findall(content)}
+                names += sorted(filter(_is_package, imported.difference(names)))
     return PHYSICS, digest.hexdigest()
+
+
+def _is_package(name: str) -> bool:
+    found = find_spec(name)
+    return found is not None and bool(found.submodule_search_locations)
 
 
 def keep_bytes(path: Path, data: bytes) -> Path:

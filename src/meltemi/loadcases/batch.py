@@ -241,7 +241,7 @@ def memory_of(run: Simulation) -> dict[int, int]:
 
 
 def _cards() -> Any:
-    return import_module("meltemi_cards.march")
+    return import_module("meltemi.cuda.march")
 
 
 @explained

@@ -49,7 +49,7 @@ from meltemi.wind.turbulent import AnyWind, TurbulentWind
 if TYPE_CHECKING:
     from meltemi.environment import Sea
 else:
-    Sea = deferred("meltemi_sea.kinds", "AnySea")
+    Sea = deferred("meltemi.sea.kinds", "AnySea")
 
 
 class SteadyCase(SteadyWind):

@@ -149,7 +149,9 @@ def inputs_of(case: Run) -> str | None:
     """Hash of all inputs of a case and of the code; None if an input has no reproducible hash."""
     if isinstance(case.controller, Controller) and case.controller.fresh is not None:
         return None  # depends on a library or another process
-    code = code_identity(*(folder.name for folder in sources()))  # with the packages whose kernels it may call
+    root = Path(__file__).parents[1]
+    called = {path.relative_to(root).parts[0] for path in sources()}  # packages whose kernels it may call
+    code = code_identity(*(f"{root.name}.{package}" for package in sorted(called)))
     return fingerprint(code, replace(case, name="", progress=None, partial=False))
 
 

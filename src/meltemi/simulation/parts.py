@@ -119,10 +119,10 @@ class Part:
 
 PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.simulation.electric": lambda turbine, options: options.electrical != "ideal",
-    "meltemi_sea.mass_dampers": lambda turbine, _: any(d.span is None for d in getattr(turbine, "mass_dampers", ())),
-    "meltemi_sea.blade_dampers": lambda turbine, _: any(d.height is None for d in getattr(turbine, "mass_dampers", ())),
-    "meltemi_sea.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,
-    "meltemi_float.lumped": lambda turbine, options: getattr(turbine, "platform", None) is not None,
+    "meltemi.sea.mass_dampers": lambda turbine, _: any(d.span is None for d in getattr(turbine, "mass_dampers", ())),
+    "meltemi.sea.blade_dampers": lambda turbine, _: any(d.height is None for d in getattr(turbine, "mass_dampers", ())),
+    "meltemi.sea.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,
+    "meltemi.floating.lumped": lambda turbine, options: getattr(turbine, "platform", None) is not None,
 }
 """Modules of parts, and whether a turbine with options has it; ``part_of(turbine, options, rotor)`` there makes it."""
 

@@ -1,3 +1,12 @@
+from meltemi.floating.moorings import MooringLine as MooringLine
+from meltemi.floating.moorings import MooringPoint as MooringPoint
+from meltemi.floating.platform import Platform as Platform
+from meltemi.sea.mass_dampers import MassDamper as MassDamper
+from meltemi.sea.soil import Soil as Soil
+from meltemi.sea.support import Support as Support
+from meltemi.studies.scaling.tower_frequency import scale_turbine as scale_turbine
+from meltemi.studies.scaling.typical import ComponentMasses as ComponentMasses
+from meltemi.studies.scaling.typical import typical_masses as typical_masses
 from meltemi.turbine.definition import Flap as Flap
 from meltemi.turbine.definition import FlapIncrements as FlapIncrements
 from meltemi.turbine.definition import Turbine as Turbine
@@ -23,12 +32,3 @@ from meltemi.turbine.power_turbine import HeierCoefficient as HeierCoefficient
 from meltemi.turbine.power_turbine import PowerTurbine as PowerTurbine
 from meltemi.turbine.power_turbine import Shaft as Shaft
 from meltemi.turbine.power_turbine import TableCoefficient as TableCoefficient
-from meltemi_float.moorings import MooringLine as MooringLine
-from meltemi_float.moorings import MooringPoint as MooringPoint
-from meltemi_float.platform import Platform as Platform
-from meltemi_sea.mass_dampers import MassDamper as MassDamper
-from meltemi_sea.soil import Soil as Soil
-from meltemi_sea.support import Support as Support
-from meltemi_studies.scaling.tower_frequency import scale_turbine as scale_turbine
-from meltemi_studies.scaling.typical import ComponentMasses as ComponentMasses
-from meltemi_studies.scaling.typical import typical_masses as typical_masses

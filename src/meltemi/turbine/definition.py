@@ -33,9 +33,9 @@ else:
     Icing = deferred("meltemi.turbine.ice", "Icing")
     Gearbox = deferred("meltemi.turbine.gearbox", "Gearbox")
     ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
-    MassDamper = deferred("meltemi_sea.mass_dampers", "MassDamper")
-    Support = deferred("meltemi_sea.support", "Support")
-    Platform = deferred("meltemi_float.platform", "Platform")
+    MassDamper = deferred("meltemi.sea.mass_dampers", "MassDamper")
+    Support = deferred("meltemi.sea.support", "Support")
+    Platform = deferred("meltemi.floating.platform", "Platform")
 
 HALF_TURN = math.pi
 BaseMotion = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]

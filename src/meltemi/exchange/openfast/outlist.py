@@ -1,0 +1,148 @@
+"""Channels that a deck asks for in its lists of outputs, as those of a case.
+
+OpenFAST numbers output nodes and gages, meltemi all nodes and stations: ``B1N3Alpha`` is at node ``BlOutNd(3)`` of
+AeroDyn, and ``Spn2MLyb1`` at gage 2, which is the middle of element ``BldGagNd(2)`` of the ``BldNodes`` equal ones of
+ElastoDyn (``Coeff`` in ElastoDyn.f90).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from meltemi.core.errors import InputError
+from meltemi.exchange.openfast.text import InputFile
+from meltemi.exchange.openfast.values import Values
+from meltemi.exchange.report import ImportNote
+from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group, find
+from meltemi.simulation.recordable import recordable
+from meltemi.turbine.definition import Turbine
+
+OF_NODE = re.compile(r"B(\d)N(\d)([A-Za-z]\w*)", re.IGNORECASE)
+OF_GAGE = {"blade": re.compile(r"Spn\d[FM]L.b\d", re.IGNORECASE), "tower": re.compile(r"TwHt\d[FM]L.t", re.IGNORECASE)}
+SIGNS = "-_mM"
+"""Before a name they turn the sign (SetOutParam)."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """What a case records for the lists of outputs of a deck.
+
+    Attributes:
+      channels: by meltemi's names.
+      blade_stations, tower_stations: [m] of the gages, where the lists have loads at gages.
+    """
+
+    channels: tuple[str, ...] = ()
+    blade_stations: tuple[float, ...] = ()
+    tower_stations: tuple[float, ...] = ()
+
+
+def outputs(files: Sequence[InputFile], v: Values, aero: Values, turbine: Turbine, notes: list[ImportNote]) -> Output:
+    """Channels of the lists of some files, with a note on each name, or on all that are not recorded for one reason.
+
+    Args:
+      files: those with lists.
+      v, aero: values of ElastoDyn, with gages, and of AeroDyn, with output nodes.
+      turbine: of the deck.
+      notes: of the deck.
+    """
+    lists = [(file, line, name) for file in files for line, name in requested(file)]
+    nodes = _first(aero, "output_nodes", "output_count")
+    if not any(OF_NODE.fullmatch(name) for *_, name in lists):
+        aero.unneeded("no channel of OutList is at a node", "output_nodes", "output_count")
+    lengths = {"blade": v["tip_radius"] - v["hub.radius"], "tower": float(np.ptp(turbine.tower.position))}
+    gages: dict[str, tuple[float, ...]] = dict.fromkeys(OF_GAGE, ())
+    for part, pattern in OF_GAGE.items():
+        if any(pattern.fullmatch(name) for *_, name in lists):
+            gages[part] = _gages(v, part, lengths[part])
+        else:
+            targets = (f"{part}_gages", f"{part}_gage_nodes", f"{part}_elements")
+            v.unneeded("no channel of OutList is at a gage, and the discretisation is that of ModelOptions", *targets)
+    available = _available(turbine, len(gages["blade"]), len(gages["tower"]))
+    chosen: dict[str, None] = {}
+    without: dict[tuple[str, str], list[str]] = {}
+    for file, line, name in lists:
+        at_node = OF_NODE.fullmatch(name)
+        if file.module == "AeroDyn" and at_node and int(at_node[2]) > len(nodes):
+            without.setdefault((file.path.name, f"AeroDyn has {len(nodes)} output nodes (NBlOuts)"), []).append(name)
+            continue
+        wanted = _unsigned(_of_node(name, nodes), available)
+        try:
+            found, missing = recordable([wanted], available)
+        except InputError as error:
+            found, missing = (), {wanted: f"OpenFAST 5 has it neither: {str(error).partition(': ')[2]}"}
+        where = f"{file.path.name}:{line}"
+        if found:
+            channel = find(wanted, available)
+            chosen[channel.name] = None
+            notes.append(ImportNote("used", where, name, f"channel {channel.name}"))
+        for why in missing.values():
+            without.setdefault((file.path.name, why), []).append(name)
+    for (where, why), names in without.items():
+        notes.append(ImportNote("ignored", where, f"OutList: {', '.join(names)}", f"not recorded: {why}"))
+    return Output(tuple(chosen), gages["blade"], gages["tower"])
+
+
+def requested(file: InputFile) -> Iterator[tuple[int, str]]:
+    """Line and name of each channel of a file's list of outputs; not of those for all nodes, which come second."""
+    inside = False
+    for i, text in enumerate(file.lines, 1):
+        bare = text.strip()
+        if inside:
+            quoted = re.match(r"""["']([^"']*)["']?""", bare)
+            if (quoted[1] if quoted else bare).strip().upper().startswith("END") or bare.startswith("---"):
+                return
+            if bare and bare[0] not in "!#%":
+                words = quoted[1] if quoted else bare if file.module == "mooring" else bare.split()[0]
+                names = re.split(r"[\s,;]+", words.partition(" - ")[0].strip())
+                yield from ((i, name) for name in names if name)
+        elif bare.startswith("---"):
+            title = bare.upper()
+            inside = (
+                "OUTPUT CHANNELS" in title or "OUTLIST" in title or (file.module == "mooring" and "OUTPUT" in title)
+            )
+        else:
+            inside = any(word.lower() == "outlist" for word in bare.split()[:2])
+
+
+def _available(turbine: Turbine, blade_stations: int, tower_stations: int) -> dict[str, Channel]:
+    """Channels of the model of a deck, whose nodes are those of its blade file."""
+    further: tuple[Channel, ...] = ()
+    if turbine.platform is not None:
+        further = channels_of_group("platform") + channels_of_group("line", len(turbine.platform.lines))
+    elif turbine.support is not None:
+        further = channels_of_group("sea") + channels_of_group("pile_station", len(turbine.support.load_stations))
+    nodes = len(turbine.blade.aerodynamics.position)
+    return catalogue(Contents(turbine.n_blades, nodes, blade_stations, tower_stations, further=further))
+
+
+def _of_node(name: str, nodes: Sequence[int]) -> str:
+    """A channel of an output node by the number of the node."""
+    found = OF_NODE.fullmatch(name)
+    if found is None or not 1 <= int(found[2]) <= len(nodes):
+        return name  # BeamDyn's nodes and those of members have other names
+    return f"AB{found[1]}N{nodes[int(found[2]) - 1]:03d}{found[3]}"
+
+
+def _unsigned(name: str, available: dict[str, Channel]) -> str:
+    """A name without the sign before it, if it is none with it."""
+    if name[0] in "-_":
+        return name[1:]
+    known = {other.lower() for channel in available.values() for other in channel.names}
+    return name[1:] if name[0] in SIGNS and name.lower() not in known and name[1:].lower() in known else name
+
+
+def _gages(v: Values, part: str, length: float) -> tuple[float, ...]:
+    """Positions [m] of the gages of ElastoDyn from the root of the blade, or from the tower's foot."""
+    nodes = _first(v, f"{part}_gage_nodes", f"{part}_gages")
+    many = v.given(f"{part}_elements", 0)
+    return tuple((node - 0.5) / many * length for node in nodes if 1 <= node <= many)
+
+
+def _first(v: Values, target: str, count: str) -> tuple[int, ...]:
+    """As many of a list of nodes as another keyword says."""
+    return tuple(int(node) for node in v.given(target, ())[: max(v.given(count, 0), 0)])

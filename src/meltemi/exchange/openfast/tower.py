@@ -1,0 +1,311 @@
+"""Tower from ElastoDyn and AeroDyn, monopile from SubDyn."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+import meltemi.exchange.openfast.columns as columns
+from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.exchange.openfast.text import Entry, Float, InputFile, number, read_input
+from meltemi.exchange.openfast.values import Values
+from meltemi.exchange.openfast.water import Water
+from meltemi.exchange.pile import pile_foundation
+from meltemi.exchange.report import ImportNote
+from meltemi.turbine.definition import Foundation
+
+STEEL_SPEED = math.sqrt(210e9 / 8500.0)
+"""[m/s] of sound along a steel bar, with paint, bolts and flanges in its density (TP-500-38060)."""
+SHEAR_SHARE = 0.53
+"""Share of the area of a thin tube that carries shear (Cowper 1966 for a Poisson ratio of 0.3)."""
+
+ADJUSTED = ("AdjTwMa", "AdjFASt", "AdjSSSt")
+"""Keywords of the lines that stand before the table of the tower's sections."""
+LUMP = (*(f"centre_{axis}" for axis in "xyz"), *(f"inertia_{axis}" for axis in "RPY"))
+"""Of the platform's mass in ElastoDyn, here that of a transition piece."""
+SPRINGS = ("x", "y", "z", "tx", "ty", "tz")
+"""Directions in the names of SubDyn's springs: Kxx, Kxty and so on."""
+
+
+def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict[str, Any]:
+    """Read the ElastoDyn tower, without its diameter.
+
+    Raises:
+      InputError: with file and line.
+    """
+    own = Values(notes)
+    own.read(file)
+    entry = file.require(["NTwInpSt"], "number of stations")
+    wanted = {
+        "position": "HtFract",
+        "mass": "TMassDen",
+        "fore_aft_stiffness": "TwFAStif",
+        "side_side_stiffness": "TwSSStif",
+    }
+    below = max((e.line for e in map(file.find, ADJUSTED) if e is not None), default=entry.line)
+    found = file.placed(entry, columns.TOWER, wanted, notes, after=below, skip=1)
+    length = values["tower_top"] - values["tower.base_height"]
+    if not length > 0.0:
+        raise InputError(f"{values.source['tower_top']}: TowerHt must be above TowerBsHt")
+    position = found["position"] * length
+    for axis, what in (("fore_aft", "fore-aft"), ("side_side", "side-to-side")):
+        for target, mode in ((f"{axis}_tuner", 1), (f"{axis}_tuner_2", 2)):
+            why = f"tuning of {what} mode {mode}: modes follow from the stiffness"
+            own.differs("ignored", 1.0, **{target: why})
+        first = f"{axis}_damping"
+        own.like(f"{first}_2", first, f"both modes have that of the first, {own[first]:g}")
+    return {
+        "position": position,
+        "mass": found["mass"] * own.given("mass_factor", 1.0),
+        "fore_aft_stiffness": found["fore_aft_stiffness"] * own.given("fore_aft_factor", 1.0),
+        "side_side_stiffness": found["side_side_stiffness"] * own.given("side_side_factor", 1.0),
+        "damping": {"fore_aft": own["fore_aft_damping"], "side_side": own["side_side_damping"]},
+        "mode_shapes": shapes(file, {"fore_aft": ("TwFAM1Sh", "TwFAM2Sh"), "side_side": ("TwSSM1Sh", "TwSSM2Sh")}),
+        "base_height": values["tower.base_height"],
+        "source": file.path.name,
+    }
+
+
+def shapes(file: InputFile, wanted: dict[str, tuple[str, ...]]) -> dict[str, Any] | None:
+    """Mode shape coefficients, if the file contains all of them."""
+    found: dict[str, Any] = {}
+    for kind, modes in wanted.items():
+        polynomials = []
+        for mode in modes:
+            entries = [file.find(f"{mode}({power})") for power in range(2, 7)]
+            if any(entry is None for entry in entries):
+                return None
+            polynomials.append(tuple(_coefficient(file, entry) for entry in entries if entry is not None))
+        found[kind] = tuple(polynomials)
+    return found
+
+
+def _coefficient(file: InputFile, entry: Entry) -> float:
+    value = number(entry.values[0])
+    if value is None:
+        raise InputError(f"{file.at(entry.line)}: {entry.name}: expected a number, found {entry.values[0]!r}")
+    return value
+
+
+def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: list[ImportNote]) -> None:
+    """Add tower diameter and drag from the AeroDyn file, or estimate the diameter from stiffness over mass.
+
+    Raises:
+      InputError: with file and line.
+    """
+    entry = aero.find("NumTwrNds")
+    count = aero.count(entry) if entry is not None else 0
+    if entry is not None and count >= 2:
+        wanted = {"height": "TwrElev", "diameter": "TwrDiam", "drag": "TwrCd"}
+        table = aero.placed(entry, columns.TOWER_AIR, wanted, notes)
+        height = tower["position"] + tower["base_height"]
+        tower["diameter"] = np.interp(height, table["height"], table["diameter"])
+        drag = tower["drag_coefficient"] = float(np.mean(table["drag"]))
+        if np.ptp(table["drag"]) > 1e-9:
+            why = f"the mean, {drag:.3g}, everywhere"
+            notes.append(ImportNote("approximated", f"{aero.path.name}:{entry.line}", "TwrCd", why))
+        notes.append(
+            ImportNote(
+                "used", f"{aero.path.name}:{entry.line}", f"tower, {count} stations", "tower.diameter, interpolated"
+            )
+        )
+        return
+    # a thin tube has EI / m = (E / rho) d^2 / 8
+    ratio = tower["fore_aft_stiffness"] / tower["mass"]
+    tower["diameter"] = np.sqrt(8.0 * ratio) / STEEL_SPEED
+    notes.append(
+        ImportNote(
+            "approximated", aero.path.name, "tower without diameters", "steel tube with the stiffness over mass given"
+        )
+    )
+
+
+def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
+    """Height [m] and section of an upright pile at both ends of each member, upwards: z, d, t, E, G, density.
+
+    Raises:
+      UnsupportedError: the structure is not one upright pile that is clamped at its foot.
+      InputError: with file and line.
+    """
+    wanted = {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"}
+    joints = _subdyn(file, "NJoints", columns.SUB_JOINTS, wanted, notes)
+    wanted = {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
+    members = _subdyn(file, "NMembers", columns.SUB_MEMBERS, wanted, notes)
+    order = np.argsort(joints["z"], kind="stable")
+    height, foot = joints["z"][order], order[0]
+    off = np.hypot(joints["x"] - joints["x"][foot], joints["y"] - joints["y"][foot])
+    far, why = int(np.argmax(off)), ""
+    if off[far] > 0.01:
+        why = f"JointXss, JointYss: joint {joints['id'][far]:g} is {off[far]:.3g} m off the axis of the lowest joint"
+    elif len(members["a"]) != len(height) - 1 or np.any(np.diff(height) <= 0.0):
+        why = f"NMembers: {len(members['a'])} members between {len(height)} joints are not one pile"
+    if why:
+        raise UnsupportedError(
+            f"{file.path}: {why}; only upright monopiles are modelled; fixed_base=True (--fixed-base) clamps the tower "
+            "base instead"
+        )
+    wanted = {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": "ShearG", "density": "MatDens"}
+    sets = _subdyn(file, "NPropSets", columns.SUB_SECTIONS, wanted, notes)
+    joint_height = {int(j): float(z) for j, z in zip(joints["id"], joints["z"], strict=True)}
+    which = {int(i): k for k, i in enumerate(sets["id"])}
+    stations: list[tuple[float, int]] = []
+    for a, b, first, second in zip(members["a"], members["b"], members["first"], members["second"], strict=True):
+        for joint, prop in ((a, first), (b, second)):
+            if int(joint) not in joint_height or int(prop) not in which:
+                raise InputError(
+                    f"{file.path}: a member names joint {int(joint)} or property set {int(prop)}; it is not defined"
+                )
+            stations.append((joint_height[int(joint)], which[int(prop)]))
+    stations.sort()
+    k = np.array([s[1] for s in stations])
+    found = {name: values[k] for name, values in sets.items() if name != "id"}
+    if np.any(2.0 * found["t"] > found["d"]):
+        raise InputError(f"{file.path}: a wall thickness XsecT is more than half of its diameter XsecD")
+    return {"z": np.array([s[0] for s in stations])} | found
+
+
+def _subdyn(
+    file: InputFile, count: str, layout: str, wanted: dict[str, str], notes: list[ImportNote]
+) -> dict[str, Float]:
+    return file.placed(file.require([count, f"{count}Cyl"], "a number of lines"), layout, wanted, notes)
+
+
+def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
+    """Read an upright pile of SubDyn as equivalent springs at the tower base.
+
+    Raises:
+      UnsupportedError: the structure is not one upright pile that is clamped at its foot.
+      InputError: with file and line.
+    """
+    own = Values(notes)
+    own.read(file)
+    _held(own)
+    own.differs("ignored", 0, guyan_damping="springs have no damping", lumped_masses="see foundation.mass")
+    own.unneeded("of GuyanDampMod 1", "rayleigh")
+    name, at = file.path.name, _stations(file, notes)
+    z = at["z"] + 1e-6 * np.arange(len(at["z"]))  # members that meet have two values there
+    d, E, G = at["d"], at["E"], at["G"]
+    inner = d - 2.0 * at["t"]
+    area, second_moment = 0.25 * math.pi * (d**2 - inner**2), math.pi / 64.0 * (d**4 - inner**4)
+    pile = pile_foundation(
+        z,
+        E * second_moment,
+        SHEAR_SHARE * G * area,
+        E * area,
+        2.0 * G * second_moment,
+        at["density"] * area,
+        source=f"{name}: pile from {z[0]:g} to {z[-1]:g} m, clamped at its foot",
+    )
+    notes.append(ImportNote("approximated", name, f"pile of {len(z) // 2} members", "springs and a mass at its top"))
+    return pile
+
+
+def _held(own: Values) -> None:
+    """Notes on the ends of a pile."""
+    for target, why in (
+        ("reactions", "the pile is held at its lowest joint"),
+        ("interfaces", "the tower stands on the highest joint"),
+    ):
+        own.note("equivalent" if own[target] == 1 else "approximated", target, why)
+
+
+def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNote]) -> dict[str, Any]:
+    """Read an upright pile of SubDyn that stands in the water of HydroDyn, as keys of ``Support``.
+
+    ``rayleigh`` is not one of them: factors [1/s] of mass and [s] of stiffness, instead of a damping ratio.
+
+    Raises:
+      UnsupportedError: the structure is not one upright pile of one material, or its water is not modelled.
+      InputError: with file and line.
+    """
+    own = Values(notes)
+    own.read(file)
+    _held(own)
+    at = _stations(file, notes)
+    for name, what in (("E", "YoungE"), ("G", "ShearG"), ("density", "MatDens")):
+        if np.ptp(at[name]) > 1e-6 * at[name][0]:
+            raise UnsupportedError(f"{file.path}: {what} differs between property sets; a pile is of one material")
+    z, d, t = at["z"].copy(), at["d"], at["t"]
+    keep = [0]
+    for i in range(1, len(z)):
+        same = d[i] == d[keep[-1]] and t[i] == t[keep[-1]]
+        if z[i] <= z[keep[-1]]:  # members that meet have two values there, which a steep cone joins
+            if same:
+                continue
+            z[i] = z[keep[-1]] + 1e-3
+        if len(keep) > 1 and same and d[i] == d[keep[-2]] and t[i] == t[keep[-2]]:
+            keep[-1] = i
+        else:
+            keep.append(i)
+    found: dict[str, Any] = {"position": z[keep], "diameter": d[keep], "thickness": t[keep], "source": file.path.name}
+    found |= {"elastic_modulus": at["E"][0], "shear_modulus": at["G"][0], "density": at["density"][0]}
+    masses: list[tuple[float, ...]] = []
+    if own.given("lumped_masses", 0):
+        wanted = {"id": "CMJointID", "m": "JMass", "x": "JMXX", "z": "JMZZ"}
+        lumps = _subdyn(file, "NCmass", columns.SUB_MASSES, wanted, notes)
+        joints = _subdyn(file, "NJoints", columns.SUB_JOINTS, {"id": "JointID", "z": "JointZss"}, notes)
+        heights = dict(zip(joints["id"], joints["z"], strict=True))
+        masses = [(heights.get(joint, z[0]), *own) for joint, *own in zip(*lumps.values(), strict=True)]
+    about = v.given("platform_inertia_R", 0.0)
+    masses.append((z[-1], v.given("platform_mass", 0.0), about, 2.0 * about))
+    found["masses"] = [
+        {"height": h, "mass": m, "inertia": max(x, 0.0)} | ({} if twist == 2.0 * x else {"yaw_inertia": twist})
+        for h, m, x, twist in masses
+        if m > 0.0 and h > z[0] + 0.5
+    ]
+    if own.given("guyan_damping", 0) == 1:
+        found["rayleigh"] = own.given("rayleigh", [])
+        if len(found["rayleigh"]) != 2:
+            raise InputError(f"{file.path}: RayleighDamp: expected factors of mass and stiffness, as GuyanDampMod is 1")
+    else:
+        own.unneeded("of GuyanDampMod 1", "rayleigh")
+        own.differs("ignored", 0, guyan_damping="the pile has the damping of the tower's modes; see support.damping")
+    if not v.given("platform_mass", 0.0):
+        v.unneeded("of PtfmMass", *(f"platform_{name}" for name in LUMP))
+    else:
+        top = v.given("platform_centre_z", z[-1])
+        why = f"the mass is at the top of the pile, {z[-1]:g} m"
+        v.note("equivalent" if abs(top - z[-1]) < 1e-6 else "approximated", "platform_centre_z", why)
+        v.like("platform_inertia_P", "platform_inertia_R", "that of PtfmRIner")
+        axis = "the mass is on the axis of the pile"
+        v.differs("ignored", 0.0, platform_centre_x=axis, platform_centre_y=axis)
+        v.differs("ignored", 0.0, platform_inertia_Y="about the pile's axis")
+    return found | water.hydrodynamics(z[keep])
+
+
+def read_substructure(main: InputFile, values: Values, water: Water, notes: list[ImportNote]) -> dict[str, Any]:
+    """Read what is below the tower from SubDyn: ``support`` in water, else ``foundation``."""
+    path = values.file(main, "sub")
+    if path is None:
+        raise InputError(f"{main.path}: CompSub is 1, but SubFile names no file")
+    file = read_input(path, "SubDyn")
+    if water.file is None:
+        lump = "the pile is springs and the mass of its steel"
+        values.differs("ignored", 0.0, **{f"platform_{name}": lump for name in ("mass", *LUMP)})
+        return {"foundation": read_pile(file, notes)}
+    found = {"support": read_support(file, values, water, notes)}
+    foot = file.find("NReact")
+    line, row = file.rows(foot, 1)[1][0] if foot is not None and file.count(foot) else (0, [])
+    fixed = sum(number(word) == 1.0 for word in row[1:7])
+    springs = file.file(row[7], line) if len(row) > 7 and fixed == 0 else None
+    if springs is None:
+        if row and fixed < 6:
+            why = "the foot of the pile is clamped; springs of an SSI file need all six directions free"
+            notes.append(ImportNote("warning", f"{file.path.name}:{line}", f"{fixed} of 6 directions are fixed", why))
+        return found
+    notes.append(ImportNote("used", springs.name, "springs and mass under the pile", "foundation"))
+    return found | {"foundation": _springs(read_input(springs, "SSI"))}
+
+
+def _springs(file: InputFile) -> dict[str, Any]:
+    """Springs and mass under the foot of a pile, from the upper triangles of SubDyn's file."""
+    found: dict[str, Any] = {"source": file.path.name}
+    for letter, kind in (("K", "stiffness"), ("M", "mass")):
+        value = np.zeros((6, 6))
+        for i, j in zip(*np.triu_indices(6), strict=True):
+            if (entry := file.find(f"{letter}{SPRINGS[i]}{SPRINGS[j]}")) is not None:
+                value[i, j] = value[j, i] = _coefficient(file, entry)
+        found[kind] = value
+    return found

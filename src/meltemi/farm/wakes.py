@@ -1,0 +1,430 @@
+"""The wakes of a farm in progress: their arrays, and what happens to them at each exchange with the turbines.
+
+Everything is explicit: from one exchange to the next the turbines see planes that drift with constant velocities, and
+the wakes get the mean state of the rotors since the last one. So turbines, and wakes, are independent of each other.
+
+Reference: docs/theory/wakes.md (K-1 to K-9).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from typing import Any, ClassVar
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.farm.averages import ALONG, AMBIENT, DISTURBED, drift, horizontal, look, rotor_mean, rotor_wind
+from meltemi.farm.curled import Curled
+from meltemi.farm.eddies import EDDY_SPACING, eddies_of
+from meltemi.farm.field import LARGEST, LINEAR, QUADRATIC, PlaneField, Planes, Seen, WakeField, WakePart, Wakes
+from meltemi.farm.march import Mixing, march
+from meltemi.farm.sets import FINE_RINGS, WakeSet, average_points, missed_by
+from meltemi.farm.settings import WakeSettings
+from meltemi.maths.tables import View
+from meltemi.maths.vectors import Vec
+from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
+
+Float = NDArray[np.float64]
+Together = Callable[[Callable[[int], Any]], list[Any]]
+"""Calls a function for all turbines, on threads."""
+RADII = 60
+"""Points of a profile."""
+ASIDE, WANDERS = 2.0, math.radians(15.0)
+"""Turbines downwind that a wake may meet: rotor diameters beside its way, and angle to the mean wind."""
+BEYOND = 3.0
+"""Rotor diameters behind the last of them that a wake reaches."""
+FURTHEST = 20.0
+"""Rotor diameters at which every wake ends."""
+SLOWEST = 0.3
+"""Of the mean wind, with which a wake drifts: the planes for which there is memory."""
+DEVELOPED = 0.6
+"""The same when wakes are developed before a run."""
+SLACK = 15.0
+"""[m] by which nodes leave the rotor's plane, besides the drift of planes between exchanges."""
+SEEN = 0.6
+"""Of the diameter: radius of what a turbine sees, with its bent blades."""
+CELLS = 250
+"""Of a view of the farm, along its longer side."""
+MEMORY = 60.0
+"""[s] over which a rotor's wind is filtered, in which it operates while wakes develop."""
+LEAST_SHARE = 0.3
+"""Of the wind, in which a turbine starts."""
+LEAST_WIND = 1.0
+"""[m/s] wind of a thrust coefficient: a rotor in calm air leaves no wake."""
+FINE = 40
+"""Points between the radii of a profile, of integrals of the load along the blade."""
+MOST_THRUST = 2.0
+"""Largest thrust coefficient at any radius."""
+
+
+_FORMS: dict[tuple[Any, ...], Any] = {}
+
+
+def quick(function: Any, *args: Any) -> Any:
+    """Call a kernel in the compiled form of its last call with such arguments, which saves 20 us of looking for it."""
+    key = (function, *map(type, args))
+    if key in _FORMS:
+        return _FORMS[key](*args)
+    result = function(*args)
+    if hasattr(function, "overloads"):
+        _FORMS[key] = function.overloads[tuple(map(numba.typeof, args))].entry_point
+    return result
+
+
+def left_of(axis: Float) -> Float:
+    """(3, ...) horizontal unit vectors across axes (3, ...), to the left."""
+    return np.array([-axis[1], axis[0], 0.0 * axis[0]]) / np.maximum(np.hypot(axis[0], axis[1]), 1e-6)
+
+
+@cache
+def projection(spacing: float, count: int) -> tuple[Float, Float]:
+    """Radii [m], and the matrix that takes a load per length there to the values at ``count`` equidistant radii.
+
+    Linear between these, they have the load's sum and first moment (Galerkin): at the tip it falls within one spacing.
+    """
+    x = spacing / FINE * np.arange(FINE * count + 1, dtype=np.float64)
+    hats = np.clip(1.0 - np.abs(x - spacing * np.arange(count)[:, None]) / spacing, 0.0, None)
+    mass = (4.0 * np.eye(count) + np.eye(count, k=1) + np.eye(count, k=-1)) / 6.0
+    mass[0, 0] = 1.0 / 3.0
+    return x, np.asarray(np.linalg.solve(mass, hats / FINE), dtype=np.float64)
+
+
+def mixing_of(model: WakeSet, diameter: float) -> Mixing:
+    """Constants of the march of a set, for a rotor diameter [m]."""
+    names = ("ambient", "power", "shear", "gradient", "slowest", "rotor_wide")
+    return Mixing.of(radius=0.5 * diameter, **{name: float(getattr(model, name)) for name in names})
+
+
+@dataclass(frozen=True)
+class RotorState:
+    """What a rotor gives to its wake, a mean over the time since the last exchange.
+
+    Attributes:
+      hub: (3,) [m] rotor apex, axes of the turbine.
+      shaft: (3,) direction of the rotor's axis, downwind.
+      wind: (3,) [m/s] mean wind over the span of the blades, relative to the hub.
+      radius: (n,) [m] of the nodes, increasing.
+      load: (2, n) [N/m] thrust and driving force of all blades, per length.
+      density: [kg/m^3] of the air.
+    """
+
+    hub: Float
+    shaft: Float
+    wind: Float
+    radius: Float
+    load: Float
+    density: float
+
+    def coefficients(self, r: Float, radius: float, wind: float) -> Float:
+        """(2, R) local coefficients of the load at equidistant radii [m] from 0, for the wind along the axis [m/s]
+        (K-1)."""
+        pressure = self.density * math.pi * max(wind, LEAST_WIND) ** 2
+        x, projected = projection(float(r[1]), len(r))
+        along = [projected @ np.interp(x, self.radius, load, 0.0, 0.0) for load in self.load]
+        local = np.clip(np.array(along) / np.maximum(r, 1e-3) / pressure, [[0.0], [-MOST_THRUST]], MOST_THRUST)
+        return np.where((r > 0.0) & (r < radius + r[1]), local, 0.0)  # a point beyond the tip has a part of it
+
+    def mixed(self, other: RotorState, w: float) -> RotorState:
+        """Between this state and another one of the same rotor, by w from one to the other."""
+        names = ("hub", "shaft", "wind", "radius", "load")
+        return replace(self, **{name: (1.0 - w) * getattr(self, name) + w * getattr(other, name) for name in names})
+
+    @property
+    def yaw_error(self) -> float:
+        """[rad] from the rotor's axis to the wind, counter-clockwise from above."""
+        n, u = self.shaft, self.wind
+        return math.atan2(n[0] * u[1] - n[1] * u[0], n[0] * u[0] + n[1] * u[1])
+
+    @property
+    def skew(self) -> Float:
+        """(2,) direction cosines of the wind in the rotor's plane, to the left and upwards."""
+        left, u = left_of(self.shaft), self.wind / max(float(np.linalg.norm(self.wind)), LEAST_WIND)
+        return np.array([left @ u, np.cross(self.shaft, left) @ u])
+
+
+@dataclass(frozen=True)
+class Axisymmetric:
+    """Axisymmetric planes: axial and radial velocity [m/s] and factor [-] of added turbulence at equidistant radii.
+
+    Attributes:
+      model: set of constants.
+      r: [m] equidistant radii.
+    """
+
+    model: WakeSet
+    r: Float
+    part: ClassVar[Any] = WakePart
+    field: ClassVar[Any] = WakeField
+    planes: ClassVar[Any] = PlaneField
+    arrays: ClassVar[dict[str, Any]] = {}
+    points: ClassVar[int] = RADII
+
+    @property
+    def reach(self) -> float:
+        """[m] largest radius."""
+        return float(self.r[-1])
+
+    def inlet(self, state: dict[str, Any], radius: float, wind: float) -> Float:
+        """(points, 3) profiles behind a rotor (K-2, K-3)."""
+        profile = np.zeros((RADII, 3))
+        profile[:, 0] = self.model.inlet(self.r, state["load"][0], radius, wind)
+        return profile
+
+    def missed(self, diameter: float, rings: int) -> Float:
+        """What averages over points miss of a profile (K-9a)."""
+        average = partial(average_points, self.model, diameter)
+        return missed_by(average(rings), average(FINE_RINGS), self.r)
+
+    def hats(self, V: Float) -> tuple[Float, Float, Float, Float]:
+        """Integrals of deficits (planes, points) and of their squares over 2 pi, and the centroids [m] of deficits."""
+        r, zero = self.r, np.zeros(len(V))
+        return r[1] * (V @ r), r[1] * (V**2 @ r), zero, zero
+
+
+class FarmWakes:
+    """The wakes of a farm.
+
+    Args:
+      settings: set of constants, merging, added turbulence.
+      wind: the ambient wind.
+      positions: (turbines, 2) [m] in the axes of the wind.
+      diameters, hubs: [m] rotor diameters and hub heights.
+      mean: the mean of the wind.
+      step: [s] between exchanges.
+    """
+
+    def __init__(
+        self,
+        settings: WakeSettings,
+        wind: Wind,
+        positions: Float,
+        diameters: Sequence[float],
+        hubs: Sequence[float],
+        mean: SteadyWind,
+        step: float,
+    ) -> None:
+        self.model: WakeSet = settings.constants()
+        self.positions, self.diameters, self.hubs, self.step = positions, diameters, hubs, step
+        n, largest = len(positions), max(diameters)
+        to, (c, d) = positions[None] - positions[:, None], (math.cos(mean.direction), math.sin(mean.direction))
+        along, across = to @ [c, -d], np.maximum(np.abs(to @ [d, c]) - ASIDE * largest, 0.0)
+        turns = WANDERS + float(np.ptp(getattr(wind, "direction", 0.0)))
+        met = np.where(np.arctan2(across, along) <= turns, np.linalg.norm(to, axis=2), 0.0)
+        self.reach = np.minimum(met.max(axis=1) + BEYOND * largest, FURTHEST * largest)
+        self.spacing = largest / (settings.radial_points or self.model.points)
+        self.r = self.spacing * np.arange(RADII, dtype=np.float64)
+        self.shape = Curled(self.model, self.r, largest) if self.model.curled else Axisymmetric(self.model, self.r)
+        most = math.ceil(float(self.reach.max()) / (SLOWEST * mean.speed * step)) + 4
+        shared: dict[str, Any] = {
+            "planes": Planes.zeros(wake=n, plane=most),
+            "profile": np.zeros((n, most, self.shape.points, 3), dtype=np.float32),
+            "eddies": eddies_of(settings.seed) if settings.added_turbulence else np.zeros((2, 2, 3, 3), np.float32),
+        } | self.shape.arrays
+        self.planes, self.profile = View(Planes, shared["planes"]), shared["profile"]
+        self.shown = self.profile.copy()
+        self.count, self.crossed = np.zeros(n, dtype=np.int64), 0
+        merging = {"quadratic": QUADRATIC, "linear": LINEAR, "largest": LARGEST}[settings.merging]
+        self._parameters = {
+            "spacing": self.spacing,
+            "reach": self.shape.reach,
+            "merging": merging,
+            "ceiling": settings.ceiling or math.inf,
+            "eddy_spacing": EDDY_SPACING * largest,
+            "eddy_speed_x": mean.speed * math.cos(mean.direction),
+            "eddy_speed_y": -mean.speed * math.sin(mean.direction),
+        }
+        self.mean = mean
+        added = float(settings.added_turbulence)
+        seen = shared | {"profile": self.shown}
+        self.parts = [self.shape.part(self._members(seen, x, y, added)) for x, y in positions]
+        own = [self._members(shared, 0.0, 0.0, 0.0) for _ in range(n)]  # small eddies carry no wakes
+        self.observers = [
+            self.shape.field("floats", wind_arrays(wind, hub, diameter) | part.members)
+            for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
+        ]
+        self.boxes = np.full((n, 2, 2), np.inf)
+        disk, rings = replace(self.model, windowed=False), settings.rings
+        self.fields, self._reach = list[PlaneField](), list[float]()
+        for hub, diameter, members in zip(hubs, diameters, own, strict=True):
+            drifting = average_points(self.model, diameter, settings.rings)
+            span = average_points(disk, diameter, 5, 1.0)
+            span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state
+            points = {"drift": drifting, "disk": average_points(disk, diameter, rings), "span": span}
+            arrays = {name: np.ascontiguousarray(each.T) for name, each in points.items()}
+            self.fields.append(self.shape.planes("lanes", wind_arrays(wind, hub, diameter) | members | arrays))
+            self._reach.append(float(np.hypot(drifting[:, 0], drifting[:, 1]).max()))
+        self._missed = {d: self.shape.missed(d, rings) for d in set(diameters)}
+        self._averages = (ALONG if self.model.curled else DISTURBED) if self.model.disturbed else AMBIENT
+        self.mixing = [mixing_of(self.model, d) for d in diameters]
+        self.intensity = settings.intensity
+        self.keep = [math.exp(-2.0 * math.pi * step * self.model.cut_off / (0.5 * d)) for d in diameters]
+        self._filtered: list[dict[str, Any] | None] = [None] * n
+
+    def _members(self, shared: dict[str, Any], x: float, y: float, added: float) -> dict[str, Any]:
+        """Arrays of the wakes for an observer whose axes begin at x and y."""
+        wakes = Wakes.of(origin_x=x, origin_y=y, added=added, **self._parameters)
+        return shared | {"wakes": wakes.array, "seen": np.zeros((len(Seen), len(self.positions)), dtype=np.int64)}
+
+    def exchange(self, k: int, rotor: RotorState, t: float) -> None:
+        """Let wake k age to time ``t`` [s] and begin a new plane at its rotor, in the mean state since the last one."""
+        m, model = self.fields[k], self.model
+        before = int(self.count[k])
+        if before:
+            x, way = self.planes["travelled"][k, :before], np.abs(self.planes["axial"][k, :before]) * self.step
+            after = np.concatenate([[0.0], x + way]) / self.diameters[k]
+            along = np.zeros((4, before + 1))
+            along[:2, :before], along[2:] = model.filters(x / self.diameters[k]), model.added(after)
+            now = quick(march, m, k, before, self.step, self.keep[k], self.mixing[k], along)
+            self.crossed += min(before + 1, self.profile.shape[1]) - now
+            far = np.flatnonzero(self.planes["travelled"][k, :now] > self.reach[k])
+            self.count[k] = now if len(far) == 0 else far[0] + 1
+        else:
+            self.count[k] = 1
+        self._begin(k, rotor, t)
+
+    def _begin(self, k: int, rotor: RotorState, t: float) -> None:
+        """The plane at the rotor, from filtered states (K-1 to K-3)."""
+        m, model, radius = self.fields[k], self.model, 0.5 * self.diameters[k]
+        hub = rotor.hub + np.array([*self.positions[k], 0.0])
+        axis = rotor.shaft / np.linalg.norm(rotor.shaft)
+        ambient, intensity = quick(rotor_wind, m, t, Vec(*hub), Vec(*axis))
+        relative = float(rotor.wind @ axis)
+        new = {
+            "hub": hub,
+            "axis": axis,
+            "relative": relative,
+            "ambient": ambient,
+            "intensity": intensity if self.intensity is None else self.intensity,
+            "yaw": rotor.yaw_error,
+            "skew": rotor.skew,
+            "load": rotor.coefficients(self.r, radius, relative),
+        }
+        old, keep = self._filtered[k], self.keep[k]
+        now = new if old is None else {name: keep * old[name] + (1.0 - keep) * new[name] for name in new}
+        axis = now["axis"] = now["axis"] / np.linalg.norm(now["axis"])
+        self._filtered[k] = now
+        planes, aside = self.planes, model.aside + model.aside_yaw * now["yaw"]
+        planes["centre"][:, k, 0] = now["hub"] + aside * left_of(axis)
+        planes["normal"][:, k, 0] = axis
+        planes["travelled"][k, 0] = 0.0
+        planes["wind"][k, 0], planes["intensity"][k, 0] = now["ambient"], now["intensity"]
+        planes["yaw"][k, 0] = now["yaw"]
+        if old is None:
+            planes["axial"][k, 0] = now["ambient"]
+        self.profile[k, 0] = self.shape.inlet(now, radius, max(now["relative"], LEAST_WIND))
+        n = int(self.count[k])  # planes keep their profiles while they drift: those of half a step on are shown
+        np.add(self.profile[k, : n - 1], self.profile[k, 1:n], out=self.shown[k, : n - 1])
+        self.shown[k, : n - 1] *= 0.5
+        self.shown[k, n - 1] = self.profile[k, n - 1]
+
+    def settle(self, k: int, t: float) -> None:
+        """Velocities of the planes of wake k at time ``t`` [s], after all wakes have aged."""
+        model, m = self.model, self.fields[k]
+        m.wakes.time = t
+        turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
+        near = self._meeting(self.boxes[k], self._reach[k])
+        quick(drift, m, k, self.count, near, t, self._averages, self._missed[self.diameters[k]], turn)
+
+    def show(self, i: int, rotor: RotorState, t: float) -> None:
+        """Choose what turbine i sees of the wakes until the next exchange."""
+        m = self.observers[i]
+        m.wakes.time = t
+        speeds = np.linalg.norm(self.planes["velocity"], axis=0)
+        slack = SLACK + self.step * float(speeds.max())
+        near = self._others(i, slack)
+        quick(look, m, self.count, near, *self._disk(i, rotor), SEEN * self.diameters[i], slack)
+
+    def _boxes(self) -> Float:
+        """(wakes, 2, 2) [m] least and largest x and y of the centres of each wake."""
+        centres = [self.planes["centre"][:2, k, :n] for k, n in enumerate(self.count)]
+        return np.array([[centre.min(axis=1), centre.max(axis=1)] for centre in centres])
+
+    def _others(self, i: int, slack: float) -> NDArray[np.int64]:
+        """1 for each wake that may meet rotor i, without its own one."""
+        near = self._meeting(np.tile(self.positions[i], (2, 1)), SEEN * self.diameters[i] + slack)
+        near[i] = 0
+        return near
+
+    def _meeting(self, box: Float, beside: float) -> NDArray[np.int64]:
+        """1 for each wake that may meet disks of a radius [m] whose centres are within a box."""
+        wide = beside + self.shape.reach + SLACK
+        low, high = self.boxes[:, 0] - wide, self.boxes[:, 1] + wide
+        return np.all((low <= box[1]) & (box[0] <= high), axis=1).astype(np.int64)
+
+    def _disk(self, i: int, rotor: RotorState) -> tuple[Vec, Vec]:
+        """Centre [m] and direction of a rotor in the farm."""
+        hub = rotor.hub + np.array([*self.positions[i], 0.0])
+        return Vec(*hub), Vec(*(rotor.shaft / np.linalg.norm(rotor.shaft)))
+
+    def rotor_wind(self, i: int, rotor: RotorState, t: float) -> tuple[Float, Float]:
+        """(3,) [m/s] mean wind over the span of rotor i, with the wakes of the others, and without."""
+        m = self.fields[i]
+        m.wakes.time = t
+        u, v = quick(rotor_mean, m, t, self.count, self._others(i, 0.0), *self._disk(i, rotor))
+        return np.array([u.x, u.y, u.z]), np.array([v.x, v.y, v.z])
+
+    def advance(self, rotors: Sequence[RotorState], t: float, together: Together) -> None:
+        """One exchange at time ``t`` [s]: wakes age, begin anew at the rotors, get velocities, and are shown to all."""
+        together(lambda k: self.exchange(k, rotors[k], t))
+        self.boxes = self._boxes()
+        together(lambda k: self.settle(k, t))
+        together(lambda k: self.show(k, rotors[k], t))
+
+    def develop(self, rotor: Callable[[int, float], RotorState], together: Together) -> Float:
+        """Wakes that are developed at time 0, in the wind before; rotors follow their operating points.
+
+        Args:
+          rotor: state of a rotor in steady operation, by number and wind speed over that without wakes.
+
+        Returns:
+          (turbines,) mean wind along each rotor's axis with the wakes of the others, over that without.
+        """
+        n, shares = len(self.count), np.ones(len(self.count))
+        self.count[:], self._filtered = 0, [None] * n
+        self.boxes = np.full((n, 2, 2), np.inf)  # no wakes yet
+        last = math.ceil(float(self.reach.max()) / (DEVELOPED * self.mean.speed * self.step))
+        keep = math.exp(-self.step / MEMORY)
+        for e in range(-last, 1):
+            t = e * self.step
+            rotors = [rotor(i, float(shares[i])) for i in range(n)]
+            winds = together(lambda i, t=t, rotors=rotors: self.rotor_wind(i, rotors[i], t))  # type: ignore[misc]
+            self.advance([_in_wind(r, wind) for r, (wind, _) in zip(rotors, winds, strict=True)], t, together)
+            now = [float(u @ r.shaft) / max(float(v @ r.shaft), 1e-9) for r, (u, v) in zip(rotors, winds, strict=True)]
+            shares = keep * shares + (1.0 - keep) * np.clip(now, LEAST_SHARE, 1.0)
+        self.crossed = 0
+        return shares
+
+    def paths(self) -> list[NDArray[np.float32]]:
+        """Centre, travelled path, velocity of the planes of each wake, deficit and radius as top hats: (9, planes)."""
+        p, found = self.planes, list[NDArray[np.float32]]()
+        for k, n in enumerate(self.count):
+            flux, square, left, up = self.shape.hats(-self.profile[k, :n, :, 0])
+            hat = square / np.where(flux > 0.0, flux, np.inf)  # a top hat: deficit times half the radius squared
+            wide = np.sqrt(2.0 * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
+            axis, side = p["normal"][:, k, :n], left_of(p["normal"][:, k, :n])
+            centre = p["centre"][:, k, :n] + left * side + up * np.cross(axis, side, axis=0)
+            rows = centre, p["travelled"][k : k + 1, :n], p["velocity"][:, k, :n], hat[None], wide[None]
+            found.append(np.concatenate(rows, dtype=np.float32))
+        return found
+
+    def horizontal(self) -> tuple[Float, Float, Float]:
+        """Wind speed at hub height over the farm now: x, y [m], (x, y) [m/s]."""
+        beyond = BEYOND * max(self.diameters)
+        (x0, y0), (x1, y1) = self.positions.min(axis=0) - beyond, self.positions.max(axis=0) + beyond
+        cell = max(x1 - x0, y1 - y0) / CELLS
+        x, y = np.arange(x0 + 0.5 * beyond, x1, cell), np.arange(y0 + 0.5 * beyond, y1 - 0.5 * beyond, cell)
+        speed = np.zeros((len(x), len(y)))
+        everywhere = np.ones(len(self.count), dtype=np.int64)
+        horizontal(self.fields[0], self.fields[0].wakes.time, self.count, everywhere, x, y, self.hubs[0], speed)
+        return x, y, speed
+
+
+def _in_wind(rotor: RotorState, wind: Float) -> RotorState:
+    """A rotor with the same coefficients in another mean wind (3,) [m/s]."""
+    before, now = (max(float(u @ rotor.shaft), LEAST_WIND) for u in (rotor.wind, wind))
+    return replace(rotor, wind=wind, load=rotor.load * (now / before) ** 2)

@@ -1,0 +1,91 @@
+"""``meltemi rao``: response amplitude operators of a floating turbine."""
+
+from __future__ import annotations
+
+from math import radians
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
+from meltemi.core.errors import InputError
+
+if TYPE_CHECKING:
+    from meltemi.floating.rao import Operators
+
+LISTED = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0)
+"""[s] periods of the printed table."""
+SLOW = 1.0
+"""[rad/s] up to which resonances are printed: those of the platform."""
+
+
+def rao(
+    turbine: Annotated[str, typer.Argument(help="Floating turbine: library name or file.")],
+    wind_speed: Annotated[float, typer.Option("--wind-speed", help="[m/s]; 0: rotor at rest, blades feathered.")] = 0.0,
+    direction: Annotated[float, typer.Option("--direction", help="Of the waves [deg], clockwise.")] = 0.0,
+    height: Annotated[float, typer.Option("--height", help="Significant, of the white-noise sea [m].")] = 2.0,
+    duration: Annotated[float, typer.Option("--duration", help="Of the run [s]; 0: linear model only.")] = 3600.0,
+    channels: Annotated[
+        str | None, typer.Option("--channels", help="Separated by commas [motions, tower base moment].")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Of the waves.")] = 1,
+    out: OutOption = Path("out"),
+) -> None:
+    """Find motions and loads per wave amplitude, from the linear model and from a run in a white-noise sea."""
+    if wind_speed < 0.0 or duration < 0.0 or not height > 0.0:
+        raise InputError("--wind-speed and --duration must be 0 or more, and --height above 0")
+    from meltemi.core.csvfile import write_columns
+    from meltemi.floating.rao import CHANNELS, floater_of, linear_operators, random_operators
+    from meltemi.floating.rao_plots import plot_operators, plot_radiation, shown_name
+    from meltemi.report.plots import save
+    from meltemi.simulation.rotors import build
+    from meltemi.turbine import load_turbine
+
+    names: Any = CHANNELS if channels is None else tuple(part.strip() for part in channels.split(",") if part.strip())
+    model = build(load_turbine(turbine))
+    with progress_bar("linear model") as progress:
+        linear = linear_operators(model, wind_speed, radians(direction), names, progress=progress)
+    both: list[tuple[str, Operators, Any]] = [("linear", linear, None)]
+    if duration > 0.0:
+        with progress_bar("white-noise sea") as progress:
+            run, coherence = random_operators(
+                model, wind_speed, radians(direction), names, height=height, duration=duration, seed=seed,
+                progress=progress,
+            )  # fmt: skip
+        both.append(("run", run, coherence))
+    folder_for(out)
+    files = [write_columns(out / f"rao_{label}.csv", *columns(found, coherence)) for label, found, coherence in both]
+    files.append(save(plot_operators(turbine, both), out / "rao.png"))
+    platform = floater_of(model)
+    files.append(save(plot_radiation(turbine, platform.coefficients, platform.radiation), out / "radiation.png"))
+    silent = linear.silent()
+    head, table = ["period [s]"], [[f"{period:g}" for period in LISTED]]
+    for channel, value, (unit, factor) in zip(linear.channels, linear.value.T, linear.readable, strict=True):
+        if channel in silent:
+            continue
+        sizes = factor * np.interp(2.0 * np.pi / np.array(LISTED), linear.frequency, np.abs(value))
+        head.append(f"{shown_name(channel)} [{unit}/m]")
+        table.append([f"{size:.4g}" for size in sizes])
+    print_table(f"{turbine}, linear", head, [[*row] for row in zip(*table, strict=True)])
+    if silent:
+        words = ", ".join(map(shown_name, silent))
+        typer.echo(f"negligible: {words} (in waves of 5 to 25 s below a thousandth of the largest of their unit)")
+    slow = [f"{w / (2.0 * np.pi):.4g} Hz ({100.0 * d:.2g} %)" for w, d in linear.resonances if w < SLOW]
+    typer.echo(f"resonances and damping ratios, without drag: {', '.join(slow) or 'none'}")
+    typer.echo(f"radiation: {platform.radiation.words}")
+    wrote(*files)
+    suggest("run", turbine, "--wind-speed", wind_speed or 12, "--sea", "3,9", "--out", out)
+
+
+def columns(found: Operators, coherence: Any) -> tuple[list[tuple[str, str]], Any]:
+    """Head and rows of a file: frequency, then amplitude, phase and coherence of each channel."""
+    head, data = [("frequency", "Hz")], [found.frequency / (2.0 * np.pi)]
+    for k, (name, (unit, factor)) in enumerate(zip(found.channels, found.shown, strict=True)):
+        head += [(name, f"{unit}/m"), (f"{name} phase", "deg")]
+        data += [factor * np.abs(found.value[:, k]), np.degrees(np.angle(found.value[:, k]))]
+        if coherence is not None:
+            head.append((f"{name} coherence", "-"))
+            data.append(coherence[:, k])
+    return head, np.column_stack(data)

@@ -1,0 +1,546 @@
+"""A floating platform as a part of the machine: water, waves, radiation, drag, weight and mooring lines at its base.
+
+All act on the six motions of the tower base, the last coordinates of the tower. Coefficients of the water are about the
+platform's point on the tower's axis at still water, which moves with it, in inertial axes.
+
+Reference: docs/theory/floating.md (W-4, W-7 to W-15, W-39, W-42).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import acos, atan2, cos, degrees, exp, pi, sin, sqrt
+from typing import Any, ClassVar, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel
+from meltemi.floating.balance import check_balance, check_reach
+from meltemi.floating.base import (
+    Floater,
+    FloaterSystem,
+    PlatformState,
+    RadiationState,
+    Strip,
+    base_motion,
+    column,
+    keep_six,
+    six,
+    tower_body,
+    turned_tower_loads,
+)
+from meltemi.floating.coefficients import read_coefficients
+from meltemi.floating.consistency import check_coefficients
+from meltemi.floating.members import flow_at, pieces, with_members
+from meltemi.floating.mooring import (
+    INNER,
+    NONE,
+    Line,
+    LineLoad,
+    PointState,
+    dyad,
+    half_of,
+    holds,
+    is_held,
+    moved_string,
+    pulls,
+    settle,
+    string_forces,
+)
+from meltemi.floating.moorings import mooring_tables
+from meltemi.floating.platform import Platform
+from meltemi.floating.potential import Coefficients
+from meltemi.floating.radiation import Radiation, fit_radiation
+from meltemi.floating.waves import HEADINGS, displaced_forces, mean_drift, wave_forces
+from meltemi.maths.algebra import Rot, Sym, Vec
+from meltemi.maths.generic import whole
+from meltemi.maths.records import Array3, Record
+from meltemi.maths.rotations import rotation
+from meltemi.maths.tables import Table, View
+from meltemi.maths.vectors import cross, dot, turn
+from meltemi.numbers.dispatch import by_record
+from meltemi.sea.airy import GRAVITY
+from meltemi.sea.field import AHEAD, BEHIND
+from meltemi.sea.pile import Instant, at, cubic
+from meltemi.simulation.channels import Channel, channels_of_group
+from meltemi.simulation.parts import ParameterTables, Part, StateRows
+from meltemi.simulation.step import ABSURD, begin_parts_step, outer_forces, outer_section_loads, part_rates
+from meltemi.simulation.system import Outputs
+from meltemi.structure.dynamics import inertia_about
+from meltemi.turbine.definition import BaseMotion
+
+Float = NDArray[np.float64]
+MOTIONS = tuple(f"platform_{motion}" for motion in get_args(BaseMotion))
+ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
+"""First rows of the matrices."""
+UPRIGHT = 0.5
+"""Cosine of the tilt beyond which a platform turns over: far beyond that for which stiffness of the water is linear."""
+
+
+@kernel
+def strip_drag(now: Instant, R: Rot, m: FloaterSystem) -> tuple[Vec, Vec]:
+    """Force and moment of drag, in velocities relative to that of the water at the places at rest (W-20)."""
+    p, s, f = m.platform, m.strip, m.float_flow
+    F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for n in range(s.strips):  # type: ignore[attr-defined]
+        r, e, k = R @ s.place[n], R @ s.axis[n], 3 * n
+        v = Vec(at(now, f, k), at(now, f, k + 1), at(now, f, k + 2)) - (p.velocity + cross(p.spin, r))
+        along = dot(v, e)
+        across = v - along * e
+        G = s.drag[n] * sqrt(dot(across, across)) * across + s.plate[n] * abs(along) * along * e
+        F += G
+        M += cross(r, G)
+    return F, M
+
+
+@kernel
+def three(x: Array3, i: int, j: int, k: int) -> Vec:
+    """Three neighbours as a vector."""
+    return Vec(x[i, j, k], x[i, j, k + 1], x[i, j, k + 2])
+
+
+@kernel
+def displaced_waves(t: float, m: FloaterSystem) -> tuple[Vec, Vec]:
+    """Forces of the waves at the platform's place, in the axes of its heading, wave by wave (W-39)."""
+    r, w, X = m.platform.displacement, m.float_lines, m.float_forces
+    turn = HEADINGS * (1.0 + m.platform.angle.z / (2.0 * pi))
+    i = whole(turn)
+    s, i, j = turn - i, i % HEADINGS, (i + 1) % HEADINGS
+    F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for n in range(w.shape[0]):
+        phase = w[n, 0] * t - w[n, 1] * r.x - w[n, 2] * r.y
+        c, d = cos(phase), sin(phase)
+        a, b, c, d = (1.0 - s) * c, (1.0 - s) * d, s * c, s * d
+        F += a * three(X, i, n, 0) - b * three(X, i, n, 6) + (c * three(X, j, n, 0) - d * three(X, j, n, 6))
+        M += a * three(X, i, n, 3) - b * three(X, i, n, 9) + (c * three(X, j, n, 3) - d * three(X, j, n, 9))
+    return F, M
+
+
+@kernel
+def water_load(t: float, m: FloaterSystem) -> None:
+    """Loads of the water but for added mass, in the second row of ``base_six``; further ones in the third (W-8 to
+    W-10)."""
+    p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
+    now = cubic(t, f.step, f.period)
+    a, angle, first = m.float_waves, p.angle, m.top_shape.modes - 3
+    R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
+    own, turning = R.T @ p.velocity, R.T @ p.spin
+    keep_six(0, own, turning, m)
+    keep_six(3, p.displacement, angle, m)
+    keep_six(4, own - R.T @ f.current, turning, m)
+    p.elevation = at(now, a, 0)
+    for k in range(6):
+        water = at(now, a, k + 1) - (p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2])
+        water -= p.spin_bias.x * K[k, 3] + p.spin_bias.y * K[k, 4] + p.spin_bias.z * K[k, 5]
+        other, drag = 0.0 * water, 0.0 * water
+        for j in range(6):
+            other -= K[FURTHER + k, j] * x[3, j]
+            drag -= K[LINEAR + k, j] * x[0, j]
+            drag -= K[QUADRATIC + k, j] * (x[4, j] * abs(x[4, j]))
+        for n in range(m.radiation.modes):
+            water -= m.float_output[n, k] * m.radiation.real[n] - m.float_output[n, 6 + k] * m.radiation.imaginary[n]
+        x[1, k], x[2, k], x[5, k] = water, other, drag
+    # lift and moments of the water turn with the heading
+    lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
+    for j in range(2, 5):
+        lift -= x[3, j] * Vec(K[WATER + 2, j], K[WATER + 3, j], K[WATER + 4, j])
+    g, cz, sz = m.structure.gravity, cos(angle.z), sin(angle.z)
+    x[1, 2] += g * lift.x
+    x[1, 3] += g * (cz * lift.y - sz * lift.z)
+    x[1, 4] += g * (sz * lift.y + cz * lift.z)
+    (F, M), (own_drag, own_moment), (strips, strip_moment) = six(1, m), six(5, m), strip_drag(now, R, m)
+    if m.float_lines.shape[0] > 0:
+        H, (push, turning) = rotation(Vec(0.0, 0.0, angle.z)), displaced_waves(t, m)
+        F, M = F + H @ push, M + H @ turning
+    keep_six(1, F + (R @ own_drag + strips), M + (R @ own_moment + strip_moment), m)
+
+
+@kernel
+def add_mass(M: Sym, r: Vec, m: FloaterSystem) -> None:
+    """Add a mass [kg], by direction, that moves with the platform at ``r`` [m] to the mass matrix."""
+    first = m.top_shape.modes - 6
+    for k in range(6):
+        T, W = column(k, m)
+        own = M @ (T + cross(W, r))
+        for j in range(k + 1):
+            T, W = column(j, m)
+            m.core_mass[first + k, first + j] += dot(own, T + cross(W, r))
+
+
+@kernel
+def joint_motion(n: int, v: Vec, w: Vec, m: FloaterSystem) -> Vec:
+    """Velocity of a junction while the platform moves with ``v`` and ``w`` (W-42)."""
+    ends, F = m.line_end, Vec(0.0, 0.0, 0.0)
+    for i in range(m.line_order.lines):  # type: ignore[attr-defined]
+        if m.line_order.foot[i] == n and holds(i, n, m):
+            F += ends.stiffness[i] @ (v + cross(w, ends.upper[i] - m.platform.displacement))
+    return m.point_state.flexibility[n] @ F
+
+
+@kernel
+def move_junction(n: int, m: FloaterSystem) -> None:
+    """Drag and inertia of a junction, of the strings below it, and of half of those above (W-42)."""
+    p, s, order, first = m.platform, m.point_state, m.line_order, m.top_shape.modes - 6
+    v = joint_motion(n, p.velocity, p.spin, m)
+    M, drag = dyad(m.point.inertia[n], 0.0, v), m.point.drag[n]
+    F = Vec(0.0, 0.0, 0.0)
+    for i in range(order.lines):  # type: ignore[attr-defined]
+        if holds(i, n, m):
+            if order.foot[i] == n:
+                mass, more = half_of(i, m)
+                M, drag = M + dyad(mass, 0.0, v), drag + more
+            else:
+                d = s.place[n] - m.line.anchor[i]
+                e, across = string_forces(i, d, m)
+                force, below = moved_string(i, e, d, across, v, m)
+                F, M = F + force, M + below
+    s.load[n] = F - (drag * sqrt(dot(v, v))) * v
+    for k in range(6):
+        T, W = column(k, m)
+        own = M @ joint_motion(n, T, W, m)
+        for j in range(k + 1):
+            T, W = column(j, m)
+            m.core_mass[first + k, first + j] += dot(own, joint_motion(n, T, W, m))
+
+
+@by_record
+def line_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
+    """Force [N] of a string of lines on its fairlead, ``r`` [m] from the platform's point."""
+    raise NotImplementedError
+
+
+@line_pull.variant
+@kernel
+def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
+    """Of a string in its static shape, with drag and inertia of its motion (W-12 to W-15)."""
+    ends, load, n = m.line_end, m.line_load, m.line_order.foot[i]
+    v = ends.velocity[i]
+    low = m.line.anchor[i] if n < 0 else m.point_state.place[n]
+    d = ends.upper[i] - low
+    e, across = string_forces(i, d, m)
+    if n < 0:
+        pull, M = moved_string(i, e, d, across, v, m)
+    else:
+        mass, drag = half_of(i, m)
+        M = dyad(mass, 0.0, v)
+        pull = ends.stiffness[i] @ (m.point_state.flexibility[n] @ m.point_state.load[n])
+        pull -= (drag * sqrt(dot(v, v))) * v
+    H = load.horizontal[i]
+    pull += Vec(-H * d.x / across, -H * d.y / across, -load.vertical[i])
+    add_mass(M, r, m)
+    load.fairlead[i] = sqrt(dot(pull, pull))
+    return pull
+
+
+@by_record
+def settle_points(m: FloaterSystem) -> None:
+    """Bring free points into equilibrium, where they do not move by themselves."""
+    raise NotImplementedError
+
+
+@settle_points.variant
+@kernel
+def settle_junctions(m: FloaterSystem) -> None:
+    """Of lines in their static shapes."""
+    for n in range(m.point.points):  # type: ignore[attr-defined]
+        if m.point.junction[n] > 0.0 and is_held(n, m):
+            settle(n, m)
+            move_junction(n, m)
+
+
+@kernel
+def mooring(m: FloaterSystem) -> None:
+    """Forces of the lines on the platform."""
+    p, order, ends, load, first = m.platform, m.line_order, m.line_end, m.line_load, m.top_shape.modes - 3
+    R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
+    for i in range(order.lines):  # type: ignore[attr-defined]
+        if order.head[i] == NONE:
+            r = R @ m.line.fairlead[i]
+            ends.upper[i] = p.displacement + r
+            ends.velocity[i] = p.velocity + cross(p.spin, r)
+    settle_points(m)
+    F, M = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for i in range(order.lines):  # type: ignore[attr-defined]
+        if order.head[i] == INNER:
+            continue
+        if not pulls(i, m):
+            k = i
+            while k >= 0:
+                load.fairlead[k], load.anchor[k] = 0.0, 0.0
+                k = order.below[k]
+        elif order.head[i] == NONE:
+            r = ends.upper[i] - p.displacement
+            pull = line_pull(i, r, m)
+            F += pull
+            M += cross(r, pull)
+    p.mooring_force, p.mooring_moment = F, M
+
+
+@outer_forces.variant
+@kernel
+def floater_forces(t: float, m: FloaterSystem) -> None:
+    """Forces on the motions of the base, with inertia of the platform and added mass of the water (W-7)."""
+    p, f, J, K, first = m.platform, m.floater, m.base_columns, m.float_matrices, m.top_shape.modes - 6
+    base_motion(m)
+    tower_body(m)
+    water_load(t, m)
+    mooring(m)
+    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    c = R @ f.centre
+    own = turn(R, Sym(f.inertia.x, f.inertia.y, f.inertia.z, 0.0, 0.0, 0.0))
+    w, known = p.spin, p.spin_bias
+    G = f.mass * (Vec(0.0, 0.0, -m.structure.gravity) - (p.bias + cross(known, c) + cross(w, cross(w, c))))
+    N = cross(c, G) - (own @ known + cross(w, own @ w))
+    s, inertia = f.mass * c, inertia_about(own, f.mass, Vec(0.0, 0.0, 0.0), c)
+    water, water_moment = six(1, m)
+    further, further_moment = six(2, m)
+    F, M = G + (water + (further + p.mooring_force)), N + (water_moment + (further_moment + p.mooring_moment))
+    for k in range(6):
+        T, W = column(k, m)
+        m.core_force[first + k] += dot(T, F) + dot(W, M)
+        P, H = f.mass * T + cross(W, s), inertia @ W + cross(s, T)
+        for j in range(k + 1):
+            T, W = column(j, m)
+            added = dot(T, P) + dot(W, H)
+            for a in range(6):
+                if J[j, a] != 0.0:
+                    for b in range(6):
+                        added += J[j, a] * K[ADDED + a, b] * J[k, b]
+            m.core_mass[first + k, first + j] += added
+
+
+@kernel
+def driven(n: int, dt: float, m: FloaterSystem) -> tuple[float, float]:
+    """Rate of an oscillation of the radiation from the mean velocity over a step that ends now (W-4)."""
+    first, J = m.top_shape.modes - 6, m.base_columns
+    re, im = 0.0 * m.v[first], 0.0 * m.v[first]
+    for k in range(6):
+        rate = m.v[first + k] - 0.5 * dt * m.a[first + k]
+        for j in range(6):
+            re += m.float_input[n, j] * J[k, j] * rate
+            im += m.float_input[n, 6 + j] * J[k, j] * rate
+    return re, im
+
+
+@begin_parts_step.variant
+@kernel
+def floater_begin(dt: float, m: FloaterSystem) -> None:
+    """Exact for the mean velocity over the step (W-4); ends the run of a platform that has turned over."""
+    x, first = m.radiation, m.top_shape.modes - 6
+    upright = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5])).zz
+    if upright < UPRIGHT:
+        m.platform.tilt, m.v[first + 4] = pi + 0.0 * upright, 2.0 * ABSURD + 0.0 * upright
+    for n in range(x.modes):
+        s, z = m.float_pole[n, 0], m.float_pole[n, 1]
+        size = exp(s * dt)
+        c, d = size * cos(z * dt), size * sin(z * dt)
+        re, im = driven(n, dt, m)
+        # (exp(p dt) - 1) / p
+        g, h, square = c - 1.0, d, s * s + z * z
+        gr, gi = (g * s + h * z) / square, (h * s - g * z) / square
+        a, b = x.real[n], x.imaginary[n]
+        x.real[n] = c * a - d * b + gr * re - gi * im
+        x.imaginary[n] = c * b + d * a + gr * im + gi * re
+
+
+@part_rates.variant
+@kernel
+def floater_rates(m: FloaterSystem) -> None:
+    """Rates of the radiation (W-4)."""
+    x, rate = m.radiation, m.d_radiation
+    for n in range(x.modes):
+        s, z = m.float_pole[n, 0], m.float_pole[n, 1]
+        re, im = driven(n, 0.0, m)
+        rate.real[n] = s * x.real[n] - z * x.imaginary[n] + re
+        rate.imaginary[n] = s * x.imaginary[n] + z * x.real[n] + im
+
+
+@outer_section_loads.variant
+@kernel
+def floater_loads(m: FloaterSystem, s: Outputs) -> None:
+    """Loads of the water with added mass; deflection of the tower and loads at its base in the axes of that base."""
+    p, J, K, x, first = m.platform, m.base_columns, m.float_matrices, m.base_six, m.top_shape.modes - 6
+    for i in range(6):
+        total = x[1, i]
+        for j in range(6):
+            for k in range(6):
+                total -= K[ADDED + i, j] * J[k, j] * m.a[first + k]
+        x[0, i] = total
+    p.force, p.moment = six(0, m)
+    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
+    p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
+    p.tilt = atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
+    place = R.T @ (m.machine.top_position - base)
+    s.chain.top_deflection = place - Vec(0.0, 0.0, m.structure.tower_length)
+    turned_tower_loads(R, place, m, s)
+
+
+@dataclass(frozen=True)
+class FloaterPart(Part):
+    """The platform of a model, in still water.
+
+    Attributes:
+      sizes: lengths of the axes of the signals.
+      constants: all other arrays of the records.
+      coefficients, radiation: of the hull and its members, and the oscillations fitted to them.
+      platform: its description.
+    """
+
+    system: ClassVar[type[Record] | None] = FloaterSystem
+    signals: ClassVar[dict[str, type[Table]]] = {
+        "platform": PlatformState,
+        "radiation": RadiationState,
+        "line_load": LineLoad,
+        "point_state": PointState,
+    }
+    parameter_tables: ClassVar[ParameterTables] = ((Floater, "floater", Floater.names),)
+    sizes: dict[str, int]
+    constants: dict[str, Any]
+    coefficients: Coefficients
+    radiation: Radiation
+    platform: Platform
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Elevation, motions, force of the water, tensions of the lines."""
+        lines = (f"line_{n + 1}_fairlead_tension" for n in range(self.sizes["line"]))
+        return ("wave_elevation", *MOTIONS, "water_force_x", *lines)
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of the signals."""
+        return {name: table.shape(**self.sizes) for name, table in self.signals.items()}
+
+    def arrays(self) -> dict[str, Any]:
+        """Constants of the platform, and still water."""
+        return {name: array.copy() for name, array in self.constants.items()}
+
+    def channels(self) -> Sequence[Channel]:
+        """Motion of the platform, loads of the water and of the lines."""
+        lines = channels_of_group("line", self.sizes["line"])
+        return (*channels_of_group("platform"), *(replace(c, index=(c.index[0] - 1,)) for c in lines))
+
+    def states(self) -> Sequence[StateRows]:
+        """The memory of radiated waves."""
+        n = self.sizes["mode"]
+        names = tuple(f"radiation {part} {i + 1}" for part in ("real", "imaginary") for i in range(n))
+        return (StateRows("radiation", "d_radiation", names, ("m",) * (2 * n)),)
+
+    def notices(self, channels: Sequence[Channel]) -> list[str]:
+        """What recorded tensions of static lines lack."""
+        tensions = any(channel.source[0] == "line_load" for channel in channels)
+        return [self.platform.tension_warning] if tensions and self.platform.tension_warning else []
+
+    def why(self, case: Any) -> str:
+        """The platform turns over, or nothing."""
+        if float(case.view("platform")["tilt"]) < pi:
+            return ""
+        return (
+            f"the platform turns over (tilt beyond {degrees(acos(UPRIGHT)):.0f} deg): look at its ballast, lines, wind "
+            "and waves in what was kept"
+        )
+
+    def in_sea(self, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> FloatingSea:
+        """The waves of a run.
+
+        Raises:
+          InputError: the waves, or a part of them, are not in the coefficients.
+        """
+        place = View(Strip, self.constants["strip"])["place"].T
+        n, platform = len(place), self.platform.replace(depth=self.platform.depth + sea.level)
+        check_reach(self.platform, f"sea.level: with {sea.level:g} m", sea.level)
+        if sea.current is not None and not n and platform.quadratic_damping is None:
+            raise InputError("sea: current acts on platform.quadratic_damping and on members with drag; give either")
+        dt, period, waves = wave_forces(sea, self.coefficients, platform, duration, origin, gravity)
+        floater, line = self.constants["floater"].copy(), self.constants["line"].copy()
+        v = View(Floater, floater)
+        v["step"], v["period"], v["bed"] = dt, period, -platform.depth
+        View(Line, line)["anchor"][2] -= sea.level
+        if sea.current is not None:
+            v["current"][:2] = sea.current.at(platform.centre[2:], platform.depth)[0]
+        flow = np.zeros((len(waves), 0))
+        if n:
+            flow = flow_at(place, sea, platform.depth, duration, origin, gravity, platform.sum_forces)
+        lines, forces = self.constants["float_lines"], self.constants["float_forces"]
+        if platform.excitation == "displaced":
+            lines, forces = displaced_forces(sea, self.coefficients, platform, duration, origin, gravity)
+        return FloatingSea(floater, line, waves, flow, lines, forces)
+
+    def in_steady_sea(self, sea: Any, still: Any, gravity: float) -> FloatingSea:
+        """Level and current of a sea, as ``still`` has them, and the mean drift of its waves.
+
+        Raises:
+          InputError: as of :meth:`in_sea`.
+        """
+        found = self.in_sea(still, 1.0, (0.0, 0.0), gravity)
+        found.float_waves[:, 1:] += mean_drift(sea, self.coefficients, self.platform, gravity)
+        return found
+
+
+@dataclass(frozen=True)
+class FloatingSea(Part):
+    """The sea of a run, in place of still water."""
+
+    floater: Float
+    line: Float
+    float_waves: Float
+    float_flow: Float
+    float_lines: Float
+    float_forces: Float
+
+    def arrays(self) -> dict[str, Any]:
+        """Those that replace the ones of still water."""
+        return {**vars(self), "floater": self.floater.copy(), "line": self.line.copy()}
+
+
+def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
+    """The platform of a turbine; as ``simulation.parts.parts_of``.
+
+    Raises:
+      InputError: no coefficients, no fit of the radiation, or the platform does not float.
+    """
+    platform: Platform = turbine.platform
+    potential = read_coefficients(platform.coefficients) if platform.coefficients else None
+    if potential is not None:
+        check_coefficients(potential, platform, f"{turbine.name}: platform.coefficients")
+    c = with_members(potential, platform.members, platform.depth, GRAVITY)
+    check_balance(turbine, c)
+    radiation, rho = fit_radiation(c), platform.water_density
+    given = platform.stiffness, platform.linear_damping, platform.quadratic_damping
+    further = [np.zeros((6, 6)) if each is None else each for each in given]
+    floater = Floater.zeros()
+    v = View(Floater, floater)
+    v["mass"], v["centre"], v["inertia"] = platform.mass, platform.centre, platform.inertia
+    v["displaced"] = rho * platform.volume
+    v["buoyancy_x"], v["buoyancy_y"] = platform.buoyancy_centre
+    v["step"], v["period"], v["bed"] = 1.0, 1.0, -platform.depth
+    some = pieces(platform.members)
+    has = (some.drag > 0.0) | (some.plate > 0.0)
+    strip = Strip.zeros(strip=int(has.sum()))
+    v = View(Strip, strip)
+    v["place"], v["axis"], v["drag"], v["plate"] = (
+        each[has].T for each in (some.place, some.axis, rho * some.drag, rho * some.plate)
+    )
+    fitted = [np.concatenate([each.real, each.imag], axis=1) for each in (radiation.input, radiation.output)]
+    sizes = {"mode": len(radiation.pole), "line": len(platform.lines), "point": len(platform.points)}
+    constants = {
+        "floater": floater,
+        "strip": strip,
+        **mooring_tables(platform.lines, platform.points, platform.depth, rho, platform.segments),
+        "float_matrices": np.concatenate([rho * c.infinite, rho * c.hydrostatic, *further]),
+        "float_pole": np.stack([radiation.pole.real, radiation.pole.imag], axis=1),
+        "float_input": fitted[0],
+        "float_output": rho * fitted[1],
+        "d_radiation": RadiationState.zeros(mode=sizes["mode"]),
+        "float_waves": np.zeros((AHEAD + BEHIND + 2, 7)),
+        "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * strip.shape[1])),
+        "float_lines": np.zeros((0, 3)),
+        "float_forces": np.zeros((HEADINGS, 0, 12)),
+        "tower_air": np.zeros((3, rotor.tower_flow.shape[1])),
+        "base_columns": np.zeros((6, 6)),
+        "base_six": np.zeros((6, 6)),
+    }
+    return FloaterPart(sizes, constants, c, radiation, platform)

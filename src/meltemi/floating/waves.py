@@ -1,0 +1,195 @@
+"""Forces of waves on a platform over a run: of first order, and at differences and sums of frequencies, by Fourier sums
+beforehand.
+
+Reference: docs/theory/floating.md (W-9, W-11, W-38, W-39); Pinkster (1980); Standing, Brendling & Wilson (1987).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from meltemi.core.errors import InputError
+from meltemi.floating.platform import Platform
+from meltemi.floating.potential import Coefficients
+from meltemi.sea.airy import Components, wave_number
+from meltemi.sea.field import amplitudes_at, repeats, summed, times
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+MEAN_OF = 600.0
+"""[s] of a sea of which mean forces are taken."""
+HEADINGS = 36
+"""Of a platform over a turn, at which the excitation is known."""
+FEWEST = 1e-4
+"""Amplitude of waves over the largest below which they do not push a displaced platform."""
+
+
+def wave_forces(
+    sea: Any, c: Coefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
+) -> tuple[float, float, Float]:
+    """Step [s], period [s], and (T, 7) elevation, forces [N] and moments [N m] of the waves of a sea; without those of
+    first order on a displaced platform.
+
+    Raises:
+      InputError: waves or their directions are not in the coefficients.
+    """
+    waves = sea.components(platform.depth, duration, gravity)
+    dt, count, total = times(waves, duration, platform.sum_forces)
+    amplitude = amplitudes_at(waves, wave_number(waves.frequency, platform.depth, gravity), origin)
+    scale = platform.water_density * gravity
+    here = scale * (platform.excitation == "at_rest")
+    lines = np.concatenate([amplitude[None], here * amplitude * excitation(c, waves).T])
+    series = summed(waves, lines, dt, count, total)
+    kinds: list[Any] = ["drift"] * (platform.drift != "none") + ["sums"] * platform.sum_forces
+    for kind in kinds if len(waves.frequency) else ():
+        mean, further, pairs = second_order(kind, c, platform, waves, amplitude)
+        series[1:] += scale * (mean[:, None] + summed(further, pairs, dt, count, total))
+    return dt, repeats(waves, dt), np.ascontiguousarray(series.T)
+
+
+def displaced_forces(
+    sea: Any, c: Coefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
+) -> tuple[Float, Float]:
+    """Waves of a sea one by one for a displaced platform (W-39).
+
+    Returns:
+      (M, 3) frequency [rad/s] and wave number along x and y [rad/m]; (HEADINGS, M, 12) forces [N] and moments [N m] in
+      the platform's axes at headings from 0 on, real parts first.
+
+    Raises:
+      InputError: coefficients do not have all headings.
+    """
+    waves = sea.components(platform.depth, duration, gravity)
+    size = np.abs(waves.amplitude)
+    some = (size > FEWEST * size.max(initial=0.0)) & (waves.frequency <= c.frequency[-1])
+    beta = waves.direction[some]
+    waves = Components(waves.frequency[some], waves.amplitude[some], beta, waves.period)
+    k = wave_number(waves.frequency, platform.depth, gravity)
+    amplitude = platform.water_density * gravity * amplitudes_at(waves, k, origin)
+    force = np.zeros((HEADINGS, len(k), 12))
+    for row, heading in zip(force, 2.0 * np.pi / HEADINGS * np.arange(HEADINGS), strict=True):
+        try:
+            X = amplitude[:, None] * excitation(c, replace(waves, direction=beta - heading))
+        except InputError:
+            raise InputError(
+                "platform.excitation: displaced needs coefficients of all headings, and those of the platform have "
+                f"{c.heading[0]:g} to {c.heading[-1]:g} deg"
+            ) from None
+        row[:] = np.concatenate([X.real, X.imag], axis=1)
+    return np.stack([waves.frequency, k * np.cos(beta), k * np.sin(beta)], axis=1), force
+
+
+def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) -> Float:
+    """(6,) [N], [N m] mean forces of second order of the waves of a sea; zero without drift.
+
+    Raises:
+      InputError: as of :func:`second_order`.
+    """
+    waves = sea.components(platform.depth, MEAN_OF, gravity)
+    if platform.drift == "none" or not len(waves.frequency):
+        return np.zeros(6)
+    return platform.water_density * gravity * second_order("drift", c, platform, waves, waves.amplitude)[0]
+
+
+def excitation(c: Coefficients, waves: Components) -> Complex:
+    """(M, 6) force per amplitude over density and gravity, linear between frequencies and headings (W-9).
+
+    Raises:
+      InputError: energy of the waves is at frequencies above, or headings outside, those of the coefficients.
+    """
+    power = np.abs(waves.amplitude) ** 2
+    high = waves.frequency > c.frequency[-1] * (1.0 + 1e-9)
+    if power[high].sum() > 1e-3 * power.sum():
+        raise InputError(
+            f"sea: waves of a period below {2.0 * np.pi / c.frequency[-1]:.3g} s are not in platform.coefficients"
+        )
+    heading = np.degrees(waves.direction)
+    heading = heading - 360.0 * np.floor((heading - c.heading[0]) / 360.0)
+    if len(heading) and heading.max() > c.heading[-1] + 1e-6:
+        worst = heading.max()
+        raise InputError(
+            f"sea.direction: waves that travel towards {worst:g} deg (counter-clockwise) are not in "
+            f"platform.coefficients, which have {c.heading[0]:g} to {c.heading[-1]:g} deg"
+        )
+    X = np.concatenate([c.excitation[:1], c.excitation])  # constant below the lowest frequency
+    N, H = shares(np.append(0.0, c.frequency), waves.frequency), shares(c.heading, heading)
+    result: Complex = np.einsum("mf,mh,fhk->mk", N, H, X, optimize=True)
+    result[high] = 0.0
+    return result
+
+
+def second_order(
+    kind: Literal["drift", "sums"], c: Coefficients, platform: Platform, waves: Components, amplitude: Complex
+) -> tuple[Float, Components, Complex]:
+    """Mean forces (6,) over density and gravity, differences or sums of frequencies, and forces (6, P) there (W-11,
+    W-29, W-38).
+
+    Raises:
+      InputError: the coefficients do not have them, or not in the waves' direction.
+    """
+    plus, frequency = kind == "sums", getattr(c, f"{kind}_frequency")
+    table, turn = _in_direction(kind, c, platform, waves.direction)
+    w, order = np.sort(waves.frequency), np.argsort(waves.frequency)
+    a = amplitude[order]
+    inside = (w >= frequency[0] - 1e-9) & (w <= frequency[-1] + 1e-9)
+    w, a = w[inside], a[inside]
+    apart = w[:, None] + w if plus else w[:, None] - w
+    used = (apart > 1e-9) & (apart <= (0.0 if platform.drift == "mean" else platform.drift_cutoff))
+    twice, other = 2.0 * np.ones_like(apart), a.conj()
+    if plus:
+        used, twice, other = np.tri(len(w), dtype=bool), 2.0 - np.eye(len(w)), a
+    still = np.zeros(int(used.sum()))
+    further = Components(apart[used], still.astype(np.complex128), still, waves.period)
+    F, pairs = np.zeros(6), np.zeros((6, len(still)), dtype=np.complex128)
+    if not len(w):
+        return F, further, pairs
+    N = shares(frequency, w)
+    for k in range(6):
+        own = table[..., k]
+        if not np.abs(own).any():
+            continue
+        Q = N @ own @ N.T
+        mean = Q.diagonal().real
+        F[k] = 0.0 if plus else (np.abs(a) ** 2 * mean).sum()
+        if platform.drift == "newman" and not plus:
+            Q = 0.5 * (mean[:, None] + mean).astype(np.complex128)
+        pairs[k] = (twice * (Q * np.outer(a, other)))[used]
+    R = np.kron(np.eye(2), Rotation.from_euler("z", turn, degrees=True).as_matrix())
+    return R @ F, further, R @ pairs
+
+
+def shares(known: Float, x: Float) -> Float:
+    """(X, N) shares with which values at increasing places (N,) give those at others (X,), linear between them."""
+    if len(known) == 1:
+        return np.ones((len(x), 1))
+    i = np.clip(np.searchsorted(known, x) - 1, 0, len(known) - 2)
+    s, row, found = (x - known[i]) / (known[i + 1] - known[i]), np.arange(len(x)), np.zeros((len(x), len(known)))
+    found[row, i], found[row, i + 1] = 1.0 - s, s
+    return found
+
+
+def _in_direction(kind: str, c: Coefficients, platform: Platform, direction: Float) -> tuple[Complex, float]:
+    """Forces of second order (D, D, 6) in the direction of the waves, and angle [deg] by which they are turned."""
+    heading, name, end = getattr(c, f"{kind}_heading"), "drift", "d"
+    if kind == "sums":
+        name, end = "sum_forces", "s"
+    if not len(heading):
+        raise InputError(f"platform.{name} needs a file .12{end} of platform.coefficients; leave it out")
+    middle = 0.5 * (heading[0] + heading[-1])
+    along = np.degrees(direction) - middle
+    along += middle - 360.0 * np.round(along / 360.0)
+    near = np.clip(along[:1], heading[0], heading[-1])
+    turn = float(along[0] - near[0]) if platform.drift_directions == "turned" else 0.0
+    if (off := np.abs(along - near - turn).max()) > 0.1:
+        known = " to ".join(f"{x:g}" for x in dict.fromkeys(heading[[0, -1]]))
+        raise InputError(
+            f"platform.{name} is known for waves along {known} deg only, and these travel {off:.3g} deg from it; use "
+            "drift: none and no sum_forces, coefficients with more headings, or for a sea without spreading "
+            "drift_directions: turned"
+        )
+    return np.tensordot(shares(heading, near)[0], getattr(c, kind), 1), turn

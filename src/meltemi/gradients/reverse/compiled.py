@@ -1,0 +1,159 @@
+"""Compilation of a kernel together with its adjoint, with a cache of the machine code."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+from numba.core import event
+
+from meltemi.core.errors import MeltemiError
+from meltemi.core.files import replacing
+from meltemi.core.intermediate_code import linked_code
+from meltemi.core.kernel import cache_folder
+from meltemi.core.private import signed, user_key, verified
+from meltemi.gradients.reverse.memory import Memory
+from meltemi.gradients.reverse.transform import Transformed
+from meltemi.numbers.lanes import REVERSE
+from meltemi.numbers.records import RecordType
+
+
+class Compiled:
+    """A kernel and its adjoint in machine code.
+
+    Args:
+      function: plain Python function for Numba, without results.
+      kinds: types of its arguments: integers and functions, then records.
+      arrays, wanted: see :class:`Transformed`.
+      name: for the cache, if all sources of function and records are those of meltemi; otherwise their code tells.
+
+    Attributes:
+      used: [bytes] of the memory that the code uses itself.
+
+    Raises:
+      InputError: the function calls something whose derivative is not known.
+    """
+
+    def __init__(
+        self,
+        function: Any,
+        kinds: Sequence[Any],
+        arrays: Mapping[tuple[str, str], int | None],
+        *,
+        wanted: frozenset[str] | None,
+        name: str = "",
+    ) -> None:
+        text, top = ("", "") if name else code_of(function, kinds)
+        others = repr(
+            (sorted(arrays.items()), wanted and sorted(wanted), llvm.get_host_cpu_name(), llvm.llvm_version_info)
+        )
+        key = hashlib.sha256((name or text).encode() + sources() + others.encode()).hexdigest()
+        folder = cache_folder()
+        file = None if folder is None else folder / f"adjoint-{key[:32]}.o"
+        machine = llvm.Target.from_default_triple().create_target_machine(
+            cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=3, jit=True
+        )
+        kept = _kept(file)
+        if kept is None:
+            records = {2 + i: kind.cls for i, kind in enumerate(kinds) if isinstance(kind, RecordType)}
+            with event.trigger_event("numba:compile", {"dispatcher": SimpleNamespace(py_func=function), "args": ()}):
+                text, top = (text, top) if text else code_of(function, kinds)
+                made = Transformed(text, top, records, arrays, wanted)
+                kept = made.used, _machine_code(made.text, machine)
+            _keep(file, *kept)
+        self.used, code = kept
+        module = llvm.parse_assembly("")
+        self._engine = llvm.create_mcjit_compiler(module, machine)
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+        made_of = [ctypes.c_void_p if isinstance(kind, RecordType) else ctypes.c_int64 for kind in kinds]
+        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, *[ctypes.c_void_p] * 3, *made_of)
+        self._forward, self._backward = (
+            prototype(self._engine.get_function_address(each)) for each in ("forward", "backward")
+        )
+        self._results = np.zeros(4, dtype=np.int64)
+        at = int(self._results.ctypes.data)
+        self._places = at, at + 16
+
+    def forward(self, memory: Memory, *numbers: int) -> None:
+        """Evaluate the kernel, and record what the adjoint needs.
+
+        Args:
+          numbers: arguments before the records.
+        """
+        if self._forward(memory.base, *self._places, *numbers, *memory.addresses) != 0:
+            raise MeltemiError("adjoint: an exception in the code that is differentiated")
+
+    def backward(self, memory: Memory, *numbers: int) -> None:
+        """Carry the adjoints back over what was recorded."""
+        self._backward(memory.base, *self._places, *numbers, *memory.addresses)
+
+
+@cache
+def sources() -> bytes:
+    """The source files of this package and of its user, for the key of the cache."""
+    here = Path(__file__).parent
+    return b"".join(path.read_bytes() for path in (here.parent / "adjoint.py", *sorted(here.glob("*.py"))))
+
+
+def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
+    """Optimised LLVM code of a function with all that it calls, with names that no address is part of; its name."""
+    code, name = linked_code(function, kinds)
+    text = _folded(code)
+    names: dict[str, str] = {}
+
+    def renamed(match: re.Match[str]) -> str:
+        return names.setdefault(match[0], f"k{len(names)}")
+
+    text = re.sub(r"^(?:; |!\d+ = |source_filename).*$| +; preds = .*$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"(?<![-\w.$])_ZN[-\w.$]+", renamed, text)  # of functions, and of blocks where one was inlined
+    return text, "@" + names[name]
+
+
+def _folded(text: str) -> str:
+    """The code for reverse differentiation: what is never evaluated there is left out."""
+    module = llvm.parse_assembly(
+        re.sub(rf"^@{REVERSE} = .*$", f"@{REVERSE} = internal constant i64 1", text, flags=re.M)
+    )
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_sccp_pass()
+    passes.add_simplify_cfg_pass()
+    passes.add_loop_simplify_pass()  # what follows a loop is reached from it only
+    target = llvm.Target.from_default_triple().create_target_machine()
+    passes.run(module, llvm.create_pass_builder(target, llvm.create_pipeline_tuning_options(speed_level=1)))
+    return str(module)
+
+
+def _machine_code(text: str, machine: Any) -> bytes:
+    module = llvm.parse_assembly(text)
+    module.verify()
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    options.loop_vectorization = options.slp_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    return bytes(machine.emit_object(module))
+
+
+def _kept(file: Path | None) -> tuple[int, bytes] | None:
+    if file is None or not file.is_file():
+        return None
+    content = verified(file.read_bytes(), user_key())
+    return None if content is None else (int.from_bytes(content[:8], "little"), content[8:])
+
+
+def _keep(file: Path | None, used: int, code: bytes) -> None:
+    if file is None:
+        return
+    try:
+        with replacing(file) as (part,):
+            part.write_bytes(signed(used.to_bytes(8, "little") + code, user_key()))
+    except MeltemiError:  # read-only, or the disk is full: the next process compiles again
+        return

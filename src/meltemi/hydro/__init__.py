@@ -1,0 +1,3 @@
+"""Potential flow about platforms: ``meltemi hydro``, with Capytaine."""
+
+KERNELS = ()

@@ -1,0 +1,304 @@
+"""``meltemi surrogate``: equivalent loads as a function of site conditions, and sites compared with design classes."""
+
+from __future__ import annotations
+
+from math import degrees
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from meltemi.app.commands import Group
+from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, controller_of_options, with_options
+from meltemi.app.scans import values_of
+from meltemi.app.terminal import (
+    OutOption,
+    folder_for,
+    print_table,
+    print_values,
+    progress_bar,
+    say,
+    simulation_bar,
+    suggest,
+    wrote,
+)
+from meltemi.core.errors import InputError
+from meltemi.core.extras import missing
+from meltemi.loads.commands.loads import ExecutionOptions, told
+
+if TYPE_CHECKING:
+    from meltemi.loads.surrogate.model import Surrogate
+    from meltemi.loads.surrogate.site import SiteTable
+
+FolderArgument = Annotated[Path, typer.Argument(help="Folder of a surrogate campaign, as design writes it.")]
+FileArgument = Annotated[Path, typer.Argument(help="File of a surrogate, as fit writes it.")]
+ClassOption = Annotated[str, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1.")]
+TurbineOption = Annotated[
+    str | None,
+    typer.Option("--turbine", help="Refuse a surrogate of another turbine.", autocompletion=TURBINES),
+]
+EditionOption = Annotated[int, typer.Option("--edition", help="Edition of IEC 61400-1: 3, 4.")]
+MODEL = "surrogate.json"
+
+surrogate = typer.Typer(
+    cls=Group,
+    help="Load surrogates: equivalent loads as a function of site conditions.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+@surrogate.callback()
+def group() -> None:
+    """Load surrogates: equivalent loads as a function of site conditions."""
+
+
+@surrogate.command()
+def design(
+    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.", autocompletion=TURBINES)],
+    variables: Annotated[
+        str | None, typer.Option("--variables", help="Site variables, e.g. speed,turbulence_intensity [six].")
+    ] = None,
+    bounds: Annotated[
+        str | None, typer.Option("--bounds", help="Constant bounds in SI units, e.g. air_density=0.9:1.3.")
+    ] = None,
+    loads: Annotated[
+        str | None, typer.Option("--loads", help="Loads with S-N slopes, e.g. tower_base_moment_fore_aft=4 [seven].")
+    ] = None,
+    method: Annotated[str, typer.Option("--method", help="Space-filling design: sobol, latin.")] = "sobol",
+    points: Annotated[int, typer.Option("--points", help="Points of the fit.")] = 256,
+    repeats: Annotated[int, typer.Option("--repeats", help="Points of the fit with several seeds.")] = 16,
+    checks: Annotated[int, typer.Option("--checks", help="Held-out points.")] = 32,
+    seeds: Annotated[int, typer.Option("--seeds", help="Seeds of repeated and held-out points.")] = 6,
+    duration: Annotated[float, typer.Option("--duration", help="Evaluated duration [s].")] = 600.0,
+    transient: Annotated[float, typer.Option("--transient", help="Initial transient [s].")] = 60.0,
+    controller: ControllerOption = None,
+    controller_input: ControllerInputOption = None,
+    realisation: Annotated[
+        int, typer.Option("--realisation", help="Number of the realisation: points and seeds follow from it.")
+    ] = 1,
+    out: OutOption = Path("surrogate"),
+) -> None:
+    """Choose the points of a surrogate; writes surrogate.yaml and design.csv."""
+    from meltemi.core.usual import unusual_numbers
+    from meltemi.core.yamlfile import validated
+    from meltemi.loads.surrogate.campaign import SurrogateCampaign, surrogate_design, write_surrogate_campaign
+    from meltemi.loads.surrogate.space import UNITS
+
+    path = Path(turbine)
+    given: dict[str, Any] = {"turbine": str(path.absolute()) if path.is_file() else turbine, "method": method}
+    given |= {"points": points, "repeats": repeats, "checks": checks, "seeds": seeds, "realisation": realisation}
+    given |= {"duration": duration, "transient": transient}
+    if variables is not None:
+        given["variables"] = [name.strip() for name in variables.split(",") if name.strip()]
+    if bounds is not None:
+        given["bounds"] = {name: _numbers(text, "--bounds", 2) for name, text in _pairs(bounds, "--bounds")}
+    if loads is not None:
+        given["loads"] = {name: _numbers(text, "--loads", 1)[0] for name, text in _pairs(loads, "--loads")}
+    if controller is not None or controller_input is not None:
+        named = {"--controller": controller, "--controller-input": controller_input}
+        given["controller"] = controller_of_options({k: v for k, v in named.items() if v is not None})
+    campaign = validated(given, SurrogateCampaign, "meltemi surrogate design")
+    for words in unusual_numbers(campaign):
+        say(f"warning: {words}")
+    planned = surrogate_design(campaign)
+    folder_for(out)
+    files = write_surrogate_campaign(campaign, planned, out)
+    low, high = planned.values.min(axis=0), planned.values.max(axis=0)
+    unit = [
+        ("deg", degrees(1.0)) if name in ("inclination", "yaw_error") else ("", 1.0) for name in planned.space.names
+    ]
+    rows = [
+        [name, f"{a * k:.4g}", f"{b * k:.4g}", u or UNITS[name]]
+        for name, a, b, (u, k) in zip(planned.space.names, low, high, unit, strict=True)
+    ]
+    print_table(f"{turbine}: points", ["variable", "lowest", "highest", "unit"], rows)
+    hours = len(planned) * (duration + transient) / 3600.0
+    print(f"{points} points of the fit, {checks} held-out points: {len(planned)} runs, {hours:.0f} h simulated")
+    wrote(*files)
+    suggest("surrogate", "run", out)
+    if words := missing(("pandas", "pyarrow")):
+        say(f"to run it needs {words}")
+
+
+def _pairs(text: str, option: str) -> list[tuple[str, str]]:
+    found = [part.partition("=") for part in text.split(",") if part.strip()]
+    if not found or any(not (name.strip() and sign and value.strip()) for name, sign, value in found):
+        raise InputError(f"{option} {text!r}: expected NAME=VALUE, separated by commas")
+    return [(name.strip(), value.strip()) for name, _, value in found]
+
+
+def _numbers(text: str, option: str, n: int) -> list[float]:
+    try:
+        found = [float(part) for part in text.split(":")]
+    except ValueError:
+        found = []
+    if len(found) != n:
+        raise InputError(f"{option}: {text!r}: expected {'a number' if n == 1 else 'two numbers, LOW:HIGH'}")
+    return found
+
+
+@surrogate.command()
+@with_options
+def run(folder: FolderArgument, options: ExecutionOptions) -> None:
+    """Run the missing points of a surrogate."""
+    from meltemi.loads.surrogate.campaign import read_surrogate_campaign, run_surrogate
+
+    n = len(read_surrogate_campaign(folder)[1])
+    folder_for(folder, "surrogate")
+    with simulation_bar("points", n, "runs") as bar:
+        done, failed, missing = run_surrogate(folder, progress=told(bar), **options.given())
+    print(f"{done} of {n} runs done, {failed} failed, {missing} missing")
+    suggest("surrogate", "fit" if done else "run", folder)
+
+
+@surrogate.command()
+def fit(
+    folder: FolderArgument,
+    kind: Annotated[
+        str, typer.Option("--kind", help="polynomial (chaos expansion), gaussian (process).")
+    ] = "polynomial",
+    degree: Annotated[int, typer.Option("--degree", help="Largest degree of the polynomials.")] = 12,
+) -> None:
+    """Fit a surrogate to the runs and validate it at held-out points; writes surrogate.json, a table and a plot."""
+    from meltemi.loads.surrogate.campaign import surrogate_loads
+    from meltemi.loads.surrogate.fit import fit_surrogate
+    from meltemi.loads.surrogate.model import write_surrogate
+    from meltemi.loads.surrogate.report import fit_rows, influence_rows, plot_surrogate
+    from meltemi.report.plots import save
+    from meltemi.report.tables import write_csv
+
+    folder_for(folder, "surrogate")
+    with progress_bar("fit"):
+        campaign, points, found = surrogate_loads(folder)
+        made = fit_surrogate(campaign, points, found, kind, degree)
+        files = [
+            write_surrogate(made, folder / MODEL),
+            write_csv(folder / "fit.csv", *fit_rows(made)),
+            save(plot_surrogate(made, points, found), folder / "validation.png"),
+        ]
+    print_table(f"{made.turbine}: {kind} surrogate, equivalent loads at 1 Hz", *fit_rows(made))
+    f = made.facts
+    print(f"{f['points']} points ({f['runs']} runs); errors at {f['checks']} held-out points ({f['check_runs']} runs)")
+    head, rows = influence_rows(made)
+    if rows:
+        print_table("Total Sobol indices of the logarithm of the load", head, rows)
+    print_values("verdict", made.verdict, lambda text: [f"verdict: {text}"])
+    wrote(*files)
+    _next(made, folder / MODEL, "surrogate", "evaluate", folder / MODEL, "--at", "speed=10,turbulence_intensity=0.12")
+
+
+def _next(made: Surrogate, file: Path, *words: object) -> None:
+    """Suggest the next command; for a surrogate that is not usable as many points again as it has."""
+    from meltemi.loads.surrogate.campaign import FILE
+
+    points = int(made.facts.get("points", 64))
+    if made.usable:
+        suggest(*words)
+    elif (file.parent / FILE).is_file():
+        suggest("surrogate", "refine", file.parent, "--points", points)
+    else:
+        suggest("surrogate", "design", made.turbine, "--points", 2 * points)
+
+
+@surrogate.command()
+def refine(
+    folder: FolderArgument,
+    points: Annotated[int, typer.Option("--points", help="Number of further points.")] = 64,
+    wind_class: ClassOption = "IB",
+    edition: EditionOption = 4,
+    site: Annotated[Path | None, typer.Option("--site", help="Site (YAML, or JSON of IEC 61400-15-1).")] = None,
+) -> None:
+    """Add points where the error of the lifetime loads is largest; extends design.csv."""
+    from meltemi.loads.surrogate.campaign import read_surrogate_campaign, surrogate_loads, write_surrogate_campaign
+    from meltemi.loads.surrogate.fit import fit_surrogate, further_points
+    from meltemi.loads.surrogate.site import class_table, read_site_table
+
+    if points < 1:
+        raise InputError(f"--points {points}: expected at least 1")
+    table = class_table(wind_class, edition) if site is None else read_site_table(site)
+    campaign, whole = read_surrogate_campaign(folder)
+    _, some, found = surrogate_loads(folder)
+    made = fit_surrogate(campaign, some, found)
+    chosen = further_points(made, points, table.density, seed=int(whole.seed.max()) % 2**31)
+    files = write_surrogate_campaign(campaign, whole.extended(chosen), folder)
+    mean = ", ".join(f"{name} {value:.3g}" for name, value in zip(made.space.names, chosen.mean(axis=0), strict=True))
+    where = "" if made.usable else ", which fill the space, since the surrogate is not usable"
+    print(f"{points} further points{where}; their means: {mean}")
+    wrote(*files)
+    suggest("surrogate", "run", folder)
+
+
+@surrogate.command()
+def evaluate(
+    file: FileArgument,
+    at: Annotated[str, typer.Option("--at", help="Values in SI units, e.g. speed=10,turbulence_intensity=0.12.")],
+    clip: Annotated[bool, typer.Option("--clip", help="Take the nearest bound for values outside.")] = False,
+    turbine: TurbineOption = None,
+) -> None:
+    """Evaluate a surrogate at one point."""
+    from meltemi.loads.surrogate.report import value_rows
+
+    made = _loaded(file, turbine)
+    values = {name: _numbers(text, "--at", 1)[0] for name, text in _pairs(at, "--at")}
+    found = made(outside="clip" if clip else "error", **values)
+    print_table(f"{made.turbine}: equivalent loads at 1 Hz", *value_rows(made, found), 2)
+    _next(made, file, "surrogate", "site", file, "SITE.yaml", "--class", "IB")
+
+
+@surrogate.command()
+def site(
+    file: FileArgument,
+    conditions: Annotated[Path, typer.Argument(help="Site: YAML with sectors, or the JSON form of IEC 61400-15-1.")],
+    wind_class: ClassOption = "IB",
+    edition: EditionOption = 4,
+    site_turbine: Annotated[
+        str | None, typer.Option("--site-turbine", help="ID of the turbine in the JSON form.")
+    ] = None,
+    neighbours: Annotated[
+        str | None, typer.Option("--neighbours", help="Distances of neighbours in rotor diameters, e.g. 5,5,7.")
+    ] = None,
+    turbine: TurbineOption = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Compare lifetime loads at a site with those of a design class; writes a table and a plot."""
+    from meltemi.loads.surrogate.report import plot_suitability, suitability_rows
+    from meltemi.loads.surrogate.site import class_table, read_site_table, site_suitability
+    from meltemi.report.plots import save
+    from meltemi.report.tables import write_csv
+
+    made, table = _loaded(file, turbine), read_site_table(conditions, site_turbine)
+    if neighbours is not None:
+        table = table.replace(neighbours=tuple(values_of(neighbours, "--neighbours")))
+    found = site_suitability(made, table, class_table(wind_class, edition))
+    head, rows = suitability_rows(found)
+    folder_for(out)
+    files = [
+        write_csv(out / "suitability.csv", head, rows),
+        save(plot_suitability(found), out / "suitability.png"),
+    ]
+    print_table(f"{made.turbine}: {_named(table)} over class {wind_class}", head, rows)
+    for name, share in found.outside.items():
+        say(f"{name} is outside the surrogate for {100.0 * share:.3g} % of the site's time: the nearest bound counts")
+    print_values("verdict", found.verdict, lambda text: [f"verdict: {text}, for fatigue in production"])
+    wrote(*files)
+    _next(made, file, "loads", "plan", made.turbine, "--class", wind_class)
+
+
+def _loaded(file: Path, turbine: str | None) -> Surrogate:
+    """The surrogate of a file, which must be that of a turbine if one is named; says whether it is not usable."""
+    from warnings import catch_warnings, simplefilter
+
+    from meltemi.loads.surrogate.model import load_surrogate
+    from meltemi.turbine.library import load_turbine
+
+    with catch_warnings(record=True) as told:
+        simplefilter("always")
+        made = load_surrogate(file, None if turbine is None else load_turbine(turbine))
+    for each in told:
+        say(f"warning: {each.message}")
+    return made
+
+
+def _named(table: SiteTable) -> str:
+    return table.name or "site"

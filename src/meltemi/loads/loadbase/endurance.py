@@ -1,0 +1,319 @@
+"""Fatigue, energy and duty of a load base over its lifetime.
+
+Equations L-1 to L-10, L-30 to L-34, L-36, L-39, L-40 of ``docs/theory/design-loads.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.shown import Brief
+from meltemi.loads.durations import LoadDuration, duration_load
+from meltemi.loads.energy import YEAR, AnnualEnergy, annual_energy
+from meltemi.loads.loadbase.coverage import Results, shared_repetitions
+from meltemi.loads.loadbase.interfaces import Interface
+from meltemi.loads.loadbase.reduction import OCTAVES
+from meltemi.loads.loadbase.settings import DesignSettings
+from meltemi.loads.loadbase.signals import Extremes, rose_channel
+from meltemi.loads.loadbase.ultimate import blade_groups, family, speed_shares
+from meltemi.postprocess.cycles import Cycles, Float, Index, goodman_cycles
+from meltemi.postprocess.extremes import COMPONENTS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+RANGES, MEANS = 50, 20
+"""Bins of a Markov matrix."""
+EXPONENTS = (3.0, 10.0 / 3.0)
+"""Of the life of ball and roller bearings."""
+
+
+@dataclass(frozen=True, repr=False)
+class MarkovMatrix(Brief):
+    """Cycles of the lifetime by range and mean.
+
+    Attributes:
+      range_edges: (R + 1,) in the unit of the load.
+      mean_edges: (M + 1,) in the unit of the load.
+      counts: (R, M) numbers of cycles.
+    """
+
+    range_edges: Float
+    mean_edges: Float
+    counts: Float
+
+
+@dataclass(frozen=True)
+class FatigueLoads:
+    """Lifetime equivalent loads and shares, see ``DesignLoads``."""
+
+    loads: pd.DataFrame
+    shares: pd.DataFrame
+    markov: dict[str, MarkovMatrix]
+
+
+def labels_of(interfaces: Sequence[Interface], lines: Mapping[str, str]) -> dict[str, tuple[str, str, int]]:
+    """Interface, load and blade (0: none) of each channel of fatigue; of two interfaces the first one.
+
+    Args:
+      interfaces: of the turbine.
+      lines: names of mooring lines by the channels of their tensions.
+    """
+    found: dict[str, tuple[str, str, int]] = {channel: (line, "F", 0) for channel, line in lines.items()}
+    for name, members in blade_groups(interfaces).items():
+        for n, each in enumerate(members, start=1):
+            blade = n if len(members) > 1 else 0
+            for channel, load in zip(each.channels, COMPONENTS, strict=True):
+                found.setdefault(channel, (name, load, blade))
+            for angle in range(30, 180, 30) if each.rose else ():
+                found.setdefault(rose_channel(each, angle), (name, f"M@{angle}", blade))
+            if name == "blade_root":
+                found |= {f"root_moment_{load}_{n}": (name, load, n) for load in ("flap", "edge")}
+    return found
+
+
+def fatigue_loads(
+    results: Results,
+    extremes: Extremes,
+    interfaces: Sequence[Interface],
+    lines: Mapping[str, str],
+    settings: DesignSettings,
+) -> FatigueLoads:
+    """Equivalent loads, shares and Markov matrices of the lifetime (L-4 to L-6, L-40).
+
+    Args:
+      results: of the load base.
+      extremes: of the channels; they bound ranges and means.
+      interfaces: of the turbine.
+      lines: names of its mooring lines by the channels of their tensions.
+      settings: slopes, reference and strengths.
+
+    Raises:
+      InputError: a strength is of no channel, or a mean reaches it.
+    """
+    import pandas as pd
+
+    slopes, reference, strengths = settings.slopes, settings.reference, settings.strengths
+    labels, repetitions = labels_of(interfaces, lines), shared_repetitions(results)
+    known = {*labels, *map(family, labels)}
+    for name in strengths:
+        if name not in known:
+            raise InputError(f"strengths: no channel {name!r}: {did_you_mean(name, known)}")
+    cases = {case.name: i for i, case in enumerate(results.present)}
+    weight = np.array([repetitions.get(name, 0.0) for name in cases])
+    conditions = list(dict.fromkeys((c.dlc, c.variant.speed) for c in results.present if c.weight))
+    place = np.array([conditions.index((c.dlc, c.variant.speed)) if c.weight else 0 for c in results.present])
+    counted = np.array([bool(c.weight) for c in results.present], dtype=bool)
+    m = np.array(slopes, dtype=float)
+    # sums by case, and counts by equal weights, which are exact: the same bits whatever cases share a file
+    weights, group = np.unique(weight, return_inverse=True)
+    scales, matrices, damage = dict[str, float](), dict[str, MarkovMatrix](), dict[str, Float]()
+    counts = dict[str, Float]()
+    for channel, names, codes, cycles in results.store.cycles(results.keys) if conditions else ():
+        if channel not in labels or not len(codes):
+            continue
+        if channel not in damage:
+            low, high = extremes.values(channel, "min")[counted].min(), extremes.values(channel, "max")[counted].max()
+            matrices[channel] = _empty_matrix(float(low), float(high))
+            scales[channel] = float(matrices[channel].range_edges[-1])
+            damage[channel] = np.zeros((len(m), len(cases)))
+            counts[channel] = np.zeros((len(weights), RANGES * MEANS))
+        at = np.array([cases[name] for name in names])
+        _add(counts[channel], matrices[channel], group[at][codes], cycles)
+        strength = strengths.get(channel, strengths.get(family(channel)))
+        ranges = cycles.ranges if strength is None else _corrected(channel, cycles, strength)
+        logs = np.log(np.maximum(ranges / scales[channel], 1e-300))
+        for k, slope in enumerate(m):
+            sums = np.bincount(codes, cycles.counts * np.exp(slope * logs), len(names))
+            np.add.at(damage[channel][k], at, weight[at] * sums)
+    order = [name for name in labels if name in damage]
+    for name in order:
+        damage[name] = np.array([np.bincount(place, sums, len(conditions)) for sums in damage[name]])
+        matrices[name].counts[:] = (weights @ counts[name]).reshape(RANGES, MEANS)
+    loads = [
+        [*labels[name], *(scales[name] * (damage[name].sum(axis=1) / reference) ** (1.0 / m)).tolist()]
+        for name in order
+    ]
+    columns = ["interface", "load", "blade", *m.tolist()]
+    with np.errstate(invalid="ignore"):
+        shares = [damage[name] / damage[name].sum(axis=1)[:, None] for name in order]
+    index = pd.MultiIndex.from_tuples(
+        [(name, *condition) for name in order for condition in conditions], names=["channel", "dlc", "speed"]
+    )
+    return FatigueLoads(
+        pd.DataFrame(loads, index=pd.Index(order, name="channel"), columns=columns),
+        pd.DataFrame(np.concatenate([x.T for x in shares] or [np.zeros((0, len(m)))]), index=index, columns=m.tolist()),
+        {name: matrices[name] for name in order},
+    )
+
+
+def _empty_matrix(low: float, high: float) -> MarkovMatrix:
+    """For a load between two values; a little wider, since ranges and means are kept rounded."""
+    margin = 1e-3 * max(abs(low), abs(high))
+    edges = np.linspace(0.0, 1.001 * (high - low), RANGES + 1), np.linspace(low - margin, high + margin, MEANS + 1)
+    return MarkovMatrix(*edges, np.zeros((RANGES, MEANS)))
+
+
+def _corrected(channel: str, cycles: Cycles, strength: float) -> Float:
+    try:
+        return goodman_cycles(cycles, strength).ranges
+    except InputError as error:
+        raise InputError(f"strengths: {channel}: {error}") from None
+
+
+def _add(counts: Float, matrix: MarkovMatrix, group: Index, cycles: Cycles) -> None:
+    """Count cycles in the bins of a matrix, by group (groups, bins)."""
+    places = []
+    for x, edges in ((cycles.ranges, matrix.range_edges), (cycles.means, matrix.mean_edges)):
+        n, width = len(edges) - 1, edges[-1] - edges[0]
+        share = (x - edges[0]) / width if width > 0.0 else np.zeros(len(x))
+        places.append(np.clip((share * n).astype(np.intp), 0, n - 1))
+    np.add.at(counts, (group, places[0] * MEANS + places[1]), cycles.counts)
+
+
+def rose_fatigue(fatigue: pd.DataFrame, interfaces: Sequence[Interface], slopes: Sequence[float]) -> pd.DataFrame:
+    """Lifetime equivalent moment in each direction, of the worst blade; index (interface, angle [deg]) (L-17)."""
+    import pandas as pd
+
+    lines = []
+    for name, members in blade_groups(each for each in interfaces if each.rose).items():
+        for angle in range(0, 360, 30):
+            own = [channel for each in members if (channel := rose_channel(each, angle % 180)) in fatigue.index]
+            if own:
+                lines.append((name, angle, *fatigue.loc[own, [*slopes]].max()))
+    return pd.DataFrame(lines, columns=["interface", "angle", *slopes]).set_index(["interface", "angle"])
+
+
+def energy_of(results: Results, extremes: Extremes, availability: float) -> tuple[AnnualEnergy | None, pd.DataFrame]:
+    """Energy of a year in production, and the power at each wind speed (L-9, L-10, L-36)."""
+    import pandas as pd
+
+    head = ["speed", "power", "half_width", "runs", "probability", "energy"]
+    row = production_row(results)
+    planned = sorted({c.variant.speed for c in results.plan.cases if c.row == row})
+    strata: dict[tuple[float, float], list[int]] = {}
+    for i, case in enumerate(results.present):
+        if case.row == row and case.weight:
+            strata.setdefault((case.variant.speed, case.variant.yaw or 0.0), []).append(i)
+    if not strata:
+        return None, pd.DataFrame(columns=head).set_index("speed")
+    shares = {results.present[i].variant.speed: 0.0 for own in strata.values() for i in own[:1]}
+    yaw = {key: results.present[own[0]].weight.yaw_share for key, own in strata.items()}  # type: ignore[union-attr]
+    for (speed, _), share in yaw.items():
+        shares[speed] += share
+    of_speed = dict(zip(planned, speed_shares(results.plan.campaign, planned), strict=True))
+    power = extremes.values("generator_power", "mean")
+    samples = [power[own] for own in strata.values()]
+    weights = [of_speed[speed] * yaw[speed, error] / shares[speed] for speed, error in strata]
+    total = annual_energy(samples, weights, availability=availability)
+    lines = []
+    for speed in sorted(shares):
+        own = [k for k, key in enumerate(strata) if key[0] == speed]
+        part = annual_energy([samples[k] for k in own], [weights[k] for k in own], availability=availability)
+        seconds = YEAR * availability * of_speed[speed]
+        runs = sum(len(samples[k]) for k in own)
+        mean, half = (part.energy / seconds, part.half_width / seconds) if seconds > 0.0 else (np.nan, np.nan)
+        lines.append((speed, mean, half, runs, of_speed[speed], part.energy))
+    return total, pd.DataFrame(lines, columns=head).set_index("speed")
+
+
+def production_row(results: Results) -> str | None:
+    """The row of fatigue in production that has what the other states leave of the time."""
+    table = results.plan.table
+    for name, row in table.rows.items():
+        state = None if row.state is None else table.states[row.state]
+        if state is not None and row.situation == "production" and state.inside is None and state.hours is None:
+            return name
+    return None
+
+
+def stops_of(results: Results) -> pd.DataFrame:
+    """Stops in a year, by row (L-39)."""
+    import pandas as pd
+
+    repetitions, years = shared_repetitions(results), results.plan.campaign.years
+    frame = results.table("cases")
+    found: dict[str, float] = {}
+    for case in results.present:
+        if case.weight:
+            number = float(frame.at[case.name, "stops"]) * repetitions[case.name] / years
+            found[case.row] = found.get(case.row, 0.0) + number
+    return pd.DataFrame({"stops": found}).rename_axis("row")
+
+
+def duties_of(results: Results) -> pd.DataFrame:
+    """Duty of the drives in a year; see ``DesignLoads.duties`` (L-32, L-33, L-39)."""
+    import pandas as pd
+
+    repetitions, years = shared_repetitions(results), results.plan.campaign.years
+    frame = results.table("duties")
+    lines = {}
+    for drive, own in frame.groupby("drive", sort=False) if len(frame) else ():
+        w = own["case"].astype(str).map(repetitions).fillna(0.0).to_numpy(float) / years
+        sums = {
+            name: float(w @ own[name].to_numpy(float)) for name in ("travel", "moving", "starts", "reversals", "time")
+        }
+        worst = own["largest_rate"].idxmax()
+        time = sums.pop("time")
+        square = float(w @ (own["time"] * own["rms_rate"] ** 2).to_numpy(float))
+        lines[drive] = sums | {
+            "rms_rate": np.sqrt(square / time) if time > 0.0 else np.nan,
+            "largest_rate": own.at[worst, "largest_rate"],
+            "case": str(own.at[worst, "case"]),
+            "moving_share": sums["moving"] / time if time > 0.0 else np.nan,
+        }
+    head = "travel moving starts reversals rms_rate largest_rate case moving_share".split()
+    return pd.DataFrame.from_dict(lines, orient="index", columns=head).rename_axis("drive")
+
+
+def durations_of(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Load-duration distributions of the lifetime, and their equivalent loads (L-30, L-31).
+
+    Levels below the largest one over 2^8 are one level, as they are in each case.
+    """
+    import pandas as pd
+
+    repetitions = shared_repetitions(results)
+    frame = results.table("durations")
+    parts, loads = [], {}
+    for load, own in frame.groupby("load", sort=False) if len(frame) else ():
+        w = own["case"].astype(str).map(repetitions).fillna(0.0).to_numpy(float)
+        own = own[w > 0.0]
+        if not len(own):
+            continue
+        w = w[w > 0.0]
+        low, high = own["low"].to_numpy(float), own["high"].to_numpy(float)
+        small = max(-low.min(), high.max()) / 2.0**OCTAVES
+        about = (np.abs(low) <= small * (1.0 + 1e-9)) & (np.abs(high) <= small * (1.0 + 1e-9))
+        levels = pd.DataFrame(
+            {
+                "low": np.where(about, -small, low),
+                "high": np.where(about, small, high),
+                "time": w * own["time"].to_numpy(float),
+                "revolutions": w * own["revolutions"].to_numpy(float),
+            }
+        )
+        levels = levels.groupby(["low", "high"], as_index=False).sum()
+        levels.insert(0, "load", load)
+        parts.append(levels)
+        turned = levels["revolutions"].to_numpy(float)
+        if turned.sum() > 0.0:
+            loads[load] = [_equivalent(levels, p) for p in EXPONENTS]
+    head = ["load", "low", "high", "time", "revolutions"]
+    whole = pd.concat(parts) if parts else pd.DataFrame(columns=head)
+    equivalent = pd.DataFrame.from_dict(loads, orient="index", columns=list(EXPONENTS)).rename_axis("load")
+    return whole.set_index(head[:3]), equivalent
+
+
+def _equivalent(levels: pd.DataFrame, exponent: float) -> float:
+    """Equivalent load of the levels that occur; gaps between them have no revolutions."""
+    low, high = levels["low"].to_numpy(float), levels["high"].to_numpy(float)
+    edges = np.unique(np.concatenate([low, high]))
+    turns = np.zeros((len(edges) - 1, 1))
+    np.add.at(turns[:, 0], np.searchsorted(edges, low), levels["revolutions"].to_numpy(float))
+    return duration_load(LoadDuration(edges, np.array([-np.inf, np.inf]), turns, turns), exponent=exponent)

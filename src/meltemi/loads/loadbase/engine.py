@@ -1,0 +1,469 @@
+"""Running the cases of a load base that are missing: on threads of this machine, or on a Dask cluster.
+
+Cases run in groups, in random order, so that several processes in one folder rarely meet; what one has finished the
+others skip. A backend is a function that takes groups of jobs and hands over rows as they are finished.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import nullcontext
+from dataclasses import astuple, dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Protocol
+
+from meltemi.core.calls import arguments_of
+from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.extras import need
+from meltemi.core.representation import Card, Fold
+from meltemi.core.shown import Shown
+from meltemi.core.threads import available_cores
+from meltemi.loadcases.batch import Batch
+from meltemi.loadcases.store import Outcome
+from meltemi.loads.loadbase.jobs import Job, Row, Workshop, check_key, jobs_of
+from meltemi.loads.loadbase.plan import Plan
+from meltemi.loads.loadbase.store import Store
+from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+GROUP = 10800.0
+"""[s] simulated by a group of cases: about 15 s of one core."""
+KEPT = 30.0
+"""[s] after which finished cases are written, though they are no group yet: no more is lost to a full disk."""
+MOST_GROUPS = 2000
+"""Larger load bases have larger groups."""
+LOCAL = "local"
+"""In the place of a scheduler's address: worker processes of this machine."""
+AHEAD = 2
+"""Groups a worker of a cluster is given before it has finished the first."""
+
+Finished = Callable[[Sequence[Row]], None]
+
+
+class Backend(Protocol):
+    """Runs groups of jobs and hands over their rows."""
+
+    def __call__(self, groups: Iterable[Sequence[Job]], finished: Finished) -> None:
+        """Take group after group; ``finished`` is called from the calling thread."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State of a run of a load base.
+
+    Attributes:
+      done, total: cases.
+      share: of the simulated time.
+      seconds_left: estimate [s] of wall time; None before the first case.
+    """
+
+    done: int
+    total: int
+    share: float
+    seconds_left: float | None
+
+
+MOST_PROBLEMS = 50
+"""Messages that a notebook shows."""
+
+
+@dataclass(frozen=True)
+class DlcStatus:
+    """Number of cases of a row of the load case table, such as 7.1b, by outcome."""
+
+    dlc: str
+    cases: int
+    ok: int
+    doubtful: int
+    failed: int
+    missing: int
+    unsupported: int
+
+
+@dataclass(frozen=True, repr=False)
+class BaseStatus(Shown):
+    """What is there of a load base.
+
+    Attributes:
+      dlcs: by row of the load case table, as in the plan.
+      problems: messages of cases that failed or are doubtful, by name.
+      hours: [h] of simulated time that is missing.
+      unreadable: files that count as missing, with the reason.
+      outdated: number of results of other inputs, such as an earlier controller.
+    """
+
+    dlcs: tuple[DlcStatus, ...]
+    problems: dict[str, str]
+    hours: float
+    unreadable: dict[Path, str]
+    outdated: int
+
+    def __repr__(self) -> str:
+        return f"BaseStatus({self.done} of {self.total} cases, {self.failed} failed, {self.hours:.1f} h missing)"
+
+    def card(self) -> Card:
+        """Cases by row of the load case table and outcome, and messages."""
+        facts = [("done", f"{self.done} of {self.total} cases"), ("missing", f"{self.hours:.1f} h simulated")]
+        head = ["DLC", "cases", "ok", "doubtful", "failed", "missing", "cannot run"]
+        rows = [[row.dlc, *(str(n) if n else "-" for n in astuple(row)[1:])] for row in self.dlcs]
+        sections = [Fold("Design load cases", rows, head, open=True)]
+        if self.problems:
+            problems = list(self.problems.items())
+            sections.append(Fold("Messages", problems[:MOST_PROBLEMS], ["case", "message"], note=str(len(problems))))
+        return Card("BaseStatus", "", facts, sections)
+
+    @property
+    def total(self) -> int:
+        """Cases that can run."""
+        return sum(row.cases - row.unsupported for row in self.dlcs)
+
+    @property
+    def done(self) -> int:
+        """Cases that are there, failed ones included."""
+        return self.total - sum(row.missing for row in self.dlcs)
+
+    @property
+    def failed(self) -> int:
+        """Cases without loads: their run did not reach its end."""
+        return sum(row.failed for row in self.dlcs)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Execution:
+    """How the missing runs of a load base or of a surrogate are made.
+
+    Attributes:
+      shard: number k, from 1, and N: only every N-th case, beginning with the k-th.
+      workers: threads; by default one for each core this process may use.
+      dask: address of the scheduler of a Dask cluster, or ``local``: worker processes of this machine.
+      device: "cpu"; "cuda" or "cuda-single" for a graphics card, the latter in single precision.
+      retry: run cases again that failed.
+      progress: called as cases are finished.
+    """
+
+    shard: tuple[int, int] = (1, 1)
+    workers: int | None = None
+    dask: str | None = None
+    device: str = "cpu"
+    retry: bool = False
+    progress: Callable[[Progress], None] | None = None
+
+    def __post_init__(self) -> None:
+        k, n = self.shard
+        if not 1 <= k <= n:
+            raise InputError(f"shard: {k}/{n} must be k/N with k from 1 to N")
+        if self.device != "cpu" and self.dask is not None:
+            raise InputError(
+                f"device {self.device!r} and dask exclude each other: the workers of Dask run on processors"
+            )
+
+
+@dataclass(frozen=True)
+class BaseRun(Execution):
+    """Runs of a load base.
+
+    Attributes:
+      plan: of the load base.
+      folder: of the load base; results are written to ``results`` in it.
+    """
+
+    plan: Plan
+    folder: str | Path
+
+
+@arguments_of(BaseRun)
+def run_base(asked: BaseRun) -> BaseStatus:
+    """Run the cases of a load base that are missing; the arguments are the fields of :class:`BaseRun`.
+
+    Returns:
+      What is there now, of all cases.
+
+    Raises:
+      InputError: ``shard`` or ``device`` is not valid, a file cannot be read or written, or Dask is not installed.
+      KeyboardInterrupt: Ctrl-C; what was finished is kept.
+    """
+    jobs, store = jobs_of(asked.plan), Store(asked.folder)
+    run_jobs(jobs, store, asked)
+    return status_of(asked.plan, jobs, store)
+
+
+def run_jobs(jobs: Sequence[Job], store: Store, how: Execution) -> None:
+    """Run the jobs whose results are missing in a store; errors as for :func:`run_base`."""
+    store.tidy()
+    k, n = how.shard
+    own = list({job.key: job for job in jobs[k - 1 :: n]}.values())
+    count = _Count(own, how.progress)
+
+    def missing(job: Job) -> bool:
+        place = store.places.get(job.key)
+        return place is None or (how.retry and not place.status.complete and job.key not in count.keys)
+
+    def groups() -> Iterator[list[Job]]:
+        for group in grouped([job for job in own if missing(job)]):
+            store.refresh()
+            if left := [job for job in group if missing(job)]:
+                yield left
+            count.keys |= {job.key for job in group} - {job.key for job in left}
+
+    def finished(rows: Sequence[Row]) -> None:
+        store.write(rows)
+        count.add({row.key for row in rows})
+
+    count.begin({job.key for job in own if not missing(job)})
+    threads = OnThreads(how.workers, how.device, lambda seconds: count.add(set(), seconds))
+    backend: Backend = threads if how.dask is None else OnDask(how.dask)
+    backend(groups(), finished)
+    store.refresh()
+
+
+def grouped(jobs: Sequence[Job]) -> list[list[Job]]:
+    """Groups of consecutive jobs, in random order."""
+    size = max(GROUP, sum(job.seconds for job in jobs) / MOST_GROUPS)
+    found: list[list[Job]] = [[]]
+    for job in jobs:
+        found[-1].append(job)
+        if sum(each.seconds for each in found[-1]) >= size:
+            found.append([])
+    random.shuffle(found)
+    return [group for group in found if group]
+
+
+class _Count:
+    """Counts what is done, and estimates the time left."""
+
+    def __init__(self, jobs: Sequence[Job], progress: Callable[[Progress], None] | None) -> None:
+        self.seconds = {job.key: job.seconds for job in jobs}
+        self.keys: set[str] = set()
+        self.progress = progress
+        self.before = 0.0
+        self.began: float | None = None
+
+    def begin(self, keys: set[str]) -> None:
+        self.keys |= keys
+
+    def _done(self) -> float:
+        return sum(self.seconds[key] for key in list(self.keys))  # other threads add to them
+
+    def add(self, keys: set[str], under_way: float = 0.0) -> None:
+        """Count finished cases; ``under_way`` [s] are simulated, but not yet written."""
+        self.keys |= keys
+        if self.progress is None:
+            return
+        whole, done = sum(self.seconds.values()), self._done() + under_way
+        if self.began is None:  # what came before the end of the first case, such as compilation, comes once
+            self.before, self.began = done, perf_counter()
+        spent, gained = perf_counter() - self.began, done - self.before
+        left = spent * (whole - done) / gained if gained > 0.0 else None
+        self.progress(Progress(len(self.keys), len(self.seconds), done / max(whole, 1e-9), left))
+
+
+@dataclass(frozen=True)
+class OnThreads:
+    """Backend: threads of this process.
+
+    Attributes:
+      workers: number of threads; by default one for each core this process may use.
+      device: "cpu"; "cuda" or "cuda-single" for a graphics card, the latter in single precision.
+      tell: called with the simulated time [s] of the finished cases that are not yet handed over.
+    """
+
+    workers: int | None = None
+    device: str = "cpu"
+    tell: Callable[[float], None] = lambda seconds: None
+
+    def __call__(self, groups: Iterable[Sequence[Job]], finished: Finished) -> None:
+        """Run all jobs; rows are handed over when together they have the length of a group, or after some time.
+
+        Raises:
+          KeyboardInterrupt: Ctrl-C, after the rows of the finished cases were handed over.
+        """
+        shop, rows, jobs, kept = Workshop(), list[Row](), dict[str, Job](), perf_counter()
+
+        def runs() -> Iterator[Run]:
+            for group in groups:
+                for job in group:
+                    try:
+                        run = shop.run(job)
+                    except Exception as error:  # of one case
+                        words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
+                        rows.append(Row(job.name, job.key, Status.FAILED, words))
+                        continue
+                    jobs[job.name] = job
+                    yield run
+
+        def done(outcome: Outcome) -> None:
+            job = jobs.pop(outcome.name)
+            if outcome.status is not Status.INTERRUPTED:
+                rows.append(outcome.value or Row(job.name, job.key, outcome.status, outcome.message))
+            together = sum(row.simulated for row in rows)
+            if together >= GROUP or perf_counter() - kept >= KEPT:
+                hand_over()
+            else:
+                self.tell(together)
+
+        def hand_over() -> None:
+            nonlocal kept
+            if taken := [rows.pop(0) for _ in range(len(rows))]:  # other threads may add to them
+                finished(taken)
+            kept = perf_counter()
+
+        batch = Batch(runs(), reduce=shop.row, workers=self.workers, done=done, device=self.device)
+        batch.run()
+        hand_over()
+        if batch.interrupted:
+            raise KeyboardInterrupt
+
+
+@dataclass(frozen=True)
+class OnDask:
+    """Backend: a Dask cluster.
+
+    Attributes:
+      address: of its scheduler, or ``local``: one worker process for each core.
+    """
+
+    address: str
+
+    def __call__(self, groups: Iterable[Sequence[Job]], finished: Finished) -> None:
+        """Run all groups; a group whose worker dies runs on another one.
+
+        Raises:
+          InputError: Dask is not installed, there is no scheduler at the address, or groups could not be run.
+        """
+        need("--dask", "distributed")
+        from distributed import Client, LocalCluster, as_completed
+
+        cores, cluster = available_cores(), None
+        if self.address == LOCAL:
+            cluster = LocalCluster(n_workers=cores, threads_per_worker=1, dashboard_address=None)
+        try:
+            client = Client(cluster or self.address)
+        except (OSError, ValueError) as error:
+            raise InputError(f"--dask {self.address}: no scheduler there ({error})") from None
+        lost: list[str] = []
+        with cluster or nullcontext(), client:
+            waiting = iter(groups)
+            flying = as_completed()
+
+            def send() -> None:
+                if group := next(waiting, None):
+                    flying.add(client.submit(compute, group, pure=False))
+
+            for _ in range(AHEAD * max(sum(client.nthreads().values()), cores if cluster else 1)):
+                send()
+            for future in flying:
+                if future.status == "finished":
+                    finished(future.result())
+                else:
+                    lost.append(str(future.exception()))
+                send()
+        if lost:
+            raise InputError(f"{len(lost)} groups of cases could not be run, the first one: {lost[0]}")
+
+
+def compute(jobs: Sequence[Job]) -> list[Row]:
+    """Rows of jobs, one after the other: what a worker of a cluster does.
+
+    Raises:
+      InputError: this process has other files or another version than the one that made the jobs.
+    """
+    known: dict[str, str] = {}
+    for job in jobs:
+        check_key(job, known)
+    rows: list[Row] = []
+    OnThreads(workers=1)([jobs], rows.extend)
+    return rows
+
+
+def base_status(plan: Plan, folder: str | Path) -> BaseStatus:
+    """What is there of a load base.
+
+    Raises:
+      InputError: the turbine or a file of the controller cannot be read.
+    """
+    return status_of(plan, jobs_of(plan), Store(folder))
+
+
+def status_of(plan: Plan, jobs: Sequence[Job], store: Store) -> BaseStatus:
+    """What is there of the jobs of a plan."""
+    keys = {job.name: job.key for job in jobs}
+    counts: dict[str, Counter[str]] = {}
+    for case in plan.cases:
+        place = store.places.get(keys.get(case.name, ""))
+        if case.unsupported:
+            word = "unsupported"
+        elif place is None:
+            word = "missing"
+        else:
+            word = place.status.name.lower() if place.status.complete else "failed"
+        counts.setdefault(case.row, Counter())[word] += 1
+    words = ("ok", "doubtful", "failed", "missing", "unsupported")
+    dlcs = tuple(DlcStatus(row, sum(c.values()), *(c[word] for word in words)) for row, c in counts.items())
+    bad = {job.key: [job.name] for job in jobs if (p := store.places.get(job.key)) and p.status is not Status.OK}
+    problems = store.table(bad)[["status", "message"]].agg(": ".join, axis=1).to_dict() if bad else {}
+    hours = sum(job.seconds for job in jobs if job.key not in store.places) / 3600.0
+    return BaseStatus(dlcs, problems, hours, store.unreadable, len(store.places.keys() - {*keys.values()}))
+
+
+def base_table(
+    plan: Plan, folder: str | Path, what: str = "cases", channels: Sequence[str] | None = None
+) -> pd.DataFrame:
+    """A table of the results of a load base: those of the cases of the plan that are there, in its order.
+
+    Args:
+      plan: of the load base.
+      folder: of the load base.
+      what: ``cases`` (status, messages, times), ``statistics`` (of each channel), ``extremes`` (with contemporaneous
+        loads), ``durations`` (of loads), ``duties`` (of drives), or ``cycles`` (of loads, for fatigue).
+      channels: only these, for statistics and cycles.
+
+    Returns:
+      SI units; a row a case, with its name as index, or several rows with the column "case".
+
+    Raises:
+      InputError: there is no such table, or a file cannot be read.
+    """
+    keys: dict[str, list[str]] = {}
+    for job in jobs_of(plan):
+        keys.setdefault(job.key, []).append(job.name)
+    return Store(folder).table(keys, what, channels)
+
+
+def show_case(plan: Plan, name: str, progress: Callable[[float], None] | None = None) -> Result:
+    """Simulate a case of a load base again, with exactly the same numbers.
+
+    Args:
+      plan: of the load base.
+      name: of the case.
+      progress: callback with the completed fraction.
+
+    Raises:
+      InputError: there is no such case, it cannot run, or its run fails.
+    """
+    case = plan.case(name)
+    if case.unsupported:
+        raise InputError(f"{name} cannot run yet: {case.unsupported}")
+    job = next(job for job in jobs_of(plan) if job.name == name)
+    found: list[Result] = []
+    batch = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1, progress=progress)
+    outcomes = batch.run()
+    if batch.interrupted:
+        raise KeyboardInterrupt
+    if not found:
+        raise InputError(f"{name}: {outcomes[0].message}")
+    return found[0]
+
+
+def same_numbers(plan: Plan, folder: str | Path, name: str, result: Result) -> bool | None:
+    """Whether a result has exactly the statistics that the load base has of its case; None if it has none."""
+    kept = base_table(replace(plan, cases=(plan.case(name),)), folder, "statistics", result.names).set_index("channel")
+    if kept.empty:
+        return None
+    part = result.evaluated
+    return all((kept.at[c, "min"], kept.at[c, "max"]) == (part[c].min(), part[c].max()) for c in part.names)

@@ -1,0 +1,175 @@
+"""Sections of the report of a load base about its cases: statistics, list, load case table, assumptions."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from meltemi.core.errors import InputError
+from meltemi.loads.loadbase.design import DesignLoads
+from meltemi.loads.loadbase.engine import base_table
+from meltemi.loads.loadbase.interfaces import known_channels
+from meltemi.loads.loadbase.plan import Plan, PlannedCase
+from meltemi.loads.loadbase.wording import in_words
+from meltemi.reports.blocks import Block, Case, Cell, Statistics, Table
+from meltemi.reports.html import rounded
+from meltemi.simulation.channels import find
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+OF_BLADE = re.compile(r"_\d$")
+"""Ending of the channels of a blade."""
+FIRST = "tower base moment fore aft"
+"""Shown first."""
+KEY_CHANNELS = {
+    "tower base moment fore aft": ("max", "tower base\nlargest fore-aft"),
+    "root moment out of plane": ("max", "blade root\nlargest out-of-plane"),
+    "tip clearance": ("min", "least tip\nclearance"),
+    "rotor speed": ("max", "largest\nrotor speed"),
+}
+"""Extremes in the list of cases, and their heads."""
+
+
+def statistics(plan: Plan, folder: str | Path) -> pd.DataFrame:
+    """Statistics in the units of the report, of all blades together.
+
+    Returns:
+      index (channel in words, case); columns min, mean, max, unit: the smallest and largest of all blades.
+    """
+    import pandas as pd
+
+    found = base_table(plan, folder, "statistics")
+    if not len(found):
+        empty = pd.MultiIndex.from_tuples([], names=["channel", "case"])
+        return pd.DataFrame(columns=["min", "mean", "max", "unit"], index=empty)
+    found = found[~found["channel"].str.contains("@")]
+    names = found["channel"].unique()
+    known = known_channels(plan.campaign.blades)
+    units = {name: _unit(name, known) for name in names}
+    words = {name: OF_BLADE.sub("", name).replace("_", " ") for name in names}
+    channel = found["channel"]
+    factor = channel.map({name: factor for name, (_, factor) in units.items()}).to_numpy(float)
+    own = {end: found[end].to_numpy(float) * factor for end in ("min", "mean", "max")}
+    frame = pd.DataFrame(own | {"channel": channel.map(words), "case": found["case"].astype(str)})
+    merged = frame.groupby(["channel", "case"], sort=False).agg({"min": "min", "mean": "mean", "max": "max"})
+    of_words = {words[name]: unit for name, (unit, _) in units.items()}
+    return merged.assign(unit=merged.index.get_level_values("channel").map(of_words))
+
+
+def _unit(name: str, known: dict[str, Any]) -> tuple[str, float]:
+    try:
+        return find(name, known).display_unit
+    except InputError:
+        return "", 1.0
+
+
+def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Block]:
+    """Chart of the statistics of all cases, of a channel that is chosen.
+
+    Args:
+      bases: name, plan and :func:`statistics` of one or several load bases.
+    """
+    content, channels = list[dict[str, object]](), 0
+    for name, plan, table in bases:
+        cases = [case.name for case in plan.cases]
+        dlcs = list(dict.fromkeys(case.dlc for case in plan.cases))
+        own = []
+        for channel in table.index.unique("channel"):
+            part = table.loc[channel].reindex(cases)
+            ends = {end: rounded(part[end]) for end in ("min", "mean", "max")}
+            own.append({"label": channel, "unit": part["unit"].dropna().iloc[0]} | ends)
+        speeds = [case.variant.speed for case in plan.cases]
+        yaws = [case.variant.yaw or 0.0 for case in plan.cases]
+        axes = [
+            {"label": "wind speed", "unit": "m/s", "values": speeds},
+            {"label": "yaw error", "unit": "deg", "values": yaws},
+        ]
+        dlc = [dlcs.index(case.dlc) for case in plan.cases]
+        content.append({"name": name, "dlcs": dlcs, "dlc": dlc, "channels": own, "across": axes})
+        channels += len(own)
+    if not channels:
+        return []
+    caption = "Each point is a case; click on it for its command. Blades: largest and smallest value of all blades."
+    return [Statistics(content, FIRST, caption)]
+
+
+def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
+    """All cases with conditions, state and main extremes; ``table``: their :func:`statistics`."""
+    keys = {
+        channel: table.loc[channel] for channel in KEY_CHANNELS if channel in table.index.get_level_values("channel")
+    }
+    heads = [f"{KEY_CHANNELS[channel][1]} {own['unit'].iloc[0]}" for channel, own in keys.items()]
+    values = [own[KEY_CHANNELS[channel][0]].to_dict() for channel, own in keys.items()]
+    problems = d.problems[["state", "message"]].to_dict("index")
+    rows: list[list[Cell]] = []
+    classes = {}
+    for i, case in enumerate(plan.cases):
+        told = problems.get(case.name, {"state": "ok", "message": ""})
+        rows.append(
+            [
+                Case(case.name),
+                *(case.dlc, case.variant.model),
+                case.variant.speed,
+                None if case.variant.yaw is None else f"{case.variant.yaw:g}",
+                event_of(case),
+                None if case.variant.seed is None else str(case.variant.seed),
+                f"{case.factor:g}",
+                *(value.get(case.name) for value in values),
+                *(told["state"], told["message"]),
+            ]
+        )
+        if told["state"] != "ok":
+            classes[i, 8 + len(keys)] = told["state"]
+    head = ["case", "DLC", "wind", "speed\nm/s", "yaw\ndeg", "event", "seed", "factor", *heads, "state", "message"]
+    ids = [f"case-0-{case.name}" for case in plan.cases]
+    paper = f"All {len(rows)} cases are listed in plan.csv, those with a message in tables/problems.csv."
+    return [Table(head, rows, classes=classes, ids=ids, paper=paper)]
+
+
+def event_of(case: PlannedCase) -> str:
+    """Sense, azimuth, instant, fault and sea of a case, in words."""
+    v = case.variant
+    sense = "" if v.sense is None else "+" if v.sense > 0 else "-"
+    azimuth = "" if v.azimuth is None else f"{v.azimuth:g}°"
+    instant = "" if v.instant is None else f"{v.instant:g} s"
+    sea = "" if v.waves is None else f"waves {v.waves.height:.3g} m {v.waves.period:.3g} s {v.waves.misalignment:g}°"
+    level = f"level {v.waves.level:g} m" if v.waves and v.waves.level else ""
+    return " ".join(filter(None, (sense, azimuth, instant, (v.fault or "").replace("_", " "), sea, level)))
+
+
+def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
+    """The load case table as it was computed, and values that come from practice."""
+    rows: list[list[Cell]] = []
+    classes = {}
+    for i, row in enumerate(plan.summary()):
+        numbers = d.coverage.loc[row.name] if row.name in d.coverage.index else None
+        counts = [str(numbers[state] or "") if numbers is not None else "" for state in ("ok", "doubtful", "failed")]
+        lacking = "" if numbers is None else str(numbers["missing"] + numbers["unsupported"] or "")
+        title = plan.table.rows[row.name].title
+        texts = [row.name, title, row.situation, row.wind, row.type, row.factor]
+        rows.append(
+            [*texts, plan.table.rows[row.name].characteristic, str(row.cases), f"{row.hours:.1f}", *counts, lacking]
+        )
+        if numbers is not None and not numbers["complete"]:
+            classes[i, 12] = "bad"
+    head = "DLC,title,situation,wind,loads,factor,value,cases,hours,ok,doubtful,failed,lacking".split(",")
+    table = Table(head, rows, caption="Design load cases", classes=classes)
+    settings = d.settings
+    if settings.undeflected is None and math.isfinite(d.undeflected):
+        settings = settings.replace(undeflected=d.undeflected)
+    evaluated = [[*in_words(settings, key)] for key in type(settings).model_fields]
+    practice = [[*each] for each in plan.assumptions()]
+    text = (
+        f"Source of the load case table: {plan.table.source}. The following {len(practice)} values come from practice "
+        "or memory, not from the standard."
+    )
+    return [
+        table,
+        Table(["setting", "value"], evaluated, "Settings of the evaluation", text_columns=2),
+        text,
+        Table(["part", "quantity", "value"], practice, "Values from practice", text_columns=3),
+    ]

@@ -1,0 +1,166 @@
+"""Two load bases side by side: two controllers, two turbines, or a change."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from meltemi.core.units import display
+from meltemi.loads.loadbase.design import DesignLoads, compare_bases, design_loads
+from meltemi.loads.loadbase.plan import Plan
+from meltemi.loads.loadbase.report import FILE, LOADS, facts, made, utilisation, verdict
+from meltemi.loads.loadbase.report_cases import statistics, statistics_chart
+from meltemi.loads.loadbase.report_loads import WITH, title_of, unit_of_driver, with_band
+from meltemi.loads.loadbase.settings import STANDARD, DesignSettings
+from meltemi.report.tables import write_csv
+from meltemi.reports.blocks import (
+    Axis,
+    Beside,
+    Block,
+    Case,
+    CaseList,
+    Cell,
+    Chart,
+    Code,
+    Curve,
+    Document,
+    Entry,
+    Part,
+    Section,
+    Table,
+    words,
+)
+from meltemi.reports.html import write_page
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Base = tuple[str, Plan]
+"""Folder of a load base, and its plan."""
+
+
+def write_base_comparison(one: Base, other: Base, out: str | Path, settings: DesignSettings = STANDARD) -> list[Path]:
+    """Write ``report.html`` and ``comparison.csv``: the loads of a load base over those of another one.
+
+    Args:
+      one: folder and plan of the load base.
+      other: of the one to which it is compared.
+      out: folder for the files.
+      settings: of the evaluation of both.
+
+    Returns:
+      The two files.
+
+    Raises:
+      InputError: a file cannot be read or written.
+    """
+    bases = (one, other)
+    a, b = (design_loads(plan, folder, settings) for folder, plan in bases)
+    found = compare_bases(a, b)
+    names = [folder for folder, _ in bases]
+    with suppress(OSError):  # writing reports why it is not there
+        Path(out).mkdir(parents=True, exist_ok=True)
+    csv = write_csv(Path(out) / "comparison.csv", *_plain_rows(found, names))
+    tables = [(folder, plan, statistics(plan, folder)) for folder, plan in bases]
+    verdicts = [
+        Part(folder, [verdict(d, None, base)]) for base, (folder, d) in enumerate(zip(names, (a, b), strict=True))
+    ]
+    sections = [
+        Section("Ratios of loads", [_glance(found, names), *_energy(a, b, names)]),
+        Section("All loads", [_all(found, names)]),
+        Section("Statistics of all cases", statistics_chart(tables)),
+        Section("Input", [_input(bases)]),
+        Section("Commands", [Code(f"meltemi loads compare {names[0]} {names[1]}")]),
+    ]
+    document = Document(
+        f"Design loads: {names[0]} and {names[1]}",
+        sections,
+        facts=[("load base", names[0]), ("compared with", names[1])],
+        lead=Beside(verdicts),
+        footer=made(),
+        cases=[CaseList(folder, [case.name for case in plan.cases]) for folder, plan in bases],
+    )
+    return [write_page(Path(out) / FILE, document), csv]
+
+
+def _input(bases: tuple[Base, Base]) -> Table:
+    """What was computed, side by side."""
+    (_, a), (_, b) = bases
+    both = zip(facts(a), facts(b), strict=True)
+    rows: list[list[Cell]] = [[name, one, other, "" if one == other else "differs"] for (name, one), (_, other) in both]
+    return Table(["", bases[0][0], bases[1][0], ""], rows)
+
+
+def _glance(found: pd.DataFrame, names: list[str]) -> Table:
+    """Ratio of the largest magnitude of each component and interface."""
+    ultimate = found.loc["ultimate"] if "ultimate" in found.index.get_level_values(0) else found.iloc[:0]
+    rows: list[list[Cell]] = []
+    for place in ultimate.index.unique(0):
+        own = ultimate.loc[place]
+        cells: list[Cell] = [title_of(str(place))]
+        for name in LOADS:
+            ends = [each for each in (f"{name} max", f"{name} min") if each in own.index]
+            worst = max(ends, key=lambda each: abs(float(own.at[each, "value"])))
+            factor, row = unit_of_driver(name)[1], own.loc[worst]
+            values = " / ".join(words(float(row[key]) * factor) for key in ("value", "reference"))
+            cells.append(Entry(ratio=utilisation(found, "ultimate", str(place), worst), note=values))
+        rows.append(cells)
+    units = [f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS]
+    caption = f"Governing ultimate loads of {names[0]} over those of {names[1]}, {WITH}"
+    return Table(["interface", *units], rows, caption=caption)
+
+
+def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[Block]:
+    blocks: list[Block] = []
+    if a.energy is not None and b.energy is not None:
+        gwh, ratio = 1.0 / 3.6e12, a.energy.energy / b.energy.energy
+        each = [f"{with_band(e.energy * gwh, e.half_width * gwh)} GWh" for e in (a.energy, b.energy)]
+        blocks.append(f"Annual energy production: {each[0]} and {each[1]}, ratio {ratio:.4f}.")
+    curves = [
+        Curve(name, d.powers.index.to_numpy(float), d.powers["power"].to_numpy(float) * display("W")[1])
+        for name, d in zip(names, (a, b), strict=True)
+        if len(d.powers)
+    ]
+    if curves:
+        axes = Axis("wind speed", "m/s"), Axis("power", "kW", start=0.0)
+        blocks.append(Chart("Mean power", *axes, curves, caption="of the production cases at each wind speed"))
+    return blocks
+
+
+def _unit(kind: str, load: str) -> tuple[str, float]:
+    if kind == "energy":
+        return "GWh", 1.0 / 3.6e12
+    if load == "tilt max":
+        return "deg", 180.0 / math.pi
+    return ("m", 1.0) if kind in ("clearance", "motion") else unit_of_driver(load)
+
+
+def _all(found: pd.DataFrame, names: list[str]) -> Table:
+    rows: list[list[Cell]] = []
+    classes = {}
+    for i, ((kind, place, load), row) in enumerate(found.iterrows()):
+        unit, factor = _unit(kind, load)
+        ratio = f"{row.ratio:.3f}" if math.isfinite(row.ratio) else ""
+        cases = [
+            Case(str(c), base) if isinstance(c, str) and c else ""
+            for base, c in enumerate((row.case, row.reference_case))
+        ]
+        rows.append(
+            [kind, title_of(place), load, unit, float(row.value) * factor, float(row.reference) * factor, ratio, *cases]
+        )
+        if row.ratio > 1.0 and kind in ("ultimate", "fatigue", "motion"):
+            classes[i, 6] = "over"
+    head = ["kind", "interface", "load", "unit", *names, "ratio", f"case\n{names[0]}", f"case\n{names[1]}"]
+    return Table(head, rows, classes=classes)
+
+
+def _plain_rows(found: pd.DataFrame, names: list[str]) -> tuple[list[str], list[list[str]]]:
+    """Header and rows in SI units."""
+    head = ["kind", "interface", "load", *names, "ratio", "case", "reference case"]
+    keys = ("value", "reference", "ratio")
+    return head, [
+        [*place, *(f"{row[key]:.15g}" for key in keys), str(row["case"] or ""), str(row["reference_case"] or "")]
+        for place, row in found.iterrows()
+    ]

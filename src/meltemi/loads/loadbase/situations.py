@@ -1,0 +1,293 @@
+"""Content of a case file for each operating situation of a load case table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from meltemi.controllers.specification import keyed
+from meltemi.core.yamlfile import merged
+from meltemi.loads.loadbase.campaign import Campaign, production_controller, start_controller
+from meltemi.loads.loadbase.metocean import Waves, wind_driven
+from meltemi.loads.loadbase.table import Fault, Row
+from meltemi.sea.conditions import breaking_height
+from meltemi.wind.iec.models import MODELS
+
+OPERATING = ("production", "start", "normal stop", "emergency stop")
+FULL = 360.0
+SHORTEST = 0.92
+"""Period of an embedded wave over that of the spectrum's peak: the largest waves are 1.3 times as long as the mean
+one, whose period is at least 0.71 of it. It decides at which height the wave would break."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One combination of what a row varies; None: not varied.
+
+    Attributes:
+      model: wind model of IEC 61400-1.
+      speed: [m/s] mean at hub height.
+      yaw: [deg] yaw error.
+      sense: +1 or -1, of a direction change or shear.
+      azimuth: [deg] of a locked rotor, or by which a gust or event is later in a revolution.
+      instant: [s] of the event after the begin of the gust; at a start, of the gust.
+      fault: name of the fault.
+      seed: number of the seed, from 1.
+      waves: the sea.
+    """
+
+    model: str
+    speed: float
+    yaw: float | None = None
+    sense: int | None = None
+    azimuth: float | None = None
+    instant: float | None = None
+    fault: str | None = None
+    seed: int | None = None
+    waves: Waves | None = None
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What the content of a case follows from.
+
+    Attributes:
+      row: of the table, with all times.
+      steady: whether EWM is the steady wind.
+      number: seed of the turbulence.
+      sea_number: seed of the waves.
+    """
+
+    campaign: Campaign
+    row: Row
+    variant: Variant
+    fault: Fault | None
+    steady: bool
+    number: int | None
+    sea_number: int | None = None
+
+    @property
+    def begin(self) -> float:
+        """[s] at which the gust begins, or the event occurs without a gust."""
+        row, variant = self.row, self.variant
+        assert row.transient is not None and row.begin is not None
+        if row.situation == "start":
+            return row.transient + (variant.instant or 0.0)
+        turn = 2.0 * math.pi / self.campaign.rotor_speed
+        shift = 0.0 if row.situation == "locked" else (variant.azimuth or 0.0) / FULL * turn
+        return round(row.transient + row.begin + shift, 6)
+
+    @property
+    def event(self) -> float:
+        """[s] at which the event occurs; faults of parked turbines are there from the begin of the run."""
+        if self.row.situation not in OPERATING:
+            return 0.0
+        late = 0.0 if self.row.situation == "start" else self.variant.instant or 0.0
+        return round(self.begin + late, 6)
+
+
+def wrapped(yaw: float) -> float:
+    """Yaw error [deg] from above -180 to 180."""
+    return yaw - FULL * math.ceil((yaw - 0.5 * FULL) / FULL)
+
+
+def wind_content(s: Setting) -> dict[str, Any]:
+    """Wind of a case."""
+    c, v, model = s.campaign, s.variant, MODELS[s.variant.model]
+    found: dict[str, Any] = {"kind": "iec", "model": v.model}
+    if model.name != "NWP":
+        iec = c.iec_class if c.site is not None else c.wind_class
+        found["wind_class"] = iec if isinstance(iec, str) else iec.content()
+        if isinstance(iec, str):
+            found["edition"] = c.edition
+    if not v.model.startswith("EWM"):
+        found["speed"] = v.speed
+    if model.kind == "transient":
+        found["begin"] = s.begin
+    if v.sense is not None:
+        found["sign"] = v.sense
+    if v.yaw:
+        found["direction"] = round(math.radians(wrapped(v.yaw)), 9)
+    if s.row.situation in OPERATING and c.inclination:
+        found["upflow"] = c.inclination
+    if s.steady:
+        found["steady"] = True
+    if s.number is not None:
+        found["seed"] = s.number
+        if c.turbulence:
+            found["turbulence"] = dict(c.turbulence)
+    if c.metocean is not None and v.model in ("NTM", "ETM", "NWP"):
+        shear = {"shear_exponent": c.metocean.shear_exponent}
+        if v.model == "NWP":
+            return {"kind": "steady", **shear, **_only(found, "speed direction upflow")}
+        found["turbulence"] = shear | found.get("turbulence", {})
+    return found if c.site is None else _at_site(found, s)
+
+
+def sea_content(s: Setting) -> dict[str, Any]:
+    """Sea of a case; an embedded wave is the largest one that does not break."""
+    c, waves, row = s.campaign, s.variant.waves, s.row
+    assert waves is not None and c.metocean is not None and c.depth is not None
+    assert row.transient is not None and row.duration is not None
+    found: dict[str, Any] = {"kind": "irregular", "height": waves.height, "period": waves.period, "seed": s.sea_number}
+    if turn := wrapped((s.variant.yaw or 0.0) + waves.misalignment):
+        found["direction"] = round(math.radians(turn), 9)
+    if waves.level:
+        found["level"] = waves.level
+    if row.wave is not None:
+        highest = breaking_height(SHORTEST * waves.period, c.depth + waves.level)
+        height = round(min(row.wave * waves.height, highest), 3)
+        when = row.transient + 0.5 * row.duration
+        found["crest"] = {"height": height, "of": "crest to trough", "time": when}
+    if row.sea != "joint":
+        near = wind_driven(c.metocean, s.variant.speed, c.hub_height)
+        current = {"sub_surface": waves.current, "near_surface": near, "direction": found.get("direction", 0.0)}
+        if current := {key: value for key, value in current.items() if value}:
+            found["current"] = current
+    return found
+
+
+def _at_site(found: dict[str, Any], s: Setting) -> dict[str, Any]:
+    """The wind with turbulence and shear of the site; extreme winds and gusts keep the profile of the standard."""
+    c, v = s.campaign, s.variant
+    assert c.site is not None
+    if v.model == "ETM":
+        kept = _only(found, "speed seed direction upflow")
+        intensity = c.site.intensity_at(v.speed, extreme=True)
+        shear = {"shear_exponent": c.site.shear_exponent}
+        return {"kind": "turbulence", "intensity": intensity, "edition": c.edition, **kept, **shear, **c.turbulence}
+    if v.model == "NWP":
+        return {"kind": "steady", "shear_exponent": c.site.shear_exponent, **_only(found, "speed direction upflow")}
+    if not v.model.startswith("EWM") and v.model != "ECD":
+        found["intensity"] = c.site.intensity_at(v.speed)
+    if v.model == "NTM":
+        found["intensity"] = c.site.waked_at(v.speed, c.edition, fatigue=s.row.type == "fatigue")
+        found["turbulence"] = {"shear_exponent": c.site.shear_exponent} | found.get("turbulence", {})
+    return found
+
+
+def _only(content: dict[str, Any], keys: str) -> dict[str, Any]:
+    return {key: content[key] for key in keys.split() if key in content}
+
+
+def _production(s: Setting) -> dict[str, Any]:
+    return {"controller": keyed(production_controller(s.campaign))}
+
+
+def _start(s: Setting) -> dict[str, Any]:
+    return {"controller": _supervised(s), "start": "standstill"}
+
+
+def _stop(request: str) -> Callable[[Setting], dict[str, Any]]:
+    def content(s: Setting) -> dict[str, Any]:
+        return {"controller": _supervised(s), "events": [{"at": s.event, "type": "request", "request": request}]}
+
+    return content
+
+
+def _supervised(s: Setting) -> dict[str, Any]:
+    return keyed(start_controller(s.campaign) or s.campaign.controller)
+
+
+def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[str, Any]]:
+    """Events under a controller that follows neither requests to stop nor the state of the grid.
+
+    All blades that can pitch go to feather, as in OpenFAST's manoeuvres; the generator has no torque in an emergency,
+    and in a normal stop from halfway on.
+    """
+    found, stuck = [], {event["blade"] for event in events if event["type"] in ("pitch_stuck", "pitch_runaway")}
+    for event in events:
+        at, request = event["at"], event.get("request", "emergency_stop")
+        if event["type"] in ("request", "grid_loss"):
+            rate = c.normal_rate if request == "normal_stop" else c.emergency_rate
+            free = [blade for blade in range(1, c.blades + 1) if blade not in stuck]
+            found += [{"at": at, "type": "pitch_runaway", "blade": blade, "rate": rate} for blade in free]
+            if request == "normal_stop":
+                late = round(at + 0.5 * c.idle_pitch / rate, 6)
+                found.append({"at": late, "type": "generator_fault"})
+            elif all(e["type"] not in ("grid_loss", "generator_fault") for e in events):
+                found.append({"at": at, "type": "generator_fault"})
+        if event["type"] != "request":
+            found.append(event)
+    return found
+
+
+def _parked(s: Setting) -> dict[str, Any]:
+    return {"controller": {"kind": "fixed"}, "start": {"rotor_speed": "idling", "pitch": s.campaign.idle_pitch}}
+
+
+def _locked(s: Setting) -> dict[str, Any]:
+    azimuth = round(math.radians(s.variant.azimuth or 0.0), 9)
+    start = {"rotor_speed": 0.0, "pitch": s.campaign.idle_pitch, "azimuth": azimuth}
+    return {"controller": {"kind": "fixed"}, "start": start, "options": {"locked": ["generator"]}}
+
+
+SITUATIONS: dict[str, Callable[[Setting], dict[str, Any]]] = {
+    "production": _production,
+    "start": _start,
+    "normal stop": _stop("normal_stop"),
+    "emergency stop": _stop("emergency_stop"),
+    "idling": _parked,
+    "locked": _locked,
+}
+
+
+def case_content(s: Setting) -> dict[str, Any]:
+    """Content of the case file of a case, as :class:`meltemi.loadcases.case.LoadCase` reads it."""
+    c, row = s.campaign, s.row
+    assert row.transient is not None and row.duration is not None
+    content: dict[str, Any] = {
+        "turbine": c.turbine,
+        "wind": wind_content(s),
+        "duration": row.transient + row.duration,
+        "transient": row.transient,
+        "options": dict(c.options),
+    }
+    if row.situation in OPERATING and (c.pitch_imbalance or c.mass_imbalance):
+        content["imbalance"] = {"pitch": [c.pitch_imbalance, -c.pitch_imbalance], "mass": [c.mass_imbalance]}
+    if s.variant.waves is not None:
+        content["sea"] = sea_content(s)
+    if environment := _environment(c):
+        content["environment"] = environment
+    own = SITUATIONS[row.situation](s)
+    content |= {key: value for key, value in own.items() if key != "options"}
+    content["options"] = merged(content["options"], own.get("options", {}))
+    if s.fault is not None:
+        content["events"] = [
+            *content.get("events", []),
+            *s.fault.at(s.event, c.blades, c.normal_rate, c.emergency_rate),
+        ]
+        if s.fault.electrical:
+            content["options"] |= {"electrical": "averaged"}
+            if not c.electrical_system:
+                content["electrical"] = "sized"
+    if "events" in content and row.situation in OPERATING and content["controller"]["kind"] != "supervised":
+        content["events"] = _without_supervisor(content["events"], c)
+    if not content["options"]:
+        del content["options"]
+    return content
+
+
+def _environment(c: Campaign) -> dict[str, Any]:
+    found = c.environment.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
+    if c.site is not None:
+        found["air_density"] = c.site.air_density
+    return found
+
+
+def missing(s: Setting) -> str:
+    """What the simulation lacks for a case; empty if it can run."""
+    c = s.campaign
+    if s.row.situation == "start" and start_controller(c) is None:
+        return f"a start: controller {c.controller.kind} cannot start the turbine, supervised can"
+    if s.row.sea is not None and c.metocean is not None and (key := c.metocean.lacks(s.row.sea)):
+        return f"metocean: the site has no {key}"
+    return ""
+
+
+def timed(row: Row, duration: float, transient: float, begin: float) -> Row:
+    """The row with the times that it does not give itself."""
+    own = {"duration": duration, "transient": transient, "begin": begin}
+    return row.replace(**{name: value for name, value in own.items() if getattr(row, name) is None})

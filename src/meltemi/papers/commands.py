@@ -1,0 +1,129 @@
+"""``meltemi reproduce``: reproduction of a published study."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from meltemi.app.options import TURBINES, WorkersOption, check_workers, completing
+from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.extras import need, skipped
+
+if TYPE_CHECKING:
+    from meltemi.turbine.definition import Turbine
+
+STUDIES = {
+    "he2018": "combined individual pitch and flap control of the NREL 5 MW (Energies 11, 2519)",
+    "wang2021": "yaw-error thresholds, derating instead of shutdown (Front. Energy Res. 9, 711927)",
+    "palanimuthu2022": "a 20 MW turbine in its climate and on the grid (Energies 15, 8161)",
+}
+
+
+def reproduce(
+    study: Annotated[
+        str,
+        typer.Argument(
+            help="Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()),
+            autocompletion=completing(lambda: STUDIES),
+        ),
+    ],
+    quick: Annotated[bool, typer.Option("--quick", help="Few, short runs, for a first impression only.")] = False,
+    rosco: Annotated[
+        bool, typer.Option("--rosco", help="he2018: only the comparison of its load control with ROSCO.")
+    ] = False,
+    beyond: Annotated[
+        str, typer.Option("--beyond", help="Of palanimuthu2022: parts beyond the paper, as climate,power, or all.")
+    ] = "",
+    turbine: Annotated[
+        str | None,
+        typer.Option(
+            "--turbine",
+            help="Apply the paper's methods to another turbine: a page of its own, without claims.",
+            autocompletion=TURBINES,
+        ),
+    ] = None,
+    workers: WorkersOption = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Reproduce a published study: comparison of all claims, figures and page."""
+    if study not in STUDIES:
+        raise InputError(f"no study {study!r}: {did_you_mean(study, STUDIES)}")
+    check_workers(workers)
+    if turbine is not None and (rosco or beyond):
+        raise InputError(f"--turbine runs all of {study} that applies to another turbine: without --rosco and --beyond")
+    if rosco:
+        if study != "he2018":
+            raise InputError(f"--rosco belongs to he2018; {study} has no such part")
+        _duel(quick, workers, out)
+        return
+    parts = _parts(study, beyond) if beyond else ()
+    from meltemi.papers import study as skeleton
+
+    page = import_module(f"meltemi.papers.{study}.page")
+    chosen = page.STUDY if turbine is None else page.STUDY.applied(_described(turbine, study))
+    need(f"reproduce {study}", *chosen.needs)
+    for words in skipped(chosen.parts_need).values() if turbine is None else ():
+        say(words)
+    folder_for(out)
+    with simulation_bar(study) as progress:
+        found = skeleton.reproduce(
+            chosen, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
+        )
+    for table in found.tables:
+        print_table(table.caption, table.head, table.texts, text_columns=len(table.head))
+    print(found.lead)
+    for cell, why in found.failed.items():
+        say(f"failed: {cell}: {why}")
+    for cell, why in found.doubtful.items():
+        say(f"DOUBTFUL: {cell}: {why}")
+    wrote(*found.files)
+    again = ("reproduce", study, *(("--turbine", turbine) if turbine else ()), "--out", out)
+    suggest(*(again if quick or found.failed else ("verify", "--out", out)))
+    if found.failed:
+        raise typer.Exit(1)
+
+
+def _described(turbine: str, study: str) -> Turbine:
+    from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
+
+    return aeroelastic(load_turbine(turbine), f"meltemi reproduce {study} --turbine")
+
+
+def _parts(study: str, names: str) -> list[str]:
+    """Parse the comma-separated names of the parts beyond a paper."""
+    if study != "palanimuthu2022":
+        raise InputError(f"--beyond is an option of palanimuthu2022; {study} always runs all of its parts")
+    from meltemi.papers.palanimuthu2022.beyond import PARTS
+
+    asked = list(PARTS) if names == "all" else [name.strip() for name in names.split(",")]
+    for name in asked:
+        if name not in PARTS:
+            raise InputError(f"--beyond: no part {name!r}: {did_you_mean(name, [*PARTS, 'all'])}")
+    need("--beyond", "windIO")  # their turbine is iea22mw
+    return asked
+
+
+def _duel(quick: bool, workers: int | None, out: Path) -> None:
+    from meltemi.control.bladed.rosco import find_rosco
+    from meltemi.tuning.run_store import run_store
+
+    find_rosco()
+    folder_for(out)
+    with run_store(out, f"duel, quick {quick}", "meltemi.papers"):
+        from meltemi.papers.he2018.duel import brief, chapter, duel, duel_tables, findings
+        from meltemi.papers.he2018.runs import QUICK, Setup
+
+        with simulation_bar("he2018 compared with ROSCO") as progress:
+            found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
+        files = chapter(found).write("duel", out)
+    for table in map(brief, duel_tables(found)):
+        print_table(table.caption, table.head, table.texts)
+    for line in findings(found):
+        print(line)
+    wrote(*files)
+    suggest("reproduce", "he2018", *(("--rosco",) if quick else ()), "--out", out)

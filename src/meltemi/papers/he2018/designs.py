@@ -1,0 +1,58 @@
+"""Control designs beside the paper's: loops divided by frequency in other ways, preview of the wind and its errors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from meltemi.control.load_control import HarmonicLoop
+from meltemi.controllers.names import SCHEMES, Target
+from meltemi.controllers.tuning import LoopTuning, tune_loops
+from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.linear import LinearModel
+from meltemi.studies.preview import Lidar
+
+ADDED, WHOLE_LEAD = "ipc as it is, with flaps", "cpfc, whole lead"
+NARROW = 0.5
+"""Damping ratio of narrow band-pass filters: that of 1P passes 2P with a gain of 0.55."""
+Tunings = Mapping[tuple[Target, ...], tuple[LoopTuning, ...]]
+
+
+def designs(model: BladedModel, linear: Sequence[LinearModel], tunings: Tunings) -> dict[str, tuple[HarmonicLoop, ...]]:
+    """Loops of 1P pitch and 2P flaps that are not those of the rule.
+
+    "Whole lead" has the proportional part that takes back all of the band-pass's delay, "narrow" narrow band-passes.
+    """
+
+    def of(scheme: str) -> tuple[HarmonicLoop, ...]:
+        return tuple(tuning.loop for tuning in tunings[SCHEMES[scheme].loops])
+
+    def led(loops: Iterable[HarmonicLoop]) -> tuple[HarmonicLoop, ...]:
+        nP = linear[0].point.rotor_speed
+        return tuple(
+            loop.replace(proportional_gain=loop.integral_gain / (loop.filter_damping * loop.harmonic * nP))
+            for loop in loops
+        )
+
+    def narrow(scheme: str) -> tuple[HarmonicLoop, ...]:
+        found = tune_loops(model, SCHEMES[scheme].loops, linear=linear, filter_damping=NARROW)
+        return tuple(tuning.loop for tuning in found)
+
+    added = of("ipc") + of("flaps")
+    return {
+        ADDED: added,
+        WHOLE_LEAD: led(of("cpfc")),
+        f"{ADDED}, whole lead": led(added),
+        "ipc, narrow": narrow("ipc"),
+        "cpfc, narrow": narrow("cpfc"),
+    }
+
+
+SLOW, DECAY, LOST = 0.25, 10.0, 0.3
+LIDARS: Mapping[str, Lidar] = {
+    "30 % lost": Lidar(lost=LOST),
+    "evolving turbulence": Lidar(decay=DECAY),
+    "4 beams": Lidar(beams=4),
+    "4 beams, 0.25 rad/s": Lidar(SLOW, beams=4),
+    "all errors, 0.25 rad/s": Lidar(SLOW, 4, DECAY, LOST),
+}
+"""Errors of the measurement, by name. Their sizes are assumed."""

@@ -1,0 +1,173 @@
+"""Our load control and ROSCO's on the same turbine and winds, each relative to its own collective pitch control."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from meltemi.control.bladed.controller import BladedController
+from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
+from meltemi.control.controller import Controller
+from meltemi.controllers.names import SCHEMES
+from meltemi.papers.he2018.claims import change, percent
+from meltemi.papers.he2018.runs import CLASS_B, PAPER, READINGS, SPEED, Bench, Setup, bench, paper_turbine, wind_of
+from meltemi.papers.study import Chapter, Progress
+from meltemi.reports.blocks import Table
+from meltemi.simulation.rotors import build
+from meltemi.tuning.compare import WHOLE, Comparison, compare
+from meltemi.turbine.definition import Turbine
+
+DISCON = "Test_Cases/NREL-5MW/DISCON.IN"
+OURS = ("cpc", "ipc", "ipc2", "cpfc")
+BASE, ROSCO_BASE = "cpc", "ROSCO"
+EXAMPLE = {"IPC_ControlMode": 1, "IPC_KI": (1e-8, 0.0)}
+EXAMPLE_2P = {"IPC_ControlMode": 2, "IPC_KI": (1e-8, 5e-9)}
+"""Gains of ROSCO's example for its NREL 5 MW at 1P, and half of that at 2P."""
+LED = 2.0
+"""Gain at 1P over the example's, with the phase lead of our loop: the largest of 1, 2, 4 that did not raise loads."""
+PLANTS: Mapping[str, Callable[[], Turbine]] = {
+    "pitch actuator of 11.11 rad/s": paper_turbine,
+    "ideal pitch actuator": lambda: paper_turbine().replace(**{"pitch_actuator.kind": "ideal"}),
+}
+SHOWN = ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "OoPDefl1 std", "TwrBsMyt DEL", "YawBrMyp DEL")
+
+
+@dataclass(frozen=True)
+class Duel:
+    """Results of the comparison with ROSCO.
+
+    Attributes:
+      setup: how much was run.
+      plants: by name, all schemes in all winds.
+    """
+
+    setup: Setup
+    plants: Mapping[str, Comparison]
+
+
+def rosco_schemes(b: Bench, folder: Path) -> dict[str, Controller]:
+    """ROSCO with collective pitch, individual pitch as in its example, and individual pitch with our loops' phase lead.
+
+    Args:
+      b: turbine, and our loops for it.
+      folder: for the input files.
+    """
+    # a phase of the harmonic: ROSCO's is an angle of the rotor
+    lead_1p, lead_2p = (t.loop.offset / t.loop.harmonic for t in b.tunings[SCHEMES["ipc2"].loops])
+    settings: dict[str, dict[str, Any]] = {
+        ROSCO_BASE: {},
+        "ROSCO 1P": EXAMPLE,
+        "ROSCO 1P, led": EXAMPLE | {"IPC_KI": (LED * 1e-8, 0.0), "IPC_aziOffset": (lead_1p, 0.0)},
+        "ROSCO 1P, 2P": EXAMPLE_2P,
+        "ROSCO 1P, 2P, led": EXAMPLE_2P | {"IPC_KI": (LED * 1e-8, 5e-9), "IPC_aziOffset": (lead_1p, lead_2p)},
+    }
+    source, library = rosco_example(DISCON), find_rosco()
+    found = {}
+    for name, changes in settings.items():
+        file = edit_discon(source, folder / f"{name}.IN", LoggingLevel=0, **changes)
+        found[name] = BladedController(b.model.turbine, library, file, name=name)
+    return found
+
+
+def duel(setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Duel:
+    """Run the comparison.
+
+    Raises:
+      InputError: the rosco package is not installed.
+    """
+    find_rosco()
+    winds = [wind_of(seed, SPEED, **READINGS[CLASS_B]) for seed in setup.seeds]
+    plants = {}
+    with tempfile.TemporaryDirectory(prefix="meltemi-") as folder:
+        for i, (name, turbine) in enumerate(PLANTS.items()):
+            progress(i / len(PLANTS), "tuning")
+            b = bench(build(turbine()), OURS)
+            place = Path(folder) / str(i)
+            place.mkdir()
+            schemes = {scheme: b.controller(scheme) for scheme in OURS} | rosco_schemes(b, place)
+            plants[name] = compare(
+                b.model,
+                schemes,
+                winds,
+                duration=setup.duration,
+                transient=setup.transient,
+                windows=setup.windows,
+                workers=workers,
+                progress=lambda share, i=i, name=name: progress((i + share) / len(PLANTS), name),  # type: ignore[misc]
+            )
+    return Duel(setup, plants)
+
+
+def base_of(scheme: str) -> str:
+    """The collective pitch scheme that is the baseline of a scheme."""
+    return ROSCO_BASE if scheme.startswith(ROSCO_BASE) else BASE
+
+
+def duel_tables(found: Duel) -> list[Table]:
+    """One table for each plant: changes relative to collective pitch, and actuator duty."""
+    tables = []
+    for plant, c in found.plants.items():
+        rows = []
+        for scheme in c.schemes:
+            base = base_of(scheme)
+            changes = ["" if scheme == base else percent(change(c, q, scheme, WHOLE, base)) for q in SHOWN]
+            window = "" if scheme == base else percent(change(c, "RootMyc1 DEL", scheme, PAPER, base))
+            travel = f"{np.degrees(c.values('pitch travel', scheme).mean()):.2f}"
+            speed = f"{30.0 / np.pi * c.values('rotor speed std', scheme).mean():.3f}"
+            tower = f"{1e-3 * c.values('TwrBsMyt DEL', scheme).mean():.0f}"
+            rows.append([scheme, *changes, window, travel, speed, tower])
+        begin, end = found.setup.window
+        head = ["scheme", *SHOWN, f"RootMyc1 DEL {begin:g}-{end:g} s"]
+        head += ["pitch travel deg/s", "rotor speed std rpm", "TwrBsMyt DEL kN m"]
+        seeds = "1 seed" if len(c.winds) == 1 else f"{len(c.winds)} seeds"
+        caption = f"{plant[0].upper()}{plant[1:]}: {SPEED:g} m/s, {CLASS_B}, {seeds}"
+        tables.append(Table(head, rows, caption))
+    return tables
+
+
+def brief(table: Table) -> Table:
+    """The table for a terminal."""
+    kept = [table.head.index(name) for name in ("scheme", "RootMyc1 std", "RootMyc1 DEL", "TwrBsMyt DEL")]
+    kept.append(table.head.index("pitch travel deg/s"))
+    return Table([table.head[i] for i in kept], [[row[i] for i in kept] for row in table.rows], table.caption)
+
+
+def findings(found: Duel) -> list[str]:
+    """Sentences on the DEL of RootMyc1, one for each plant."""
+    lines = []
+    for plant, c in found.plants.items():
+
+        def taken(scheme: str, c: Comparison = c) -> Any:
+            return change(c, "RootMyc1 DEL", scheme, WHOLE, base_of(scheme))
+
+        ahead = {s: int(np.sum(taken("ipc") < taken(s))) for s in ("ROSCO 1P", "ROSCO 1P, led")}
+        mean = {s: f"{taken(s).mean():+.1f} %" for s in (*OURS[1:], *ahead)}
+        n = len(c.winds)
+        held, tower = (
+            f"{c.values(q, ROSCO_BASE).mean() / c.values(q, BASE).mean() * 100.0 - 100.0:+.0f}"
+            for q in ("rotor speed std", "TwrBsMyt DEL")
+        )
+        lines.append(
+            f"{plant[0].upper()}{plant[1:]}: IPC changes the DEL of RootMyc1 by {mean['ipc']}, with 2P pitch "
+            f"{mean['ipc2']}, CPFC {mean['cpfc']}; ROSCO's 1P {mean['ROSCO 1P']}, led {mean['ROSCO 1P, led']}. "
+            f"IPC is ahead of ROSCO's 1P in {ahead['ROSCO 1P']} of {n} seeds, of the led one in "
+            f"{ahead['ROSCO 1P, led']}. ROSCO's collective pitch changes the std of the rotor speed by {held} % and "
+            f"the DEL of TwrBsMyt by {tower} % against ours."
+        )
+    return lines
+
+
+def chapter(found: Duel) -> Chapter:
+    """The chapter of the page."""
+    head = (Path(__file__).parent / "duel_head.md").read_text(encoding="utf-8")
+    made = f"rosco {version('rosco')}, meltemi {version('meltemi')}, {datetime.now(UTC):%Y-%m-%d}"
+    s = found.setup
+    last = f"*Made with {made}; {s.transient:g} to {s.duration:g} s of seeds {', '.join(map(str, s.seeds))}.*"
+    return Chapter("Beside ROSCO", [head.strip(), *duel_tables(found), *findings(found), last])

@@ -1,0 +1,190 @@
+"""Page of the study: claims, ceilings, gains, results beyond the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from meltemi.controllers.names import SCHEMES
+from meltemi.papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
+from meltemi.papers.he2018 import beyond, search
+from meltemi.papers.he2018.claims import CEILINGS, change, claims, edgewise, likelihood, percent, reached, reasons
+from meltemi.papers.he2018.designs import WHOLE_LEAD
+from meltemi.papers.he2018.figures import FIGURES, over_speeds
+from meltemi.papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, Runs, run_all
+from meltemi.papers.study import Chapter, Content, Contents, Draw, Study, applied, tabled, worded
+from meltemi.reports.blocks import Table
+from meltemi.reports.ensemble_tables import with_interval
+from meltemi.tuning.compare import WHOLE
+from meltemi.tuning.run_store import guarded
+from meltemi.tuning.tuning_plots import plot_tuning
+from meltemi.turbine.definition import Turbine
+
+
+def ceiling_table(runs: Runs) -> Table:
+    """Table of ceilings and of the fractions that are reached."""
+    rows, window = [], False
+    for reading, c in runs.readings.items():
+        window = PAPER in c.windows
+        for scheme, n in CEILINGS.items():
+            whole, part = (
+                [f"{100.0 * c.ceiling_change(n, name, of).mean:+.1f} %" for name in ("std", "load")]
+                for of in (WHOLE, PAPER if window else WHOLE)
+            )
+            shares = [f"{with_interval(reached(c, scheme, name), 0, factor=100.0)} %" for name in ("std", "load")]
+            removed = " and ".join(f"{k}P" for k in range(1, n + 1))
+            rows.append([reading, removed, *whole, scheme.upper(), *shares, *(part if window else [])])
+    head = ["wind", "removed ideally", "std", "DEL", "scheme", "share of std", "share of DEL"]
+    head += [f"std\n{PAPER}", f"DEL\n{PAPER}"] if window else []
+    note = "RootMyc1 of CPC with the bands of a quarter of 1P about 1P, or 1P and 2P, taken out."
+    return Table(head, rows, "Ceilings", text_columns=2, note=note)
+
+
+def gains_table(runs: Runs) -> Table:
+    """Table of tuned gains."""
+    rows = []
+    for name, scheme in SCHEMES.items():
+        for tuning in runs.bench.tunings.get(scheme.loops, ()):
+            loop, points = tuning.loop, tuning.points
+            rows.append(
+                [
+                    name,
+                    f"{loop.harmonic}P {loop.actuator}",
+                    f"{loop.integral_gain:.3e}",
+                    f"{loop.proportional_gain:.3e}",
+                    f"{np.degrees(loop.offset):.1f}",
+                    f"{loop.filter_damping:.2f}",
+                    f"{min(p.bandwidth for p in points):.2f} to {max(p.bandwidth for p in points):.2f}",
+                    f"{np.degrees(min(p.phase_margin for p in points)):.0f}",
+                    f"{min(p.gain_margin for p in points):.1f}",
+                    f"{max(p.sensitivity for p in points):.2f}",
+                    f"{tuning.factor:.2f}",
+                ]
+            )
+    head = ["scheme", "loop", "k_I\nrad/(N m s)", "k_P\nrad/(N m)", "offset\ndeg", "filter\ndamping"]
+    head += ["bandwidth\nrad/s", "phase margin\ndeg", "gain margin", "largest\n1/|1+L|", "factor"]
+    note = "Margins over all frequencies up to half the sampling rate, smallest of all operating points."
+    return Table(head, rows, "Gains by the rule, from the turbine's own linear model", text_columns=2, note=note)
+
+
+def _lead(runs: Runs, lines: list[Claim]) -> str:
+    c = runs.readings[CLASS_B]
+    ceiling = {scheme: f"{100.0 * c.ceiling_change(n, 'std').mean:+.1f} %" for scheme, n in CEILINGS.items()}
+    share = {scheme: f"{100.0 * reached(c, scheme, 'std').mean:.0f} %" for scheme in CEILINGS}
+    one, two, ideal, worst = (
+        percent(change(c, "RootMyc1 std", scheme)) for scheme in ("ipc", "cpfc", BEST, PREVIEWS[-1])
+    )
+    plane, plane_whole = (percent(change(c, "RootMxc1 DEL", scheme)) for scheme in ("cpfc", WHOLE_LEAD))
+    edge = ", ".join(f"{edgewise(c, scheme) * 1e-3:.0f}" for scheme in ("cpc", "cpfc", WHOLE_LEAD))
+    tower = percent(change(c, "TwrBsMyt DEL", PREVIEWS[-1]))
+    wind = guarded(lambda: search.told_briefly(search.estimate(runs)), lambda why: "")
+    return (
+        f"{count_held(lines)} In the class's wind IPC changes the standard deviation of the root moment by {one} and "
+        f"CPFC by {two}; the paper has -47.9 and -55.3 % in one minute: the probability of its eight "
+        f"changes together as one more minute of ours is {likelihood(c)}. {wind}Ideal removal of 1P would give "
+        f"{ceiling['ipc']}, of 1P and 2P {ceiling['cpfc']}: IPC reaches {share['ipc']} of that, CPFC "
+        f"{share['cpfc']}. In plane CPFC changes the equivalent load by {plane}. With loops whose "
+        "proportional part takes back the whole delay of their filters, which do not keep the gain margin at the first "
+        f"edgewise mode, it is {plane_whole}; there the standard deviation is {edge} kN m with CPC, CPFC and those "
+        "loops. An ideal "
+        f"preview of the wind gives CPFC {ideal}; with the errors of a lidar {worst}, and at the tower base {tower} in "
+        "the equivalent load."
+    )
+
+
+def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Chapter]:
+    """What does not depend on the paper's numbers; with what holds for its turbine only, if it is that."""
+    divided = "Division of frequencies and the edgewise mode" if paper else "Division of frequencies"
+    built = ["### Which scheme we would build", worded(partial(beyond.verdict, runs), "Which scheme to build")]
+    not_detuned = worded(partial(beyond.not_detuned, runs), "CPFC that is not detuned")
+    wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
+        "ceilings": ("How much was there to gain", [ceiling_table]),
+        "gains": ("Gains", [gains_table]),
+        "division": (divided, [partial(beyond.division, edge=paper)]),
+        "best": ("The best combination beside the paper's", [partial(beyond.best, reading=r) for r in runs.readings]),
+        "rivals": ("Rivals and parts", [beyond.rivals]),
+        "travel": ("Flap loops at equal travel", [beyond.equal_travel]),
+        "below_rated": ("Below rated", [beyond.below_rated]),
+        "lifetime": ("A lifetime, and what the actuators pay", [beyond.lifetime]),
+    }
+    cpfc = SCHEMES["cpfc"].loops
+    tunings = zip(cpfc, runs.bench.tunings[cpfc], strict=True)
+    loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in tunings}
+    below: dict[str, list[Content]] = {
+        "gains": [draw("bode", "Loops of CPFC", lambda: plot_tuning(loops))],
+        "division": [not_detuned, *([beyond.DIVISION] if paper else [])],
+        "best": [beyond.LIDAR],
+        "lifetime": [
+            draw("beyond_speeds", "Beyond the paper: changes over wind speed", lambda: over_speeds(runs)),
+            *(built if paper else []),
+        ],
+    }
+    return {
+        name: Chapter(heading, [*(tabled(heading, partial(of, runs)) for of in several), *below.get(name, [])])
+        for name, (heading, several) in wanted.items()
+    }
+
+
+def _facts(runs: Runs) -> list[tuple[str, str]]:
+    turbine, setup = runs.bench.model.turbine, runs.setup
+    flaps = ", ".join(f"{100.0 * flap.begin:.0f} to {100.0 * flap.end:.0f} %" for flap in turbine.blade.flaps)
+    actuator = f"{turbine.pitch_actuator.natural_frequency:g} rad/s"
+    return [
+        ("turbine", f"{turbine.name}, flaps {flaps} of the span, pitch actuator {actuator}"),
+        ("wind", "20 m/s, von Karman, shear exponent 0.2; " + "; ".join(runs.readings)),
+        ("seeds", ", ".join(str(seed) for seed in setup.seeds)),
+        ("runs", f"{setup.duration:g} s, the first {setup.transient:g} s not judged"),
+    ]
+
+
+def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
+    """Chapters, lead and facts of the page."""
+    lines = claims(runs)
+    words = (
+        f"Changes against CPC in {' and in '.join(runs.readings)}, means over {len(runs.setup.seeds)} seeds with 95 % "
+        "intervals. The paper's numbers are those of one minute of one seed: p is the two-sided share of our single "
+        "minutes that lie as far."
+    )
+    why = reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why}))
+    winds = [tabled("Other winds", partial(of, runs)) for of in (beyond.winds, search.search_table)]
+    likely: list[Content] = [
+        worded(lambda: search.told(search.estimate(runs)), "The most likely wind"),
+        draw("likelihood", "Likelihood of the paper's changes by wind", lambda: search.surface(runs)),
+    ]
+    return Contents(
+        lead=worded(partial(_lead, runs, lines), "What came of it"),
+        chapters={
+            "claims": Chapter("Claim by claim", [claims_table(lines), words, *why]),
+            "winds": Chapter("In which wind the paper's figures hold", [*winds, *likely]),
+            **_chapters(runs, draw, paper=True),
+        },
+        facts=_facts(runs),
+        shown=[brief(claims_table(lines)), tabled("Ceilings", lambda: ceiling_table(runs))],
+    )
+
+
+def of_turbine(turbine: Turbine) -> Study[Runs]:
+    """The schemes on another turbine, in the wind of the class."""
+
+    def contents_of(runs: Runs, out: Path, draw: Draw) -> Contents:
+        lead, rivals = worded(partial(beyond.found_words, runs), "The schemes"), partial(beyond.rivals, runs)
+        return Contents(lead, _chapters(runs, draw, paper=False), _facts(runs), [tabled("Schemes", rivals)])
+
+    words = "Combined pitch and flap control of He et al. (2018)"
+    return applied(STUDY, turbine, words, run=partial(run_all, turbine=turbine), contents=contents_of)
+
+
+STUDY: Study[Runs] = Study(
+    name="he2018",
+    title="He et al. (2018): combined individual pitch and flap control, reproduced",
+    source="He, K., Qi, L., Zheng, L., Chen, Y. (2018): Combined pitch and trailing edge flap control for load "
+    "mitigation of wind turbines. Energies 11, 2519.",
+    run=run_all,
+    figures=FIGURES,
+    contents=contents,
+    texts=("duel.md", "after.md"),
+    applied=of_turbine,
+)

@@ -1,0 +1,315 @@
+"""All simulations of the reproduction: the paper's set-up, rivals, other wind speeds, other winds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from meltemi.control.controller import Controller
+from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController, SpeedNotch
+from meltemi.controllers.names import SCHEMES
+from meltemi.controllers.tuning import linear_models, scaled, speed_notch, tune_loops
+from meltemi.papers.he2018.designs import LIDARS, Tunings, designs
+from meltemi.papers.study import Progress
+from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.linear import LinearModel
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
+from meltemi.studies.preview import Lidar, measured, preview_of, steady_pitch
+from meltemi.tuning.compare import WHOLE, Comparison, compare
+from meltemi.tuning.run_store import FailedResult, attempt
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.flaps import with_flaps
+from meltemi.turbine.library import load_turbine
+from meltemi.wind.fields import SteadyWind, Wind, WindBox
+from meltemi.wind.iec.winds import ntm
+from meltemi.wind.turbulent import AnyWind
+
+Made = Controller | Callable[[Wind], Controller]
+
+SPEED, SHEAR = 20.0, 0.2
+PAPER = "100-160 s"
+"""Name of the window in which the paper discusses its figures."""
+EDITION_2, CLASS_B = "ed. 2, TI 14 %", "NTM class B, 14.4 %"
+READINGS: Mapping[str, dict[str, Any]] = {CLASS_B: {"wind_class": "IIB"}, EDITION_2: {"edition": 2, "intensity": 0.14}}
+"""Two ways to read the paper's wind: the class whose I_ref is 0.14, or an intensity of 0.14."""
+READ_AS = {EDITION_2: (0.14, 0.5), CLASS_B: (0.144, 1.0)}
+"""Intensity, and length scale over that of edition 3; the coherence of edition 2 decays less, too."""
+GRID = {
+    **{f"TI {intensity} %": (0.01 * intensity, 1.0) for intensity in (12, 10, 8, 5)},
+    **{f"TI {intensity} %, half the lengths": (0.01 * intensity, 0.5) for intensity in (12, 8)},
+    **{f"TI {intensity} %, twice the lengths": (0.01 * intensity, 2.0) for intensity in (12, 8)},
+}
+"""Winds of other intensity and length scale."""
+PARTS = ("cpc", "ipc", "cpfc", "feedforward", "feedback", "flaps")
+RIVALS = ("ipc2", "flaps12", "cpfc12")
+ALL_SPEEDS = ("cpc", "ipc", "cpfc", "ipc2", "flaps12")
+"""Schemes that are run at every wind speed."""
+TRAVEL = "cpfc12 at equal travel"
+PREVIEW, BEST = "preview", "preview and cpfc"
+PREVIEWS = (PREVIEW, "preview and ipc", BEST, *(f"{BEST}: {name}" for name in LIDARS))
+TUNING_SEEDS = (101, 102, 103)
+"""Winds in which the flap loops are tuned for load; the schemes are judged in others."""
+SHARES_1P, SHARES_2P = (0.0, 0.5, 1.0), (0.3, 0.6, 1.0)
+"""Of the flap gains at 1P and 2P that are tried."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Extent of the simulations.
+
+    Attributes:
+      seeds: of turbulence.
+      duration: [s] of a run.
+      transient: [s] that are not judged.
+      window: [s] that the paper discusses.
+      speeds: [m/s] beside the paper's.
+      study_seeds: of the study of winds.
+      grid: simulate the winds of the grid, of which the paper's is estimated; that needs many minutes.
+    """
+
+    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    duration: float = 700.0
+    transient: float = 100.0
+    window: tuple[float, float] = (100.0, 160.0)
+    speeds: tuple[float, ...] = (8.0, 11.0, 12.0, 16.0, 24.0)
+    study_seeds: tuple[int, ...] = (1, 2, 3, 4)
+    grid: bool = True
+
+    @property
+    def windows(self) -> dict[str, tuple[float, float]]:
+        """Windows for ``compare``: the paper's, and all of its length, one after the other."""
+        length = self.window[1] - self.window[0]
+        begins = np.arange(self.transient, self.duration - length + 1e-9, length)
+        return {PAPER: self.window} | {f"from {u:g} s": (u, u + length) for u in begins.tolist()}
+
+
+QUICK = Setup(seeds=(1,), duration=170.0, speeds=(8.0, 24.0), study_seeds=(1,), grid=False)
+"""A look at everything in little time; its numbers are too few to judge by."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A turbine model with tuned controllers.
+
+    Attributes:
+      model: with the paper's flaps and a second-order pitch actuator.
+      linear: about which loops are tuned.
+      notch: in the generator speed, for all schemes alike.
+      tunings: loops tuned together, by what they move.
+      designs: other loops.
+    """
+
+    model: BladedModel
+    linear: tuple[LinearModel, ...] = field(repr=False)
+    notch: SpeedNotch
+    tunings: Tunings
+    designs: Mapping[str, tuple[HarmonicLoop, ...]]
+
+    def controller(self, name: str) -> Controller:
+        """Controller of a scheme or design."""
+        feedforward = name in self.designs or SCHEMES[name].feedforward
+        return self.composed(name, self.loops(name), feedforward=feedforward)
+
+    def loops(self, name: str) -> list[HarmonicLoop]:
+        """Feedback loops of a scheme or design."""
+        if name in self.designs:
+            return list(self.designs[name])
+        return [tuning.loop for tuning in self.tunings[SCHEMES[name].loops]]
+
+    def composed(self, name: str, loops: list[HarmonicLoop], *, feedforward: bool, **more: Any) -> Controller:
+        """Load controller with given loops."""
+        weights = FeedForward(shear_exponent=SHEAR, tower_shadow=True) if feedforward else None
+        settings = LoadControl(feedforward=weights, loops=tuple(loops), notch=self.notch, **more)
+        return LoadController(self.model.turbine, settings, name=name)
+
+
+def paper_turbine(turbine: Turbine | None = None) -> Turbine:
+    """The NREL 5 MW, or another turbine, with the paper's flaps and a second-order pitch actuator: of 11.11 rad/s and
+    damping 0.6 where it has no numbers of its own."""
+    turbine = turbine or load_turbine("nrel5mw")
+    return (turbine if turbine.flaps else with_flaps(turbine)).replace(**{"pitch_actuator.kind": "second_order"})
+
+
+def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
+    """Tune all controllers for a model."""
+    linear = tuple(linear_models(model))
+    wanted = {SCHEMES[name].loops for name in schemes}
+    tunings = {loops: tune_loops(model, loops, linear=linear) for loops in sorted(wanted)}
+    others = designs(model, linear, tunings) if "cpfc12" in schemes else {}
+    return Bench(model, linear, speed_notch(linear[0]), tunings, others)
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Results of all simulations.
+
+    Attributes:
+      setup: how much.
+      bench: turbine and controllers.
+      readings: at the paper's wind speed, by the reading of its wind; the class has the rivals, too.
+      speeds: in the class's wind at other speeds.
+      studies: cpc, ipc and cpfc in other winds, and with another model, by what is different.
+      shares: of the flap gains at 1P and 2P that came out best at equal travel.
+      travel: candidates, by their shares: DEL of RootMyc1 [N m] and flap travel [rad/s], means over the tuning seeds.
+    """
+
+    setup: Setup
+    bench: Bench = field(repr=False)
+    readings: Mapping[str, Comparison] = field(repr=False)
+    speeds: Mapping[float, Comparison] = field(repr=False)
+    studies: Mapping[str, Comparison] = field(repr=False)
+    shares: tuple[float, float]
+    travel: Mapping[str, tuple[float, float]] = field(repr=False)
+
+
+def run_all(
+    *,
+    quick: bool,
+    workers: int | None,
+    progress: Progress,
+    partly: Callable[[Runs], object],
+    parts: Sequence[str],
+    turbine: Turbine | None = None,
+) -> Runs:
+    """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as lost."""
+    setup = QUICK if quick else Setup()
+    n, few = len(setup.seeds), len(setup.study_seeds)
+    progress(0.0, "tuning")
+    b = bench(build(paper_turbine(turbine)))
+    candidates = (len(SHARES_1P) * len(SHARES_2P) + 1) * min(n, len(TUNING_SEEDS))
+    at_20 = 2 * len(PARTS) + len(RIVALS) + 1 + 2 * len(PREVIEWS) + len(b.designs)
+    studied = {name: make for name, make in _STUDIES.items() if setup.grid or name not in GRID}
+    total = 20.0 + candidates + (at_20 + len(ALL_SPEEDS) * len(setup.speeds)) * n + 3 * few * len(studied)
+    done = 20.0
+
+    def run(
+        what: str, controllers: Mapping[str, Made], winds: list[AnyWind], model: BladedModel | None = None
+    ) -> Comparison:
+        nonlocal done
+        begin, size = done, len(controllers) * len(winds)
+        found = attempt(
+            what,
+            compare,
+            model or b.model,
+            controllers,
+            winds,
+            duration=setup.duration,
+            transient=setup.transient,
+            windows=setup.windows if turbine is None else None,
+            workers=workers,
+            progress=lambda share: progress((begin + share * size) / total, what),
+        )
+        done += size
+        return found
+
+    found = attempt("flap loops", _equal_travel, b, setup, lambda c, w: run("flap loops at equal travel", c, w))
+    shares, travel, best = (found, found, found) if isinstance(found, FailedResult) else found
+    previews = attempt("preview", _previews, b)
+    readings = {}
+    for name, reading in (READINGS if turbine is None else {CLASS_B: READINGS[CLASS_B]}).items():
+        controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in PARTS}
+        if name == CLASS_B:
+            controllers |= {scheme: b.controller(scheme) for scheme in (*RIVALS, *b.designs)}
+            controllers |= {} if isinstance(best, FailedResult) else {TRAVEL: best}
+        controllers |= {} if isinstance(previews, FailedResult) else previews
+        readings[name] = run(name, controllers, [wind_of(seed, SPEED, **reading) for seed in setup.seeds])
+    later: Any = FailedResult("not run yet")
+    partly(Runs(setup, b, readings, dict.fromkeys(setup.speeds, later), {}, shares, travel))
+    speeds: dict[float, Comparison] = {}
+    studies: dict[str, Any] = {}
+    at_all: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ALL_SPEEDS}
+    for u in setup.speeds:
+        winds = [wind_of(seed, u, **READINGS[CLASS_B]) for seed in setup.seeds]
+        speeds[u] = run(f"{u:g} m/s", at_all, winds)
+    three: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ("cpc", "ipc", "cpfc")}
+    for name, make in studied.items() if turbine is None else ():
+        model, controllers = b.model, three
+        if name == NO_TORSION:
+            other = attempt(name, bench, build(b.model.turbine, FAST_MODEL), ("cpc", "ipc", "cpfc"))
+            if isinstance(other, FailedResult):
+                studies[name] = other
+                continue
+            model, controllers = other.model, {s: other.controller(s) for s in three}
+        winds = [make(seed) for seed in setup.study_seeds]
+        if isinstance(winds[0], SteadyWind):
+            winds = winds[:1]
+        studies[name] = run(name, controllers, winds, model)
+    progress(1.0, "done")
+    return Runs(setup, b, readings, speeds, studies, shares, travel)
+
+
+def wind_of(seed: int, speed: float, **more: Any) -> AnyWind:
+    """The paper's wind for a seed and wind speed, with the settings of a reading or study."""
+    options: dict[str, Any] = {"spectrum": "vonkarman", "shear_exponent": SHEAR, "wind_class": None} | more
+    return ntm(speed, seed=seed, **options)
+
+
+def _of_grid(first: int, intensity: float, length: float, seed: int) -> AnyWind:
+    """A wind of the grid; its seeds are those of no other."""
+    return wind_of(first + seed, SPEED, intensity=intensity, length_factor=length)
+
+
+NO_TORSION = "stiff in torsion, static polars, quasi-steady wake"
+FAST_MODEL = ModelOptions(torsion_modes=0, stall="static", inflow="quasi_steady")
+"""Blades as in ElastoDyn, which the paper's FAST has."""
+_STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
+    **{name: partial(_of_grid, 10 * (k + 1), *wind) for k, (name, wind) in enumerate(GRID.items())},
+    "no turbulence": lambda seed: SteadyWind(speed=SPEED, shear_exponent=SHEAR),
+    "shear exponent 0.3": lambda seed: wind_of(seed, SPEED, wind_class="IIB", shear_exponent=0.3),
+    "Kaimal": lambda seed: wind_of(seed, SPEED, wind_class="IIB", spectrum="kaimal"),
+    "Mann": lambda seed: wind_of(seed, SPEED, wind_class="IIB", spectrum="mann"),
+    NO_TORSION: lambda seed: wind_of(seed, SPEED, **READINGS[CLASS_B]),
+}
+
+
+def _previews(b: Bench) -> dict[str, Made]:
+    """Preview of the rotor-averaged wind with the loops of several schemes, and with the errors of a lidar."""
+    table = steady_pitch(b.model)
+
+    def made(name: str, scheme: str, lidar: Lidar) -> Made:
+        def of(wind: Wind) -> Controller:
+            assert isinstance(wind, WindBox)
+            preview = preview_of(b.model, wind, table, frequency=lidar.frequency)
+            if lidar != Lidar():
+                preview = preview.replace(wind=measured(wind, b.model, lidar))
+            return b.composed(name, b.loops(scheme), feedforward=scheme != "cpc", preview=preview)
+
+        return of
+
+    lidars = [Lidar()] * 3 + list(LIDARS.values())
+    schemes = ["cpc", "ipc"] + ["cpfc"] * (1 + len(LIDARS))
+    return {each[0]: made(*each) for each in zip(PREVIEWS, schemes, lidars, strict=True)}
+
+
+def _equal_travel(
+    b: Bench, setup: Setup, run: Callable[[Mapping[str, Made], list[AnyWind]], Comparison]
+) -> tuple[tuple[float, float], dict[str, tuple[float, float]], Controller]:
+    """Fractions of the flap gains at 1P and 2P with the smallest load at no more flap travel than CPFC."""
+    pitch, flap_1, flap_2 = (tuning.loop for tuning in b.tunings[SCHEMES["cpfc12"].loops])
+    tried: dict[str, tuple[float, float]] = {
+        f"{100 * one:.0f} % 1P, {100 * two:.0f} % 2P": (one, two) for one in SHARES_1P for two in SHARES_2P
+    }
+
+    def candidate(name: str, shares: tuple[float, float]) -> Controller:
+        flaps = [scaled(loop, share) for loop, share in zip((flap_1, flap_2), shares, strict=True) if share > 0.0]
+        return b.composed(name, [pitch, *flaps], feedforward=True)
+
+    controllers: dict[str, Made] = {"cpfc": b.controller("cpfc")}
+    controllers |= {name: candidate(name, shares) for name, shares in tried.items()}
+    winds = [wind_of(seed, SPEED, **READINGS[CLASS_B]) for seed in TUNING_SEEDS[: len(setup.seeds)]]
+    found = run(controllers, winds)
+    numbers = {
+        name: (
+            float(np.mean(found.values("RootMyc1 DEL", name, WHOLE))),
+            float(np.mean(found.values("flap travel", name, WHOLE))),
+        )
+        for name in controllers
+    }
+    allowed = {name: load for name, (load, travel) in numbers.items() if name in tried and travel <= numbers["cpfc"][1]}
+    best = min(allowed, key=lambda name: allowed[name]) if allowed else min(tried, key=lambda name: numbers[name][1])
+    return tried[best], numbers, candidate(TRAVEL, tried[best])

@@ -1,0 +1,29 @@
+"""Results beyond the paper.
+
+A part is a module of this package with two functions: ``study(quick, *, turbine, workers, progress)`` runs it and
+returns what it found; ``chapter(found, draw, *, applied)`` puts it into words, figures and tables. Names of files begin
+with that of the module.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from meltemi.papers.study import Chapter, Drawing, answered
+from meltemi.reports.blocks import Table
+
+PARTS = ("power", "coordination", "climate")
+"""In the order of the page."""
+
+
+def part_chapter(
+    words: str,
+    verdict: Callable[[], str],
+    drawings: Sequence[Drawing],
+    tables: Callable[[], Sequence[Table]],
+    *,
+    applied: bool,
+) -> Chapter:
+    """Chapter of a part; applied to another turbine it is without the verdict, which is on the review's."""
+    heading = words[0].upper() + words[1:] if applied else f"Beyond the paper: {words}"
+    return answered(heading, None if applied else verdict, drawings, tables)

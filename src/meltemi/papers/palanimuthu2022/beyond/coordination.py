@@ -1,0 +1,121 @@
+"""Chapters on the coordination of pitch, torque and yaw: :mod:`meltemi.studies.power_schemes.coordination`."""
+
+from __future__ import annotations
+
+from meltemi.papers.palanimuthu2022.beyond import part_chapter
+from meltemi.papers.palanimuthu2022.beyond.power import TURBINE, slow_base
+from meltemi.papers.study import Chapter, Draw, Progress, answered
+from meltemi.postprocess.ensemble import EnsembleTable
+from meltemi.reports.blocks import Table
+from meltemi.reports.ensemble_tables import scheme_rows
+from meltemi.studies.power_schemes import coordination
+from meltemi.studies.power_schemes.coordination import (
+    ENERGY,
+    LEVEL,
+    PITCH,
+    ROOT_LOAD,
+    TOWER_LOAD,
+    TURNED,
+    UNITS,
+    Bench,
+    Tables,
+    coordination_figure,
+)
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
+
+
+def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Tables:
+    """All candidates on the review's aeroelastic turbine, or another one."""
+    return coordination.study(turbine or _turbine(), quick, workers=workers, progress=progress)
+
+
+def bench(quick: bool, *, workers: int | None, progress: Progress) -> Bench:
+    """The comparison on the default page."""
+    return coordination.bench(_turbine(), quick, workers=workers, progress=progress)
+
+
+def _turbine() -> Turbine:
+    return aeroelastic(load_turbine(TURBINE), "loads in turbulence")
+
+
+def bench_chapter(found: Bench, draw: Draw) -> Chapter:
+    """Chapter of the comparison on the default page."""
+    heading = "The paper's proposal and ours on an aeroelastic turbine"
+    words = "Changes against A0 on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; 95 % intervals"
+    figure = draw("bench", words, lambda: coordination_figure({LEVEL: found.conventional}))
+
+    def made() -> list[Table]:
+        asked = f"{100.0 * LEVEL:.0f} % of rated power asked for; changes in percent with 95 % intervals"
+        return [
+            _table(found.conventional, f"Against the conventional scheme, {asked}"),
+            _table(found.proposal, f"Best of ours against the paper's proposal, {asked}"),
+        ]
+
+    return answered(heading, lambda: BENCH_WORDS.format(n=found.conventional.seeds), [figure], made)
+
+
+BENCH_WORDS = (
+    "Figure 21 and § 5 on a turbine that has loads: iea22mw, wind of 13 m/s and class IB whose direction and speed "
+    "meander, {n} seeds. *Each for itself*: A0 and a yaw control that knows nothing of power; *pitch and torque*: the "
+    "paper's A2; with *yaw*: a dead band that widens with the power to spare (ours); *wide hold*: A3 instead of A2; "
+    "*dead band of 15 deg*: as wide all the time, the obvious rival. The oscillation of the pitch is equivalent at "
+    "1 Hz with the slope 3 of bearings."
+)
+
+
+def chapter(found: Tables, draw: Draw, *, applied: bool = False) -> Chapter:
+    """Chapter of the coordination schemes."""
+    words = "Coordination on an aeroelastic turbine in hours of turbulent wind that turns; bars: 95 % intervals"
+    figure = draw("coordination_changes", words, lambda: coordination_figure(found))
+    heading = "which coordination wins"
+    return part_chapter(heading, lambda: verdict(found), [figure], lambda: tables(found), applied=applied)
+
+
+def tables(found: Tables) -> list[Table]:
+    """One table for each level."""
+    words = "{:.0f} % of rated power asked for; changes in percent with 95 % intervals"
+    return [_table(ensemble, words.format(100.0 * level)) for level, ensemble in found.items()]
+
+
+def _table(ensemble: EnsembleTable, caption: str) -> Table:
+    """Means of the first scheme and changes of the others."""
+    _, rows, _ = scheme_rows(ensemble, UNITS, means=False)
+    return Table(["quantity", "unit", *ensemble.schemes], rows, caption=f"{caption}.", text_columns=2)
+
+
+def _pitch_of_each_blade(table: EnsembleTable) -> str:
+    """Pitch travel of individual pitch control relative to the same scheme without it."""
+    single, shared = "all three, individual pitch", "all three"
+    if not {single, shared} <= set(table.schemes):
+        return ""
+    first = table.schemes[0]
+    changes = [table.entry(PITCH, name).change for name in (single, shared)]
+    own, other = (1.0 + (0.0 if change is None else change.mean) for change in changes)
+    return (
+        f" Individual pitch travels {own:.1f} times as far as the pitch of *{first}*, and {own / other:.1f} times as "
+        f"far as that of *{shared}*."
+    )
+
+
+def verdict(found: Tables) -> str:
+    """Conclusion, from the results."""
+    lines = []
+    for level, table in found.items():
+        words = []
+        for name in table.schemes[1:]:
+            changes = [
+                f"{quantity} {100.0 * change.mean:+.1f} % (± {100.0 * change.half_width:.1f})"
+                for quantity in (ENERGY, PITCH, TURNED, TOWER_LOAD, ROOT_LOAD)
+                if (change := table.entry(quantity, name).change) is not None
+            ]
+            words.append(f"*{name}*: {', '.join(changes)}")
+        lines.append(
+            f"At {100.0 * level:.0f} % of rated power, against *{table.schemes[0]}* (A0, fixed dead band): "
+            + "; ".join(words)
+            + "."
+            + _pitch_of_each_blade(table)
+            + (f" {slow_base()}: part of the energy that the others add is that base's loss." if level == 1.0 else "")
+        )
+    return "\n\n".join(lines)

@@ -1,0 +1,215 @@
+"""Claims of the paper against our results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, claims_of, listed, reasons_of
+from meltemi.papers.wang2021.gust import (
+    DERATE,
+    EMERGENCY,
+    IGNORE,
+    MACHINE,
+    RATIOS,
+    SIGNS,
+    STOP,
+    Gust,
+    Gusts,
+    Setting,
+    ordered,
+    spread,
+)
+from meltemi.papers.wang2021.runs import AS_SCALED, STOP_AT, Runs
+from meltemi.papers.wang2021.table2 import FITTED, MOMENT, POWER, Table2
+from meltemi.papers.wang2021.winds import measured
+from meltemi.postprocess.ensemble import mean_interval
+from meltemi.reports.ensemble_tables import with_interval
+from meltemi.studies.machine_loads import TOP_SHEAR
+from meltemi.studies.yaw_gusts import transitions
+from meltemi.tuning.run_store import survivors
+
+Float = NDArray[np.float64]
+claim = claims_of("wang2021")
+POWER_BAND, HELD_BAND, MOMENT_BAND = 1435.0 / 1380.0 - 1.0, 2036.0 / 2011.0 - 1.0, 0.07
+"""Differences between simulation and measurement that the paper states for V1, for V2, and for Blade My in V2."""
+PLATEAU = 11
+"""First bin in which the measured power no longer leaves its plateau."""
+HALF, DIGIT = 0.5, 0.05
+"""Of "about 50 %", and half a unit of its first digit."""
+
+
+def claims(runs: Runs) -> list[Claim]:
+    """All claims."""
+    found = []
+    for name, table in runs.tables.items():
+        of = partial(_table2, name, table)
+        found += [replace(c, basis="surrogate") for c in claim_group(f"power and moments, {name}", "Table 2", of)]
+    found += claim_group("V1, start-up", "Fig. 4", lambda: _start_up(runs))
+    found += claim_group("V2, power limit and stop", "Fig. 5", lambda: _power_stage(runs))
+    found += claim_group("the strategies in the gust", "Fig. 10", lambda: _strategies(runs.gusts))
+    found += claim_group("loads of the strategies", "Fig. 10", lambda: _loads(runs.gusts))
+    if runs.setup.quick:
+        found = [c if c.verdict.startswith(UNCHECKED) else replace(c, verdict=f"{UNJUDGED}too few runs") for c in found]
+    return [replace(c, reason="") if c.verdict == "holds" else c for c in found]
+
+
+def _table2(name: str, found_by_us: Table2) -> list[Claim]:
+    """Our surrogate against the measurement, which the paper's model is never compared with."""
+    rows, table = measured(), found_by_us.whole()
+    bins = np.array([r.bin for r in rows])
+    power, spread_of_power = table.column(POWER, "mean"), table.column(POWER, "std")
+    moment, moment_std = table.column(MOMENT, "mean"), table.column(MOMENT, "std")
+    target, judged = np.array([r.power_mean for r in rows]), ~np.isin(bins, FITTED) | (name == AS_SCALED)
+    found = []
+    ranges = (
+        ("4 to 8 m/s", 3, 7, POWER_BAND, "V1", "rotor" if name == AS_SCALED else "calibration"),
+        ("near rated", 8, 9, POWER_BAND, "V1", "rotor" if name == AS_SCALED else "calibration"),
+        ("plateau", 10, 18, HELD_BAND, "V2", "plateau"),
+    )
+    for words, low, high, band, source, reason in ranges:
+        inside = (bins >= low) & (bins <= high) & judged
+        change = power[inside] / target[inside] - 1.0
+        near = _known(change) or bool(np.abs(change).max() <= band)
+        ours = {"change": f"{spread(100.0 * change, '+.1f')} %", "bins": listed(bins[inside])}
+        stated = {"words": words, "band": 100.0 * band, "source": source, "reason": reason}
+        found.append(claim("mean power", near, name=name, **ours, **stated))
+    peak, own = int(np.nanargmax(spread_of_power)), table.scatter(POWER, "std")
+    above = np.flatnonzero(bins >= PLATEAU)
+    wanted = np.array([rows[i].power_std for i in above])
+    line = np.polyval(np.polyfit(above, wanted, 1), above)
+    scatter = 2.0 * float(np.std(wanted - line, ddof=2))
+    off = np.abs(spread_of_power[above] - wanted)
+    near = off <= scatter + own[above]
+    as_wide = bins[peak] == 7 and abs(spread_of_power[peak] - rows[6].power_std) <= own[peak]
+    plateau = {"std": spread(spread_of_power[above], ".0f"), "error": own[above].max(), "band": scatter}
+    top, largest = int(np.nanargmax(moment)), max(r.moment_mean for r in rows)
+    ratio, level = moment[-1] / moment[top], moment[top] / largest - 1.0
+    as_low = abs(ratio / (rows[-1].moment_mean / largest) - 1.0) <= MOMENT_BAND
+    rises = np.diff(moment_std[7:]) > 0.0
+    rising = {"rising": rises.sum(), "n": len(rises), "last": moment_std[-1]}
+    return [
+        *found,
+        claim("power std", as_wide, name=name, std=spread_of_power[peak], error=own[peak], bin=bins[peak]),
+        claim("plateau std", _known(off) or bool(near.all()), name=name, near=near.sum(), n=len(above), **plateau),
+        claim("moment peak", bins[top] == 8, name=name, bin=bins[top]),
+        claim("moment level", abs(level) <= MOMENT_BAND, name=name, moment=moment[top], off=100.0 * level),
+        claim("moment end", as_low, name=name, ratio=ratio),
+        claim("moment std", rises.all(), name=name, **rising),
+    ]
+
+
+def _known(values: Float) -> str:
+    """Verdict on a bin without wind; empty if every bin has some."""
+    return f"{UNJUDGED}bins without wind" if np.isnan(values).any() else ""
+
+
+def _words(values: Sequence[float] | Float, unit: str, digits: int = 0) -> str:
+    return f"{with_interval(mean_interval(values), digits)} {unit}"
+
+
+def _start_up(runs: Runs) -> list[Claim]:
+    powers = [r.between(180.0, 240.0)["generator_power"] * 1e-3 for r in survivors(runs.start_up)]
+    mean = [float(p.mean()) for p in powers]
+    simulated, measured_one = (100.0 * (float(np.mean(mean)) / stated - 1.0) for stated in (1435.0, 1380.0))
+    return [
+        claim("V1", mean=_words(mean, "kW"), simulated=simulated, measured=measured_one),
+        claim("V1 speed"),
+        claim("V1 scatter", std=_words([float(p.std()) for p in powers], "kW")),
+        claim("V1 moment"),
+        claim("V1 loads"),
+    ]
+
+
+def _power_stage(runs: Runs) -> list[Claim]:
+    results = survivors(runs.power_stage)
+    held = [r.between(360.0, 430.0) for r in results]
+    v2 = [float(r["generator_power"].mean()) * 1e-3 for r in held]
+    moment = [float(r[MOMENT].mean()) * 1e-3 for r in held]
+    speed, flap = np.array([(r.speed, r.moment_mean) for r in measured()]).T
+    at_wind = np.interp([float(r["wind_x"].mean()) for r in held], speed, flap)
+    change = np.array(moment) / at_wind - 1.0
+    end = [float(np.abs(r.between(470.0, 480.0)["generator_power"]).max()) * 1e-3 for r in results]
+    after = [r.between(STOP_AT, np.inf) for r in results]
+    fall = [float(r.time[np.argmax(r["generator_power"] < 1e3)]) - STOP_AT for r in after]
+    off, off_measured = (float(np.mean(v2)) / stated - 1.0 for stated in (2036.0, 2011.0))
+    held_as_stated = abs(off) <= HELD_BAND
+    return [
+        claim("V2", held_as_stated, mean=_words(v2, "kW"), simulated=100.0 * off, measured=100.0 * off_measured),
+        claim("V2 moment", abs(change.mean()) <= MOMENT_BAND, change=_words(100.0 * change, "%", 1)),
+        claim("V2 stop", max(end) < 1.0, power=max(end)),
+        claim("V2 fall", time=_words(fall, "s", 1)),
+        claim("V2 loads"),
+    ]
+
+
+def _strategies(g: Gusts) -> list[Claim]:
+    """What each strategy does on the paper's machine, over all phases, yaw controls and directions."""
+
+    def over_all(of: Callable[[Gust], float]) -> Float:
+        return g.over_all(of, MACHINE)
+
+    begins = [over_all(lambda each, name=name: each.first_pitch(name)) for name in (STOP, DERATE, IGNORE)]  # type: ignore[misc]
+    derated = [over_all(lambda each, of=of: of(each.held())) for of in (np.mean, np.min, np.max)]  # type: ignore[misc]
+    last = [over_all(lambda each, name=name: float(each.power(name, 80.0).mean()) * 1e-3) for name in (STOP, IGNORE)]  # type: ignore[misc]
+    feathered = [over_all(lambda each, name=name: each.feathered(name)) for name in (STOP, EMERGENCY)]  # type: ignore[misc]
+    stops = over_all(lambda each: len(transitions(each.results[IGNORE], "stop")))
+    near = all(bool((np.abs(x - 18.0) <= 1.0).all()) for x in begins)
+    normal, emergency = (spread(x, ".1f") for x in feathered)
+    left = np.abs(last[0]).max()
+    stopped = np.isfinite(feathered).all() and left < 1.0
+    mean, least, most = derated
+    held = np.abs(mean / 2000.0 - 1.0).max() <= HELD_BAND
+    return [
+        claim("pitch begins", near, times="; ".join(spread(x, ".1f") for x in begins)),
+        claim("S1 stops", stopped, normal=normal, emergency=emergency, power=left),
+        claim("S2 power", held, mean=spread(mean, ".0f"), least=least.min(), most=most.max()),
+        claim("S2 stop"),
+        claim("S3 stop", not stops.any(), power=spread(last[1], ".0f")),
+    ]
+
+
+def about_half(ratios: Float) -> bool:
+    """Whether the mean of ratios, by phase, is "about 0.5"."""
+    error = np.std(ratios, ddof=1) / np.sqrt(len(ratios)) if len(ratios) > 1 else 0.0
+    return bool(abs(ratios.mean() - HALF) <= DIGIT + 2.0 * error)
+
+
+def _where(holds: Mapping[str, bool]) -> object:
+    """Verdict from those in several settings."""
+    some = [words for words, each in holds.items() if each]
+    return len(some) == len(holds) or (f"holds only for {'; '.join(some)}" if some else False)
+
+
+def _halves(g: Gusts, own: Sequence[Setting], which: Sequence[tuple[str, str]]) -> dict[str, object]:
+    """Ratios of derating by direction, and in which settings they are about half."""
+    told, holds = [], {}
+    for load, against in which:
+        for sign, direction in SIGNS.items():
+            ratios = g.over_all(lambda each, of=(load, against): each.ratio(*of), MACHINE, sign)  # type: ignore[misc]
+            told.append(f"{load} over {against[:2]} {spread(ratios)} {direction}")
+        for setting in own:
+            words = f"{load} over {against[:2]} with {setting.average:g} s, {SIGNS[setting.sign]}"
+            holds[words] = about_half(g.ratios(setting, load, against))
+    return {"verdict": _where(holds), "ratios": "; ".join(told)}
+
+
+def _loads(g: Gusts) -> list[Claim]:
+    """The paper's statements on loads, in all settings of its machine, for all components that they may mean."""
+    own = [setting for setting in g.phases if setting.machine == MACHINE]
+    bearing = [(load, against) for load, against in RATIOS if load != TOP_SHEAR]
+    rises = {f"{s.average:g} s, {SIGNS[s.sign]}": g.values(s, ordered) for s in own}
+    told = "; ".join(f"{x.sum():.0f} of {len(x)} with {words}" for words, x in rises.items())
+    return [
+        claim("bearing half", **_halves(g, own, bearing)),
+        claim("top half", **_halves(g, own, [(TOP_SHEAR, IGNORE)])),
+        claim("tower top order", _where({words: bool(x.all()) for words, x in rises.items()}), phases=told),
+    ]
+
+
+REASONS = reasons_of("wang2021")
+"""Why numbers differ."""

@@ -1,0 +1,152 @@
+"""Figures 9 and 10: the gust with direction change under the strategies, by machine, yaw control, direction, phase."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.papers.wang2021.winds import GUST_BEGIN
+from meltemi.simulation.result import Result
+from meltemi.studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION, extreme
+from meltemi.studies.yaw_gusts import transitions
+from meltemi.tuning.run_store import FailedResult, FailedResultError
+
+Float = NDArray[np.float64]
+STOP, DERATE, IGNORE = "S1 stop", "S2 derate", "S3 ignore"
+EMERGENCY, SLOWED, SHORT = "S1 emergency stop", "S2 at low speed", "S2, recheck after 30 s"
+"""Stopping as the paper says, beside the normal stop of the yaw protection; derating by a lower rotor speed in place of
+a lower torque; a recheck that comes too early."""
+MACHINE, SLOW = "12.6 rpm", "9.9 rpm"
+"""Machines in the gust: the paper's rotor speed and a slower one, with constant torque above rated."""
+SIGNS: Mapping[Literal[1, -1], str] = {1: "clockwise", -1: "counter-clockwise"}
+"""Of the direction change, seen from above: the paper gives none, the standard has both."""
+RATIOS = tuple((load, against) for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR) for against in (STOP, IGNORE))
+"""Loads of derating, and the strategy that they are compared with."""
+MOVED = np.radians(0.2)
+"""[rad] of pitch beyond which it has begun to move."""
+
+
+def first(result: Result, where: NDArray[np.bool_]) -> float:
+    """[s] time of the first record that meets a condition; NaN if none does."""
+    return float(result.time[np.argmax(where)]) if where.any() else np.nan
+
+
+@dataclass(frozen=True)
+class Gust:
+    """Runs in one wind, by strategy.
+
+    Attributes:
+      results: by strategy.
+    """
+
+    results: Mapping[str, Result] = field(repr=False)
+
+    def peak(self, strategy: str, load: str) -> float:
+        """Largest magnitude of a load after the start of the gust, in engineering units."""
+        return extreme(self.results[strategy].between(GUST_BEGIN, np.inf), load)
+
+    def ratio(self, load: str, against: str, strategy: str = DERATE) -> float:
+        """Ratio of the peaks of two strategies."""
+        return self.peak(strategy, load) / self.peak(against, load)
+
+    def first_pitch(self, strategy: str) -> float:
+        """[s] time at which the pitch of blade 1 differs from its initial value by 0.2 degrees."""
+        result = self.results[strategy]
+        return first(result, np.abs(result["pitch_1"] - result["pitch_1"][0]) > MOVED)
+
+    def triggered(self, strategy: str) -> float:
+        """[s] time at which the yaw error first exceeds its threshold, both as measured by the controller."""
+        result = self.results[strategy]
+        return first(result, np.abs(result["yaw_error"]) > result["yaw_threshold"])
+
+    def feathered(self, strategy: str) -> float:
+        """[s] time at which the pitch exceeds 85 degrees; NaN if it does not."""
+        result = self.results[strategy]
+        return first(result, result["pitch_1"] > np.radians(85.0))
+
+    def held(self) -> Float:
+        """(T,) [kW] power of derating from 30 s after it began; NaN if it did not."""
+        begin = next((e.time for e in transitions(self.results[DERATE], "derate")), np.inf)
+        return self.power(DERATE, begin + 30.0) * 1e-3 if np.isfinite(begin) else np.array([np.nan])
+
+    def power(self, strategy: str, begin: float, end: float = np.inf) -> Float:
+        """(T,) [W] generator power from ``begin`` to ``end`` [s]."""
+        return self.results[strategy].between(begin, end)["generator_power"]
+
+
+class Setting(NamedTuple):
+    """Machine, averaging time [s] of the yaw control, and sign of the direction change."""
+
+    machine: str
+    average: float
+    sign: Literal[1, -1]
+
+    @property
+    def words(self) -> str:
+        """The setting in words."""
+        return f"{self.machine}, {self.average:g} s, {SIGNS[self.sign]}"
+
+
+@dataclass(frozen=True)
+class Gusts:
+    """Runs of all machines, yaw controls and directions.
+
+    Attributes:
+      phases: by setting: one entry for each azimuth of the rotor.
+      shown: settings of the figures: both directions.
+    """
+
+    phases: Mapping[Setting, Sequence[Gust]] = field(repr=False)
+    shown: tuple[Setting, ...]
+
+    def first(self, sign: int) -> Gust:
+        """Of the figures in a direction, the first phase."""
+        return self.phases[next(s for s in self.shown if s.sign == sign)][0]
+
+    def values(self, setting: Setting, of: Callable[[Gust], float]) -> Float:
+        """(phases,) values of a function of the runs, without phases in which a run failed.
+
+        Raises:
+          FailedResultError: every phase has a run that failed.
+        """
+        gusts = self.phases[setting]
+        failed = [r for g in gusts for r in g.results.values() if isinstance(r, FailedResult)]
+        found = [of(g) for g in gusts if not any(isinstance(r, FailedResult) for r in g.results.values())]
+        if not found:
+            raise FailedResultError(failed[0].why)
+        return np.array(found)
+
+    def over_all(self, of: Callable[[Gust], float], machine: str = "", sign: int = 0) -> Float:
+        """Values in all settings, of a machine and a direction if they are given."""
+        chosen = [s for s in self.phases if machine in ("", s.machine) and sign in (0, s.sign)]
+        return np.concatenate([self.values(setting, of) for setting in chosen])
+
+    def ratios(self, setting: Setting, load: str, against: str, strategy: str = DERATE) -> Float:
+        """(phases,) ratios of the peaks of a load under a strategy, derating, and under another."""
+        return self.values(setting, lambda g: g.ratio(load, against, strategy))
+
+
+def ordered(g: Gust) -> float:
+    """Whether the tower-top load rises from stopping over derating to ignoring."""
+    one, two, three = (g.peak(name, TOP_SHEAR) for name in (STOP, DERATE, IGNORE))
+    return float(one < two < three)
+
+
+def spread(values: Float, form: str = ".2f") -> str:
+    """Smallest to largest value, of those that are there."""
+    low, high = format(np.nanmin(values), form), format(np.nanmax(values), form)
+    return low if low == high else f"{low} to {high}"
+
+
+def peaks(gust: Gust) -> list[list[str]]:
+    """Table rows: peaks of every load under every strategy, and ratios."""
+    rows = []
+    for name, load in LOADS.items():
+        values = [gust.peak(strategy, name) for strategy in gust.results]
+        ratios = [gust.ratio(name, against) for against in (STOP, IGNORE)]
+        rows.append([f"{name} [{load.unit}]", *(f"{v:.2f}" for v in values), *(f"{r:.2f}" for r in ratios)])
+    return rows

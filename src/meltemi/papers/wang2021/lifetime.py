@@ -1,0 +1,98 @@
+"""Lifetime loads of the strategies: production in the wind of the site, and so many fronts a year from the grid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from meltemi.loads.energy import YEAR
+from meltemi.papers.wang2021.gust import SIGNS
+from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_interval
+from meltemi.reports.blocks import Table
+from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.result import Result
+from meltemi.studies.machine_loads import LOADS, fatigue
+from meltemi.studies.yaw_gusts import LENGTH, WIND, Found
+from meltemi.studies.yaw_limits import LEAD, cases_in_turbulence
+from meltemi.tuning.run_store import cells
+
+SPEEDS = (5.0, 7.0, 9.0, 11.0, 13.0, 17.0, 21.0)
+"""[m/s] of production without fronts."""
+FRONTS = (50, 200)
+"""A year."""
+
+
+def production(
+    model: BladedModel,
+    mean_wind: float,
+    wind_class: str,
+    seeds: Sequence[int],
+    length: float = 600.0,
+    *,
+    workers: int | None = None,
+) -> dict[str, float]:
+    """Lifetime equivalent loads of production without fronts, by name of ``LOADS``, in their units.
+
+    Args:
+      model: with its yaw held.
+      mean_wind: [m/s] of the year; Rayleigh.
+      wind_class: of the turbulence.
+      seeds: of the turbulence.
+      length: [s] judged of each run.
+      workers: threads.
+
+    Raises:
+      FailedResultError: a run did not reach its end.
+    """
+    keys = [("ntm", speed, 0.0, seed) for speed in SPEEDS for seed in seeds]
+    cases = cases_in_turbulence(model, keys, wind_class, LEAD + length)
+
+    def loads(result: Result) -> dict[str, float]:
+        return {name: fatigue(result.between(LEAD, np.inf), name) for name in LOADS}
+
+    found = cells(cases, reduce=loads, workers=workers)
+    lifetime = {}
+    for name, load in LOADS.items():
+        by_speed = np.reshape([run[name] for run in found], (len(SPEEDS), len(seeds)))
+        at = [ensemble_load(values, load.slope) for values in by_speed]
+        lifetime[name] = lifetime_del(SPEEDS, at, slope=load.slope, mean_speed=mean_wind)
+    return lifetime
+
+
+def change(grid: Found, production: Mapping[str, float], strategy: str, sign: int, name: str, fronts: int) -> str:
+    """[%] change of a lifetime equivalent load against ignoring the error, and its 95 % interval over the winds.
+
+    The damage of production and of the fronts adds up: L^m T = L_p^m (T - n t) + n t mean(L_g^m).
+    """
+    slope, share = LOADS[name].slope, fronts * LENGTH / YEAR
+    rows = grid.rows[grid.rows["sign"] == sign]
+    rows = rows.assign(damage=rows[f"{name}, fatigue"] ** slope)
+    own, ignored = (
+        of[of["recheck"] == of["recheck"].max()].groupby(WIND)["damage"].mean()
+        for of in (rows[rows["strategy"] == strategy], rows[rows["strategy"] == "S3"])
+    )
+    base = production[name] ** slope * (1.0 - share) + share * ignored.mean()
+    more = mean_interval((own - ignored).dropna().to_numpy())
+    low, middle, high = (
+        100.0 * (max(1.0 + share * x / base, 0.0) ** (1.0 / slope) - 1.0) for x in (more.low, more.mean, more.high)
+    )
+    return f"{middle:+.1f}" + (f" ± {0.5 * (high - low):.1f}" if more.n > 1 else "")
+
+
+def table(grid: Found, production: Mapping[str, float], strategies: Sequence[str]) -> Table:
+    """Table of lifetime loads by strategy, direction of the fronts, and their number."""
+    rows = [
+        [f"{fronts}", direction, strategy, *(change(grid, production, strategy, sign, name, fronts) for name in LOADS)]
+        for fronts in FRONTS
+        for sign, direction in SIGNS.items()
+        for strategy in strategies
+    ]
+    usual = ", ".join(f"{name} {production[name]:.3g} {load.unit}" for name, load in LOADS.items())
+    note = (
+        "Change of the equivalent load of twenty years against S3, [%] with 95 % intervals over the winds of the grid, "
+        "of which each front is one; derating with the longest recheck time. Damage of production, in turbulence of "
+        f"the class and a Rayleigh distribution at the site's mean wind, and fronts added; production alone: {usual}."
+    )
+    head = ["fronts\na year", "change", "strategy", *LOADS]
+    return Table(head, rows, "Lifetime loads of the strategies", text_columns=3, note=note)

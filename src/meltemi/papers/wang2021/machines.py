@@ -1,0 +1,68 @@
+"""The paper's two turbines under its strategies."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Final
+
+from meltemi.control.controller import Controller
+from meltemi.control.coordinated import CoordinatedController
+from meltemi.control.power_control.settings import PowerControl
+from meltemi.control.yaw import YawControl
+from meltemi.core.units import rpm
+from meltemi.papers.wang2021.gust import MACHINE, SLOW
+from meltemi.simulation.performance import performance_of
+from meltemi.studies.scaling.library import scaled_turbine
+from meltemi.studies.yaw_gusts import with_yaw_rate
+from meltemi.tuning.baseline_tuning import tune_baseline
+from meltemi.turbine.definition import BaselineControl, Turbine
+from meltemi.turbine.library import load_turbine
+
+MEASURED: Final = "zr20-122"
+STUDIED: Final = "ct30-155"
+"""Of the library: that of the measurements, and that of the strategies."""
+TORQUE_HELD: Final = {"control.torque.hold": "torque"}
+LIMITED = 2.0e6
+"""[W] to which the paper derates."""
+RATING = 2.037e6
+"""[W] that the paper's own simulation holds; Table 1 has 2 MW, Table 2 2,036 to 2,040 kW."""
+
+
+def measured_turbine() -> Turbine:
+    """ZR2.0-122 with the rating of the paper's own simulation, and its torque above rated: constant."""
+    return scaled_turbine(MEASURED, rated_power=RATING).replace(**TORQUE_HELD)
+
+
+def with_speed_loop(turbine: Turbine, factor: float, tip_speed_ratio: float | None = None) -> Turbine:
+    """The turbine with a speed loop of so many times the usual frequency, and a tip-speed ratio below rated."""
+    control = _usual_control(turbine, tip_speed_ratio)
+    proportional, integral = factor * control.pitch.proportional_gain, factor**2 * control.pitch.integral_gain
+    pitch = control.pitch.replace(proportional_gain=proportional, integral_gain=integral)
+    return turbine.replace(control=control.replace(pitch=pitch)).replace(**TORQUE_HELD)
+
+
+@cache
+def _usual_control(turbine: Turbine, tip_speed_ratio: float | None) -> BaselineControl:
+    return tune_baseline(turbine, tip_speed_ratio=tip_speed_ratio, margins=False).control
+
+
+def studied_turbine(yaw_rate: float) -> Turbine:
+    """CT3.0-155 of the library, 9.9 rpm and power held, with a yaw rate [rad/s]."""
+    return with_yaw_rate(load_turbine(STUDIED), yaw_rate)
+
+
+def gust_machines(yaw_rate: float) -> dict[str, Turbine]:
+    """CT3.0-155 with the paper's rotor speed or a slower one, torque held above rated; yaw rate in rad/s."""
+    fast = with_yaw_rate(scaled_turbine(STUDIED, rotor_speed=rpm(12.6)), yaw_rate)
+    return {n: t.replace(**TORQUE_HELD) for n, t in {MACHINE: fast, SLOW: studied_turbine(yaw_rate)}.items()}
+
+
+YAW_CONTROLS = {1.0: YawControl(average_time=1.0, start_time=0.0), 10.0: YawControl(average_time=10.0, start_time=0.0)}
+YAW_CONTROLS |= {YawControl().average_time: YawControl()}
+"""By averaging time [s]: two that start as soon as the averaged error leaves the dead band, and the default."""
+
+
+def slowed(turbine: Turbine, yaw: YawControl) -> Controller:
+    """Power control that meets a limit of the power at the lowest speed that gives it (A0)."""
+    power = PowerControl(scheme="optimal_speed")
+    return CoordinatedController(turbine, performance_of(turbine), power=power, yaw=yaw)

@@ -1,0 +1,361 @@
+"""Page of the study: claims, Table 2, figures, diagrams, results beyond the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from meltemi.papers.claim import Claim, brief, claims_table, count_held, reason_lines
+from meltemi.papers.study import Chapter, Contents, Draw, Progress, Study, applied, span, tabled, told, worded
+from meltemi.papers.wang2021 import beyond, figures
+from meltemi.papers.wang2021.beyond import Beyond
+from meltemi.papers.wang2021.claims import REASONS, claims
+from meltemi.papers.wang2021.gust import (
+    DERATE,
+    EMERGENCY,
+    IGNORE,
+    RATIOS,
+    SHORT,
+    SIGNS,
+    SLOWED,
+    STOP,
+    Gusts,
+    ordered,
+    peaks,
+    spread,
+)
+from meltemi.papers.wang2021.machines import YAW_CONTROLS
+from meltemi.papers.wang2021.runs import QUICK, YAW_RATE, Runs, Setup, run_all, run_gusts
+from meltemi.papers.wang2021.table2 import LOOP_BINS, MOMENT, POWER
+from meltemi.papers.wang2021.winds import measured
+from meltemi.reports.blocks import Table
+from meltemi.reports.state_diagram import plot_states
+from meltemi.studies.machine_loads import TOP_SHEAR, YAW_BENDING
+from meltemi.studies.yaw_gusts import with_yaw_rate
+from meltemi.tuning.run_store import FailedResult, attempt, guarded
+from meltemi.turbine.definition import Turbine
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SHARE = 0.6
+"""Of the time that the paper's part takes."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Results of the paper's runs and of those beyond it."""
+
+    runs: Runs
+    more: Beyond
+
+
+FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
+    "table2": (
+        "Power and load curves of Table 2 over the measured columns; shaded: smallest to largest value",
+        lambda runs: figures.table2(dict(runs.tables)),
+    ),
+    "fig04_start_up": (
+        "Figure 4 (V1): start-up, all seeds",
+        lambda runs: figures.validation(
+            runs.start_up,
+            "Fig. 4: start-up, mean wind 7.49 m/s, last minute 8.06 m/s",
+            ((180.0, 240.0, "measured", 1380.0), (180.0, 240.0, "the paper's simulation", 1435.0)),
+        ),
+    ),
+    "fig05_power_limit": (
+        "Figure 5 (V2): power limit, yaw and stop, all seeds",
+        lambda runs: figures.validation(
+            runs.power_stage,
+            "Fig. 5: mean wind 10.49 m/s, turn of the wind at 120 s, stop at 430 s",
+            ((360.0, 430.0, "measured", 2011.0), (360.0, 430.0, "the paper's simulation", 2036.0)),
+        ),
+    ),
+    "fig06_threshold": ("Figures 6 and 7: the threshold", lambda runs: figures.thresholds()),
+    "fig07_supervisor": ("Figure 7: the supervisor, drawn from its own table", lambda runs: plot_states()),
+    "fig08_recheck": ("Figure 8: derate and look again, from the table", lambda runs: plot_states("yaw")),
+    "fig09_wind": ("Figure 9: the gust with direction change, both directions", lambda r: figures.gust_wind(r.gusts)),
+    "fig10_strategies": (
+        "Figure 10: the strategies, clockwise change, 12.6 rpm, default yaw control; dotted: the paper's numbers",
+        lambda runs: figures.figure_10(runs.gusts.first(1)),
+    ),
+    "fig10_counter": (
+        "Figure 10 with the counter-clockwise change",
+        lambda runs: figures.figure_10(runs.gusts.first(-1)),
+    ),
+}
+
+
+def run(
+    *, quick: bool, workers: int | None, progress: Progress, partly: Callable[[Found], object], parts: Sequence[str]
+) -> Found:
+    """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as lost."""
+    runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, SHARE))
+    later: Any = FailedResult("not run yet")
+    partly(Found(runs, Beyond(later, later, later, later)))
+    told_of = span(progress, SHARE, 1.0 - SHARE)
+    more = beyond.study(runs.turbines[1], quick, limit_seeds=runs.setup.limit_seeds, workers=workers, progress=told_of)
+    return Found(runs, more)
+
+
+def calibration_words(runs: Runs) -> str:
+    """The two calibrated numbers."""
+    c = runs.calibration
+    chord, drag = c.errors
+    return f"chord times {c.chord:.2f} ± {chord:.2f}, drag coefficient {c.drag:+.4f} ± {drag:.4f}, from bins 5 to 7"
+
+
+def bins_table(runs: Runs) -> Table:
+    """Table 2 of the paper and ours."""
+    columns = [
+        ("mean power [kW]", POWER, "mean", "power_mean", 0),
+        ("std of power [kW]", POWER, "std", "power_std", 0),
+        ("mean moment [kNm]", MOMENT, "mean", "moment_mean", 0),
+        ("std of moment [kNm]", MOMENT, "std", "moment_std", 0),
+    ]
+    head, groups = ["bin", "m/s", "sets"], [("", 3)]
+    for title, *_ in columns:
+        head += ["measured", *runs.tables]
+        groups.append((title, 1 + len(runs.tables)))
+    rows = []
+    for i, r in enumerate(measured()):
+        row = [str(r.bin), f"{r.speed:g}", str(r.sets)]
+        for _, name, of, column, digits in columns:
+            row.append(f"{getattr(r, column):.{digits}f}")
+            row += [
+                "failed" if r.bin in table.lost else f"{table.column(name, of)[i]:.{digits}f}"
+                for table in runs.tables.values()
+            ]
+        rows.append(row)
+    seeds, period = len(runs.setup.seeds), runs.setup.period
+    note = f"Ours: {seeds} seeds a bin, {period:g} s each; calibrated: {calibration_words(runs)}."
+    return Table(head, rows, "Table 2 of the paper and ours", groups=groups, text_columns=1, note=note)
+
+
+def loops_table(runs: Runs) -> Table:
+    """Table of the tried speed loops."""
+    loop = runs.loop
+    rows = [["measured", *(f"{x:.0f}" for x in loop.target), ""]]
+    rows += [
+        [f"{factor:g}", *(f"{x:.0f}" for x in std), f"{loop.off(factor):.1f}"] for factor, std in loop.power_std.items()
+    ]
+    head = ["frequency over the usual one", *(f"bin {k}\nkW" for k in LOOP_BINS), "rms off\nkW"]
+    note = f"Std of power as scaled, {len(runs.setup.limit_seeds)} seeds; chosen by the least squares: {loop.chosen:g}."
+    return Table(head, rows, "Frequency of the speed loop", note=note)
+
+
+def loads_tables(runs: Runs) -> list[Table]:
+    """Tables of peak loads after the start of the gust, by direction."""
+    made = []
+    for sign, words in SIGNS.items():
+        gust = runs.gusts.first(sign)
+        head = ["largest size after the gust began", *gust.results, "S2 over S1", "S2 over S3"]
+        caption = f"Loads of the strategies, {words} change, 12.6 rpm, default yaw control, first phase"
+        made.append(Table(head, peaks(gust), caption))
+    return made
+
+
+def ratios_table(g: Gusts) -> Table:
+    """Table of ratios of loads by setting, over the phases."""
+    against = [(load, DERATE, other) for load, other in RATIOS]
+    against += [(YAW_BENDING, STOP, IGNORE)]
+    if all(EMERGENCY in x.results for phases in g.phases.values() for x in phases):
+        against.append((YAW_BENDING, DERATE, EMERGENCY))
+    head = ["machine", "yaw average\ns", "change"]
+    head += [f"{load}\n{own[:2]} over {other if other == EMERGENCY else other[:2]}" for load, own, other in against]
+    head += ["tower top\nS1 < S2 < S3"]
+    rows = []
+    for setting in g.phases:
+        x = g.values(setting, ordered)
+        cells = [spread(g.ratios(setting, load, other, own)) for load, own, other in against]
+        rows.append([setting.machine, f"{setting.average:g}", SIGNS[setting.sign], *cells])
+        rows[-1].append(f"{x.sum():.0f} of {len(x)}")
+    note = (
+        f"Smallest to largest over {len(next(iter(g.phases.values())))} azimuths of the rotor. The default yaw control "
+        "averages over 30 s and starts after 10 s; the others start at once. The paper gives neither, and no direction."
+    )
+    return Table(head, rows, "Peaks of derating over those of stopping and ignoring", text_columns=1, note=note)
+
+
+def slowed_words(g: Gusts) -> str:
+    """Derating by a lower rotor speed against derating by a lower torque, and emergency against normal stops."""
+    parts = []
+    for setting in g.shown:
+        whole = [x for x in g.phases[setting] if SLOWED in x.results and EMERGENCY in x.results]
+        bending, shear = (
+            spread(np.array([x.ratio(load, DERATE, SLOWED) for x in whole])) for load in (YAW_BENDING, TOP_SHEAR)
+        )
+        stop = spread(np.array([x.ratio(YAW_BENDING, STOP, EMERGENCY) for x in whole]))
+        parts.append(
+            f"{SIGNS[setting.sign]} {bending} in bending at the bearing and {shear} at the tower top (the emergency "
+            f"stop {stop} of the normal one in bending)"
+        )
+    return (
+        f"Derating at a low rotor speed has, of the peaks of derating at rated speed, {'; '.join(parts)}. It is a "
+        "power control that always holds the lowest speed that gives the power (A0), so it turns slower before the "
+        "gust, too."
+    )
+
+
+def log_table(runs: Runs) -> Table:
+    """Table of the supervisor's transitions."""
+    results = {**runs.gusts.first(1).results, SHORT: runs.recheck}
+    rows = [
+        [name, f"{entry.time:.2f}", entry.what, entry.reason]
+        for name, result in results.items()
+        for entry in result.log
+    ]
+    return Table(["strategy", "time [s]", "transition", "reason"], rows, "The supervisor's log", text_columns=4)
+
+
+def gust_words(g: Gusts) -> str:
+    """Where derating loads less than the other strategies in the paper's gust, and where more, by direction."""
+
+    def of(machine: str, sign: int, load: str, own: str, other: str) -> str:
+        return spread(g.over_all(lambda x: x.ratio(load, other, own), machine, sign))
+
+    machine = next(iter(g.phases)).machine
+    parts = [
+        f"with a {words} change {of(machine, sign, YAW_BENDING, DERATE, STOP)} of that of stopping and "
+        f"{of(machine, sign, YAW_BENDING, DERATE, IGNORE)} of that of doing nothing"
+        for sign, words in SIGNS.items()
+    ]
+    worst = {
+        sign: float(g.over_all(lambda x: max(x.peak(name, YAW_BENDING) for name in x.results), machine, sign).max())
+        for sign in SIGNS
+    }
+    governs = max(SIGNS, key=lambda sign: worst[sign])
+    own = {sign: float(np.median(g.over_all(lambda x: x.peak(STOP, YAW_BENDING), machine, sign))) for sign in SIGNS}
+    return (
+        "What derating saves in the paper's gust depends on the direction of the change, which the paper does not "
+        f"give. The bending at the yaw bearing of derating is, at {machine}, {'; '.join(parts)}. Stopping has a median "
+        f"peak of {' and '.join(f'{own[sign]:.0f} MN m {words}' for sign, words in SIGNS.items())}: the "
+        f"{SIGNS[governs]} change governs."
+    )
+
+
+def grid_words(more: Beyond) -> str:
+    """Derating against ignoring over the grid of gusts."""
+    cost = {name: beyond.costs(more.grid, "S2", name) for name in (f"{YAW_BENDING}, extreme", "energy")}
+    bending, lost = cost[f"{YAW_BENDING}, extreme"], cost["energy"]
+    return (
+        f"In {beyond.winds_of(more.grid)} winds with gusts derating changes the extreme bending at the bearing by "
+        f"{bending} against ignoring the error, and loses {lost} a gust where ignoring loses nothing."
+    )
+
+
+def lead(lines: Sequence[Claim], runs: Runs, more: Beyond) -> str:
+    """The result in a few sentences."""
+    parts = [
+        count_held(lines),
+        worded(lambda: gust_words(runs.gusts), "The gust"),
+        worded(lambda: grid_words(more), "The grid of gusts"),
+    ]
+    return " ".join(parts)
+
+
+def contents(found: Found, out: Path, draw: Draw) -> Contents:
+    """Chapters, lead and facts of the page."""
+    runs, more = found.runs, found.more
+    lines = claims(runs)
+    table = claims_table([c for c in lines if c.basis != "surrogate"])
+    beside = claims_table([c for c in lines if c.basis == "surrogate"], "Surrogate against measurement")
+    ratios = tabled("Ratios of loads", lambda: ratios_table(runs.gusts))
+    loads = guarded(lambda: loads_tables(runs), lambda why: [])
+    files = []
+    if not isinstance(more.grid, FailedResult):
+        files.append(out / "grid.csv")
+        more.grid.rows.to_csv(files[0], index=False, float_format="%.6g")
+    words = (
+        "Our turbine is scaled from another one. Its Table 2 beside the measured one says how good a surrogate it is, "
+        "not whether the paper is right: its model is compared with Figures 4 and 5."
+    )
+    loops = tabled("Frequency of the speed loop", lambda: loops_table(runs))
+    bins = tabled("Table 2 of the paper and ours", lambda: bins_table(runs))
+    slower = worded(lambda: slowed_words(runs.gusts), "Derating by speed")
+    return Contents(
+        lead=lead(lines, runs, more),
+        chapters={
+            "claims": Chapter("Claim by claim", [table, *reason_lines(REASONS)]),
+            "strategies": Chapter(
+                "Loads of the strategies", [ratios, slower, *loads, tabled("The log", lambda: log_table(runs))]
+            ),
+            "table2": Chapter("Surrogate against measurement", [words, loops, bins, beside]),
+            "beyond": beyond.chapter(more, draw),
+        },
+        facts=[
+            ("turbines", ", ".join(turbine.name for turbine in runs.turbines)),
+            ("calibration", guarded(partial(calibration_words, runs), str)),
+            ("seeds", ", ".join(str(seed) for seed in runs.setup.seeds)),
+        ],
+        shown=[brief(table), ratios],
+        files=files,
+    )
+
+
+@dataclass(frozen=True)
+class OfTurbine:
+    """The strategies in the gust, and what lies beyond the paper, of another turbine."""
+
+    gusts: Gusts
+    more: Beyond
+
+
+def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
+    """The strategies on another turbine: in the gust, over the grid of gusts, in a year of wind."""
+
+    def run_both(*, quick: bool, workers: int | None, progress: Progress, **_: Any) -> OfTurbine:
+        tell = told(span(progress, 0.0, 0.2), "gust with direction change")
+        machine = with_yaw_rate(turbine, turbine.yaw.rate or YAW_RATE)
+        speed = beyond.rated_wind(machine) + 2.0
+        given = {"averages": [max(YAW_CONTROLS)], "speed": speed, "limited": turbine.rated_power * 2.0 / 3.0}
+        pair = attempt("gust", run_gusts, {turbine.name: machine}, 2 if quick else 4, workers, tell, **given)
+        gusts = pair if isinstance(pair, FailedResult) else pair[0]
+        more = beyond.study(machine, quick, speed=speed, workers=workers, progress=span(progress, 0.2, 0.8))
+        return OfTurbine(gusts, more)
+
+    def contents_of(found: OfTurbine, out: Path, draw: Draw) -> Contents:
+        g, more = found.gusts, found.more
+        ratios = tabled("Ratios of loads", lambda: ratios_table(g))
+        drawn = [
+            draw(
+                f"gust_{words.replace('-', '_')}",
+                f"The strategies, {words} change",
+                lambda sign=sign: figures.gust_runs(g.first(sign)),  # type: ignore[misc]
+            )
+            for sign, words in SIGNS.items()
+        ]
+        slower = worded(lambda: slowed_words(g), "Derating by speed")
+        chapters = {
+            "strategies": Chapter("Loads of the strategies", [ratios, slower, *drawn]),
+            "beyond": beyond.chapter(more, draw),
+        }
+        lead = " ".join((worded(lambda: gust_words(g), "The gust"), worded(lambda: grid_words(more), "The grid")))
+        facts = [
+            ("turbine", turbine.name),
+            ("turbulence", f"class {beyond.WIND_CLASS}, for limits and production"),
+            ("year", f"the paper's site: mean wind {beyond.site().mean:g} m/s, intensities of its Table 2"),
+        ]
+        return Contents(lead, chapters, facts, [ratios])
+
+    words = "Yaw-error limits and derating of Wang et al. (2021)"
+    return applied(STUDY, turbine, words, run=run_both, contents=contents_of, runs=lambda found: found)
+
+
+STUDY: Study[Found] = Study(
+    name="wang2021",
+    title="Wang et al. (2021): derate and look again instead of shutting down, reproduced",
+    source="Wang, Y., Cai, X., Xu, B., Li, Z. (2021): yaw error strategy of a wind turbine by multibody dynamics. "
+    "Frontiers in Energy Research 9, 711927.",
+    run=run,
+    runs=lambda found: found.runs,
+    figures=FIGURES,
+    contents=contents,
+    applied=of_turbine,
+    needs=("pandas",),
+)

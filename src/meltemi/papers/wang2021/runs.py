@@ -1,0 +1,268 @@
+"""All simulations of the reproduction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from meltemi.control.controller import Controller
+from meltemi.control.supervisor.settings import Supervision
+from meltemi.control.supervisor.supervised import SupervisedController
+from meltemi.control.supervisor.threshold import YawProtection
+from meltemi.papers.study import Progress, span, told
+from meltemi.papers.wang2021 import winds
+from meltemi.papers.wang2021.gust import DERATE, EMERGENCY, IGNORE, SHORT, SIGNS, SLOWED, STOP, Gust, Gusts, Setting
+from meltemi.papers.wang2021.machines import (
+    LIMITED,
+    YAW_CONTROLS,
+    gust_machines,
+    measured_turbine,
+    slowed,
+    studied_turbine,
+    with_speed_loop,
+)
+from meltemi.papers.wang2021.table2 import (
+    TRANSIENT,
+    Calibration,
+    SpeedLoop,
+    Table2,
+    calibrate,
+    choose_speed_loop,
+    simulate_bins,
+)
+from meltemi.simulation.events import BaseEvent, PowerLimit, Request
+from meltemi.simulation.operating_point import OperatingPoint
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
+from meltemi.simulation.start import Start
+from meltemi.simulation.trim import operating_point
+from meltemi.studies.machine_loads import CHANNELS
+from meltemi.studies.yaw_gusts import strategy
+from meltemi.tuning.run_store import FailedResult, attempt, cells
+from meltemi.turbine.definition import Turbine
+
+AS_SCALED, CALIBRATED, EARLY = "as scaled", "calibrated", "calibrated, speed limited early"
+TIP_SPEED_RATIO = 10.5
+"""Of the last one: with it the rated speed is reached in a wind below rated, so that there is a speed limit area."""
+YAW_RATE = float(np.radians(0.5))
+"""[rad/s] by default; the paper gives none."""
+RECHECK, SHORT_RECHECK = 90.0, 30.0
+"""[s] of the strategy, and of the run that must end in a stop."""
+GUST_LENGTH, START_UP_LENGTH, POWER_LENGTH, STOP_AT = 100.0, 240.0, 480.0, 430.0
+"""[s]."""
+SHOWN = (
+    *("wind_x", "wind_y", "rotor_speed", "pitch_1", "generator_power", "generator_torque", "nacelle_yaw"),
+    *("operating_state", "power_setpoint", "yaw_error", "yaw_threshold", "tip_clearance_1"),
+    *CHANNELS,
+)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Extent of the simulations.
+
+    Attributes:
+      seeds: of turbulence.
+      period, transient: [s] of a run of Table 2, and before it.
+      limit_seeds: of the search for base points, and of the choice of the speed loop.
+      phases: azimuths of the rotor in the gust, over the 120 degrees from blade to blade.
+      averages: [s] of the yaw control in the gust.
+      quick: a small grid of gusts.
+    """
+
+    seeds: tuple[int, ...] = (1, 2, 3, 4)
+    period: float = 600.0
+    transient: float = TRANSIENT
+    limit_seeds: tuple[int, ...] = (1, 2)
+    phases: int = 4
+    averages: tuple[float, ...] = tuple(YAW_CONTROLS)
+    quick: bool = False
+
+
+QUICK = Setup(
+    seeds=(1,), period=40.0, transient=30.0, limit_seeds=(1,), phases=1, averages=(max(YAW_CONTROLS),), quick=True
+)
+"""A look at everything in little time; its numbers are too few to judge by."""
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Results of all simulations.
+
+    Attributes:
+      setup: how much.
+      turbines: measured, and that studied beyond the paper.
+      loop: of the measured one.
+      calibration: of the measured one.
+      tables: Table 2, as scaled, calibrated, and calibrated with an early limit of the speed.
+      start_up, power_stage: V1 and V2 of the calibrated turbine, by seed.
+      gusts: Figures 9 and 10.
+      recheck: derating in the gust with a recheck while the error is still beyond the threshold.
+    """
+
+    setup: Setup
+    turbines: tuple[Turbine, Turbine] = field(repr=False)
+    loop: SpeedLoop
+    calibration: Calibration
+    tables: Mapping[str, Table2]
+    start_up: tuple[Result, ...] = field(repr=False)
+    power_stage: tuple[Result, ...] = field(repr=False)
+    gusts: Gusts
+    recheck: Result = field(repr=False)
+
+
+def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
+    """Run all simulations of the paper."""
+    base, studied = measured_turbine(), studied_turbine(YAW_RATE)
+
+    def more(begin: float, length: float, what: str) -> dict[str, Any]:
+        return {"workers": workers, "progress": told(span(progress, begin, length), what)}
+
+    def slower(factor: float) -> Turbine:
+        return with_speed_loop(base, factor)
+
+    given = {"period": setup.period, "transient": setup.transient}
+    loop = attempt("speed loop", choose_speed_loop, slower, setup.limit_seeds, **given, **more(0.0, 0.08, "speed loop"))
+    factor = 1.0 if isinstance(loop, FailedResult) else loop.chosen
+    turbine = slower(factor)
+    early = with_speed_loop(base, factor, tip_speed_ratio=TIP_SPEED_RATIO)
+    calibration = attempt("calibration", calibrate, turbine, setup.seeds, **given, **more(0.08, 0.17, "calibration"))
+    tables = {}
+    kinds = ((AS_SCALED, turbine, Calibration()), (CALIBRATED, turbine, calibration), (EARLY, early, calibration))
+    for i, (name, machine, each) in enumerate(kinds):
+        told_of = more(0.25 + 0.18 * i, 0.18, f"Table 2, {name}")
+        tables[name] = attempt(
+            f"Table 2, {name}", simulate_bins, machine, each, winds.measured(), setup.seeds, **given, **told_of
+        )
+    tell = told(span(progress, 0.79, 0.06), "V1 and V2")
+    both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, tell)
+    one, two = (both, both) if isinstance(both, FailedResult) else both
+    tell = told(span(progress, 0.85, 0.15), "gust with direction change")
+    pair = attempt("gust", run_gusts, gust_machines(YAW_RATE), setup.phases, workers, tell, averages=setup.averages)
+    gusts, recheck = (pair, pair) if isinstance(pair, FailedResult) else pair
+    return Runs(setup, (turbine, studied), loop, calibration, tables, one, two, gusts, recheck)
+
+
+def validation(
+    turbine: Turbine,
+    calibration: Calibration,
+    seeds: tuple[int, ...],
+    workers: int | None,
+    progress: Callable[[float], None],
+) -> tuple[tuple[Result, ...], tuple[Result, ...]]:
+    """V1, a start-up from idling without yaw; V2, production with yaw and a stop."""
+    machine = calibration.turbine(turbine)
+    still, turning = build(machine), build(machine, ModelOptions(yaw="driven"))
+    cases = [
+        Run(
+            model=still,
+            wind=lambda seed=seed: winds.start_up(machine, seed, START_UP_LENGTH),  # type: ignore[misc]
+            duration=START_UP_LENGTH,
+            controller=SupervisedController(machine, Supervision(start_time=0.0)),
+            start=Start(pitch=machine.pitch_actuator.maximum),
+            channels=SHOWN,
+            name=f"V1, seed {seed}",
+        )
+        for seed in seeds
+    ]
+    cases += [
+        Run(
+            model=turning,
+            wind=lambda seed=seed: winds.power_stage(machine, seed, POWER_LENGTH),  # type: ignore[misc]
+            duration=POWER_LENGTH,
+            controller=strategy(machine, YawProtection()),
+            events=(Request(at=STOP_AT, request="normal_stop"),),
+            channels=SHOWN,
+            name=f"V2, seed {seed}",
+        )
+        for seed in seeds
+    ]
+    found = cells(cases, workers=workers, progress=progress)
+    return tuple(found[: len(seeds)]), tuple(found[len(seeds) :])
+
+
+def run_gusts(
+    machines: Mapping[str, Turbine],
+    phases: int,
+    workers: int | None,
+    progress: Callable[[float], None],
+    *,
+    averages: Sequence[float] = tuple(YAW_CONTROLS),
+    speed: float = winds.GUST_SPEED,
+    limited: float = LIMITED,
+) -> tuple[Gusts, Result]:
+    """The strategies in the gust with direction change, and a recheck that comes too early.
+
+    Args:
+      machines: by name.
+      phases: azimuths of the rotor.
+      workers, progress: of the runs.
+      averages: [s] of the yaw control.
+      speed: [m/s] before the gust.
+      limited: [W] to which is derated.
+    """
+    protections = {
+        STOP: YawProtection(strategy="stop"),
+        DERATE: YawProtection(strategy="derate", recheck_time=RECHECK, power_limit=limited),
+        IGNORE: YawProtection(strategy="ignore"),
+        SHORT: YawProtection(strategy="derate", recheck_time=SHORT_RECHECK, power_limit=limited),
+    }
+    models = {name: build(turbine, ModelOptions(yaw="driven")) for name, turbine in machines.items()}
+    blown = {(name, sign): winds.gust(turbine, sign, speed) for name, turbine in machines.items() for sign in SIGNS}
+    starts = {
+        name: attempt(f"steady operation, {name}", operating_point, model, blown[name, 1])
+        for name, model in models.items()
+    }
+    settings = [Setting(*of) for of in product(models, averages, SIGNS)]
+
+    def case(setting: Setting, phase: int, name: str, controller: Controller, *events: BaseEvent) -> Run:
+        machine = setting.machine
+        return Run(
+            model=models[machine],
+            wind=blown[machine, setting.sign],
+            duration=GUST_LENGTH,
+            controller=controller,
+            events=events,
+            channels=SHOWN,
+            start=at_azimuth(starts[machine], 2.0 * np.pi / 3.0 * phase / phases),
+            name=f"{name}, {setting.words}, phase {phase}",
+        )
+
+    def protected(setting: Setting, name: str) -> Controller:
+        return strategy(models[setting.machine].turbine, protections[name], YAW_CONTROLS[setting.average])
+
+    keys = [(s, phase, name) for s, phase in product(settings, range(phases)) for name in (STOP, DERATE, IGNORE)]
+    keys.append((settings[-len(SIGNS)]._replace(machine=next(iter(models))), 0, SHORT))
+    cases = [case(s, phase, name, protected(s, name)) for s, phase, name in keys]
+    found = dict(zip(keys, cells(cases, workers=workers, progress=lambda share: progress(0.65 * share)), strict=True))
+    # what no strategy of the yaw protection does begins when stopping began
+    later = []
+    for s, phase in product(settings, range(phases)):
+        begin = attempt(f"trigger, {s.words}", Gust({STOP: found[s, phase, STOP]}).triggered, STOP)
+        if isinstance(begin, FailedResult) or np.isnan(begin):
+            continue
+        stop = Request(at=begin, request="emergency_stop")
+        later.append(((s, phase, EMERGENCY), case(s, phase, EMERGENCY, protected(s, IGNORE), stop)))
+        if s.average == averages[-1]:
+            law = slowed(models[s.machine].turbine, YAW_CONTROLS[s.average])
+            limit = PowerLimit(at=begin, power=limited)
+            later.append(((s, phase, SLOWED), case(s, phase, SLOWED, law, limit)))
+    values = cells([run for _, run in later], workers=workers, progress=lambda share: progress(0.65 + 0.35 * share))
+    found |= {key: x for (key, _), x in zip(later, values, strict=True) if not isinstance(x, FailedResult)}
+    order = (STOP, EMERGENCY, DERATE, SLOWED, IGNORE)
+    gusts = {
+        s: [Gust({n: found[s, p, n] for n in order if (s, p, n) in found}) for p in range(phases)] for s in settings
+    }
+    shown = tuple(s for s in settings if s.machine == next(iter(models)) and s.average == averages[-1])
+    return Gusts(gusts, shown), found[keys[-1]]
+
+
+def at_azimuth(point: OperatingPoint, azimuth: float) -> OperatingPoint:
+    """An operating point, if there is one, at an azimuth [rad] of blade 1."""
+    return point if isinstance(point, FailedResult) else replace(point, azimuth=azimuth)

@@ -1,0 +1,164 @@
+"""Main data of a turbine: names and values in engineering units."""
+
+from __future__ import annotations
+
+import math
+
+from meltemi.report import tables
+from meltemi.reports.portrait import Portrait, PowerPortrait, masses
+from meltemi.simulation.modes import Mode
+from meltemi.turbine.power_turbine import AnyTurbine
+
+Groups = list[tuple[str, list[tuple[str, str]]]]
+FIRST = (
+    ("tower fore-aft", "tower 1st fore-aft"),
+    ("tower side-side", "tower 1st side-side"),
+    ("drivetrain", "drivetrain"),
+)
+"""Modes of the machine among the facts, and their coordinates; the generator's speed is held."""
+
+
+def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
+    """Groups of names and values, without quantities that could not be computed."""
+    if isinstance(seen, PowerPortrait):
+        return _power_facts(seen)
+    t = seen.turbine
+    n, d, torque, pitch = t.nacelle, t.drivetrain, t.control.torque, t.control.pitch
+    reference, swept = t.rated_rotor_speed, math.pi * t.rotor_radius**2
+    kg = masses(t)
+    rotor = [
+        ("blades", f"{t.n_blades} of {number(t.blade.length)} m"),
+        ("diameter", f"{number(t.rotor_diameter)} m"),
+        ("hub height", f"{number(t.hub_height)} m"),
+        ("hub radius", f"{number(t.hub.radius)} m"),
+        ("cone, tilt", f"{_degrees(t.hub.precone)}, {_degrees(n.tilt)}"),
+        ("overhang", f"{number(n.overhang)} m"),
+        ("swept area", f"{number(swept)} m²"),
+        ("specific power", f"{number(t.rated_power / swept)} W/m²"),
+    ]
+    operation = _operation(t, reference)
+    if seen.rated:
+        operation.insert(3, ("rated wind", f"{seen.rated.wind.speed:.2f} m/s, uniform"))
+    if seen.curve:
+        most = max(seen.curve, key=lambda p: p["rotor_aero_thrust"])
+        force, wind = number(most["rotor_aero_thrust"] / 1e3), most.wind.speed
+        operation.append(("largest thrust", f"{force} kN at {wind:.1f} m/s"))
+    if seen.best:
+        best, ratio, angle = seen.best
+        operation.append(("largest C_p", f"{best:.3f} at λ {ratio:g}, {_degrees(angle)}"))
+    drive = [
+        ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
+        ("generator speed", f"{number(pitch.reference_speed * 30.0 / math.pi)} rpm"),
+        ("rated torque", prefixed(torque.rated_power / torque.rated_speed, "N m")),
+        ("efficiency", f"{number(100.0 * d.generator_efficiency * d.gearbox_efficiency)} %"),
+        ("generator inertia", _inertia(d.generator_inertia)),
+        ("shaft stiffness", prefixed(d.stiffness, "N m/rad")),
+    ]
+    control = [("speed filter", f"{number(t.control.filter_frequency / (2.0 * math.pi))} Hz"), *_control(t)]
+    weights = [(name, f"{number(value / 1e3)} t") for name, value in kg.items()]
+    weights.append(("tower top", f"{number((kg['rotor'] + kg['nacelle']) / 1e3)} t"))
+    groups = [("Rotor", rotor), ("Operation", operation), ("Drivetrain", drive), ("Control", control)]
+    groups.append(("Mass", weights))
+    if words := getattr(t.platform, "line_words", ""):
+        groups.append(("Mooring", [("lines", words)]))
+    if frequencies := _frequencies(seen):
+        groups.append(("Frequency at rest", frequencies))
+    return groups
+
+
+def _power_facts(seen: PowerPortrait) -> Groups:
+    """Main data of a power-coefficient turbine."""
+    t, p = seen.turbine, seen.performance
+    d, law, pitch = t.drivetrain, t.control.torque, t.control.pitch
+    reference, swept = t.rated_rotor_speed, math.pi * t.rotor_radius**2
+    stored = 0.5 * d.inertia * reference**2
+    i, j = divmod(int(p.power.argmax()), len(p.pitch))
+    rotor = [
+        ("diameter", f"{number(t.rotor_diameter)} m"),
+        ("hub height", f"{number(t.hub_height)} m"),
+        ("specific power", f"{number(t.rated_power / swept)} W/m²"),
+        ("coefficient", t.coefficient.kind),
+        ("largest C_p", f"{p.power[i, j]:.3f} at λ {number(float(p.tip_speed_ratio[i]))}, {_degrees(p.pitch[j])}"),
+    ]
+    operation = _operation(t, reference)
+    if pitched := [point for point in seen.curve or () if point.pitch > pitch.minimum + 1e-3]:
+        operation.append(("rated wind", f"{pitched[0].wind.speed:.2f} m/s, uniform"))
+    drive = [
+        ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
+        ("inertia", f"{_inertia(d.inertia)}, {number(stored / t.rated_power)} s of rated power"),
+        ("shaft", "rigid" if d.stiffness is None else prefixed(d.stiffness, "N m/rad")),
+        ("rated torque", prefixed(law.rated_power / law.rated_speed, "N m")),
+        ("efficiency", f"{number(100.0 * d.generator_efficiency)} %"),
+    ]
+    return [("Rotor", rotor), ("Operation", operation), ("Drivetrain", drive), ("Control", _control(t))]
+
+
+def _operation(turbine: AnyTurbine, reference: float) -> list[tuple[str, str]]:
+    return [
+        ("rated power", f"{number(turbine.rated_power / 1e6)} MW electrical"),
+        ("rotor speed", f"{number(reference * 30.0 / math.pi)} rpm"),
+        ("tip speed", f"{number(reference * turbine.rotor_radius)} m/s"),
+        ("wind", f"{number(turbine.cut_in)} to {number(turbine.cut_out)} m/s"),
+    ]
+
+
+def _control(turbine: AnyTurbine) -> list[tuple[str, str]]:
+    pitch, actuator = turbine.control.pitch, turbine.pitch_actuator
+    return [
+        ("region 2 gain", f"{number(turbine.control.torque.optimal_gain)} N m s²"),
+        ("pitch gains", f"{number(pitch.proportional_gain)} s, {number(pitch.integral_gain)}"),
+        ("halved at", _degrees(pitch.gain_halving_pitch)),
+        ("pitch", f"{_degrees(pitch.minimum)} to {_degrees(pitch.maximum)}"),
+        ("pitch rate", f"{_degrees(actuator.rate_limit)}/s"),
+        ("actuator", "ideal" if actuator.kind == "ideal" else f"{number(actuator.natural_frequency)} rad/s"),
+    ]
+
+
+def fact_rows(seen: Portrait | PowerPortrait) -> list[list[str]]:
+    """Rows of :func:`turbine_facts`: group, named once, name and value."""
+    return [[name if i == 0 else "", *row] for name, facts in turbine_facts(seen) for i, row in enumerate(facts)]
+
+
+def mode_rows(modes: tuple[Mode, ...]) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of natural modes."""
+    rows = [
+        [str(i + 1), mode.participation(), number(mode.frequency / (2.0 * math.pi)), number(100.0 * mode.damping)]
+        for i, mode in enumerate(modes)
+    ]
+    return ["mode", "coordinates that move most", "Hz", "damping %"], rows
+
+
+def _frequencies(seen: Portrait) -> list[tuple[str, str]]:
+    """First frequencies: of the turbine if its modes are known, otherwise of the clamped blade."""
+    found = []
+    for name, coordinate in FIRST:
+        moving = [m for m in seen.modes or () if coordinate in m.coordinates]
+        if moving:  # the mode with the largest share of its energy in it
+            mode = max(moving, key=lambda m: m.energy[m.coordinates.index(coordinate)] / m.energy.sum())
+            found.append((name, f"{number(mode.frequency / (2.0 * math.pi))} Hz"))
+    if seen.blade:
+        for name, frequency in zip(seen.blade.names, seen.blade.modes.frequency, strict=True):
+            if name.startswith("1st"):
+                found.append((f"blade {name[4:]}", f"{number(float(frequency) / (2.0 * math.pi))} Hz, clamped"))
+    return found
+
+
+def number(value: float) -> str:
+    """Format with four significant digits, without trailing zeros."""
+    text = tables.number(value)
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
+
+
+def prefixed(value: float, unit: str) -> str:
+    """A value with the prefix of its unit that leaves one to three digits before the point."""
+    steps = 0 if abs(value) < 1e3 else min(int(math.log10(abs(value)) // 3), 3)
+    return f"{number(value / 1e3**steps)} {('', 'k', 'M', 'G')[steps]}{unit}"
+
+
+def _inertia(value: float) -> str:
+    """A moment of inertia in kg m² or, if it is large, in t m²."""
+    return f"{number(value)} kg m²" if value < 1e6 else f"{number(value / 1e3)} t m²"
+
+
+def _degrees(angle: float) -> str:
+    return f"{number(round(math.degrees(angle), 4))}°"

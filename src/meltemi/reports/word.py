@@ -1,0 +1,221 @@
+"""Documents as Word files, of the same blocks as pages, by python-docx."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import escape
+
+from meltemi.core.extras import need
+from meltemi.core.files import bytes_of, replacing
+from meltemi.reports.blocks import (
+    Beside,
+    Block,
+    Chart,
+    Choice,
+    Code,
+    Document,
+    Drawing,
+    Facts,
+    Folded,
+    Part,
+    Picture,
+    Statistics,
+    Table,
+    Verdict,
+    words,
+)
+from meltemi.reports.chart_figures import chart_figure, grid_figures, statistics_charts
+from meltemi.reports.drawing import figure_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WIDTH, SMALL, MANY = 257.0, 7, 12
+"""[mm] between the margins of A4 landscape; size [pt] of tables, and columns above which it is smaller."""
+DOTS = 150
+"""Of pictures, an inch."""
+SPACE = "http://schemas.openxmlformats.org/wordprocessingml/2006/main"
+
+
+def write_word(path: str | Path, document: Document) -> Path:
+    """Write a document as a Word file: A4 landscape, tables with repeated heads, charts as pictures.
+
+    Raises:
+      InputError: the file cannot be written, or python-docx is missing.
+    """
+    need("a Word file", "python-docx")
+    docx = import_module("docx")
+    path, word = Path(path), docx.Document()
+    _layout(word, document.running or document.title)
+    word.add_heading(document.title, 0)
+    _add(word, Table(["", ""], document.facts, text_columns=2))
+    if document.lead:
+        _add(word, document.lead)
+    for section in document.sections:
+        word.add_heading(section.heading, 1)
+        for block in section.content:
+            _add(word, block)
+    if document.footer:
+        word.add_paragraph(document.footer, style="Caption")
+    with replacing(path) as (partial,):
+        word.save(str(partial))
+    return path
+
+
+def _layout(word: Any, running: str) -> None:
+    shared, section = import_module("docx.shared"), word.sections[0]
+    section.orientation = import_module("docx.enum.section").WD_ORIENT.LANDSCAPE
+    section.page_width, section.page_height = shared.Mm(297), shared.Mm(210)
+    section.left_margin = section.right_margin = shared.Mm((297 - WIDTH) / 2)
+    section.top_margin = section.bottom_margin = shared.Mm(18)
+    word.styles["Normal"].font.size = shared.Pt(9)
+    foot = section.footer.paragraphs[0]
+    foot.text = f"{running}    "
+    field = f'<w:fldSimple xmlns:w="{SPACE}" w:instr="PAGE"/>'
+    foot._p.append(import_module("docx.oxml").parse_xml(field))
+
+
+def _add(word: Any, block: Block) -> None:  # noqa: C901 - a case for each kind of block
+    """Append a block."""
+    match block:
+        case str():
+            word.add_paragraph(block)
+        case Code():
+            word.add_paragraph(block.text, style="No Spacing")
+        case Table():
+            _add_table(word, block)
+        case Picture():
+            content = block.png if isinstance(block.png, bytes) else bytes_of(block.png)
+            word.add_picture(BytesIO(content), width=import_module("docx.shared").Mm(WIDTH))
+            word.add_paragraph(block.caption, style="Caption")
+        case Chart() | Drawing() | Statistics():
+            _add_pictures(word, [block])
+        case Facts():
+            rows = [[name, f"{value}{case or ''}"] for name, value, case in block.items]
+            _add_table(word, Table(["", ""], rows, text_columns=2))
+        case Verdict():
+            word.add_heading(block.heading, 2)
+            for line in block.lines:
+                word.add_paragraph(line, style="List Bullet")
+            if block.more:
+                _add(word, block.more)
+        case Folded():
+            word.add_paragraph(block.summary)
+            _add(word, block.block)
+        case Part():
+            if block.heading:
+                word.add_heading(block.heading, 3)
+            for each in block.content:
+                _add(word, each)
+        case Choice():
+            charts = [each for part in block.parts for each in part.content]
+            if all(isinstance(each, Chart) for each in charts):
+                _add_pictures(word, charts, block.label)
+            else:
+                for part in block.parts:
+                    _add(word, part)
+        case Beside():
+            pictures = [each for each in block.content if isinstance(each, Chart | Drawing)]
+            _add_pictures(word, pictures)
+            for each in block.content:
+                if each not in pictures:
+                    _add(word, each)
+
+
+def _add_pictures(word: Any, blocks: Sequence[Block], caption: str = "") -> None:
+    """Drawings and charts in a line, or many charts in rows, with a caption below."""
+    if not blocks:
+        return
+    shared, paragraph = import_module("docx.shared"), word.add_paragraph()
+    paragraph.paragraph_format.keep_with_next = True
+    for figure in _figures(blocks):
+        content = BytesIO()
+        figure.savefig(content, format="png", dpi=DOTS)
+        content.seek(0)
+        paragraph.add_run().add_picture(content, width=shared.Mm(min(25.4 * figure.get_size_inches()[0], WIDTH)))
+    word.add_paragraph(caption or "; ".join(filter(None, map(_caption, blocks))), style="Caption")
+
+
+def _caption(block: Block) -> str:
+    if isinstance(block, Chart):
+        return f"{block.title}: {block.caption}".strip(": ")
+    return block.caption if isinstance(block, Drawing | Statistics) else ""
+
+
+def _figures(blocks: Sequence[Block]) -> Iterator[Figure]:
+    """Figures of drawings and charts; those of many charts have several."""
+    charts = [each for each in blocks if isinstance(each, Chart)]
+    straight = not any(each.polar or each.spokes for each in charts)
+    if len(charts) > 1 and straight:
+        yield from grid_figures(charts)
+    else:
+        yield from map(chart_figure, charts)
+    for block in blocks:
+        if isinstance(block, Statistics):
+            yield from grid_figures(list(statistics_charts(block)))
+        elif isinstance(block, Drawing):
+            yield figure_of(block)
+
+
+def _add_table(word: Any, table: Table) -> None:
+    """A table; its XML is written at once, since cells of python-docx take milliseconds each."""
+    if table.paper:
+        word.add_paragraph(table.paper)
+        return
+    if table.caption:
+        caption = word.add_paragraph(table.caption, style="Caption")
+        caption.paragraph_format.keep_with_next = True
+    left, size = table.left(), 2 * SMALL - (2 if len(table.head) > MANY else 0)
+
+    def cell(text: str, j: int, bold: bool, head: bool) -> str:
+        side = "left" if j in left else "right"
+        weight = "<w:b/>" if bold else ""
+        lines = "<w:br/>".join(f'<w:t xml:space="preserve">{escape(line)}</w:t>' for line in text.split("\n"))
+        border = '<w:tcBorders><w:bottom w:val="single" w:sz="4"/></w:tcBorders>' if head else ""
+        return (
+            f"<w:tc><w:tcPr>{widths[j]}{border}</w:tcPr><w:p><w:pPr><w:spacing w:before='30' w:after='0'/>"
+            f"<w:jc w:val='{side}'/></w:pPr>"
+            f"<w:r><w:rPr>{weight}<w:sz w:val='{size}'/></w:rPr>{lines}</w:r></w:p></w:tc>"
+        )
+
+    def row(texts: list[str], i: int) -> str:
+        marked = (i < 0 or table.classes.get((i, j)) == "own" for j in range(len(texts)))
+        cells = "".join(cell(text, j, bold, i < 0) for j, (text, bold) in enumerate(zip(texts, marked, strict=True)))
+        repeated = "<w:trPr><w:cantSplit/><w:tblHeader/></w:trPr>" if i < 0 else "<w:trPr><w:cantSplit/></w:trPr>"
+        return f"<w:tr>{repeated}{cells}</w:tr>"
+
+    rows = [[words(value) for value in cells] + [""] * (len(table.head) - len(cells)) for cells in table.rows]
+    shares = _shares([list(table.head), *rows])
+    widths = [f'<w:tcW w:w="{share}" w:type="dxa"/>' for share in shares]
+    head = row(list(table.head), -1) if any(table.head) else ""
+    body = head + "".join(row(texts, i) for i, texts in enumerate(rows))
+    margins = "".join(f'<w:{side} w:w="40" w:type="dxa"/>' for side in ("left", "right"))
+    grid = "".join(f'<w:gridCol w:w="{share}"/>' for share in shares)
+    xml = (
+        f'<w:tbl xmlns:w="{SPACE}"><w:tblPr><w:tblW w:w="{sum(shares)}" w:type="dxa"/>'
+        '<w:tblLayout w:type="fixed"/>'
+        f"<w:tblCellMar>{margins}</w:tblCellMar></w:tblPr>"
+        f"<w:tblGrid>{grid}</w:tblGrid>{body}</w:tbl>"
+    )
+    after = word.add_paragraph(table.note)
+    after._p.addprevious(import_module("docx.oxml").parse_xml(xml))
+
+
+def _shares(rows: Sequence[Sequence[str]]) -> list[int]:
+    """Widths of columns [1/20 pt] for their texts; programs of offices would give all columns the same.
+
+    Columns get what their longest line needs while the page has it; else long texts share what short ones leave.
+    """
+    page, letter = round(56.7 * WIDTH), 90
+    wanted = [
+        letter * (2 + max(len(line) for text in column for line in text.split("\n")))
+        for column in zip(*rows, strict=True)
+    ]
+    most = page
+    while sum(min(each, most) for each in wanted) > page and most > letter:
+        most -= letter
+    return [min(each, most) for each in wanted]

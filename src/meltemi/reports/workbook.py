@@ -1,0 +1,177 @@
+"""Documents as Excel files: their tables and the data of their charts, in the units of the report."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from meltemi.core.extras import need
+from meltemi.core.files import replacing
+from meltemi.reports.blocks import Block, Cell, Chart, Choice, Document, Entry, Share, Table, Verdict, within, words
+
+LONGEST_NAME, WIDEST, NARROWEST = 31, 60, 7
+"""Characters of the name of a sheet, and of the width of a column."""
+FORBIDDEN = re.compile(r"[\[\]:*?/\\]")
+INTEGER = re.compile(r"-?\d{1,15}")
+
+
+def openpyxl() -> Any:
+    """The library.
+
+    Raises:
+      MissingPackageError: it is missing.
+    """
+    need("an Excel file", "openpyxl")
+    return import_module("openpyxl")
+
+
+def write_workbook(path: str | Path, document: Document) -> Path:
+    """Write the tables of a document: a sheet for each section, and for each part of a choice between tables.
+
+    Raises:
+      InputError: the file cannot be written, or openpyxl is missing.
+    """
+    book, path = openpyxl().Workbook(), Path(path)
+    book.remove(book.active)
+    first: list[str | Table] = [document.title, Table(["", ""], document.facts, text_columns=2)]
+    if isinstance(verdict := document.lead, Verdict):
+        first += [verdict.heading, *verdict.lines, *_tables([verdict.more] if verdict.more else [])]
+    _sheet(book, "Report", first)
+    for section in document.sections:
+        for name, tables in _sheets(section.heading, section.content):
+            if any(isinstance(each, Table) for each in tables):
+                _sheet(book, name, tables)
+    save_workbook(book, path)
+    return path
+
+
+def save_workbook(book: Any, path: Path) -> None:
+    """Write a book without formulas: text of an input that begins with ``=`` stays text, and is not evaluated.
+
+    Raises:
+      InputError: the file cannot be written.
+    """
+    for sheet in book.worksheets:
+        for row in sheet.iter_rows():
+            for cell in row:
+                if cell.data_type == "f":
+                    cell.data_type = "s"
+    with replacing(path) as (partial,):
+        book.save(partial)
+
+
+def _sheets(heading: str, content: Sequence[Block]) -> Iterator[tuple[str, list[str | Table]]]:
+    """Names of sheets, and their tables."""
+    own: list[str | Table] = []
+    split: list[tuple[str, list[str | Table]]] = []
+    for block in content:
+        if isinstance(block, Choice) and any(isinstance(each, Table) for each in within(block)):
+            split += [(f"{heading}, {part.heading}", _tables([part])) for part in block.parts]
+        else:
+            own += _tables([block])
+    yield heading, own
+    yield from split
+
+
+def _tables(content: Sequence[Block]) -> list[str | Table]:
+    """Texts and tables of blocks, and their charts as tables."""
+    found = [each for block in content for each in within(block)]
+    made = [chart_table(each) if isinstance(each, Chart) else each for each in found]
+    return [each for each in made if isinstance(each, str | Table)]
+
+
+def chart_table(chart: Chart) -> Table:
+    """Points of a chart: the abscissa, and a column for each curve, two for a band."""
+    head, columns = [f"{chart.x.label}\n{chart.x.unit}".strip()], []
+    points = sorted({float(x) for curve in chart.curves for x in np.asarray(curve.x, dtype=float)})
+    for curve in chart.curves:
+        for name, values in ((curve.name, curve.y), (f"{curve.name}, upper", curve.upper)):
+            if values is not None:
+                head.append(f"{name}\n{chart.y.unit}".strip())
+                known = zip(
+                    np.asarray(curve.x, dtype=float).tolist(), np.asarray(values, dtype=float).tolist(), strict=True
+                )
+                columns.append(dict(known))
+    rows: list[list[Cell]] = [[x, *(column.get(x) for column in columns)] for x in points]
+    return Table(head, rows, caption=f"{chart.title} {chart.caption}".strip(), text_columns=0)
+
+
+def _sheet(book: Any, name: str, blocks: Sequence[str | Table]) -> None:
+    """A sheet with texts and tables below each other."""
+    styles = import_module("openpyxl.styles")
+    bold, right = styles.Font(bold=True), styles.Alignment(horizontal="right", vertical="bottom", wrap_text=True)
+    line = styles.Border(bottom=styles.Side(style="thin"))
+    sheet = book.create_sheet(_free_name(book, name))
+    widths: dict[int, int] = {}
+    row = 0
+    for table in blocks:
+        if isinstance(table, str):
+            row += 1
+            sheet.cell(row, 1, table)
+            continue
+        row += 1 if row else 0
+        if table.caption:
+            row += 1
+            sheet.cell(row, 1, table.caption).font = bold
+        row += any(table.head)
+        left = table.left()
+        for j, title in enumerate(table.head if any(table.head) else ()):
+            text, _, unit = title.partition("\n")
+            cell = sheet.cell(row, j + 1, f"{text} [{unit}]" if unit else text)
+            cell.font, cell.border = bold, line
+            cell.alignment = styles.Alignment(vertical="bottom", wrap_text=True) if j in left else right
+            widths[j] = max(widths.get(j, NARROWEST), max((len(part) for part in title.split("\n")), default=0) + 3)
+        if sum(isinstance(each, Table) for each in blocks) == 1 and any(table.head):
+            sheet.freeze_panes = sheet.cell(row + 1, 2)
+            sheet.auto_filter.ref = f"A{row}:{sheet.cell(row + len(table.rows), len(table.head)).coordinate}"
+        for cells in table.rows:
+            row += 1
+            for j, value in enumerate(cells):
+                content, form = _content(value)
+                if content is not None:
+                    cell = sheet.cell(row, j + 1, content)
+                    cell.number_format = form
+                    widths[j] = max(widths.get(j, NARROWEST), min(len(words(value)) + 2, WIDEST))
+        if table.note:
+            row += 1
+            sheet.cell(row, 1, table.note)
+    for j, width in widths.items():
+        sheet.column_dimensions[openpyxl().utils.get_column_letter(j + 1)].width = min(width, WIDEST)
+
+
+def _free_name(book: Any, name: str) -> str:
+    """A name that Excel allows and no other sheet has."""
+    plain = FORBIDDEN.sub(" ", name)
+    found, n = plain[:LONGEST_NAME], 1
+    while found.lower() in {each.lower() for each in book.sheetnames}:
+        n += 1
+        found = f"{plain[: LONGEST_NAME - len(str(n)) - 1]} {n}"
+    return found
+
+
+def _content(cell: Cell) -> tuple[str | float | None, str]:
+    """Content of a cell of a sheet, and its number format: a number keeps its value, shows the digits of the report."""
+    if isinstance(cell, Share):
+        return 100.0 * cell.value, "0.0"
+    if isinstance(cell, Entry) and cell.value is not None and not cell.note:
+        cell = cell.value
+    if isinstance(cell, int | float):
+        text = words(cell)
+        digits = len(text.partition(".")[2])
+        return (
+            (float(cell), "0.00E+00" if "e" in text else "0." + "0" * digits if digits else "0")
+            if cell == cell
+            else (None, "")
+        )
+    text = words(cell)
+    if INTEGER.fullmatch(text):
+        return int(text), "0"
+    try:
+        return float(text), "General"
+    except ValueError:
+        return text or None, "@"

@@ -1,0 +1,380 @@
+"""A pile in the sea as a part of the machine: loads of waves, current and soil, added mass, section loads.
+
+The kinematics of the water are a field at fixed heights (``sea.field``), which is still water unless a run has a sea.
+
+Reference: docs/theory/sea.md (H-24 to H-36).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.kernel import kernel
+from meltemi.maths.algebra import Vec
+from meltemi.maths.generic import whole
+from meltemi.maths.records import Array1, Array2, Constant, Record, Single
+from meltemi.maths.rotations import rotation
+from meltemi.maths.tables import Numbers, Table, Vectors, View, number, xyz
+from meltemi.maths.vectors import cross
+from meltemi.sea import pile_beam as pile
+from meltemi.sea.field import AHEAD, BEHIND
+from meltemi.sea.support import Support
+from meltemi.simulation.channels import Channel, channels_of_group
+from meltemi.simulation.parts import ParameterTables, Part
+from meltemi.simulation.step import outer_forces, outer_section_loads
+from meltemi.simulation.system import Outputs, System
+from meltemi.turbine.exchange import TowerShape
+
+Float = NDArray[np.float64]
+FEATURE = "the pile and the sea"
+NONE, VERTICAL, EXTRAPOLATION, WHEELER = 0, 1, 2, 3
+"""Stretching, in the order of ``sea.conditions.Stretching``."""
+
+
+class Water(Table):
+    """The water around the pile."""
+
+    density: float = number("kg/m^3", "of the water")
+    depth: float = number("m", "of still water")
+    level: float = number("m", "of still water above mean sea level")
+    stretching: float = number("-", "how the kinematics continue to the surface")
+    step: float = number("s", "between the samples of the field")
+    period: float = number("s", "after which the field repeats")
+
+
+class PileNode(Table, axes="node"):
+    """Constants of the pieces of the pile; they move with their middle."""
+
+    height: Numbers = number("m", "middle of the piece above mean sea level")
+    low: Numbers = number("m", "its lower edge")
+    high: Numbers = number("m", "its upper edge")
+    mass: Numbers = number("kg", "of the piece")
+    lateral: Numbers = number("kg", "that moves sideways: with the water inside and the growth")
+    inertia: Vectors = xyz("kg m^2", "of the piece about its middle")
+    soil: Numbers = number("N/m", "stiffness of the soil around it")
+    soil_damping: Numbers = number("N s/m", "damping of the soil around it")
+    drag: Numbers = number("m", "half the drag coefficient times the diameter")
+    inertial: Numbers = number("m^2", "coefficient of the water's acceleration times the section")
+    added: Numbers = number("m^2", "coefficient of added mass times the section")
+
+
+class PileLoad(Table, axes="node"):
+    """Loads of the water on the pieces of the pile."""
+
+    force: Vectors = xyz("N", "of the water, without that of the piece's own acceleration, inertial axes")
+    added: Numbers = number("kg", "added mass")
+
+
+class PileStationLoad(Table, axes="station"):
+    """Section loads of the pile; the first station is the mudline."""
+
+    force: Vectors = xyz("N", "force of the upper part on the lower part, inertial axes")
+    moment: Vectors = xyz("N m", "moment of the upper part on the lower part, inertial axes")
+
+
+class SeaState(Table):
+    """The sea at the turbine, and its loads on the whole pile."""
+
+    elevation: float = number("m", "of the surface above still water at the pile's axis")
+    force: Vec = xyz("N", "of the water on the pile, with that of added mass and of the water inside")
+    moment: Vec = xyz("N m", "of this force about the axis at still water")
+    reaction: Vec = xyz("N", "force of the ground on the pile at the mudline")
+    reaction_moment: Vec = xyz("N m", "moment of the ground on the pile at the mudline")
+
+
+class PileSystem(System):
+    """A turbine on a pile in the sea.
+
+    Attributes:
+      sea_levels: (P,) [m] heights of the points of the field from still water, increasing to 0.
+      sea_field: (T, 5 + 4 P) elevation, then velocity x and y and acceleration x and y at each point, and last their
+        vertical derivatives at still water.
+      sea_current: (2, N) [m/s] along x and y at the nodes.
+      pile_stations: (S,) [m] heights of the stations of section loads, first the mudline.
+    """
+
+    water: Water
+    sea: SeaState
+    sea_levels: Constant[Array1]
+    sea_field: Constant[Array2]
+    sea_current: Constant[Array2]
+    pile_nodes: Single[PileNode]
+    pile_shape: Single[TowerShape]
+    pile_load: Single[PileLoad]
+    pile_stations: Constant[Array1]
+    pile_station: PileStationLoad
+    pile_station_shape: Single[TowerShape]
+
+
+class Instant(NamedTuple):
+    """Place in the field: first row, and weights of four of them."""
+
+    row: int
+    a: float
+    b: float
+    c: float
+    d: float
+
+
+@kernel
+def cubic(t: float, step: float, period: float) -> Instant:
+    """Rows and weights of Lagrange's cubic interpolation at time ``t`` in samples ``step`` apart (H-22)."""
+    if period < 1e9:
+        t -= period * whole(t / period)
+    x = t / step
+    row = whole(x)
+    s = x - row
+    a, b = -s * (s - 1.0) * (s - 2.0) / 6.0, (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0
+    c, d = -(s + 1.0) * s * (s - 2.0) / 2.0, (s + 1.0) * s * (s - 1.0) / 6.0
+    return Instant(row, a, b, c, d)
+
+
+@kernel
+def at(now: Instant, f: Float, column: int) -> float:
+    """A column of a field over time at an instant."""
+    i = now.row
+    return now.a * f[i, column] + now.b * f[i + 1, column] + now.c * f[i + 2, column] + now.d * f[i + 3, column]
+
+
+@kernel
+def stretched(kind: float, z: float, elevation: float, depth: float) -> float:
+    """Height at which the kinematics of a point at height ``z`` under the surface are taken (H-26), at most 0."""
+    if kind == WHEELER:
+        return depth * (depth + z) / (depth + elevation) - depth
+    return min(z, 0.0)
+
+
+@kernel
+def morison(
+    density: float, drag: float, inertial: float, ux: float, uy: float, ax: float, ay: float
+) -> tuple[float, float]:
+    """Force per length [N/m] on a vertical cylinder in relative velocity (ux, uy) and acceleration (ax, ay) (H-24)."""
+    push = density * drag * sqrt(ux * ux + uy * uy)
+    return push * ux + density * inertial * ax, push * uy + density * inertial * ay
+
+
+@kernel
+def water_force(now: Instant, n: int, vx: float, vy: float, m: PileSystem) -> float:
+    """Store the load of the water on node ``n``, which moves with (vx, vy); returns its added mass [kg]."""
+    w, node, load, levels, f = m.water, m.pile_nodes, m.pile_load, m.sea_levels, m.sea_field
+    elevation = m.sea.elevation
+    surface = w.level if w.stretching == NONE else w.level + elevation
+    low, high = max(node.low[n], w.level - w.depth), min(node.high[n], surface)
+    wet = high - low
+    if wet <= 0.0:
+        load.force[n] = Vec(0.0, 0.0, 0.0)
+        load.added[n] = 0.0
+        return 0.0 * elevation
+    z = 0.5 * (low + high) - w.level
+    place = stretched(w.stretching, z, elevation, w.depth)
+    last = levels.shape[0] - 1
+    i = min(n, last)
+    while i > 0 and levels[i] > place:
+        i -= 1
+    while i < last - 1 and levels[i + 1] <= place:
+        i += 1
+    i = min(i, last - 1)
+    share = (place - levels[i]) / (levels[i + 1] - levels[i])
+    share = min(max(share, 0.0), 1.0)
+    j, k = 1 + 4 * i, 5 + 4 * i
+    ux = (1.0 - share) * at(now, f, j) + share * at(now, f, k)
+    uy = (1.0 - share) * at(now, f, j + 1) + share * at(now, f, k + 1)
+    ax = (1.0 - share) * at(now, f, j + 2) + share * at(now, f, k + 2)
+    ay = (1.0 - share) * at(now, f, j + 3) + share * at(now, f, k + 3)
+    if w.stretching == EXTRAPOLATION and z > 0.0:
+        s = 5 + 4 * last
+        ux += z * at(now, f, s)
+        uy += z * at(now, f, s + 1)
+        ax += z * at(now, f, s + 2)
+        ay += z * at(now, f, s + 3)
+    ux += m.sea_current[0, n] - vx
+    uy += m.sea_current[1, n] - vy
+    fx, fy = morison(w.density, node.drag[n], node.inertial[n], ux, uy, ax, ay)
+    added = w.density * node.added[n] * wet
+    load.force[n] = Vec(wet * fx, wet * fy, 0.0)
+    load.added[n] = added
+    return added
+
+
+@outer_forces.variant
+@kernel
+def pile_forces(t: float, m: PileSystem) -> None:
+    """Forces of water on the coordinates of tower and pile, and its added mass in their mass matrix (H-25)."""
+    shape, w, v = m.pile_shape, m.water, m.v
+    now = cubic(t, w.step, w.period)
+    m.sea.elevation = at(now, m.sea_field, 0)
+    for n in range(m.pile_nodes.nodes):
+        if m.pile_nodes.high[n] <= w.level - w.depth:
+            continue
+        vx, vy = 0.0, 0.0
+        for k in range(shape.modes):
+            s = shape.displacement[k, n]
+            vx += v[k] * s.x
+            vy += v[k] * s.y
+        added = water_force(now, n, vx, vy, m)
+        F = m.pile_load.force[n]
+        for k in range(shape.modes):
+            s = shape.displacement[k, n]
+            m.core_force[k] += s.x * F.x + s.y * F.y
+            for j in range(k + 1):
+                r = shape.displacement[j, n]
+                m.core_mass[k, j] += added * (s.x * r.x + s.y * r.y)
+
+
+@kernel
+def piece_load(n: int, m: PileSystem) -> tuple[Vec, Vec, Vec]:
+    """Displacement of node ``n``, and force and moment of all but the neighbouring pieces on it, with inertia."""
+    shape, node, load = m.pile_shape, m.pile_nodes, m.pile_load
+    u, du, a, turning = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for k in range(shape.modes):
+        s = shape.displacement[k, n]
+        u += m.q[k] * s
+        du += m.v[k] * s
+        a += m.a[k] * s
+        turning += m.a[k] * shape.rotation[k, n]
+    moving, F = node.lateral[n] + load.added[n], load.force[n]
+    spring, damper = node.soil[n], node.soil_damping[n]
+    fx = F.x - moving * a.x - spring * u.x - damper * du.x
+    fy = F.y - moving * a.y - spring * u.y - damper * du.y
+    J = node.inertia[n]
+    M = Vec(-J.x * turning.x, -J.y * turning.y, -J.z * turning.z)
+    return u, Vec(fx, fy, -node.mass[n] * (m.structure.gravity + a.z)), M
+
+
+@outer_section_loads.variant
+@kernel
+def pile_section_loads(m: PileSystem, s: Outputs) -> None:
+    """Loads at stations of the pile from those at the tower base down, and of the water on all of it (H-36)."""
+    q, node, shape, out, sea = m.q, m.pile_nodes, m.pile_shape, m.pile_station, m.sea
+    base, moved, turned = Vec(0.0, 0.0, m.structure.tower_base), Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for k in range(shape.modes):
+        moved += q[k] * m.tower_shape.displacement[k, 0]
+        turned += q[k] * m.tower_shape.rotation[k, 0]
+    base += Vec(moved.x, moved.y, 0.0)
+    # the deflection of the tower is relative to its base
+    s.chain.top_deflection -= moved + cross(turned, Vec(0.0, 0.0, m.structure.tower_length))
+    for i in range(out.stations):
+        cut = m.pile_stations[i]
+        place = Vec(0.0, 0.0, cut)
+        for k in range(shape.modes):
+            here = m.pile_station_shape.displacement[k, i]
+            place += q[k] * Vec(here.x, here.y, 0.0)
+        out.force[i] = s.tower_station.force[0]
+        out.moment[i] = s.tower_station.moment[0] + cross(base - place, s.tower_station.force[0])
+        for n in range(node.nodes):
+            share = min(max((node.high[n] - cut) / (node.high[n] - node.low[n]), 0.0), 1.0)
+            if share > 0.0:
+                u, F, M = piece_load(n, m)
+                middle = Vec(u.x, u.y, 0.5 * (max(node.low[n], cut) + node.high[n]))
+                out.force[i] += share * F
+                out.moment[i] += share * (M + cross(middle - place, F))
+    # loads of the tower base are in its axes, which tilt with it
+    tilted = rotation(turned).T
+    s.tower_station.force[0] = tilted @ s.tower_station.force[0]
+    s.tower_station.moment[0] = tilted @ s.tower_station.moment[0]
+    sea.reaction = -1.0 * out.force[0]
+    sea.reaction_moment = -1.0 * out.moment[0]
+    force, moment = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for n in range(node.nodes):
+        a = Vec(0.0, 0.0, 0.0)
+        for k in range(shape.modes):
+            a += m.a[k] * shape.displacement[k, n]
+        moving = m.pile_load.added[n] + node.lateral[n] - node.mass[n]
+        F = m.pile_load.force[n] - moving * Vec(a.x, a.y, 0.0)
+        force += F
+        moment += cross(Vec(0.0, 0.0, node.height[n] - m.water.level), F)
+    sea.force = force
+    sea.moment = moment
+
+
+@dataclass(frozen=True)
+class PilePart(Part):
+    """The pile of a model, in still water."""
+
+    system: ClassVar[type[Record] | None] = PileSystem
+    signals: ClassVar[dict[str, type[Table]]] = {
+        "sea": SeaState,
+        "pile_load": PileLoad,
+        "pile_station": PileStationLoad,
+    }
+    parameter_tables: ClassVar[ParameterTables] = ((Water, "water", Water.names),)
+    water: Float
+    pile_nodes: Float
+    pile_shape: Float
+    pile_stations: Float
+    pile_station_shape: Float
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Elevation, force of the water, reactions of the ground."""
+        reactions = ("mudline_reaction_force_x", "mudline_reaction_moment_x", "mudline_reaction_moment_y")
+        return ("wave_elevation", "sea_force_x", *reactions)
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of the signals."""
+        sizes = {"node": self.pile_nodes.shape[1], "station": len(self.pile_stations)}
+        return {name: table.shape(**sizes) for name, table in self.signals.items()}
+
+    def arrays(self) -> dict[str, Any]:
+        """Constants of the pile, and the field of still water."""
+        own = ("water", "pile_nodes", "pile_shape", "pile_stations", "pile_station_shape")
+        return {
+            **{name: getattr(self, name).copy() for name in own},
+            "sea_levels": np.array([-1.0, 0.0]),
+            "sea_field": np.zeros((AHEAD + BEHIND + 2, 1 + 4 * 3)),
+            "sea_current": np.zeros((2, self.pile_nodes.shape[1])),
+        }
+
+    def channels(self) -> Sequence[Channel]:
+        """The sea, its loads, those of the ground, and section loads."""
+        stations = channels_of_group("pile_station", len(self.pile_stations) - 1)
+        return (*channels_of_group("sea"), *stations)
+
+
+def part_of(turbine: Any, options: Any, rotor: Any) -> PilePart:
+    """The pile of a turbine; as ``simulation.parts.parts_of``."""
+    support: Support = turbine.support
+    member, foot = rotor.tower, float(support.position[0])
+    edges = pile.pile_edges(support)
+    z = 0.5 * (edges[1:] + edges[:-1])
+    nodes = PileNode.zeros(node=len(z))
+    v = View(PileNode, nodes)
+    pieces = member.beam.rigid_pieces(edges - foot, member.beam.at(z - foot, "axis"))
+    v["height"], v["low"], v["high"] = z, edges[:-1], edges[1:]
+    v["mass"], v["lateral"] = pieces[:, 2, 2], pieces[:, 0, 0]
+    v["inertia"] = np.stack([pieces[:, 3, 3], pieces[:, 4, 4], pieces[:, 5, 5]])
+    diameter = pile.outer_diameter(support, z)
+    section = 0.25 * np.pi * diameter**2
+    drag, added, pressure = (pile.coefficient(support, name, z) for name in ("drag", "added_mass", "pressure"))
+    v["drag"], v["inertial"], v["added"] = 0.5 * drag * diameter, (added + pressure) * section, added * section
+    if support.hydrodynamics.diffraction == "maccamy_fuchs":
+        v["inertial"] = 2.0 * section
+    if support.soil is not None:
+        springs = pile.soil_springs(support, support.soil)
+        some = slice(0, len(springs.height))
+        v["soil"][some] = springs.stiffness
+        lag = 2.0 * support.soil.damping / pile.first_frequency(member.modes)
+        v["soil_damping"][some] = lag * springs.stiffness
+    stations = np.array([-support.depth, *support.load_stations])
+    k = len(member.names)
+    water = Water.zeros()
+    w = View(Water, water)
+    w["density"], w["depth"], w["step"], w["period"] = support.water_density, support.depth, 1.0, 1.0
+    return PilePart(
+        water=water,
+        pile_nodes=nodes,
+        pile_shape=_shape(member, z - foot, k),
+        pile_stations=stations,
+        pile_station_shape=_shape(member, stations - foot, k),
+    )
+
+
+def _shape(member: Any, z: Float, k: int) -> Float:
+    """(6 k, n) shapes of the modes at coordinates (n,) [m] of the member."""
+    return np.ascontiguousarray(member.modes.at(z).transpose(0, 2, 1).reshape(6 * k, len(z)))

@@ -1,0 +1,582 @@
+"""Observer of wind and loads from the signals of a turbine: a Kalman filter scheduled by the wind speed after a lag.
+
+    dz/dt = A z + B u + G w,   y = C z + D u + v     about steady operation at each wind speed
+
+The state z contains the states of the linear model in the fixed frame, the rotor-effective wind speed (a random walk)
+and harmonics of the turbulence that a rotating blade meets. Gains solve the discrete Riccati equation at each wind
+speed.
+
+Reference: docs/theory/observer.md (O-1 to O-12); Branlard, Jonkman, Brown and Zhang (2024), Wind Energ. Sci. 9, 1-24.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.kalman import HEAD, SCHEDULE, filter_vector, kalman_step
+from meltemi.core.errors import InputError, MeltemiError, did_you_mean
+from meltemi.core.shown import Brief
+from meltemi.core.threads import one_blas_thread
+from meltemi.simulation.channels import Channel, Contents, catalogue
+from meltemi.simulation.linear import LinearModel, linearise
+from meltemi.simulation.model import Model
+from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
+from meltemi.simulation.trim import operating_point
+from meltemi.studies.kalman_design import condensed, discrete, stationary
+from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.wind.fields import SteadyWind
+from meltemi.wind.turbulence.spectra import coherence_decay, densities, scale_parameter
+
+Float = NDArray[np.float64]
+
+STEP = 0.04
+"""[s] of the filter: 25 Hz."""
+INPUTS = ("generator_torque", "pitch")
+"""Signals that are known inputs of the model."""
+SENSORS = ("generator_speed", "tower_top_acceleration_x", "tower_top_acceleration_y")
+"""Signals that correct the estimate."""
+TOWER = ("tower_base_moment_fore_aft", "tower_base_moment_side_side", "tower_top_fore_aft", "tower_top_side_side")
+BLADE = ("root_moment_out_of_plane", "root_moment_in_plane")
+HARMONICS = (1, 2, 3, 4)
+"""Multiples of the rotor frequency of the turbulence in a rotating frame."""
+AZIMUTHS = 4
+"""Rotor positions in a third of a revolution over which the matrices are averaged."""
+LONGEST = 0.1
+"""[s] between samples; where they are further apart, the sensors are not used."""
+BEYOND = 0.3
+"""Share of the largest steady value by which speed, torque and pitch may leave their range in production."""
+MISFIT = 10.0
+"""Innovation over its expected deviation from which on the signals are not those of the turbine; in full simulations
+with dynamic stall and wake it is 2 to 3."""
+WIND = Channel(
+    "rotor_effective_wind",
+    "",
+    "m/s",
+    "-",
+    "downwind",
+    "wind speed averaged over the rotor, estimated",
+    ("observer", ""),
+)
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Standard deviations of white noise of the sensors, per sample.
+
+    Attributes:
+      speed: of the generator speed over its rated value [-].
+      acceleration: [m/s^2] of the tower top.
+    """
+
+    speed: float = 5e-4
+    acceleration: float = 0.01
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "acceleration"):
+            if not getattr(self, name) > 0.0:
+                raise InputError(f"observer: noise.{name} must be above zero, found {getattr(self, name)!r}")
+
+
+@dataclass(frozen=True)
+class ExpectedTurbulence:
+    """Turbulence that the filter expects: Kaimal's spectrum with exponential coherence.
+
+    Attributes:
+      reference_intensity: I_ref of the class [-]: sigma = I_ref (0.75 V + 5.6 m/s), the normal turbulence model.
+      edition: of IEC 61400-1, for lengths and coherence.
+    """
+
+    reference_intensity: float = 0.16
+    edition: int = 3
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.reference_intensity < 1.0:
+            raise InputError(
+                f"observer: reference_intensity must be between 0 and 1, found {self.reference_intensity!r}"
+            )
+        if self.edition not in (2, 3, 4):
+            raise InputError(f"observer: edition must be 2, 3 or 4, found {self.edition!r}")
+
+    def deviation(self, speed: float) -> float:
+        """[m/s] standard deviation at a mean wind speed [m/s]."""
+        return self.reference_intensity * (0.75 * speed + 5.6)
+
+    def harmonics(self, speed: float, height: float, radius: float) -> tuple[Float, Float]:
+        """Variances [m^2/s^2] and time constants [s] of the harmonics 0 to 4 of the wind on a blade (O-5, O-6).
+
+        Args:
+          speed: [m/s] mean.
+          height: [m] of the hub.
+          radius: [m] of the rotor.
+        """
+        scale = scale_parameter(self.edition, height)
+        f = np.concatenate([[0.0], np.geomspace(1e-4, 5.0, 120)])
+        S = densities("kaimal", f, speed, self.deviation(speed), scale)[0]
+        decay = coherence_decay("kaimal", self.edition, f, speed, scale)
+        r, theta = radius * (np.arange(12) + 0.5) / 12.0, np.pi * (np.arange(48) + 0.5) / 48.0
+        weight = r**2 / np.sum(r**2)
+        apart = np.sqrt(
+            np.maximum(r[:, None, None] ** 2 + r[:, None] ** 2 - 2.0 * r[:, None, None] * r[:, None] * np.cos(theta), 0)
+        )
+        variance, times = [], []
+        for n in (0, *HARMONICS):
+            share = [
+                np.einsum("i,j,ijk->", weight, weight, np.exp(-a * apart) * np.cos(n * theta)) / len(theta)
+                for a in decay
+            ]
+            density = (1.0 if n == 0 else 2.0) * S * np.array(share)
+            variance.append(float(np.trapezoid(density, f)))
+            times.append(float(density[0] / (4.0 * variance[-1])))
+        return np.array(variance), np.array(times)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimates from measured signals.
+
+    Attributes:
+      result: estimated wind, loads and motion of the tower, as a result.
+      deviation: (T, C) standard deviations of the errors, by channel.
+      innovation: (T, 3) measured minus predicted sensors, over their predicted standard deviations.
+      samples: results drawn from the distribution of the loads given the signals: estimate plus a realisation of its
+        error. Their damage-equivalent loads scatter about that of the turbine.
+    """
+
+    result: Result
+    deviation: Float = field(repr=False)
+    innovation: Float = field(repr=False)
+    samples: tuple[Result, ...] = field(default=(), repr=False)
+
+
+@dataclass(frozen=True, repr=False)
+class Observer(Brief):
+    """A Kalman filter for each wind speed; ``estimate`` applies it to a result, ``start`` gives one for a controller.
+
+    Attributes:
+      wind_speed: (k,) [m/s].
+      centre: (k, n) states at the operating points.
+      A, B, K, C, D: of the discrete models, with their gains, see ``kalman_step``.
+      inputs, outputs: (k, m), (k, p) at the operating points.
+      covariance: (k, n, n) of the error after an update.
+      innovation: (k, s, s) of the predicted sensors.
+      Q, R: (k, n, n), (s, s) of the noise of process and sensors, per step.
+      states, output_names: names.
+      model: from which it was made.
+    """
+
+    wind_speed: Float
+    centre: Float
+    A: Float
+    B: Float
+    K: Float
+    C: Float
+    D: Float
+    inputs: Float
+    outputs: Float
+    covariance: Float
+    innovation: Float
+    Q: Float
+    R: Float
+    states: tuple[str, ...]
+    output_names: tuple[str, ...]
+    model: Model[Any]
+
+    def __repr__(self) -> str:
+        speeds = f"{self.wind_speed[0]:g} to {self.wind_speed[-1]:g} m/s"
+        return f"<Observer of {self.model.turbine.name}: {len(self.states)} states, {speeds}, {1.0 / STEP:g} Hz>"
+
+    @property
+    def wind_place(self) -> int:
+        """Place of the rotor-effective wind speed in the state."""
+        return self.states.index("rotor-effective wind")
+
+    @property
+    def lag(self) -> float:
+        """[s] of the wind speed that schedules the models: a revolution at rated speed, over which they average."""
+        drivetrain, control = self.model.turbine.drivetrain, self.model.turbine.control
+        return float(2.0 * np.pi * drivetrain.gear_ratio / control.pitch.reference_speed)
+
+    def start(self, wind_speed: float) -> ObserverFilter:
+        """A filter in steady operation at a wind speed [m/s]."""
+        return ObserverFilter(self, wind_speed)
+
+    def using(self, present: Sequence[bool] | NDArray[np.bool_]) -> Observer:
+        """The observer with gains and covariances of some of the sensors only.
+
+        Args:
+          present: (3,) which of ``SENSORS``.
+
+        Raises:
+          MeltemiError: these sensors do not determine the state.
+        """
+        some = np.flatnonzero(present)
+        K, S, P = np.zeros_like(self.K), self.innovation.copy(), np.empty_like(self.covariance)
+        for i in range(len(K)):
+            try:
+                K[i][:, some], P[i], S[i][np.ix_(some, some)] = stationary(
+                    self.A[i], self.C[i, some], self.Q[i], self.R[np.ix_(some, some)]
+                )
+            except np.linalg.LinAlgError as error:
+                names = ", ".join(SENSORS[k] for k in some)
+                raise MeltemiError(f"observer: no gain at {self.wind_speed[i]:g} m/s from {names}: {error}") from None
+        return replace(self, K=K, covariance=P, innovation=S)
+
+    def guess(self, speed: float, torque: float, pitch: float) -> float:
+        """Wind speed [m/s] at which steady operation is closest to a generator speed, torque and pitch, SI."""
+        here = np.column_stack([self.outputs[:, 0], self.inputs])
+        scale = np.maximum(here.max(axis=0) - here.min(axis=0), 1e-9)
+        far = np.sum(((here - [speed, torque, pitch]) / scale) ** 2, axis=1)
+        return float(self.wind_speed[np.argmin(far)])
+
+    @one_blas_thread
+    def estimate(self, result: Result, *, samples: int = 0, seed: int = 1) -> Estimate:
+        """Estimate wind and loads from the signals of a result, of which loads and wind are not read.
+
+        Args:
+          result: with ``generator_speed``, ``pitch_1`` and ``generator_torque`` or ``generator_power``, and where they
+            are known ``tower_top_acceleration_x``, ``tower_top_acceleration_y`` and ``azimuth``.
+          samples: number of samples of the distribution of the loads.
+          seed: of the samples.
+
+        Samples with values that are not finite are excluded. Over gaps the estimate is a prediction without sensors.
+        The warnings of the estimated result name them, and signals that do not fit the turbine.
+
+        Raises:
+          InputError: a signal is missing, hardly any of its samples is finite, or the series is too short.
+          MeltemiError: without the accelerations the state is not determined.
+        """
+        time, u, measured, azimuth, told = self._signals(result)
+        missing = np.isnan(measured[0])
+        made = self.using(~missing) if np.any(missing) else self
+        found = made._estimate(time, u, measured, azimuth, result, samples, seed)
+        told += self._outside(measured[:, 0], *u.T) + _misfits(found.innovation)
+        meta = found.result.meta | {"warnings": told}
+        return replace(found, result=replace(found.result, meta=meta))
+
+    def _estimate(
+        self, time: Float, u: Float, measured: Float, azimuth: Float, result: Result, samples: int, seed: int
+    ) -> Estimate:
+        T, n, p = len(time), len(self.states), len(self.output_names)
+        y, speeds, schedule, gaps = np.zeros((T, p)), np.zeros(T), np.zeros(T), np.zeros((T, len(SENSORS)))
+        now = self.start(self.guess(float(measured[0, 0]), float(u[0, 0]), float(u[0, 1])))
+        for i in range(T):
+            expected = now.predicted(u[i])
+            y[i] = now.step(u[i], measured[i])
+            speeds[i], schedule[i] = now.wind_speed, now.schedule
+            gaps[i] = measured[i] - expected
+        near = self._nearest(schedule)
+        gaps /= np.sqrt(np.stack([np.diag(S) for S in self.innovation]))[near]
+        channels, places = self._channels()
+        mix = _mixing(self.output_names, azimuth, places)
+        data = np.column_stack([speeds, mix(y)])
+        errors = np.stack([c @ P @ c.T for c, P in zip(self.C, self.covariance, strict=True)])
+        deviation = np.column_stack(
+            [
+                np.sqrt(self.covariance[near, self.wind_place, self.wind_place]),
+                _deviations(self.output_names, errors[near], azimuth, places),
+            ]
+        )
+        meta = {k: v for k, v in result.meta.items() if k in ("turbine", "wind", "transient", "file")}
+        found = Result(time, data, channels, meta=meta | {"warnings": [], "controller": "observer"})
+        drawn = []
+        chance = np.random.default_rng(seed)
+        roots = [np.linalg.cholesky(Q + 1e-14 * np.trace(Q) / n * np.eye(n)) for Q in self.Q] if samples else []
+        for _ in range(samples):
+            e = np.linalg.cholesky(self.covariance[near[0]] + 1e-12 * np.eye(n)) @ chance.standard_normal(n)
+            wrong, wind = np.zeros((T, p)), np.zeros(T)
+            shocks, noise = chance.standard_normal((T, n)), chance.standard_normal((T, len(SENSORS)))
+            noise *= np.sqrt(np.diag(self.R))
+            for i, k in enumerate(near):
+                e = self.A[k] @ e + roots[k] @ shocks[i]
+                e = e - self.K[k] @ (self.C[k, : len(SENSORS)] @ e + noise[i])
+                wrong[i], wind[i] = self.C[k] @ e, e[self.wind_place]
+            drawn.append(replace(found, data=data + np.column_stack([wind, mix(wrong)])))
+        return Estimate(found, deviation, gaps, tuple(drawn))
+
+    def _outside(self, *signals: Float) -> list[str]:
+        """Warnings about generator speed, torque and pitch that are mostly outside their range in production."""
+        steady = (self.outputs[:, 0], *self.inputs.T)
+        found = []
+        for name, x, here in zip((SENSORS[0], *INPUTS), signals, steady, strict=True):
+            room = BEYOND * float(np.abs(here).max())
+            low, high = float(here.min()) - room, float(here.max()) + room
+            share = float(np.mean((x < low) | (x > high)))
+            if share > 0.5:
+                found.append(
+                    f"{name} is {x.mean():.4g} on average, in production it is {here.min():.4g} to {here.max():.4g} "
+                    "(SI units): the estimate is not that of the turbine; check units, names and turbine"
+                )
+        return found
+
+    def _nearest(self, speed: Float) -> NDArray[np.intp]:
+        spacing = self.wind_speed[1] - self.wind_speed[0]
+        place = np.rint((speed - self.wind_speed[0]) / spacing)
+        return np.clip(place, 0, len(self.wind_speed) - 1).astype(np.intp)
+
+    def _channels(self) -> tuple[tuple[Channel, ...], list[str]]:
+        known = catalogue(Contents(3))
+        places = [*TOWER, *(f"{b}_{i}" for b in BLADE for i in (1, 2, 3))]
+        return (WIND, *(known[name] for name in places)), places
+
+    def _signals(self, result: Result) -> tuple[Float, Float, Float, Float, list[str]]:
+        """Times of the filter's steps, inputs (T, 2), sensors (T, 3), azimuth (T,) and warnings."""
+        if len(result.time) < 2 or result.time[-1] - result.time[0] < 1.0:
+            raise InputError("observer: the series is shorter than 1 s")
+        for name in ("generator_speed", "pitch_1"):
+            if name not in result:
+                raise InputError(f"observer: the signal {name!r} is missing; found {', '.join(result.names)}")
+        if not {"generator_torque", "generator_power"} & set(result.names):
+            raise InputError("observer: neither 'generator_torque' nor 'generator_power' is given")
+        torque = "generator_torque" if "generator_torque" in result else "generator_power"
+        pitches = [name for b in (1, 2, 3) if (name := f"pitch_{b}") in result]
+        sensors = [name for name in SENSORS[1:] if name in result]
+        used = ["generator_speed", torque, *pitches, *sensors, *(["azimuth"] if "azimuth" in result else [])]
+        table = {name: np.asarray(result[name], float) for name in used}
+        finite = np.all([np.isfinite(x) for x in table.values()], axis=0)
+        if finite.sum() < max(2.0, 0.5 * len(finite)):
+            broken = min(table, key=lambda name: np.isfinite(table[name]).sum())
+            raise InputError(
+                f"observer: {finite.sum()} of {len(finite)} samples are finite; most are not in the signal {broken!r}"
+            )
+        known, told = result.time[finite], []
+        if some := len(finite) - int(finite.sum()):
+            told.append(f"{some} of {len(finite)} samples are left out: not all of their signals are finite")
+        apart = np.diff(known)
+        if (spacing := float(np.median(apart))) > LONGEST + 1e-9:
+            raise InputError(
+                f"observer: signals need a sample every {LONGEST:g} s or more often, found one every {spacing:g} s"
+            )
+        time = np.arange(known[0], known[-1] + 0.25 * STEP, STEP)
+
+        def at(name: str) -> Float:
+            return np.interp(time, known, table[name][finite])
+
+        speed, pitch = at("generator_speed"), np.mean([at(name) for name in pitches], axis=0)
+        moment = at(torque)
+        if torque == "generator_power":
+            efficiency = self.model.turbine.drivetrain.generator_efficiency
+            moment = moment / efficiency / np.maximum(speed, 1e-3)
+        missing = np.full(len(time), np.nan)
+        measured = np.column_stack([speed, *(at(name) if name in sensors else missing for name in SENSORS[1:])])
+        for k in np.flatnonzero(apart > LONGEST + 1e-9):
+            begin, end = float(known[k]), float(known[k + 1])
+            measured[(time > begin) & (time < end)] = np.nan
+            told.append(f"no samples from {begin:g} to {end:g} s: the estimate there is a prediction without sensors")
+        if "azimuth" in result:
+            azimuth = np.interp(time, known, np.unwrap(table["azimuth"][finite]))
+        else:
+            azimuth = np.cumsum(speed) * STEP / self.model.turbine.drivetrain.gear_ratio
+        return time, np.column_stack([moment, pitch]), measured, azimuth, _few(told)
+
+
+def _few(lines: list[str], most: int = 4) -> list[str]:
+    return lines if len(lines) <= most else [*lines[: most - 1], f"and {len(lines) - most + 1} more gaps"]
+
+
+def _misfits(innovation: Float) -> list[str]:
+    """Warnings about sensors far from their predictions; by the median, which a start or a fault does not move."""
+    found = []
+    for name, gaps in zip(SENSORS, innovation.T, strict=True):
+        if np.any(np.isfinite(gaps)) and (far := float(np.nanmedian(np.abs(gaps)) / 0.6745)) > MISFIT:
+            found.append(
+                f"{name} differs from its prediction by {far:.2g} times the expected deviation: the signals are not "
+                "those of this turbine in production; check units, names and turbine"
+            )
+    return found
+
+
+class ObserverFilter:
+    """The state of an observer in time.
+
+    Attributes:
+      memory: the whole filter as one vector, which a compiled controller may have as its state, see ``kalman_step``.
+      z: (n,) state.
+      y: (p,) outputs of the last step, named by ``observer.output_names``.
+    """
+
+    def __init__(self, observer: Observer, wind_speed: float) -> None:
+        o = self.observer = observer
+        z = np.array([np.interp(wind_speed, o.wind_speed, c) for c in o.centre.T])
+        u = np.array([np.interp(wind_speed, o.wind_speed, c) for c in o.inputs.T])
+        first, spacing, share = o.wind_speed[0], o.wind_speed[1] - o.wind_speed[0], -np.expm1(-STEP / o.lag)
+        tables = (o.centre, o.A, o.B, o.K, o.C, o.D, o.inputs, o.outputs)
+        self.memory = filter_vector(z, u, len(SENSORS), o.wind_place, (first, spacing, share, wind_speed), tables)
+        n = len(z)
+        self.z, self.y = self.memory[HEAD : HEAD + n], self.memory[HEAD + n : HEAD + n + len(o.output_names)]
+
+    @property
+    def wind_speed(self) -> float:
+        """[m/s] rotor-effective."""
+        return float(self.z[self.observer.wind_place])
+
+    @property
+    def schedule(self) -> float:
+        """[m/s] wind speed of the models in use: the estimate after a lag."""
+        return float(self.memory[SCHEDULE])
+
+    def place(self, name: str) -> int:
+        """Place in ``memory`` of an output in the fixed frame, or of a state, by its name."""
+        names = (*self.observer.states, *self.observer.output_names)
+        if name not in names:
+            raise InputError(f"observer: no {name!r}: {did_you_mean(name, names)}")
+        return HEAD + names.index(name)
+
+    def __getitem__(self, name: str) -> float:
+        """An output of the last step, by its name in the fixed frame, or a state by its name."""
+        return float(self.memory[self.place(name)])
+
+    def step(self, inputs: Sequence[float] | Float, measured: Sequence[float] | Float) -> Float:
+        """Outputs after one step of 0.04 s.
+
+        Args:
+          inputs: (2,) generator torque [N m] and mean pitch [rad].
+          measured: (3,) generator speed [rad/s], acceleration of the tower top along x and y [m/s^2]; NaN if unknown.
+        """
+        kalman_step(self.memory, np.asarray(inputs, float), np.asarray(measured, float))
+        return self.y
+
+    def predicted(self, inputs: Sequence[float] | Float) -> Float:
+        """(3,) sensors that the next step expects."""
+        n = HEAD + len(self.z) + len(self.y) + 2 * len(INPUTS)
+        keep = self.memory[:n].copy()
+        found = self.step(inputs, np.full(len(SENSORS), np.nan))[: len(SENSORS)].copy()
+        self.memory[:n] = keep
+        return found
+
+
+def _mixing(names: Sequence[str], azimuth: Float, wanted: Sequence[str]) -> Callable[[Float], Float]:
+    """Outputs of the fixed frame (T, p) to channels (T, C)."""
+
+    def mix(y: Float) -> Float:
+        return np.column_stack([np.einsum("tp,tp->t", row, y) for row in _rows(names, azimuth, wanted)])
+
+    return mix
+
+
+def _rows(names: Sequence[str], azimuth: Float, wanted: Sequence[str]) -> list[Float]:
+    """(T, p) weights of the outputs in each channel."""
+    found = []
+    for name in wanted:
+        row = np.zeros((len(azimuth), len(names)))
+        if name in names:
+            row[:, names.index(name)] = 1.0
+        else:
+            base, blade = name[:-2], int(name[-1])
+            psi = azimuth + 2.0 * np.pi / 3.0 * (blade - 1)
+            parts = {"collective": np.ones_like(psi), "cosine": np.cos(psi), "sine": np.sin(psi)}
+            for part, weight in parts.items():
+                row[:, names.index(f"{base}_{part}")] = weight
+        found.append(row)
+    return found
+
+
+def _deviations(names: Sequence[str], errors: Float, azimuth: Float, wanted: Sequence[str]) -> Float:
+    """(T, C) standard deviations of the channels, from covariances (T, p, p)."""
+    rows = _rows(names, azimuth, wanted)
+    return np.sqrt(np.column_stack([np.maximum(np.einsum("tp,tpq,tq->t", r, errors, r), 0.0) for r in rows]))
+
+
+@one_blas_thread
+def observer(
+    model: Model[Any],
+    *,
+    turbulence: ExpectedTurbulence | None = None,
+    noise: SensorNoise | None = None,
+    shear_exponent: float = 0.2,
+    spacing: float = 1.0,
+    progress: Callable[[float], None] | None = None,
+) -> Observer:
+    """Observer of wind and loads of a turbine with three blades.
+
+    Air density, flexibility and aerodynamic options are those of the model; wake and stall are in equilibrium in the
+    fixed frame.
+
+    Args:
+      model: of the turbine.
+      turbulence: that it expects; category A by default.
+      noise: of the sensors.
+      shear_exponent: of the mean wind.
+      spacing: [m/s] between the wind speeds, from cut-in to cut-out.
+      progress: callback with the completed fraction.
+
+    Raises:
+      InputError: a value is not valid.
+      UnsupportedError: the rotor does not have three blades.
+    """
+    if not 0.0 < spacing <= 5.0:
+        raise InputError(f"observer: spacing must be above 0 and at most 5 m/s, found {spacing!r}")
+    turbulence, noise = turbulence or ExpectedTurbulence(), noise or SensorNoise()
+    turbine = model.turbine
+    turbine = turbine.replace(**{"pitch_actuator.kind": "ideal"})
+    plain = build(turbine, model.options, model.environment)
+    rated = turbine.control.pitch.reference_speed
+    R = np.diag([(noise.speed * rated) ** 2, noise.acceleration**2, noise.acceleration**2])
+    speeds = np.arange(turbine.cut_in, turbine.cut_out + 1e-9, spacing)
+    parts = []
+    for i, speed in enumerate(speeds):
+        if progress is not None:
+            progress(i / len(speeds))
+        wind = SteadyWind(speed=float(speed), shear_exponent=shear_exponent)
+        inputs = (*INPUTS, "wind_speed", "vertical_shear", "horizontal_shear")
+        outputs = (*SENSORS, *TOWER, *(f"{name}_1" for name in BLADE))
+        linear = linearise(plain, operating_point(plain, wind), inputs, outputs, azimuths=AZIMUTHS)
+        linear = condensed(linear, np.array([" inflow " in name or " stall " in name for name in linear.states]))
+        try:
+            parts.append(_design(linear, turbine, turbulence, R))
+        except np.linalg.LinAlgError as error:
+            raise MeltemiError(f"observer: no gain at {speed:g} m/s: {error}") from None
+    arrays: dict[str, Any] = {
+        name: np.ascontiguousarray(np.stack(column))
+        for name, column in zip(ARRAYS, zip(*parts, strict=True), strict=True)
+    }
+    harmonics = [f"harmonic {n} {part}" for n in HARMONICS for part in ("cosine", "sine")]
+    states = (*linear.states, "rotor-effective wind", *harmonics)
+    return Observer(wind_speed=speeds, R=R, states=states, output_names=linear.outputs, model=model, **arrays)
+
+
+ARRAYS = ("centre", "A", "B", "K", "C", "D", "inputs", "outputs", "covariance", "innovation", "Q")
+"""What :func:`_design` gives, as attributes of :class:`Observer`."""
+
+
+def _design(linear: LinearModel, turbine: AnyTurbine, turbulence: ExpectedTurbulence, R: Float) -> tuple[Float, ...]:
+    """Discrete model, gain and covariances at one wind speed (O-1 to O-10)."""
+    speed, omega = float(linear.u0[2]), linear.point.rotor_speed
+    n, m = len(linear.states), len(INPUTS)
+    variance, times = turbulence.harmonics(speed, turbine.hub_height, turbine.rotor_radius)
+    # a shear of 1 changes the wind by V r / D; the harmonics are averages over r^2 of the wind, that of r is 3 R / 4
+    shear = 1.0 / (speed * 3.0 / 8.0)
+    Bw, Dw = linear.B[:, m:], linear.D[:, m:]
+    # the sine component is the wind at the side that blade 1 moves down: its moment has the sign of the sine
+    gain = linear.response([1e-3j])[0].real
+    row = linear.outputs.index("root_moment_out_of_plane_sine")
+    side = np.sign(gain[row, m + 2]) or 1.0
+    # columns: collective, cosine, sine of the wind at the blades
+    scale = np.diag([1.0, shear, side * shear])
+    Bw, Dw = Bw @ scale, Dw @ scale
+    h = 1 + 2 * len(HARMONICS)
+    mix, F = np.zeros((3, h)), np.zeros((h, h))
+    mix[0, 0] = 1.0
+    mix[1, 1] = mix[2, 2] = 1.0  # first harmonic: constant in the fixed frame
+    mix[1, 3], mix[2, 4] = 1.0, 1.0  # second and fourth: three times the rotor frequency
+    mix[0, 5] = 1.0
+    mix[1, 7], mix[2, 8] = 1.0, -1.0
+    q = np.zeros(h)
+    q[0] = 2.0 * variance[0] / times[0]
+    for i, k in enumerate(HARMONICS, 1):
+        a = slice(2 * i - 1, 2 * i + 1)
+        turn = 0.0 if k == 1 else 3.0 * omega
+        F[a, a] = [[-1.0 / times[k], -turn], [turn, -1.0 / times[k]]]
+        q[a] = 2.0 * variance[k] / times[k]
+    A = np.block([[linear.A, Bw @ mix], [np.zeros((h, n)), F]])
+    B = np.vstack([linear.B[:, :m], np.zeros((h, m))])
+    C = np.hstack([linear.C, Dw @ mix])
+    Ad, Bd, Q = discrete(A, B, np.diag([*np.zeros(n), *q]), STEP)
+    K, P, S = stationary(Ad, C[: len(SENSORS)], Q, R)
+    centre = np.concatenate([linear.x0, [speed], np.zeros(h - 1)])
+    return centre, Ad, Bd, K, C, linear.D[:, :m], linear.u0[:m], linear.y0, P, S, Q

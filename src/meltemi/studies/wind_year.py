@@ -1,0 +1,294 @@
+"""A year of wind at 1 s: exceedances of the yaw-error threshold, and energy of each strategy.
+
+The yaw control and the threshold of the supervisor run at 1 Hz in a wind made for it; the turbine is its steady power
+curve. Directions change for four reasons:
+
+* turbulence: lateral velocities of 0.8 of the longitudinal ones, with the length scales of IEC 61400-1 and the
+  intensity of the site at that wind speed;
+* meandering: lateral velocities of 0.6 m/s over twenty minutes whatever the wind speed, so that light winds turn most
+  (after Mahrt 2011, J. Appl. Meteorol. Climatol. 50, 144-152);
+* weather: the mean direction drifts within a day;
+* fronts: fast turns of 30 to 120 degrees within 10 to 60 s, with a rise of up to 15 m/s that fades within ten minutes.
+  There are no statistics of them; their number a year is varied.
+
+The mean wind has a Rayleigh distribution and changes within hours.
+
+The functions are compiled anew in every process: the cache of kernels does not look at studies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from meltemi.control.sensors import normal, philox
+from meltemi.control.signals import Measurements
+from meltemi.control.supervisor.threshold import YawProtection, YawThreshold, threshold
+from meltemi.control.yaw import YawControl, YawControlState, wrap, yaw_settings, yaw_step
+from meltemi.core.threads import available_cores
+from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.trim import operating_point
+from meltemi.studies.yaw_limits import BasePoints
+from meltemi.tuning.run_store import FailedResult, FailedResultError, attempt
+from meltemi.turbine.definition import Turbine
+
+Float = NDArray[np.float64]
+DAY, HOUR = 86400.0, 3600.0
+WEATHER, DRIFT = 8.0 * HOUR, 24.0 * HOUR
+"""[s] time scales of mean speed and mean direction."""
+MEANDER, MEANDER_TIME = 0.6, 1200.0
+"""[m/s], [s]."""
+LENGTH_U, LENGTH_V = 340.0, 113.0
+"""[m] integral scales of IEC 61400-1 ed. 3 for hubs above 60 m: 8.1 and 2.7 times 42 m."""
+FRONTS = (0, 20, 50, 100, 200)
+"""A year."""
+COSINE = 2.0
+"""Power goes with this power of the cosine of the yaw error below rated."""
+DOWN_TIME = 600.0
+"""[s] from the stop of a turbine to production again, if the error allows."""
+WINDOW = 30
+"""[s] of the mean wind."""
+STRATEGIES = {"S3": 0, "S1": 1, "S2": 2}
+
+
+@dataclass(frozen=True)
+class WindSite:
+    """Wind of a site at hub height.
+
+    Attributes:
+      mean: [m/s] of a year.
+      speed, intensity: (n,) [m/s], [-] turbulence intensity over the wind speed.
+    """
+
+    mean: float
+    speed: Float
+    intensity: Float
+
+
+@dataclass(frozen=True)
+class Year:
+    """Annual results of a strategy.
+
+    Attributes:
+      strategy: its name.
+      fronts: a year.
+      energy: [J] produced.
+      stopped: [J] that S1 produces in the same wind.
+      exceeded: how often the threshold was passed in production.
+      derates, stops: how often.
+      down: [s] after stops.
+    """
+
+    strategy: str
+    fronts: int
+    energy: float
+    stopped: float
+    exceeded: int
+    derates: int
+    stops: int
+    down: float
+
+
+@dataclass(frozen=True)
+class PowerCurve:
+    """Steady electrical power.
+
+    Attributes:
+      speed, power: [m/s], [W] up to rated.
+      cut_in, cut_out: [m/s].
+      rated: [W].
+    """
+
+    speed: Float
+    power: Float
+    cut_in: float
+    cut_out: float
+    rated: float
+
+
+def power_curve(model: BladedModel) -> PowerCurve:
+    """Power curve of a turbine from cut-in to rated wind speed."""
+    turbine = model.turbine
+    speeds, powers = [], []
+    for speed in np.arange(math.ceil(turbine.cut_in + 0.5), turbine.cut_out, 0.75):
+        point = attempt(f"power curve at {speed:g} m/s", operating_point, model, float(speed))
+        if isinstance(point, FailedResult):
+            continue  # its neighbours stand for it
+        speeds.append(float(speed))
+        powers.append(point["generator_power"])
+        if powers[-1] > 0.999 * turbine.rated_power:
+            break
+    if not powers:
+        raise FailedResultError("power curve: no wind speed has a steady operating point")
+    first = powers[0] * (turbine.cut_in / speeds[0]) ** 3
+    return PowerCurve(
+        np.array([turbine.cut_in, *speeds]),
+        np.array([first, *powers]),
+        turbine.cut_in,
+        turbine.cut_out,
+        turbine.rated_power,
+    )
+
+
+@njit(nogil=True)  # type: ignore[untyped-decorator]
+def uniform(count: int, stream: int, seed: int) -> float:
+    """Uniform random number between 0 and 1 by hashing a key."""
+    return (philox(count, stream, seed)[0] + 0.5) / 4294967296.0
+
+
+@njit(nogil=True)  # type: ignore[untyped-decorator]
+def course(x: float, time: float, number: float) -> float:
+    """Next value, after 1 s, of a Gaussian process with unit variance and exponential autocorrelation [s]."""
+    a = math.exp(-1.0 / time)
+    return a * x + math.sqrt(1.0 - a * a) * number
+
+
+@njit(nogil=True)  # type: ignore[untyped-decorator]
+def live(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
+    seconds: int,
+    seed: int,
+    fronts: float,
+    curve_speed: Float,
+    curve_power: Float,
+    cut_out: float,
+    mean_wind: float,
+    site_speed: Float,
+    site_intensity: Float,
+    strategy: int,
+    base: YawThreshold,
+    power_limit: float,
+    recheck: float,
+    yaw: YawControlState,
+    measured_now: Measurements,
+    found: Float,
+) -> None:
+    """Simulate the year second by second.
+
+    Args:
+      fronts: a second.
+      strategy: 0 ignore, 1 stop, 2 derate and look again.
+      base: base points of the interpolated law.
+      yaw: settings of the yaw control.
+      measured_now: by the sensors.
+      found: gets energy [J], passes, derates, stops, seconds down.
+    """
+    ring = np.full(WINDOW, mean_wind)
+    mean, drift, along, across, meander = 0.0, 0.0, 0.0, 0.0, 0.0
+    turned, turning, turn_left, rise, rising = 0.0, 0.0, 0.0, 0.0, 0.0
+    nacelle, state, timer = 0.0, 0, 0.0
+    total = WINDOW * mean_wind
+    for k in range(seconds):
+        mean = course(mean, WEATHER, normal(k, 0, seed))
+        drift = course(drift, DRIFT, normal(k, 1, seed))
+        share = 0.5 * math.erfc(mean / math.sqrt(2.0))
+        speed = max(mean_wind * math.sqrt(-4.0 / math.pi * math.log(max(share, 1e-12))), 0.3)
+        along = course(along, LENGTH_U / speed, normal(k, 2, seed))
+        across = course(across, LENGTH_V / speed, normal(k, 3, seed))
+        meander = course(meander, MEANDER_TIME, normal(k, 4, seed))
+        if turn_left <= 0.0 and uniform(k, 5, seed) < fronts:
+            turn_left = 10.0 + 50.0 * uniform(k, 6, seed)
+            size = math.radians(30.0 + 90.0 * uniform(k, 7, seed))
+            turning = (size if uniform(k, 8, seed) < 0.5 else -size) / turn_left
+            rising = 15.0 * uniform(k, 9, seed) / turn_left
+        if turn_left > 0.0:
+            turned, rise, turn_left = turned + turning, rise + rising, turn_left - 1.0
+        rise *= math.exp(-1.0 / 600.0)
+        deviation = np.interp(speed, site_speed, site_intensity) * speed
+        u = max(speed + deviation * along + rise, 0.1)
+        v = 0.8 * deviation * across + MEANDER * meander
+        direction = 1.5 * drift + turned + math.atan2(v, u)
+        wind = math.hypot(u, v)
+
+        total += wind - ring[k % WINDOW]
+        ring[k % WINDOW] = wind
+        measured_now.wind_speed, measured_now.wind_direction, measured_now.yaw = wind, direction, nacelle
+        rate = yaw_step(yaw, measured_now, 1.0)
+        limit = threshold(base, total / WINDOW)
+        over = abs(yaw.filtered) > limit
+        nacelle += rate
+        error = wrap(direction + nacelle)
+        facing = max(math.cos(error), 0.0)
+        power = 0.0
+        if curve_speed[0] <= wind <= cut_out:
+            power = np.interp(wind * facing ** (COSINE / 3.0), curve_speed, curve_power) if facing > 0.0 else 0.0
+        producing = total / WINDOW >= curve_speed[0]
+        if state == 0 and over and producing:
+            found[1] += 1.0
+            if strategy == 1:
+                state, timer = 2, 0.0
+                found[3] += 1.0
+            elif strategy == 2:
+                state, timer = 1, 0.0
+                found[2] += 1.0
+            else:
+                state = 3
+        elif state == 3 and not over:
+            state = 0
+        elif state == 1:
+            timer += 1.0
+            power = min(power, power_limit)
+            if timer >= recheck:
+                state, timer = (2 if over else 0), 0.0
+                found[3] += 1.0 if over else 0.0
+        elif state == 2:
+            timer += 1.0
+            power = 0.0
+            found[4] += 1.0
+            if timer >= DOWN_TIME and not over:
+                state = 0
+        found[0] += power
+
+
+def a_year(
+    turbine: Turbine,
+    curve: PowerCurve,
+    ours: BasePoints,
+    site: WindSite,
+    *,
+    days: float = 365.0,
+    fronts: Sequence[int] = FRONTS,
+    seed: int = 1,
+    workers: int | None = None,
+) -> tuple[Year, ...]:
+    """Annual results of all strategies and numbers of fronts a year in the same wind; ``ours`` are base points beside
+    those of Wang et al. (2021)."""
+    paper = YawProtection()
+    first = (paper.wind_speeds, paper.thresholds)
+    kinds = {"S1": ("S1", first), "S2": ("S2", first), "S2 ours": ("S2", ours), "S3": ("S3", first)}
+
+    def one(number: int, name: str) -> Float:
+        kind, base = kinds[name]
+        values = np.zeros(5)
+        live(
+            round(days * DAY),
+            seed,
+            number / (365.0 * DAY),
+            curve.speed,
+            curve.power,
+            curve.cut_out,
+            site.mean,
+            site.speed,
+            site.intensity,
+            STRATEGIES[kind],
+            YawThreshold.of(wind_speed=base[0], threshold=base[1]),
+            2.0 / 3.0 * curve.rated,
+            paper.recheck_time,
+            yaw_settings(YawControl(), turbine.yaw),
+            Measurements.of(),
+            values,
+        )
+        return values
+
+    keys = [(number, name) for number in fronts for name in kinds]
+    with ThreadPoolExecutor(workers or available_cores()) as pool:
+        found = dict(zip(keys, pool.map(lambda key: one(*key), keys), strict=True))
+    return tuple(
+        Year(name, number, energy, found[number, "S1"][0], round(exceeded), round(derates), round(stops), down)
+        for (number, name), (energy, exceeded, derates, stops, down) in found.items()
+    )

@@ -1,0 +1,234 @@
+"""Energy, stops and loads of each strategy over thousands of gusts with direction change.
+
+Over rise, direction change, begin and speed of the gust, seeds of turbulence, yaw rate and recheck time. A turbine that
+was stopped is down for a given time after its run ends; the energy that it misses then is counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+from itertools import product
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from meltemi.control.controller import Controller, LogEntry
+from meltemi.control.supervisor.settings import Supervision
+from meltemi.control.supervisor.supervised import SupervisedController
+from meltemi.control.supervisor.threshold import YawProtection
+from meltemi.control.yaw import YawControl
+from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
+from meltemi.simulation.trim import operating_point
+from meltemi.studies.machine_loads import CHANNELS, LOADS, extreme, fatigue
+from meltemi.studies.yaw_limits import BasePoints
+from meltemi.tuning.run_store import FailedResult, attempt, cells, survivors
+from meltemi.turbine.definition import Turbine
+from meltemi.wind.fields import SteadyWind, WindBox
+from meltemi.wind.iec.gusts import ecd
+from meltemi.wind.iec.winds import NORMAL_EXPONENT
+from meltemi.wind.superposition import with_gust
+from meltemi.wind.turbulence.field import generate_field
+from meltemi.wind.turbulent import TurbulentWind
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+INTENSITY = 0.10
+FAST = ModelOptions(blade_nodes=10, yaw="driven")
+"""Half the usual nodes: extremes of these runs change by some percent, the order of strategies does not."""
+DOWN = 600.0
+"""[s] from the stop of a turbine to production again: wait, yaw, start-up."""
+LENGTH = 150.0
+"""[s] of a run."""
+
+
+WIND = ["speed", "rise", "change", "begin", "sign", "seed"]
+"""Columns of the results that identify a wind."""
+STOP_RATE = 0.1
+"""[rad/s] of the pitch in stops, 5.7 deg/s, where the actuator has it; Wang et al. (2021) give none."""
+
+
+def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
+    """The turbine with another yaw drive [rad/s]."""
+    return turbine.replace(**{"yaw.rate": rate})
+
+
+def strategy(turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None) -> Controller:
+    """Supervisor with yaw control and a strategy of yaw protection."""
+    actuator = turbine.pitch_actuator
+    rate = STOP_RATE if actuator.kind == "ideal" else min(STOP_RATE, actuator.rate_limit)
+    # limits of the speed wide enough for the strategies to act alone: at 60 degrees it swings by up to 17 %
+    settings = Supervision(over_speed=1.25, trip_speed=1.3, normal_rate=rate)
+    return SupervisedController(turbine, settings, yaw=yaw or YawControl(), protection=protection)
+
+
+def transitions(result: Result, to: str) -> list[LogEntry]:
+    """Log entries of transitions to a state with this word in its name, such as "stop"."""
+    return [entry for entry in result.log if to in entry.what.rsplit("->", 1)[-1]]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Parameters of the gusts and strategies.
+
+    Attributes:
+      speeds: [m/s] before the gust.
+      rises: [m/s] of the gust.
+      changes: [rad] of the direction.
+      begins: [s] of the gust in the turbulence.
+      signs: of the direction change, 1 clockwise from above.
+      seeds: of turbulence.
+      yaw_rates: [rad/s].
+      rechecks: [s] of the derating strategy.
+    """
+
+    speeds: tuple[float, ...] = (7.0, 10.67)
+    rises: tuple[float, ...] = (0.0, 7.0, 14.33)
+    changes: tuple[float, ...] = tuple(np.radians((30.0, 45.0, 60.0, 75.0, 90.0)))
+    begins: tuple[float, ...] = (20.0,)
+    signs: tuple[Literal[1, -1], ...] = (1, -1)
+    seeds: tuple[int, ...] = (1, 2)
+    yaw_rates: tuple[float, ...] = tuple(np.radians((0.3, 0.5, 0.8)))
+    rechecks: tuple[float, ...] = (30.0, 60.0, 90.0)
+
+    def __len__(self) -> int:
+        winds = len(self.speeds) * len(self.rises) * len(self.changes) * len(self.begins) * len(self.seeds)
+        return winds * len(self.signs) * len(self.yaw_rates) * (2 + len(self.rechecks))
+
+
+QUICK = Grid(
+    (10.67,), (14.33,), (0.8, 1.2), signs=(1,), seeds=(1,), yaw_rates=Grid.yaw_rates[::2], rechecks=(30.0, 90.0)
+)
+OURS = "S2 ours"
+"""Derating at base points from a load limit."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Results, one row for each run.
+
+    Attributes:
+      grid: what was varied.
+      rows: columns speed, rise, change, begin, sign, seed, yaw_rate, strategy, recheck, energy [J] from the begin of
+        the gust to ``DOWN`` after it, stops, derates, and (load, "extreme" | "fatigue").
+    """
+
+    grid: Grid
+    rows: pd.DataFrame = field(repr=False)
+
+
+def run_grid(
+    turbine: Turbine,
+    grid: Grid,
+    base_points: BasePoints | None = None,
+    *,
+    workers: int | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Found:
+    """Run all gusts of a grid.
+
+    Args:
+      base_points: of a further strategy, which derates as the second one with the longest recheck time.
+
+    Raises:
+      FailedResultError: no run reached its end.
+    """
+    import pandas as pd
+
+    keys: dict[str, dict[str, Any]] = {}
+    found = cells(_Cases(turbine, grid, base_points, keys), reduce=reduced, workers=workers, progress=progress)
+    survivors(found)
+    rows = [key | value for key, value in zip(keys.values(), found, strict=True) if not isinstance(value, FailedResult)]
+    return Found(grid, pd.DataFrame(rows))
+
+
+class _Cases:
+    """Cases in sequence; those in the same wind are consecutive."""
+
+    def __init__(
+        self, turbine: Turbine, grid: Grid, base_points: BasePoints | None, keys: dict[str, dict[str, Any]]
+    ) -> None:
+        self.turbine, self.grid, self.keys = turbine, grid, keys
+        longest = grid.rechecks[-1]
+        self.strategies: list[tuple[str, float, YawProtection]] = [
+            ("S1", 0.0, YawProtection(strategy="stop")),
+            ("S3", 0.0, YawProtection(strategy="ignore")),
+            *(("S2", t, YawProtection(strategy="derate", recheck_time=t)) for t in grid.rechecks),
+        ]
+        if base_points is not None:
+            c, b = base_points
+            ours = YawProtection(strategy="derate", recheck_time=longest, wind_speeds=c, thresholds=b)
+            self.strategies.append((OURS, longest, ours))
+        self.machines = {rate: with_yaw_rate(turbine, rate) for rate in grid.yaw_rates}
+        self.models: dict[float, BladedModel] = {rate: build(t, FAST) for rate, t in self.machines.items()}
+        steady = {speed: SteadyWind(speed=speed, shear_exponent=NORMAL_EXPONENT) for speed in grid.speeds}
+        model = self.models[grid.yaw_rates[0]]
+        self.starts = {
+            speed: attempt(f"steady operation at {speed:g} m/s", operating_point, model, wind)
+            for speed, wind in steady.items()
+        }
+        self.wind = lru_cache(maxsize=6)(self._wind)
+        self.box = lru_cache(maxsize=3)(self._box)
+
+    def __len__(self) -> int:
+        g = self.grid
+        return len(g) // (2 + len(g.rechecks)) * len(self.strategies)
+
+    def __iter__(self) -> Iterator[Run]:
+        g = self.grid
+        winds = product(g.speeds, g.seeds, g.begins, g.rises, g.changes, g.signs)
+        for speed, seed, begin, rise, change, sign in winds:
+            for rate, (name, recheck, protection) in product(g.yaw_rates, self.strategies):
+                key = {
+                    "speed": speed,
+                    "rise": rise,
+                    "change": change,
+                    "begin": begin,
+                    "sign": sign,
+                    "seed": seed,
+                    "yaw_rate": rate,
+                    "strategy": name,
+                    "recheck": recheck,
+                }
+                label = f"case_{len(self.keys) + 1:05d}"
+                self.keys[label] = key
+                yield Run(
+                    model=self.models[rate],
+                    wind=partial(self.wind, speed, seed, begin, rise, change, sign),
+                    duration=LENGTH,
+                    controller=strategy(self.machines[rate], protection),
+                    channels=(*CHANNELS, "generator_power", "operating_state"),
+                    output_step=0.1,
+                    start=self.starts[speed],
+                    name=label,
+                )
+
+    def _box(self, speed: float, seed: int) -> WindBox:
+        wind = TurbulentWind(speed=speed, intensity=INTENSITY, seed=seed, shear_exponent=NORMAL_EXPONENT, points=15)
+        return generate_field(wind, self.turbine, LENGTH)
+
+    def _wind(self, speed: float, seed: int, begin: float, rise: float, change: float, sign: Literal[1, -1]) -> WindBox:
+        gust = ecd(self.turbine, speed, gust=rise, change=change, begin=begin, sign=sign)
+        return with_gust(self.box(speed, seed), gust)
+
+
+def reduced(result: Result) -> dict[str, Any]:
+    """Results of a run that are kept."""
+    power, dt = result["generator_power"], float(result.time[1] - result.time[0])
+    stopped = bool(transitions(result, "stop"))
+    # after the run a stopped turbine stays down, another goes on with its last half minute's power
+    last = 0.0 if stopped else float(power[-round(30.0 / dt) :].mean())
+    row: dict[str, Any] = {
+        "energy": float(power.sum() * dt) + last * DOWN,
+        "stops": int(stopped),
+        "derates": len(transitions(result, "derate")),
+    }
+    for name in LOADS:
+        row[f"{name}, extreme"], row[f"{name}, fatigue"] = extreme(result, name), fatigue(result, name)
+    return row

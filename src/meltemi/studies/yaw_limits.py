@@ -1,0 +1,261 @@
+"""The yaw error that load limits allow at each wind speed: base points of the yaw protection.
+
+The turbine produces in normal turbulence with its nacelle held at a yaw error of either sign. The limits are those of
+the user; or what the machine must stand anyway: the largest load of extreme turbulence with the wind within the dead
+band of the yaw control, and a tenth more, because few runs of minutes stand for hours.
+
+Reference: docs/guide/yaw-limits.md; the law between base points is that of Wang et al. (2021).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
+from meltemi.control.yaw import YawControl
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.report.palette import COLOURS, DIVERGING, INK
+from meltemi.report.plots import new_figure
+from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
+from meltemi.simulation.trim import operating_point
+from meltemi.studies.machine_loads import CHANNELS, LOADS, TOP_SHEAR, TOWER_BASE, YAW_BENDING, YAW_TORSION, extreme
+from meltemi.tuning.run_store import FailedResult, attempt, cells, survivors
+from meltemi.wind.iec.winds import etm, ntm, nwp
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Float = NDArray[np.float64]
+BasePoints = tuple[Float, Float]
+"""Wind speeds [m/s] and thresholds [rad]."""
+Key = tuple[str, float, float, int]
+"""Model of the turbulence, wind speed [m/s], yaw error [rad] and seed of a run."""
+JUDGED = (YAW_BENDING, YAW_TORSION, TOP_SHEAR, TOWER_BASE)
+"""Loads without limits of the user."""
+ERRORS = tuple(np.radians((0.0, 15.0, 30.0, 45.0, 60.0, 75.0)))
+"""[rad], of either sign."""
+DEAD_BAND = YawControl().dead_band
+"""[rad] yaw error in extreme turbulence, of either sign."""
+ALLOWANCE = 1.1
+"""Of the limit over the largest load found in extreme turbulence: few seeds of minutes stand for hours."""
+LEAD, LENGTH = 30.0, 150.0
+"""[s] not judged, and judged, of a run."""
+N_SPEEDS = 7
+
+
+@dataclass(frozen=True)
+class YawLimits:
+    """Loads over wind speed and yaw error.
+
+    Attributes:
+      speeds: (S,) [m/s].
+      errors: (E,) [rad] sizes of the yaw error, ascending.
+      loads: by name (S, E, 2), largest over seeds, for an error of positive and of negative sign, in the unit of
+        ``LOADS``.
+      limit: by name, in the same unit.
+    """
+
+    speeds: Float
+    errors: Float
+    loads: dict[str, Float] = field(repr=False)
+    limit: dict[str, float]
+
+    @property
+    def use(self) -> Float:
+        """(S, E) largest ratio of a load to its limit, over loads and signs."""
+        return self.by_sign.max(axis=-1)
+
+    @property
+    def by_sign(self) -> Float:
+        """(S, E, 2) largest ratio of a load to its limit, for an error of positive and of negative sign."""
+        return np.max([self.loads[name] / limit for name, limit in self.limit.items()], axis=0)
+
+    def governing(self) -> list[str]:
+        """Load with the largest use at each wind speed up to the first error beyond the limits, and that error."""
+        found = []
+        for i, use in enumerate(self.use):
+            over = np.flatnonzero(use > 1.0)
+            last = over[0] + 1 if len(over) else len(use)
+            ratios = {name: self.loads[name][i, :last] / limit for name, limit in self.limit.items()}
+            name = max(ratios, key=lambda key: float(ratios[key].max()))
+            j, k = np.unravel_index(np.argmax(ratios[name]), ratios[name].shape)
+            found.append(
+                f"{name}, {'-+'[int(k == 0)] if self.errors[j] > 0.0 else ''}{np.degrees(self.errors[j]):.0f} deg"
+            )
+        return found
+
+    def allowed(self) -> Float:
+        """(S,) [rad] largest yaw error within all limits, interpolated linearly; non-increasing with wind speed."""
+        found = []
+        for use in self.use:
+            over = np.flatnonzero(use > 1.0)
+            if not len(over):
+                found.append(self.errors[-1])
+            elif over[0] == 0:
+                found.append(0.0)
+            else:
+                k = over[0]
+                share = (1.0 - use[k - 1]) / (use[k] - use[k - 1])
+                found.append(self.errors[k - 1] + share * (self.errors[k] - self.errors[k - 1]))
+        return np.minimum.accumulate(np.array(found))
+
+    @property
+    def base_points(self) -> BasePoints:
+        """Base points of the interpolated law."""
+        return self.speeds, self.allowed()
+
+
+def speeds_between(cut_in: float, cut_out: float) -> Float:
+    """(7,) [m/s] whole numbers of wind speeds up to cut-out, from two above cut-in."""
+    return np.unique(np.round(np.linspace(cut_in + 2.0, cut_out, N_SPEEDS)))
+
+
+def find_limits(  # noqa: PLR0913 - options of a study, each with a default
+    model: BladedModel,
+    seeds: Sequence[int],
+    *,
+    wind_class: str = "IB",
+    speeds: Sequence[float] | None = None,
+    errors: Sequence[float] = ERRORS,
+    limit: Mapping[str, float] | None = None,
+    allowance: float = ALLOWANCE,
+    length: float = LENGTH,
+    workers: int | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> YawLimits:
+    """Simulate production at yaw errors; and extreme turbulence without, unless there are limits.
+
+    A run that cannot begin or does not reach its end counts as an infinite load at its yaw error; the limit is that of
+    the others. Errors at which the wind does not turn the rotor have no load.
+
+    Args:
+      model: with its yaw held.
+      seeds: of the turbulence.
+      wind_class: of IEC 61400-1.
+      speeds: [m/s]; by default seven from cut-in to cut-out.
+      errors: [rad] sizes of the yaw error, ascending.
+      limit: by name of ``LOADS``, in its unit; only these loads are judged.
+      allowance: factor on the largest load in extreme turbulence.
+      length: [s] judged of each run.
+      workers: threads.
+      progress: callback with the completed fraction.
+
+    Raises:
+      InputError: no such load, or a limit that is not positive.
+      FailedResultError: no run in extreme turbulence reached its end.
+    """
+    for name, value in (limit or {}).items():
+        if name not in LOADS:
+            raise InputError(f"load limits: no load {name!r}: {did_you_mean(name, LOADS)}")
+        if not 0.0 < value < np.inf:
+            raise InputError(f"load limits: {name}: expected a positive number of {LOADS[name].unit}, found {value:g}")
+    judged = tuple(limit or JUDGED)
+    speeds = list(speeds_between(model.turbine.cut_in, model.turbine.cut_out) if speeds is None else speeds)
+    keys: list[Key] = []
+    for seed in seeds:
+        for speed in speeds:
+            keys += [("ntm", speed, sign * e, seed) for e in errors for sign in ((1.0, -1.0) if e > 0.0 else (1.0,))]
+            keys += [("etm", speed, sign * DEAD_BAND, seed) for sign in (1.0, -1.0)] if limit is None else []
+    cases = cases_in_turbulence(model, keys, wind_class, LEAD + length)
+
+    def peaks(result: Result) -> dict[str, float]:
+        part = result.between(LEAD, np.inf)
+        return {name: extreme(part, name) for name in judged}
+
+    found = cells(cases, reduce=peaks, workers=workers, progress=progress)
+    extremes = [peak for (kind, *_), peak in zip(keys, found, strict=True) if kind == "etm"]
+    if limit is None:
+        limit = {name: allowance * max(peak[name] for peak in survivors(extremes)) for name in judged}
+    loads = {name: np.zeros((len(speeds), len(errors), 2)) for name in judged}
+    for (kind, speed, angle, _), peak in zip(keys, found, strict=True):
+        if kind == "ntm":
+            j = int(np.argmin(np.abs(np.array(errors) - abs(angle))))
+            sides = slice(None) if angle == 0.0 else int(angle < 0.0)
+            for name, of in loads.items():
+                value = np.inf if isinstance(peak, FailedResult) else peak[name]
+                of[speeds.index(speed), j, sides] = np.maximum(of[speeds.index(speed), j, sides], value)
+    return YawLimits(np.array(speeds), np.array(errors), loads, dict(limit))
+
+
+def cases_in_turbulence(model: BladedModel, keys: Sequence[Key], wind_class: str, duration: float) -> list[Run]:
+    """Runs of model of the turbulence, wind speed [m/s], yaw error [rad] and seed."""
+    starts = {
+        (v, e): attempt(
+            f"steady operation at {v:g} m/s, {np.degrees(e):g} deg", operating_point, model, nwp(v, direction=e)
+        )
+        for v, e in {(speed, angle) for _, speed, angle, _ in keys}
+    }
+    return [
+        Run(
+            model=model,
+            wind=(ntm if kind == "ntm" else etm)(speed, wind_class, seed=seed, direction=angle),
+            duration=duration,
+            channels=CHANNELS,
+            start=starts[speed, angle],
+            name=f"{kind} {speed:g} m/s {np.degrees(angle):g} deg seed {seed}",
+        )
+        for kind, speed, angle, seed in keys
+    ]
+
+
+def limit_rows(found: YawLimits) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: the largest load over its limit by wind speed and yaw error, base points, and what governs."""
+    head = ["wind m/s", *(f"{np.degrees(e):.0f} deg" for e in found.errors), "allowed deg", "most use"]
+    rows = [
+        [f"{c:g}", *(f"{u:.2f}" if np.isfinite(u) else "failed" for u in use), f"{np.degrees(b):.1f}", what]
+        for c, use, b, what in zip(found.speeds, found.use, found.allowed(), found.governing(), strict=True)
+    ]
+    return head, rows
+
+
+def limit_words(found: YawLimits) -> str:
+    """The limits in words."""
+    return "; ".join(f"{name} {value:.4g} {LOADS[name].unit}" for name, value in found.limit.items())
+
+
+def plot_limits(found: YawLimits) -> Figure:
+    """Map of the largest load over its limit, the allowed yaw error, and the laws of Wang et al. (2021)."""
+    figure, axes = new_figure(1, size=(8.0, 5.0))
+    draw_limits(axes[0, 0], found)
+    return figure
+
+
+def draw_limits(ax: Axes, found: YawLimits) -> None:
+    """That map on given axes: errors of positive sign above zero, of negative sign below."""
+    from matplotlib.colors import LinearSegmentedColormap, TwoSlopeNorm
+
+    errors = np.degrees(found.errors)
+    side = found.by_sign
+    both = np.concatenate([-errors[:0:-1], errors])
+    use = np.concatenate([side[:, :0:-1, 1], side[:, :, 0]], axis=1)
+    drawn = ax.contourf(
+        found.speeds,
+        both,
+        np.minimum(use, 9.0).T,
+        levels=np.arange(0.2, 2.01, 0.2),
+        norm=TwoSlopeNorm(1.0, 0.0, 2.0),
+        cmap=LinearSegmentedColormap.from_list("change", DIVERGING[::-1]),
+        extend="both",
+    )
+    ax.figure.colorbar(drawn, ax=ax, label="largest load over its limit")
+    fine = np.linspace(found.speeds[0], found.speeds[-1], 301)
+    lines = [("loads within limits", found.speeds, np.degrees(found.allowed()), INK, "o-")]
+    for colour, law in zip((COLOURS[4], COLOURS[2]), ("interpolated", "stepwise"), strict=True):
+        angles = np.degrees(yaw_threshold(YawProtection.model_validate({"law": law}), fine))
+        lines.append((f"Wang et al. (2021), {law}", fine, angles, colour, "-"))
+    for label, x, y, colour, mark in lines:
+        ax.plot(x, y, mark, color=colour, label=label, clip_on=False)  # it may be the largest error on the axis
+        ax.plot(x, -y, mark, color=colour, clip_on=False)
+    ax.set_ylim(both[0], both[-1])
+    ax.set_title("allowed yaw error, and the loads there")
+    ax.set_xlabel("wind speed [m/s]")
+    ax.set_ylabel("yaw error [deg]")
+    ax.legend()

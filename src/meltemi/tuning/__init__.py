@@ -1,0 +1,3 @@
+"""Controllers tuned, compared in the same wind fields, and tested on a bench; runs that a study keeps."""
+
+KERNELS = ()

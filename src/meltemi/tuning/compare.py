@@ -1,0 +1,445 @@
+"""``compare``: control schemes on the same turbine in the same wind fields, with confidence intervals.
+
+Every scheme runs in every wind, in parallel; a wind field is generated once for all schemes. Each run gives the
+quantities of ``QUANTITIES`` after the initial transient (and in further windows), spectra, and for the first scheme the
+ceiling: the loads that ideal removal of 1P, and of 1P and 2P, would leave. It is a reference, not a bound.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import pi
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.controller import Controller
+from meltemi.core.errors import InputError
+from meltemi.core.representation import Card, Fold, badge
+from meltemi.core.shown import Brief
+from meltemi.core.units import display
+from meltemi.environment.grid import PowerGrid
+from meltemi.loadcases.store import Outcome
+from meltemi.postprocess.bands import IdealRemoval, harmonic_bands, ideal_removal
+from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, ensemble_table, mean_interval
+from meltemi.postprocess.fatigue import damage_equivalent_load
+from meltemi.postprocess.spectra import RESOLUTION, PowerSpectrum, average_spectra, power_spectrum, rotor_frequency
+from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.channels import find, standard
+from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
+from meltemi.tuning.power_reference import tracking_error
+from meltemi.tuning.run_store import current, resumed
+from meltemi.wind.fields import Wind
+from meltemi.wind.turbulent import AnyWind, realised
+
+Float = NDArray[np.float64]
+
+TRANSIENT = 100.0
+"""[s] initial transient, excluded from the evaluation."""
+BLADE_SLOPE, STEEL_SLOPE = 10.0, 4.0
+SHORTEST = 20.0
+"""[s] of evaluated time, needed to separate 1P and 2P."""
+FEWEST_SEGMENTS = 3
+"""Smallest number of segments of a spectrum; short runs have a coarser resolution."""
+HALF_BAND = 0.25
+"""Half-width of the bands of a ceiling, in rotor frequencies."""
+SPECTRA = ("RootMyc1", "RootMxc1")
+CHANNELS = (
+    *("wind_x", "rotor_speed", "azimuth", "generator_power", "RootMyc1", "RootMyc2", "RootMyc3", "RootMxc1"),
+    *("OoPDefl1", "IPDefl1", "pitch_1", "pitch_2", "pitch_3", "TwrBsMyt", "YawBrMyp", "YawBrMzp"),
+)
+"""Channels that every run records, in addition to the flap angles."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A scalar evaluated from a run.
+
+    Attributes:
+      name: begins with OpenFAST's name of the channel.
+      unit: engineering unit.
+      factor: from SI to that unit.
+      of: its value in SI from a result.
+      slope: m of the S-N curve if it is an equivalent load.
+      about: description.
+    """
+
+    name: str
+    unit: str
+    factor: float
+    of: Callable[[Result], float] = field(repr=False)
+    slope: float | None = None
+    about: str = ""
+
+
+def hub_moments(result: Result) -> tuple[Float, Float]:
+    """(T,) tilt and yaw moment on the hub [N m], from the blades' out-of-plane root moments: sum M_i cos psi_i, sin."""
+    names = [name for name in ("RootMyc1", "RootMyc2", "RootMyc3") if name in result]
+    angles = [result["azimuth"] + 2.0 * pi * i / len(names) for i in range(len(names))]
+    tilt, yaw = np.zeros(len(result.time)), np.zeros(len(result.time))
+    for name, angle in zip(names, angles, strict=True):
+        tilt += result[name] * np.cos(angle)
+        yaw += result[name] * np.sin(angle)
+    return tilt, yaw
+
+
+def _travel(result: Result, beginning: str) -> float:
+    """[rad/s] actuator travel per second, mean over the blades, sum over the flaps of a blade."""
+    names = [name for name in result.names if name.startswith(beginning)]
+    blades = len([name for name in result.names if name.startswith("pitch_")])
+    return sum(actuator_travel(result, name) for name in names) / blades
+
+
+_SERIES: dict[str, Callable[[Result], Float]] = {
+    "Mtilt": lambda result: hub_moments(result)[0],
+    "Myaw": lambda result: hub_moments(result)[1],
+    "power": lambda result: result["generator_power"],
+    "rotor speed": lambda result: result["rotor_speed"],
+}
+"""Series of quantities whose name does not begin with a channel."""
+
+
+def _statistic(result: Result, series: str, statistic: str, slope: float) -> float:
+    """A statistic of a series: ``mean``, ``std``, ``max``, or ``DEL`` with the slope of its S-N curve."""
+    x = _SERIES[series](result) if series in _SERIES else result[series]
+    if statistic == "DEL":
+        return damage_equivalent_load(x, duration=float(result.time[-1] - result.time[0]), slope=slope)
+    return float(getattr(x, statistic)())
+
+
+def _quantities(
+    series: str, statistics: str, unit: str, about: str = "", slope: float = BLADE_SLOPE
+) -> Iterator[Quantity]:
+    """Statistics of a series in the SI unit ``unit``; the first one carries the description."""
+    for statistic in statistics.split():
+        of = partial(_statistic, series=series, statistic=statistic, slope=slope)
+        m = slope if statistic == "DEL" else None
+        yield Quantity(f"{series} {statistic}", *display(unit), of, m, about)
+        about = ""
+
+
+_RATE = display("rad/s", angular_rate_in_degrees=True)
+QUANTITIES: tuple[Quantity, ...] = (
+    *_quantities("RootMyc1", "std DEL mean", "N m", "out-of-plane root moment"),
+    *_quantities("RootMxc1", "std DEL", "N m", "in-plane root moment"),
+    *_quantities("Mtilt", "mean std DEL", "N m", "tilt moment of the blades on the hub"),
+    *_quantities("Myaw", "mean std DEL", "N m", "yaw moment of the blades on the hub"),
+    *_quantities("OoPDefl1", "mean std max", "m", "out-of-plane tip deflection"),
+    *_quantities("IPDefl1", "std", "m", "in-plane tip deflection"),
+    *_quantities("TwrBsMyt", "DEL", "N m", "fore-aft moment at the tower base", STEEL_SLOPE),
+    *_quantities("YawBrMyp", "DEL", "N m", "tilt moment at the yaw bearing", STEEL_SLOPE),
+    *_quantities("YawBrMzp", "DEL", "N m", "yaw moment at the yaw bearing", STEEL_SLOPE),
+    *_quantities("power", "mean std", "W", "electrical"),
+    *_quantities("rotor speed", "std", "rad/s"),
+    Quantity("pitch travel", *_RATE, lambda r: _travel(r, "pitch_"), about="mean of |rate|, mean of the blades"),
+    Quantity("flap travel", *_RATE, lambda r: _travel(r, "flap_"), about="the same, sum of a blade's flaps"),
+)
+TRACKING = Quantity("tracking error", *display("W"), tracking_error, about="rms deviation from the power reference")
+"""Compared, too, where there is a power reference."""
+"""Compared quantities, in the order of the tables."""
+
+
+@dataclass(frozen=True)
+class RunSummary:
+    """Evaluation of one run.
+
+    Attributes:
+      numbers: quantities by window and name, SI.
+      spectra: by channel, after the transient.
+      ceilings: of RootMyc1, for removal of 1P and of 1P and 2P.
+      moment: (T,) RootMyc1 [N m] after the transient, as recorded.
+      ceilings_window: the same in each further window, by its name.
+      result: the time series; None unless they are kept.
+      warnings: of the run.
+    """
+
+    numbers: Mapping[str, Mapping[str, float]]
+    spectra: Mapping[str, PowerSpectrum] = field(repr=False)
+    ceilings: tuple[IdealRemoval, IdealRemoval]
+    moment: Float = field(repr=False)
+    ceilings_window: Mapping[str, tuple[IdealRemoval, IdealRemoval]]
+    result: Result | None = field(default=None, repr=False)
+    warnings: tuple[str, ...] = ()
+
+
+WHOLE = "whole"
+"""Name of the window after the initial transient."""
+
+
+@dataclass(frozen=True, repr=False)
+class Comparison(Brief):
+    """Control schemes in the same wind fields.
+
+    Attributes:
+      schemes: names; the first is the reference of changes.
+      winds: labels, one for each seed.
+      seeds: of the winds; None for a wind without one.
+      runs: ``runs[scheme][k]`` is the evaluation in wind k; the first one contains the time series.
+      windows: [s] by name; ``whole`` is the time after the transient.
+      quantities: that were evaluated.
+      failures: runs that did not reach their end. A wind in which a scheme failed is left out for all; a scheme that
+        failed in every wind is left out.
+    """
+
+    schemes: tuple[str, ...]
+    winds: tuple[str, ...]
+    seeds: tuple[int | None, ...]
+    runs: Mapping[str, tuple[RunSummary, ...]] = field(repr=False)
+    windows: Mapping[str, tuple[float, float]]
+    quantities: tuple[Quantity, ...] = field(repr=False)
+    failures: tuple[Outcome, ...] = ()
+
+    def __repr__(self) -> str:
+        failed = f", {len(self.failures)} runs failed" if self.failures else ""
+        return f"<Comparison of {', '.join(self.schemes)} in {len(self.winds)} winds{failed}>"
+
+    def card(self) -> Card:
+        """Loads of the schemes, and their changes against the first."""
+        from meltemi.reports.ensemble_tables import scheme_rows
+
+        begin, end = self.windows[WHOLE]
+        facts = [("schemes", ", ".join(self.schemes)), ("winds", str(len(self.winds)))]
+        facts.append(("evaluated", f"{begin:g} to {end:g} s"))
+        head, rows, groups = scheme_rows(self.table(), self.units(), means=True)
+        spanned = [name for name, span in groups for _ in range(span)]
+        head = [f"{scheme} {name}".strip() for scheme, name in zip(spanned, head, strict=True)]
+        sections = [Fold("Loads", rows, head, note=f"changes are against {self.schemes[0]}", open=True)]
+        sections.append(Fold("Winds", [[label] for label in self.winds], ["wind"], note=str(len(self.winds))))
+        if said := self.warnings():
+            sections.append(Fold("Messages", [[words] for words in said], [""], open=True))
+        if self.failures:
+            facts.append(("excluded", badge(f"{len(self.failures)} runs", "bad")))
+            sections.append(Fold("Excluded", [[failure_line(each)] for each in self.failures], [""]))
+        return Card("Comparison", f"{len(self.schemes)} control schemes in the same wind fields", facts, sections)
+
+    def values(self, quantity: str, scheme: str, window: str = WHOLE) -> Float:
+        """(seeds,) a quantity in SI."""
+        return np.array([run.numbers[window][quantity] for run in self.runs[scheme]])
+
+    def table(self, window: str = WHOLE, *, confidence: float = 0.95) -> EnsembleTable:
+        """Means over seeds, changes by seed, confidence intervals, equivalent loads of the ensemble."""
+        numbers = {
+            k: {scheme: self.runs[scheme][k].numbers[window] for scheme in self.schemes} for k in range(len(self.winds))
+        }
+        slopes = {q.name: q.slope for q in self.quantities if q.slope is not None}
+        return ensemble_table(numbers, slopes, confidence=confidence)
+
+    def units(self) -> dict[str, tuple[str, float]]:
+        """Engineering unit and factor from SI by quantity, for ``ensemble_rows``."""
+        return {q.name: (q.unit, q.factor) for q in self.quantities}
+
+    def spectrum(self, channel: str, scheme: str) -> PowerSpectrum:
+        """Mean power spectral density of a channel over the seeds.
+
+        Raises:
+          InputError: the channel has no spectra.
+        """
+        kept = {find(name, standard()).name: name for name in SPECTRA}
+        name = find(channel, standard()).name
+        if name not in kept:
+            raise InputError(f"spectrum of {channel!r}: there are those of {' and '.join(SPECTRA)}")
+        return average_spectra([run.spectra[kept[name]] for run in self.runs[scheme]])
+
+    def ceiling_change(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
+        """Change of RootMyc1 of the first scheme when 1P (``harmonics`` 1), or 1P and 2P (2), are removed ideally."""
+        found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
+        return mean_interval([c.std_change if quantity == "std" else c.load_change for c in found])
+
+    def ceiling_left(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
+        """RootMyc1 [N m] after that removal, mean over seeds."""
+        found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
+        return mean_interval([c.std_left if quantity == "std" else c.load_left for c in found])
+
+    def warnings(self) -> list[str]:
+        """Warnings of the runs, one line per scheme."""
+        lines = []
+        for scheme, runs in self.runs.items():
+            told = [run.warnings for run in runs if run.warnings]
+            if told:
+                lines.append(f"scheme {scheme!r} in {len(told)} of {len(runs)} winds: {'; '.join(told[0])}")
+        return lines
+
+    def rotor_frequency(self) -> float:
+        """[Hz] of the first scheme in the first wind, after the transient."""
+        return rotor_frequency(self.results(self.schemes[0]).between(*self.windows[WHOLE]))
+
+    def results(self, scheme: str) -> Result:
+        """Time series in the first wind."""
+        found = self.runs[scheme][0].result
+        assert found is not None
+        return found
+
+
+def compare(  # noqa: PLR0913 - options of a study, each with a default
+    model: BladedModel,
+    controllers: Mapping[str, Controller | Callable[[Wind], Controller]],
+    winds: Sequence[AnyWind],
+    *,
+    duration: float = 700.0,
+    transient: float = TRANSIENT,
+    windows: Mapping[str, tuple[float, float]] | None = None,
+    grid: PowerGrid | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Comparison:
+    """Simulate every controller in every wind, and evaluate the runs.
+
+    Args:
+      model: of the turbine, with all actuators that a controller moves.
+      controllers: by name, or functions from a wind to a controller; the first is the reference of changes.
+      winds: one for each seed.
+      duration: [s] of each run.
+      transient: [s] initial transient, excluded from the evaluation.
+      windows: [s] further evaluated parts, by name.
+      grid: with a power reference that all controllers follow.
+      workers: threads.
+      progress: callback with the completed fraction.
+
+    Raises:
+      InputError: there is nothing to compare, the windows do not fit, or all schemes failed in each wind.
+      KeyboardInterrupt: Ctrl-C ended the runs.
+    """
+    if not controllers or not winds:
+        raise InputError("compare: at least one controller and one wind are needed")
+    check_duration(duration, transient)
+    judged = {WHOLE: (transient, duration), **(windows or {})}
+    for name, (begin, end) in judged.items():
+        if not 0.0 <= begin < end <= duration:
+            raise InputError(f"compare: window {name!r} from {begin:g} to {end:g} s does not fit in {duration:g} s")
+    quantities = QUANTITIES
+    if grid is not None and grid.power_reference is not None:
+        quantities = (*QUANTITIES, TRACKING)
+    done: dict[int, int] = {}
+    lock = threading.Lock()
+
+    def reduce(result: Result) -> RunSummary:
+        # series are kept of the first wind in which no scheme fails, which may not be the first of all
+        k = int(str(result.meta["case"]).partition(":")[0])
+        keep = not any(j < k and done[j] == len(controllers) for j in list(done))
+        summary = _summary(result, judged, quantities, keep)
+        with lock:
+            done[k] = done.get(k, 0) + 1
+        return summary
+
+    cases, total = _cases(model, controllers, winds, duration, grid), len(controllers) * len(winds)
+    outcomes = resumed(cases, reduce=reduce, workers=workers, progress=progress, total=total)
+    by_name = {outcome.name: outcome for outcome in outcomes}
+    failures = tuple(outcome for outcome in outcomes if not outcome.ok)
+    for failure in failures:
+        current().enter(failure_line(failure), failure.message)
+    # a scheme that fails in every wind takes no other with it
+    schemes = [s for s in controllers if any(by_name[f"{k}:{s}"].ok for k in range(len(winds)))]
+    whole = [k for k in range(len(winds)) if schemes and all(by_name[f"{k}:{s}"].ok for s in schemes)]
+    if not whole:
+        first = failures[0] if failures else None
+        raise InputError(
+            "compare: no wind was survived by all schemes"
+            + (f"; first of {len(failures)} failures: {failure_line(first)}" if first else "")
+        )
+
+    def summary(k: int, scheme: str) -> RunSummary:  # with the series in the first wind only
+        found: RunSummary = by_name[f"{k}:{scheme}"].value
+        return found if k == whole[0] else replace(found, result=None)
+
+    return Comparison(
+        schemes=tuple(schemes),
+        winds=tuple(winds[k].label for k in whole),
+        seeds=tuple(getattr(winds[k], "seed", None) for k in whole),
+        runs={s: tuple(summary(k, s) for k in whole) for s in schemes},
+        windows=judged,
+        quantities=quantities,
+        failures=failures,
+    )
+
+
+def check_duration(duration: float, transient: float) -> None:
+    """Check that enough of a run is left after the initial transient.
+
+    Raises:
+      InputError: less than ``SHORTEST`` is left.
+    """
+    if not 0.0 <= transient < duration:
+        raise InputError(f"compare: transient {transient:g} s must lie below the duration {duration:g} s")
+    if duration - transient < SHORTEST:
+        raise InputError(
+            f"compare: {duration - transient:g} s are left after the transient of {transient:g} s; "
+            f"at least {SHORTEST:g} s are needed"
+        )
+
+
+def failure_line(outcome: Outcome) -> str:
+    """Message with the scheme that failed, its wind, counted from 1, and the reason."""
+    k, _, scheme = outcome.name.partition(":")
+    return f"scheme {scheme!r} in wind {int(k) + 1}: {outcome.message}"
+
+
+class SharedField:
+    """A wind field that is generated for the first run that needs it and released after the last one."""
+
+    def __init__(self, wind: AnyWind, model: BladedModel, duration: float, takers: int) -> None:
+        self.wind, self.model, self.duration, self.left = wind, model, duration, takers
+        self.field: Wind | None = None
+        self.lock = threading.Lock()
+
+    def content_hash(self) -> str:
+        """Hash of the wind."""
+        return self.wind.content_hash()
+
+    def __call__(self) -> Wind:
+        with self.lock:
+            found = self.field or realised(self.wind, self.model.turbine, self.duration)
+            self.left -= 1
+            self.field = found if self.left else None
+            return found
+
+
+def _cases(
+    model: BladedModel,
+    controllers: Mapping[str, Controller | Callable[[Wind], Controller]],
+    winds: Sequence[AnyWind],
+    duration: float,
+    grid: PowerGrid | None,
+) -> Iterator[Run]:
+    flaps = [f"flap_{j + 1}_angle_{b + 1}" for j in range(model.n_flaps) for b in range(model.n_blades)]
+    channels = [name for name in CHANNELS if not (name[-1] == "3" and model.n_blades < 3)] + flaps
+    if grid is not None and grid.power_reference is not None:
+        channels.append("power_reference")
+    given: dict[str, Any] = {"duration": duration, "channels": channels, "grid": grid}
+    for k, wind in enumerate(winds):
+        shared = SharedField(wind, model, duration, len(controllers))
+        for scheme, controller in controllers.items():
+            yield Run(model, shared, controller=controller, name=f"{k}:{scheme}", **given)
+
+
+def _limits(run: RunSummary, window: str) -> tuple[IdealRemoval, IdealRemoval]:
+    return run.ceilings if window == WHOLE else run.ceilings_window[window]
+
+
+def _summary(
+    result: Result, windows: Mapping[str, tuple[float, float]], quantities: Sequence[Quantity], keep: bool
+) -> RunSummary:
+    parts = {name: result.between(begin, end) for name, (begin, end) in windows.items()}
+    numbers = {name: {q.name: q.of(part) for q in quantities} for name, part in parts.items()}
+    whole = parts[WHOLE]
+    resolution = max(RESOLUTION, 0.5 * (FEWEST_SEGMENTS + 1) / (windows[WHOLE][1] - windows[WHOLE][0]))
+    f = rotor_frequency(whole)
+    bands = [harmonic_bands(f, multiples, HALF_BAND) for multiples in ((1,), (1, 2))]
+
+    def limits(window: tuple[float, float]) -> tuple[IdealRemoval, IdealRemoval]:
+        one, two = (ideal_removal(whole, "RootMyc1", bands=b, slope=BLADE_SLOPE, between=window) for b in bands)
+        return one, two
+
+    return RunSummary(
+        numbers=numbers,
+        spectra={name: power_spectrum(whole, name, resolution=resolution) for name in SPECTRA},
+        ceilings=limits(windows[WHOLE]),
+        moment=whole["RootMyc1"].copy(),
+        ceilings_window={name: limits(w) for name, w in windows.items() if name != WHOLE},
+        result=result if keep else None,
+        warnings=result.warnings,
+    )

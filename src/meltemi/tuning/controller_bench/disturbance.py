@@ -1,0 +1,101 @@
+"""Noise, delay and test signals between a controller and the turbine, for a controller of any kind."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.controller import Controller, compiled_entry
+from meltemi.control.signals import Demands, Measurements
+from meltemi.tuning.controller_bench.suite import NOISE, RELATIVE
+
+Float = NDArray[np.float64]
+Signal = Callable[[float], float]
+Amplitude = Callable[[float], complex]
+
+
+def disturbed(
+    controller: Controller,
+    *,
+    noise: float = 0.0,
+    delay: float = 0.0,
+    probe: Signal | None = None,
+    whirl: Amplitude | None = None,
+    seed: int = 1,
+) -> Controller:
+    """A controller behind imperfect sensors and lines.
+
+    Args:
+      controller: of any kind; it sees the same sample instants as before.
+      noise: factor on the standard deviations ``NOISE`` of white noise on the sensors, new at each call.
+      delay: [s] of the pitch demands, rounded to sample times.
+      probe: relative addition to the measured generator and rotor speed at a time [s].
+      whirl: complex amplitude [N m] at a time [s] of which the real part in the direction of each of three blades is
+        added to its measured out-of-plane moment.
+      seed: of the noise.
+    """
+
+    def fresh() -> Controller:
+        inner = controller.fresh() if controller.fresh is not None else controller
+        call, rng = _callable(inner), np.random.default_rng(seed)
+        waiting: deque[Float] = deque()
+        own = np.empty(0)
+        pitch = [Demands.index(f"pitch_{b + 1}") for b in range(3)]
+        scales = _scales() * noise
+
+        def update(state: Float, measurements: Any, demands: Any, dt: float) -> None:
+            nonlocal own
+            seen = measurements.array.copy()
+            if probe is not None:
+                seen[_SPEEDS] *= 1.0 + probe(float(measurements.time))
+            if whirl is not None:
+                seen[_MOMENTS] += (whirl(float(measurements.time)) * np.exp(1j * (seen[_AZIMUTH] + _BLADES))).real
+            if noise:
+                size = np.where(_SHARES, np.abs(seen), 1.0)
+                seen += scales * size * rng.standard_normal(len(seen))
+            if not len(own):
+                own = demands.array.copy()
+                waiting.extend(own[pitch].copy() for _ in range(round(delay / dt)))
+            call(state, seen, own, dt)
+            late = own.copy()
+            if waiting:
+                waiting.append(own[pitch].copy())
+                late[pitch] = waiting.popleft()
+            demands.array[:] = late
+
+        return replace(inner, update=update, fresh=None)
+
+    words = f"{controller.name}, noise {noise:g}, delay {delay:g} s, seed {seed}"
+    return Controller(
+        update=_unbound, name=words, sample_time=controller.sample_time, yaws=controller.yaws, fresh=fresh
+    )
+
+
+def _unbound(*_: Any) -> None:
+    raise AssertionError("each run has its own copy by fresh()")
+
+
+_SPEEDS = [Measurements.index("generator_speed"), Measurements.index("rotor_speed")]
+_AZIMUTH = Measurements.index("azimuth")
+_MOMENTS = [Measurements.index(f"out_of_plane_moment_{b + 1}") for b in range(3)]
+_BLADES = 2.0 * np.pi / 3.0 * np.arange(3)
+_SHARES = np.array([name.rstrip("_0123456789") in RELATIVE for name in Measurements.names])
+
+
+def _scales() -> Float:
+    return np.array([NOISE.get(name.rstrip("_0123456789"), 0.0) for name in Measurements.names])
+
+
+def _callable(controller: Controller) -> Callable[[Float, Float, Float, float], None]:
+    """The update of a controller on vectors, compiled or not."""
+    update: Any = controller.update
+    if isinstance(update, numba.core.dispatcher.Dispatcher) and not numba.config.DISABLE_JIT:
+        compiled: Callable[[Float, Float, Float, float], None] = compiled_entry(update)
+        return compiled
+    return lambda state, seen, own, dt: update(state, Measurements(seen), Demands(own), dt)

@@ -1,0 +1,299 @@
+"""Finished and failed runs of a long study, kept on disk so that the study can be resumed.
+
+Within ``with run_store(out, inputs):`` each finished run of :func:`cells` is stored in a folder of ``out``. The same
+study, started again after Ctrl-C, a crash or a kill, reads them and continues with the rest. They are identified by the
+code of the study's package (:func:`~meltemi.core.stores.code_identity`), and by the inputs of the study and of the
+case, so that changed runs are repeated.
+
+A failed cell does not end the study: :class:`FailedResult` takes the place of its result and raises an error with the
+reason when it is used. ``attempt`` makes cells of other computations, ``guarded`` replaces what depends on failed ones.
+A doubtful run counts and is listed, so that results outside the range of validity of the model are shown, too.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import fields
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.fingerprint import fingerprint
+from meltemi.core.kernel import is_ours
+from meltemi.core.private import signed, user_key, verified
+from meltemi.core.stores import code_identity, keep_bytes
+from meltemi.loadcases.batch import Batch
+from meltemi.loadcases.store import Outcome, made, reduced
+from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
+
+T = TypeVar("T")
+OWN = "meltemi.tuning"
+FOLDER = "finished-runs"
+"""Folder within the output folder, while the study runs."""
+_ANY_START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.0, generator_torque=0.0)
+
+
+class FailedResultError(MeltemiError):
+    """The result of a failed cell was used."""
+
+
+class FailedResult(NDArrayOperatorsMixin):
+    """Placeholder for the result of a failed cell; any use of it raises :class:`FailedResultError`.
+
+    Results are records as well as numbers, so the operators of the mixin, which all call ``__array_ufunc__``, count.
+
+    Attributes:
+      why: cell and reason of the failure.
+    """
+
+    def __init__(self, why: str) -> None:
+        self.why = why
+
+    def _raise(self, *_: Any, **__: Any) -> Any:
+        raise FailedResultError(self.why)
+
+    __getattr__ = __getitem__ = __iter__ = __len__ = __call__ = __float__ = __contains__ = __array__ = _raise
+    __array_ufunc__ = _raise
+
+    def __reduce__(self) -> Any:
+        return FailedResult, (self.why,)
+
+
+class RunStore:
+    """Finished and failed cells of one study.
+
+    Attributes:
+      failed: reasons by cell, in order of occurrence.
+      doubtful: findings by cell whose run left the range of validity of the model.
+      taken: number of finished runs that were read from disk.
+    """
+
+    def __init__(self, folder: Path | None = None, inputs: str = "", package: str = OWN) -> None:
+        self.failed: dict[str, str] = {}
+        self.doubtful: dict[str, str] = {}
+        self.taken = 0
+        self.path: tuple[str, ...] = ()
+        self._seal = b""
+        with suppress(OSError):
+            self._seal = user_key() if folder is not None else b""
+        self._folder = folder if self._seal else None
+        self._study = f"{fingerprint(code_identity(package), inputs)}" if self._seal else ""
+        self._seen: set[Path] = set()
+        self._files: dict[str, Path | None] = {}
+
+    def enter(self, cell: str, why: str, *, doubtful: bool = False) -> None:
+        """Enter a failed or doubtful cell, under its name and those of the enclosing cells."""
+        (self.doubtful if doubtful else self.failed).setdefault(": ".join((*self.path, cell)), why)
+
+    def problems(self) -> dict[str, Any]:
+        """Failed and doubtful cells so far."""
+        return {"failed": dict(self.failed), "doubtful": dict(self.doubtful)}
+
+    def waiting(self) -> int:
+        """Number of stored runs of this study."""
+        return 0 if self._folder is None else len(list(self._folder.glob(f"{self._study}-*")))
+
+    def _file_of(self, name: str, case: Run) -> Path | None:
+        """File for the value of a case; None without a folder."""
+        if self._folder is None:
+            return None
+        prints = [_print(getattr(case, field.name)) for field in fields(case) if field.name not in ("name", "start")]
+        mark = hashlib.sha256(repr((self.path, name, prints)).encode()).hexdigest()[:20]
+        file = self._folder / f"{self._study}-{mark}"
+        if file in self._seen:
+            raise AssertionError(f"two cases of a study cannot be distinguished: {self.path}, {name}")
+        self._seen.add(file)
+        return file
+
+    def begin(self, name: str, case: Run, reduce: Callable[[Any], Any] | None) -> Outcome | Run:
+        """Stored outcome of a case, unless its file is missing, damaged, or not written by this user.
+
+        Raises:
+          FailedResultError: the case needs the result of a failed one.
+        """
+        for each in fields(case):
+            if isinstance(needed := getattr(case, each.name), FailedResult):
+                raise FailedResultError(needed.why)
+        file = self._files[name] = self._file_of(name, case)
+        with suppress(OSError):
+            data = None if file is None else verified(file.read_bytes(), self._seal)
+            if data is not None:
+                status, message, value = pickle.loads(data)
+                return Outcome(name, status, message, value, reused=True)
+        return made(case)
+
+    def keep(self, name: str, result: Result, reduce: Callable[[Any], Any] | None) -> Any:
+        """Store the value of a run that reached its end; the study continues if the disk is full."""
+        if not result.status.complete:
+            return None
+        value, file = reduced(result, reduce), self._files[name]
+        if file is not None:
+            with suppress(InputError):
+                kept = pickle.dumps((result.status, result.message, value), protocol=5)
+                keep_bytes(file, signed(kept, self._seal))
+        return value
+
+    def clear(self) -> None:
+        """Remove the stored values at the end of the study."""
+        if self._folder is not None and self._folder.is_dir():
+            for file in self._folder.iterdir():
+                with suppress(OSError):
+                    file.unlink()
+            with suppress(OSError):
+                self._folder.rmdir()
+
+
+_OPEN: ContextVar[RunStore] = ContextVar("run_store", default=RunStore())  # noqa: B039 - it keeps nothing on disk
+
+
+def current() -> RunStore:
+    """The store of the current study."""
+    return _OPEN.get()
+
+
+@contextmanager
+def run_store(out: Path, inputs: str, package: str = OWN) -> Iterator[RunStore]:
+    """Context with the store of a study, in its output folder.
+
+    Stored values are removed when the study ends without a failed cell.
+
+    Args:
+      out: existing folder.
+      inputs: all inputs of the study other than the files of the packages, as text.
+      package: of the study; by default this one.
+    """
+    book = RunStore(out / FOLDER, inputs, package)
+    if book.waiting():
+        _say(f"taking over {book.waiting()} finished runs from {out / FOLDER}")
+    token = _OPEN.set(book)
+    try:
+        yield book
+        if not book.failed:
+            book.clear()
+    except BaseException:
+        if book.waiting():
+            _say(f"{book.waiting()} finished runs are kept in {out / FOLDER}: the same command goes on with the rest")
+        raise
+    finally:
+        _OPEN.reset(token)
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def attempt(name: str, function: Callable[..., T], *arguments: Any, **keywords: Any) -> T:
+    """Cell of a study: the value of a function, or :class:`FailedResult` if it raises a ``MeltemiError``.
+
+    The names of cells inside it begin with its name.
+    """
+    book, before = current(), current().path
+    book.path = (*before, name)
+    try:
+        return function(*arguments, **keywords)
+    except MeltemiError as error:
+        if not isinstance(error, FailedResultError):  # the cell that failed first is listed already
+            book.path = before
+            book.enter(name, str(error))
+        return cast("T", FailedResult(str(error) if isinstance(error, FailedResultError) else f"{name}: {error}"))
+    finally:
+        book.path = before
+
+
+def guarded(function: Callable[[], T], instead: Callable[[str], T]) -> T:
+    """Value of a function of the results, or, if it fails, of a function of the reason.
+
+    After failed cells any error counts as their consequence; otherwise only a ``MeltemiError`` is caught.
+    """
+    try:
+        return function()
+    except Exception as error:
+        if isinstance(error, MeltemiError):
+            return instead(str(error))
+        if not current().failed:
+            raise
+        return instead(f"cells failed that it needs ({type(error).__name__}: {error})")
+
+
+def survivors(values: Iterable[T]) -> list[T]:
+    """Values of the cells that did not fail.
+
+    Raises:
+      FailedResultError: all failed; with the reason of the first one.
+    """
+    values = list(values)
+    left = [value for value in values if not isinstance(value, FailedResult)]
+    if values and not left:
+        raise FailedResultError(cast("FailedResult", values[0]).why)
+    return left
+
+
+def cells(
+    cases: Iterable[Run],
+    *,
+    reduce: Callable[[Result], Any] | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Any]:
+    """Values of a batch's cases, :class:`FailedResult` for those that failed; arguments as of ``simulate_batch``.
+
+    Only runs that reached their end are reduced; of those, the open store lists the doubtful ones.
+
+    Raises:
+      KeyboardInterrupt: Ctrl-C ended the runs.
+    """
+    book, values = current(), []
+    for outcome in resumed(cases, reduce=reduce, workers=workers, progress=progress):
+        complete = outcome.status.complete
+        if not outcome.ok:
+            book.enter(outcome.name, outcome.message, doubtful=complete)
+        values.append(outcome.value if complete else FailedResult(f"{outcome.name}: {outcome.message}"))
+    return values
+
+
+def resumed(
+    cases: Iterable[Run],
+    *,
+    reduce: Callable[[Result], Any] | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    total: int | None = None,
+) -> list[Outcome]:
+    """As ``simulate_batch``, without the runs that the open store has already, and with the others entered there.
+
+    Raises:
+      KeyboardInterrupt: Ctrl-C ended the runs.
+    """
+    book = current()
+    batch = Batch(cases, reduce=reduce, workers=workers, progress=progress, total=total, store=book)
+    found = batch.run()
+    if batch.interrupted or any(outcome.status is Status.INTERRUPTED for outcome in found):
+        raise KeyboardInterrupt
+    book.taken += sum(outcome.reused for outcome in found)
+    return found
+
+
+def _print(value: Any) -> str:
+    """Identification of an argument of a case by its content; empty if that is unknown."""
+    if isinstance(value, Controller):
+        # a user-defined controller may count its starts
+        ours = is_ours(str(getattr(value.update, "__module__", ""))) and not value.fresh
+        state = value.initial_state(_ANY_START).tobytes() if ours else b""
+        return f"{value.name} {value.sample_time} {hashlib.sha256(state).hexdigest()}"
+    if hasattr(value, "content_hash"):
+        return str(value.content_hash())
+    if isinstance(value, partial):
+        return _print(value.args)
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return repr([_print(each) for each in value])
+    return repr(value) if isinstance(value, (bool, int, float, str, dict, type(None))) else ""

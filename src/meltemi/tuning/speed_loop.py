@@ -1,0 +1,65 @@
+"""The speed loop of the baseline law, opened at its sensor, in the linear model; its fastest gains with margins.
+
+With the turbine's responses G of the generator speed to torque and pitch demand, the law's low-pass and, in region 3,
+constant power or constant torque, the loop is (C-9d)
+
+    L(s) = -(w_f / (s + w_f)) (G_M(s) dM/dw + G_theta(s) (K_P + K_I / s) / (1 + 2 theta / theta_h))
+
+The law multiplies proportional and integral part by its schedule 1 / (1 + theta / theta_h), so the demand of a steady
+state satisfies theta (1 + theta / theta_h) = K_I x, and small changes see the factor 1 / (1 + 2 theta / theta_h).
+
+Reference: docs/theory/control.md (C-9d to C-9f).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.simulation.linear import linearise
+from meltemi.simulation.model import Model
+from meltemi.simulation.operating_point import OperatingPoint
+from meltemi.tuning.controller_bench.margins import GAIN_MARGIN, PHASE_MARGIN, OpenLoop
+from meltemi.turbine.definition import BaselineControl
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+FREQUENCIES = np.geomspace(0.03, 10.0, 2000)
+"""[rad/s]."""
+
+
+def speed_responses(model: Model[Any], points: Sequence[OperatingPoint]) -> list[Complex]:
+    """(F, 2) each: generator speed by torque and by collective pitch demand at operating points."""
+    inputs, outputs = ("generator_torque", "pitch"), ("generator_speed",)
+    s = 1j * FREQUENCIES
+    return [linearise(model, point, inputs=inputs, outputs=outputs).response(s)[:, 0] for point in points]
+
+
+def region_3(law: BaselineControl, point: OperatingPoint) -> tuple[float, float]:
+    """Slope of the torque over the generator speed [N m s/rad], and by how much the pitch gains are divided, for small
+    changes about an operating point of region 3."""
+    torque, pitch = law.torque, law.pitch
+    slope = -torque.rated_power / pitch.reference_speed**2 if torque.hold == "power" else 0.0
+    return slope, 1.0 + 2.0 * point.pitch / pitch.gain_halving_pitch
+
+
+def speed_loops(law: BaselineControl, points: Sequence[OperatingPoint], responses: Sequence[Complex]) -> list[OpenLoop]:
+    """The loop with a law at each operating point of region 3."""
+    s, pitch = 1j * FREQUENCIES, law.pitch
+    low_pass = law.filter_frequency / (s + law.filter_frequency)
+    gain = pitch.proportional_gain + pitch.integral_gain / s
+    found = []
+    for point, response in zip(points, responses, strict=True):
+        slope, divisor = region_3(law, point)
+        loop = -low_pass * (response[:, 0] * slope + response[:, 1] * (gain / divisor))
+        found.append(OpenLoop(point.wind.speed, FREQUENCIES, loop, 0.0))
+    return found
+
+
+def keep_margins(loops: Sequence[OpenLoop]) -> bool:
+    """Whether all have the phase and gain margin that ``bench-controller`` asks for."""
+    return all(loop.phase_margin >= PHASE_MARGIN and loop.gain_margin >= GAIN_MARGIN for loop in loops)

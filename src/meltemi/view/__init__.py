@@ -1,0 +1,3 @@
+"""The turbine in three dimensions: pages, notebook widget, and ``meltemi live``."""
+
+KERNELS = ()

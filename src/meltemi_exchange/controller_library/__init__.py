@@ -1,4 +1,0 @@
-"""Export of controllers as shared libraries with the Bladed interface."""
-
-from meltemi_exchange.controller_library.library import ExportedController as ExportedController
-from meltemi_exchange.controller_library.library import export_controller as export_controller

@@ -1,4 +1,0 @@
-"""Functional mock-up units (FMI 2.0 and 3.0, co-simulation): a turbine out, a controller or generator in."""
-
-from meltemi_exchange.fmu.controller import fmu_controller as fmu_controller
-from meltemi_exchange.fmu.export import export_fmu as export_fmu

@@ -1,4 +1,0 @@
-"""Turbines as OpenFAST decks."""
-
-from meltemi_exchange.openfast_writer.writer import Written as Written
-from meltemi_exchange.openfast_writer.writer import write_openfast as write_openfast

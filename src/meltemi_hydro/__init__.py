@@ -1,1 +1,0 @@
-"""Potential flow about platforms: ``meltemi hydro``, with Capytaine."""

@@ -1,1 +1,0 @@
-"""Reports as pages, Word and Excel files; figures and tables of theirs; the summary page of a turbine."""

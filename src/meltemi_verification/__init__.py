@@ -1,1 +1,0 @@
-"""Verification and benchmark: ``meltemi verify`` and ``meltemi bench``. Nothing in meltemi imports this package."""

@@ -1,1 +1,0 @@
-"""The turbine in three dimensions: pages, notebook widget, and ``meltemi live``."""
