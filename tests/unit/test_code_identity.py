@@ -17,15 +17,16 @@ from meltemi.loadcases.store import inputs_of
 
 @pytest.fixture
 def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A study that imports a package beside meltemi, which imports another one; a third one is not imported."""
+    """A study that imports a package of meltemi, which imports another one; a third one is not imported."""
     imports = {
-        "own_study": "from meltemi_first.inner import x\n",
-        "meltemi_first": "def f():\n    import meltemi_second\n",
+        "own_study": "from meltemi.first.inner import x\nfrom meltemi.namespaces import public\n",
+        "first": "def f():\n    import meltemi.second\n",
     }
-    for name in ("own_study", "meltemi_first", "meltemi_second", "meltemi_third"):
+    for name in ("own_study", "first", "second", "third"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text(imports.get(name, ""), encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("meltemi.__path__", [*meltemi.__path__, str(tmp_path)])
     code_identity.cache_clear()
     yield tmp_path
     code_identity.cache_clear()
@@ -37,7 +38,7 @@ def identity(*names: str) -> tuple[int | str, ...]:
     return code_identity(*names)
 
 
-@pytest.mark.parametrize("file", ["own_study/table.csv", "meltemi_first/more.py", "meltemi_second/notes/page.md"])
+@pytest.mark.parametrize("file", ["own_study/table.csv", "first/more.py", "second/notes/page.md"])
 def test_every_file_of_a_package_and_of_those_it_imports_counts(packages: Path, file: str) -> None:
     before = identity("own_study")
     assert identity("own_study") == before
@@ -48,7 +49,7 @@ def test_every_file_of_a_package_and_of_those_it_imports_counts(packages: Path, 
     assert len({before, written, identity("own_study")}) == 3
 
 
-@pytest.mark.parametrize("file", ["meltemi_third/more.py", "own_study/__init__.cpython-311.pyc"])
+@pytest.mark.parametrize("file", ["third/more.py", "own_study/__init__.cpython-311.pyc"])
 def test_packages_that_are_not_imported_and_compiled_files_do_not_count(packages: Path, file: str) -> None:
     before = identity("own_study")
     (packages / file).write_text("1", encoding="utf-8")
@@ -65,7 +66,7 @@ def test_batches_run_again_after_an_edit_of_a_file_that_no_kernel_calls(
 ) -> None:
     """Of a copy of the file that writes results, in the place of meltemi."""
     own = packages / "own_study" / "netcdf.py"
-    found_at = {"meltemi": "own_study"}
+    found_at = {"meltemi.postprocess": "own_study"}
     monkeypatch.setattr("meltemi.core.stores.find_spec", lambda name: find_spec(found_at.get(name, name)))
     case = Run(meltemi.build(meltemi.load_turbine("pmsg20mw")), SteadyWind(speed=8.0), duration=1.0)
     found = []

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from meltemi.core.errors import InputError, did_you_mean
 from meltemi.maths.records import Record
 from meltemi.maths.tables import Table
 
@@ -125,14 +126,27 @@ PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.floating.lumped": lambda turbine, options: getattr(turbine, "platform", None) is not None,
 }
 """Modules of parts, and whether a turbine with options has it; ``part_of(turbine, options, rotor)`` there makes it."""
+GROUP = "meltemi.parts"
+"""Entry points of such functions in other packages; ``extensions`` of a turbine names those that it has."""
 
 
 def parts_of(turbine: Any, options: Any, rotor: Any) -> tuple[Part, ...]:
     """Parts of a turbine with a rotor.
 
     Raises:
-      InputError: one is not described, or does not suit the turbine.
+      InputError: one is not described, is not installed, or does not suit the turbine.
     """
-    return tuple(
-        import_module(module).part_of(turbine, options, rotor) for module, has in PARTS.items() if has(turbine, options)
-    )
+    makers = [import_module(module).part_of for module, has in PARTS.items() if has(turbine, options)]
+    makers += [_registered(name) for name in getattr(turbine, "extensions", ())]
+    return tuple(make(turbine, options, rotor) for make in makers)
+
+
+def _registered(name: str) -> Callable[[Any, Any, Any], Part]:
+    from importlib.metadata import entry_points
+
+    found = entry_points(group=GROUP)
+    if name not in found.names:
+        known = did_you_mean(name, found.names) if found.names else "there are none"
+        raise InputError(f"extensions.{name}: no installed package registers this part as {GROUP}: {known}")
+    make: Callable[[Any, Any, Any], Part] = found[name].load()
+    return make

@@ -64,12 +64,19 @@ class RotorKind:
 
 KINDS = {"Turbine": "meltemi.simulation.kinds.bladed", "PowerTurbine": "meltemi.simulation.kinds.disk"}
 """Modules whose ``KIND`` is that of a class of turbines; a kind is imported with the first of its turbines."""
+GROUP = "meltemi.rotors"
+"""Entry points of kinds in other packages, by the class of their turbines."""
 
 
 @cache
 def _kind(turbine: Any) -> RotorKind:
-    name = next(each.__name__ for each in turbine.__mro__ if each.__name__ in KINDS)
-    found: RotorKind = import_module(KINDS[name]).KIND
+    from importlib.metadata import entry_points
+
+    names = [each.__name__ for each in turbine.__mro__]
+    if own := [name for name in names if name in KINDS]:
+        found: RotorKind = import_module(KINDS[own[0]]).KIND
+    else:
+        found = next(entry.load() for name in names for entry in entry_points(group=GROUP, name=name))
     return found
 
 

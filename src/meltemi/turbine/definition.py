@@ -10,7 +10,7 @@ in the order of a turbine file, so that the description of a turbine can be read
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -678,6 +678,8 @@ class Turbine(Machine):
     """Tuned mass dampers in tower, nacelle or blades; their mass is not part of what carries them."""
     platform: Platform | None = None
     """Floating platform below the tower; then ``foundation`` has the motions of its base."""
+    extensions: dict[str, Any] = {}
+    """Data of parts that other packages register (entry points ``meltemi.parts``), by their names."""
     pitch_actuator: PitchActuator
     control: BaselineControl
     icing: Icing | None = None
