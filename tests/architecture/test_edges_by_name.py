@@ -1,0 +1,89 @@
+"""Edges that import contracts do not see: modules that are named in strings, and homes of public names in stub files."""
+
+from __future__ import annotations
+
+import ast
+import tomllib
+from pathlib import Path
+
+from meltemi.namespaces import NAMESPACES, declared
+
+ROOT = Path(__file__).parents[2]
+SOURCES = ROOT / "src" / "meltemi"
+UPWARD = {
+    ("app", "farm"),  # a template that lies with its reader
+    ("core", "plots"),  # what is shown in a notebook
+    ("loadcases", "cuda"),  # device="cuda"
+    ("loadcases", "sea"),  # fields of a case
+    ("simulation", "floating"),  # parts
+    ("simulation", "sea"),
+    ("turbine", "floating"),  # fields of a turbine
+    ("turbine", "sea"),
+}
+"""Packages that name modules of a layer above their own, to be imported by those who ask for them."""
+BY_NAMESPACE = {
+    ("app", "exchange"),  # decks as turbines and cases
+    ("app", "gradients"),  # compiled in advance
+    ("app", "view"),
+    ("controllers", "exchange"),  # FMUs by their file
+    ("loadcases", "sea"),  # types of fields
+    ("simulation", "sea"),
+    ("turbine", "exchange"),  # turbines by the files of other programs
+    ("turbine", "floating"),
+    ("turbine", "sea"),
+}
+"""Packages that take a name of a layer above their own from a namespace, in functions or for types."""
+HOMES = {"control": {"controllers", "farm"}, "environment": {"sea"}, "turbine": {"sea", "floating", "studies"}}
+"""Layers above a namespace that is a package where its public names are defined; one that is a module is above all."""
+
+
+def layers() -> dict[str, int]:
+    """Height of each package; a namespace that is a module stands above all."""
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
+    ]
+    (rows,) = (each["layers"] for each in contracts if "meltemi.core" in each.get("layers", ()))
+    found = {name.strip().split(".")[1]: i for i, row in enumerate(reversed(rows)) for name in row.split("|")}
+    return found | {path.stem: len(rows) for path in SOURCES.glob("*.pyi")}
+
+
+def is_module(name: str) -> bool:
+    path = SOURCES.joinpath(*name.split(".")[1:])
+    return (
+        name.startswith("meltemi.")
+        and name[-1] != "."
+        and (path.with_suffix(".py").is_file() or (path / "__init__.py").is_file())
+    )
+
+
+def test_modules_above_are_named_where_it_is_listed() -> None:
+    height, found = layers(), set[tuple[str, str]]()
+    for path in SOURCES.glob("*/**/*.py"):
+        own = path.relative_to(SOURCES).parts[0]
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and is_module(node.value):
+                there = node.value.split(".")[1]
+                if height[there] > height[own]:
+                    found.add((own, there))
+    assert found == UPWARD
+
+
+def test_public_names_have_their_homes_where_it_is_listed() -> None:
+    height, found = layers(), dict[str, set[str]]()
+    for namespace in NAMESPACES:
+        homes = {module.split(".")[1] for module, _ in declared(f"meltemi.{namespace}").values()}
+        if above := {home for home in homes if height[home] > height[namespace]}:
+            found[namespace] = above
+    assert found == HOMES
+
+
+def test_names_from_above_are_taken_from_a_namespace_where_it_is_listed() -> None:
+    height, found = layers(), set[tuple[str, str]]()
+    for path in SOURCES.glob("*/**/*.py"):
+        own = path.relative_to(SOURCES).parts[0]
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module in {"meltemi", *(f"meltemi.{n}" for n in NAMESPACES)}:
+                names = declared(node.module)
+                homes = {names[alias.name][0].split(".")[1] for alias in node.names if alias.name in names}
+                found |= {(own, home) for home in homes - set(NAMESPACES) if height[home] > height[own]}
+    assert found == BY_NAMESPACE
