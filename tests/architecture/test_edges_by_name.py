@@ -1,4 +1,4 @@
-"""Edges that import contracts do not see: modules that are named in strings, and homes of public names in stub files."""
+"""Edges that import contracts do not see: modules named in strings, and homes of public names in stub files."""
 
 from __future__ import annotations
 

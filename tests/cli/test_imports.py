@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 
 import meltemi
+from meltemi.core.stores import CORE
+from meltemi.namespaces import NAMESPACES
 
 HEAVY = ("numba", "llvmlite", "scipy", "xarray", "pandas", "matplotlib", "h5netcdf", "h5py")
 
@@ -29,8 +31,6 @@ def imported_by(code: str, *arguments: str) -> set[str]:
 
 COMMAND = """
 from meltemi.app.cli import main
-from meltemi.core.stores import CORE
-from meltemi.namespaces import NAMESPACES
 try:
     main()
 except SystemExit as end:

@@ -678,7 +678,7 @@ class Turbine(Machine):
     """Tuned mass dampers in tower, nacelle or blades; their mass is not part of what carries them."""
     platform: Platform | None = None
     """Floating platform below the tower; then ``foundation`` has the motions of its base."""
-    extensions: dict[str, Any] = {}
+    extensions: dict[str, Any] = Field(default={})
     """Data of parts that other packages register (entry points ``meltemi.parts``), by their names."""
     pitch_actuator: PitchActuator
     control: BaselineControl
