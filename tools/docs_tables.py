@@ -44,11 +44,11 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
 
 
 def record(path: str) -> str:
-    """Keys of a record class: ``turbine.definition.Hub``, or ``meltemi.loads.loadbase.table.Row`` with its package."""
+    """Keys of a record class of meltemi: ``turbine.definition.Hub``."""
     from importlib import import_module
 
     module, name = path.rsplit(".", 1)
-    home = import_module(module if module.startswith("meltemi_") else f"meltemi.{module}")
+    home = import_module(f"meltemi.{module}")
     kind: type[BaseModel] = getattr(home, name)
     rows = []
     for key, field in kind.model_fields.items():

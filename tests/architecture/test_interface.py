@@ -14,6 +14,8 @@ import meltemi
 from meltemi.namespaces import NAMESPACES, declared
 
 ROOT = Path(__file__).parents[2]
+GROUPS = ("commands", "parts", "rotors")
+"""Of entry points."""
 ALL = ("meltemi", *(f"meltemi.{name}" for name in NAMESPACES))
 
 
