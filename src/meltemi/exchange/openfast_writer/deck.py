@@ -1,0 +1,130 @@
+"""What all files of a deck are made of: the turbine with its models, units, output channels, and notes."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+
+from meltemi.core.series import TimeSeries
+from meltemi.environment.site import Environment
+from meltemi.exchange.report import ImportNote
+from meltemi.simulation.bladed.build import blade_modes
+from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
+from meltemi.structure.members import Member, blade_member
+from meltemi.turbine.definition import Turbine
+
+Texts = dict[str, str]
+"""Texts of files, by their paths in the deck."""
+RPM, DEGREES = 30.0 / math.pi, 180.0 / math.pi
+OUTPUTS = {
+    "ElastoDyn": (
+        "RotSpeed GenSpeed BldPitch1 Azimuth OoPDefl1 IPDefl1 TipDxb1 TipDyb1 TTDspFA TTDspSS "
+        "RootMxc1 RootMyc1 RootMzc1 RootMxb1 RootMyb1 "
+        "RotThrust RotTorq LSSTipMys LSSTipMzs TwrBsMxt TwrBsMyt TwrBsMzt YawBrMzp"
+    ),
+    "AeroDyn": "RtAeroFxh RtAeroMxh RtAeroCp RtAeroCt RtTSR",
+    "ServoDyn": "GenPwr GenTq",
+    "InflowWind": "Wind1VelX Wind1VelY Wind1VelZ",
+    "BeamDyn": "TipTDxr TipTDyr TipRDzr RootMxr RootMyr",
+}
+"""Output channels; meltemi's catalogue contains them under these names."""
+
+
+@dataclass(frozen=True)
+class Notes:
+    """Notes on what a deck lacks or approximates, in the order of its files."""
+
+    turbine: str
+    entries: list[ImportNote] = field(default_factory=list)
+
+    def lost(self, what: str, why: str) -> None:
+        """Note what the deck lacks."""
+        self.entries.append(ImportNote("ignored", self.turbine, what, why))
+
+    def changed(self, what: str, why: str) -> None:
+        """Note what the deck approximates."""
+        self.entries.append(ImportNote("approximated", self.turbine, what, why))
+
+
+@dataclass(frozen=True)
+class Deck:
+    """A turbine to be written.
+
+    Attributes:
+      turbine, options, environment: as the caller gave them.
+      modes: number of blade modes by kind.
+      model: with the default options.
+      member: a blade with its first modes.
+    """
+
+    turbine: Turbine
+    options: ModelOptions
+    environment: Environment
+    modes: dict[str, int]
+    model: BladedModel
+    member: Member
+
+    @property
+    def name(self) -> str:
+        """Name of the main file."""
+        return re.sub(r"[^\w.-]+", "_", self.turbine.name)
+
+    @property
+    def title(self) -> str:
+        """Title line of each file."""
+        return self.turbine.description or self.turbine.name
+
+    @property
+    def at_sea(self) -> bool:
+        """Whether the turbine stands or floats in water."""
+        return self.turbine.support is not None or self.turbine.platform is not None
+
+
+def deck_of(turbine: Turbine, options: ModelOptions, environment: Environment) -> Deck:
+    """Models for a deck of a turbine.
+
+    Raises:
+      UnsupportedError: the turbine cannot be modelled.
+    """
+    model: BladedModel = build(turbine)
+    counts = {"flap": 1, "edge": 1, "torsion": int(turbine.blade.structure.twists)}
+    member = blade_member(turbine.blade.structure, counts, model.rotor.blade_layout)
+    return Deck(turbine, options, environment, blade_modes(turbine, options), model, member)
+
+
+def limits(deck: Deck, notes: Notes) -> None:
+    """Note what no file of a deck has."""
+    t, o, air = deck.turbine, deck.options, deck.environment.air
+    weather = air and any(isinstance(q, TimeSeries) for q in (air.temperature, air.humidity, air.pressure))
+    nacelle = t.nacelle.roll_inertia or t.nacelle.nod_inertia
+    speeds = (t.cut_in, t.cut_out) != (3.0, 25.0)
+    tower = t.tower.torsion_stiffness is not None or t.tower.axial_stiffness is not None
+    blade_modes = deck.modes["flap"] > 2 or deck.modes["edge"] > 1
+    tower_modes = o.fore_aft_modes > 2 or o.side_side_modes > 2
+    for there, what, why in (
+        (t.foundation is not None and not deck.at_sea, "foundation", "the tower is clamped; SubDyn is not written"),
+        (t.mass_dampers, "mass dampers", "StC files are not written"),
+        (nacelle, "roll and nod inertia of the nacelle", "only yaw inertia"),
+        (t.blade.flaps, "trailing-edge flaps", "AeroDyn has them in tables of another kind"),
+        (speeds, "cut-in and cut-out wind speed", "no file has them; they are 3 and 25 m/s when it is read back"),
+        (t.drivetrain.gearbox, "gearbox", "ElastoDyn has the ratio, the efficiency and one spring"),
+        (t.electrical, "electrical system", "ServoDyn has an efficiency"),
+        (tower, "torsion and stretching of the tower", "ElastoDyn has none"),
+        (t.yaw.friction or t.yaw.brake_torque is not None, "friction and brake of the yaw bearing", "not written"),
+        (deck.environment.rain, "rain", "the drag of its drops is in no polar"),
+        (weather, "weather that changes", "the density is that of the start"),
+        (blade_modes, "further blade modes", "ElastoDyn has 2 flap modes and 1 edge mode"),
+        (tower_modes, "further tower modes", "ElastoDyn has two each way"),
+        (o.yaw == "free", "free yaw", "YawSpr holds the nacelle"),
+        (t.pitch_actuator.kind == "second_order", "pitch actuator", "the controller library has to model it"),
+    ):
+        if there:
+            notes.lost(what, why)
+
+
+def turn(angle: float) -> float:
+    """[deg] within half a turn of an angle [rad]."""
+    return math.remainder(angle * DEGREES, 360.0)

@@ -1,0 +1,66 @@
+"""The main file of a deck, and its time step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from meltemi.exchange.openfast_writer.deck import Deck, Texts
+from meltemi.exchange.openfast_writer.template import fill
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
+from meltemi.simulation.vibrations import highest_frequency
+
+STEPS = (0.01, 0.00625, 0.005, 0.0025, 0.002, 0.00125, 0.001, 0.0005, 0.00025, 0.0002, 0.0001)
+"""[s] time steps with few digits that divide ``OUTPUT_STEP``, as OpenFAST requires."""
+OUTPUT_STEP = 0.05
+"""[s] between outputs."""
+LOOSE, TIGHT = 1, 3
+"""Coupling of OpenFAST's modules: explicit; implicit, which BeamDyn and SubDyn need at any usable time step."""
+FINENESS = 0.45
+"""Time step times the highest frequency of ElastoDyn's degrees of freedom, at most."""
+
+
+def time_step_of(deck: Deck) -> float:
+    """[s] that resolves those of the requested degrees of freedom that ElastoDyn has."""
+    o = deck.options
+    wanted = deck.modes | {"fore_aft": o.fore_aft_modes, "side_side": o.side_side_modes}
+    most = {"flap": 2, "edge": 1, "torsion": 0, "fore_aft": 2, "side_side": 2}
+    modes = {f"{name}_modes": min(wanted[name], n) for name, n in most.items()}
+    has = ModelOptions(locked=o.locked).replace(**modes)
+    frequency = highest_frequency(build(deck.turbine, has, deck.environment))
+    return next((step for step in STEPS if step * frequency <= FINENESS), STEPS[-1])
+
+
+def main_file(deck: Deck, wet: Mapping[str, str], duration: float, step: float, beamdyn: bool, level: float) -> Texts:
+    """The main file (.fst).
+
+    Args:
+      wet: files of the water.
+      duration, step: [s] of the simulation and of its time step.
+      level: [m] of the still water.
+    """
+    torsion, sea = deck.turbine.blade.structure.twists, deck.turbine.support or deck.turbine.platform
+    files = {"Hydro": "HydroDyn", "Sub": "SubDyn", "Mooring": "MoorDyn", "SeaSt": "SeaState"}
+    values: dict[str, object] = {
+        "TMax": duration,
+        "DT": step,
+        "ModCoupling": TIGHT if beamdyn or deck.turbine.support is not None else LOOSE,
+        "MaxConvIter": 30 if deck.at_sea else 6,  # water moves with members: more exchanges in a step,
+        "ConvTol": 1e-3 if deck.at_sea else 1e-4,  # which end at 1e-4 of forces in single precision
+        "DT_UJac": 1.0 if deck.turbine.platform is not None else 99999.0,  # a tilted hull exchanges differently
+        "DT_Out": step * max(1, round(OUTPUT_STEP / step)),
+        "CompElast": 2 if beamdyn else 1,
+        "Gravity": deck.environment.gravity,
+        "AirDens": deck.environment.density,
+        "EDFile": "ElastoDyn.dat",
+        "BDBldFile": "BeamDyn.dat" if torsion else "unused",
+        "InflowFile": "InflowWind.dat",
+        "AeroFile": "AeroDyn.dat",
+        "ServoFile": "ServoDyn.dat",
+    }
+    if sea is not None:
+        values |= {"WtrDens": sea.water_density, "WtrDpth": sea.depth, "MSL2SWL": level}
+        there = {name: f"{module}.dat" for name, module in files.items() if f"{module}.dat" in wet}
+        values |= {f"Comp{name}": 3 if name == "Mooring" else 1 for name in there}
+        values |= {f"{name}File": file for name, file in there.items()}
+    return {f"{deck.name}.fst": fill("main", deck.title, values, {})}
