@@ -17,7 +17,7 @@ from meltemi.maths.rotations import angular_acceleration, angular_velocity, rota
 from meltemi.maths.tables import Numbers, Table, Vectors, number, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.system import Outputs, System
-from meltemi.structure.dynamics import MASS, WEIGHT
+from meltemi.structure.dynamics import DAMPING, MASS, STIFFNESS, WEIGHT, tower_equations
 from meltemi.structure.kinematics import tower_top
 from meltemi.structure.section_loads import tower_loads
 
@@ -85,8 +85,7 @@ class FloaterSystem(System, Moorings):
       float_flow: (T, 3 P) velocity of the water at the strips.
       tower_air: (3, N) forces of the wind on the nodes of the tower, while loads are in the axes of the base.
       base_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
-      base_six: (6, 6) velocity in platform axes, load of the water, further load, position, velocity against the
-        current, drag in platform axes.
+      base_six: (9, 6) forces and moments, or other pairs of vectors, in the rows ``OWN_VELOCITY`` to ``ACCELERATION``.
     """
 
     floater: Floater
@@ -105,6 +104,25 @@ class FloaterSystem(System, Moorings):
     tower_air: Array2
     base_columns: Array2
     base_six: Array2
+
+
+OWN_VELOCITY, WATER_LOAD, FURTHER_LOAD, PLACE, AGAINST_CURRENT, OWN_DRAG, WHOLE_LOAD, MOTION, ACCELERATION = range(9)
+"""Rows of ``base_six``: velocity in the platform's axes; load of the water without added mass; further load; position;
+velocity against the current, and drag, in the platform's axes; load of the water with added mass; coordinates of the
+base and their second derivatives."""
+
+
+@kernel
+def base_row(m: FloaterSystem) -> int:
+    """Index of the base's first motion in the coordinates: three displacements, then three rotations."""
+    return m.top_shape.modes - 6
+
+
+@kernel
+def base_rotation(m: FloaterSystem) -> Rot:
+    """Orientation of the base."""
+    k = base_row(m) + 3
+    return rotation(Vec(m.q[k], m.q[k + 1], m.q[k + 2]))
 
 
 @kernel
@@ -131,7 +149,7 @@ def column(k: int, m: FloaterSystem) -> tuple[Vec, Vec]:
 @kernel
 def base_motion(m: FloaterSystem) -> None:
     """Position and velocity of the platform's point, and its partial velocities (W-7)."""
-    p, first, q, v = m.platform, m.top_shape.modes - 6, m.q, m.v
+    p, first, q, v = m.platform, base_row(m), m.q, m.v
     theta, rate = Vec(q[first + 3], q[first + 4], q[first + 5]), Vec(v[first + 3], v[first + 4], v[first + 5])
     R = rotation(theta)
     down = Vec(0.0, 0.0, -m.structure.tower_base)
@@ -158,7 +176,7 @@ def base_motion(m: FloaterSystem) -> None:
 @kernel
 def floating_top(m: FloaterSystem) -> None:
     """Motion of the tower top: modes of the tower, turned with its base (W-30)."""
-    q, v, top, machine, C, first = m.q, m.v, m.top_shape, m.machine, m.columns, m.top_shape.modes - 6
+    q, v, top, machine, C, first = m.q, m.v, m.top_shape, m.machine, m.columns, base_row(m)
     turned, turning = Vec(q[first + 3], q[first + 4], q[first + 5]), Vec(v[first + 3], v[first + 4], v[first + 5])
     R, w, known = rotation(turned), angular_velocity(turned, turning), angular_acceleration(turned, turning)
     nothing = Vec(0.0, 0.0, 0.0)
@@ -197,7 +215,7 @@ def floating_top(m: FloaterSystem) -> None:
 def momentum(m: FloaterSystem, k: int) -> tuple[Vec, Vec]:
     """Linear and angular momentum [kg, kg m, kg m^2] of the tower about its base by unit rate of a coordinate, axes of
     the base."""
-    M, b = m.tower_matrix, m.top_shape.modes - 6
+    M, b = m.tower_matrix, base_row(m)
     linear = Vec(M[MASS, b, k], M[MASS, b + 1, k], M[MASS, b + 2, k])
     return linear, Vec(M[MASS, b + 3, k], M[MASS, b + 4, k], M[MASS, b + 5, k])
 
@@ -205,7 +223,7 @@ def momentum(m: FloaterSystem, k: int) -> tuple[Vec, Vec]:
 @kernel
 def momentum_of(m: FloaterSystem, v: Vec, w: Vec) -> tuple[Vec, Vec]:
     """The same for a base that moves with ``v`` and ``w``."""
-    b = m.top_shape.modes - 6
+    b = base_row(m)
     mass, arm = m.tower_matrix[MASS, b, b], Vec(0.0, 0.0, m.tower_matrix[MASS, b, b + 4])
     (px, hx), (py, hy), (pz, hz) = momentum(m, b + 3), momentum(m, b + 4), momentum(m, b + 5)
     return mass * v + w.x * px + w.y * py + w.z * pz, cross(arm, v) + w.x * hx + w.y * hy + w.z * hz
@@ -218,19 +236,22 @@ def base_column(m: FloaterSystem, R: Rot, k: int) -> tuple[Vec, Vec]:
     return R.T @ e, R.T @ column(k, m)[1]
 
 
+@tower_equations.variant
 @kernel
-def tower_body(m: FloaterSystem) -> None:
-    """Inertia and weight of the tower turn with its base, in place of what is linear in the angles (W-31, W-32)."""
-    p, q, matrix, first = m.platform, m.q, m.tower_matrix, m.top_shape.modes - 6
-    R, gravity = rotation(Vec(q[first + 3], q[first + 4], q[first + 5])), m.structure.gravity
+def floating_tower(m: FloaterSystem) -> None:
+    """Those of a tower whose inertia and weight turn with its base (W-31, W-32)."""
+    base_motion(m)
+    p, q, matrix, first = m.platform, m.q, m.tower_matrix, base_row(m)
+    R, gravity = base_rotation(m), m.structure.gravity
     for i in range(first + 6):
-        if i >= first:
-            m.core_force[i] -= gravity * m.tower_weight[i]
+        f = m.tower_push[i]
         for j in range(first + 6):
-            if max(i, j) >= first:
-                m.core_force[i] += gravity * matrix[WEIGHT, i, j] * q[j]
-                if j <= i:
-                    m.core_mass[i, j] -= matrix[MASS, i, j]
+            f -= matrix[STIFFNESS, i, j] * q[j] + matrix[DAMPING, i, j] * m.v[j]
+        for j in range(first if i < first else 0):
+            f -= gravity * matrix[WEIGHT, i, j] * q[j]
+        m.core_force[i] = f + gravity * m.tower_weight[i] if i < first else f
+        for j in range(i + 1):
+            m.core_mass[i, j] = matrix[MASS, i, j] if i < first else 0.0
     g, w, known = R.T @ Vec(0.0, 0.0, -gravity), R.T @ p.spin, R.T @ p.spin_bias
     mass, s, flow = matrix[MASS, first, first], Vec(0.0, 0.0, matrix[MASS, first, first + 4]), 0.0 * g
     for k in range(first):
@@ -259,14 +280,14 @@ def turned_tower_loads(R: Rot, place: Vec, m: FloaterSystem, s: Outputs) -> None
     Args:
       R: orientation of the base; place: [m] of the tower top from the base, in its axes.
     """
-    q, a, x, first, nodes, drag = m.q, m.a, m.base_six, m.top_shape.modes - 6, s.tower_nodes, s.tower_drag
+    q, a, x, first, nodes, drag = m.q, m.a, m.base_six, base_row(m), s.tower_nodes, s.tower_drag
     force, moment, top, up = s.apex.force, s.apex.moment, m.machine.top_position, Vec(0.0, 0.0, 1.0)
     g, rate, spin = m.structure.gravity * up, m.platform.spin_bias, R.T @ m.platform.spin
     for k in range(6):
-        x[0, k], x[3, k] = q[first + k], a[first + k]
-        rate += x[3, k] * column(k, m)[1]
-        q[first + k] = 0.0 * x[0, k]
-    rising, rate = R.T @ (Vec(x[3, 0], x[3, 1], x[3, 2]) + g) - g, R.T @ rate
+        x[MOTION, k], x[ACCELERATION, k] = q[first + k], a[first + k]
+        rate += x[ACCELERATION, k] * column(k, m)[1]
+        q[first + k] = 0.0 * x[MOTION, k]
+    rising, rate = R.T @ (six(ACCELERATION, m)[0] + g) - g, R.T @ rate
     a[first], a[first + 1], a[first + 2] = rising.x, rising.y, rising.z
     a[first + 3], a[first + 4], a[first + 5] = rate.x, rate.y, rate.z
     for n in range(nodes.nodes):
@@ -284,4 +305,4 @@ def turned_tower_loads(R: Rot, place: Vec, m: FloaterSystem, s: Outputs) -> None
     for n in range(nodes.nodes):
         drag.force[n] = Vec(m.tower_air[0, n], m.tower_air[1, n], m.tower_air[2, n])
     for k in range(6):
-        q[first + k], a[first + k] = x[0, k], x[3, k]
+        q[first + k], a[first + k] = x[MOTION, k], x[ACCELERATION, k]

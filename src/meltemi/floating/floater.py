@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import acos, atan2, cos, degrees, exp, pi, sin, sqrt
+from math import atan2, cos, degrees, exp, pi, sin, sqrt
 from typing import Any, ClassVar, get_args
 
 import numpy as np
@@ -20,16 +20,23 @@ from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.floating.balance import check_balance, check_reach
 from meltemi.floating.base import (
+    AGAINST_CURRENT,
+    FURTHER_LOAD,
+    OWN_DRAG,
+    OWN_VELOCITY,
+    PLACE,
+    WATER_LOAD,
+    WHOLE_LOAD,
     Floater,
     FloaterSystem,
     PlatformState,
     RadiationState,
     Strip,
-    base_motion,
+    base_rotation,
+    base_row,
     column,
     keep_six,
     six,
-    tower_body,
     turned_tower_loads,
 )
 from meltemi.floating.coefficients import read_coefficients
@@ -67,8 +74,15 @@ from meltemi.sea.field import AHEAD, BEHIND
 from meltemi.sea.pile import Instant, at, cubic
 from meltemi.simulation.channels import Channel, channels_of_group
 from meltemi.simulation.parts import ParameterTables, Part, StateRows
-from meltemi.simulation.step import ABSURD, begin_parts_step, outer_forces, outer_section_loads, part_rates
-from meltemi.simulation.system import Outputs
+from meltemi.simulation.step import (
+    DIVERGED,
+    begin_parts_step,
+    check_parts,
+    outer_forces,
+    outer_section_loads,
+    part_rates,
+)
+from meltemi.simulation.system import March, Outputs
 from meltemi.structure.dynamics import inertia_about
 from meltemi.turbine.definition import BaseMotion
 
@@ -76,8 +90,14 @@ Float = NDArray[np.float64]
 MOTIONS = tuple(f"platform_{motion}" for motion in get_args(BaseMotion))
 ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
 """First rows of the matrices."""
-UPRIGHT = 0.5
-"""Cosine of the tilt beyond which a platform turns over: far beyond that for which stiffness of the water is linear."""
+CAPSIZED = pi / 3.0
+"""[rad] of tilt, beyond which a platform turns over: far beyond that for which stiffness of the water is linear."""
+
+
+@kernel
+def tilt_of(R: Rot) -> float:
+    """[rad] of an orientation's vertical axis."""
+    return atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
 
 
 @kernel
@@ -121,47 +141,45 @@ def displaced_waves(t: float, m: FloaterSystem) -> tuple[Vec, Vec]:
 
 @kernel
 def water_load(t: float, m: FloaterSystem) -> None:
-    """Loads of the water but for added mass, in the second row of ``base_six``; further ones in the third (W-8 to
-    W-10)."""
+    """Loads of the water but for added mass, in ``base_six``, with further ones (W-8 to W-10)."""
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
     now = cubic(t, f.step, f.period)
-    a, angle, first = m.float_waves, p.angle, m.top_shape.modes - 3
-    R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
+    a, angle, R = m.float_waves, p.angle, base_rotation(m)
     own, turning = R.T @ p.velocity, R.T @ p.spin
-    keep_six(0, own, turning, m)
-    keep_six(3, p.displacement, angle, m)
-    keep_six(4, own - R.T @ f.current, turning, m)
+    keep_six(OWN_VELOCITY, own, turning, m)
+    keep_six(PLACE, p.displacement, angle, m)
+    keep_six(AGAINST_CURRENT, own - R.T @ f.current, turning, m)
     p.elevation = at(now, a, 0)
     for k in range(6):
         water = at(now, a, k + 1) - (p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2])
         water -= p.spin_bias.x * K[k, 3] + p.spin_bias.y * K[k, 4] + p.spin_bias.z * K[k, 5]
         other, drag = 0.0 * water, 0.0 * water
         for j in range(6):
-            other -= K[FURTHER + k, j] * x[3, j]
-            drag -= K[LINEAR + k, j] * x[0, j]
-            drag -= K[QUADRATIC + k, j] * (x[4, j] * abs(x[4, j]))
+            other -= K[FURTHER + k, j] * x[PLACE, j]
+            drag -= K[LINEAR + k, j] * x[OWN_VELOCITY, j]
+            drag -= K[QUADRATIC + k, j] * (x[AGAINST_CURRENT, j] * abs(x[AGAINST_CURRENT, j]))
         for n in range(m.radiation.modes):
             water -= m.float_output[n, k] * m.radiation.real[n] - m.float_output[n, 6 + k] * m.radiation.imaginary[n]
-        x[1, k], x[2, k], x[5, k] = water, other, drag
+        x[WATER_LOAD, k], x[FURTHER_LOAD, k], x[OWN_DRAG, k] = water, other, drag
     # lift and moments of the water turn with the heading
     lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
     for j in range(2, 5):
-        lift -= x[3, j] * Vec(K[WATER + 2, j], K[WATER + 3, j], K[WATER + 4, j])
+        lift -= x[PLACE, j] * Vec(K[WATER + 2, j], K[WATER + 3, j], K[WATER + 4, j])
     g, cz, sz = m.structure.gravity, cos(angle.z), sin(angle.z)
-    x[1, 2] += g * lift.x
-    x[1, 3] += g * (cz * lift.y - sz * lift.z)
-    x[1, 4] += g * (sz * lift.y + cz * lift.z)
-    (F, M), (own_drag, own_moment), (strips, strip_moment) = six(1, m), six(5, m), strip_drag(now, R, m)
+    x[WATER_LOAD, 2] += g * lift.x
+    x[WATER_LOAD, 3] += g * (cz * lift.y - sz * lift.z)
+    x[WATER_LOAD, 4] += g * (sz * lift.y + cz * lift.z)
+    (F, M), (own_drag, own_moment), (strips, strip_moment) = six(WATER_LOAD, m), six(OWN_DRAG, m), strip_drag(now, R, m)
     if m.float_lines.shape[0] > 0:
         H, (push, turning) = rotation(Vec(0.0, 0.0, angle.z)), displaced_waves(t, m)
         F, M = F + H @ push, M + H @ turning
-    keep_six(1, F + (R @ own_drag + strips), M + (R @ own_moment + strip_moment), m)
+    keep_six(WATER_LOAD, F + (R @ own_drag + strips), M + (R @ own_moment + strip_moment), m)
 
 
 @kernel
 def add_mass(M: Sym, r: Vec, m: FloaterSystem) -> None:
     """Add a mass [kg], by direction, that moves with the platform at ``r`` [m] to the mass matrix."""
-    first = m.top_shape.modes - 6
+    first = base_row(m)
     for k in range(6):
         T, W = column(k, m)
         own = M @ (T + cross(W, r))
@@ -183,7 +201,7 @@ def joint_motion(n: int, v: Vec, w: Vec, m: FloaterSystem) -> Vec:
 @kernel
 def move_junction(n: int, m: FloaterSystem) -> None:
     """Drag and inertia of a junction, of the strings below it, and of half of those above (W-42)."""
-    p, s, order, first = m.platform, m.point_state, m.line_order, m.top_shape.modes - 6
+    p, s, order, first = m.platform, m.point_state, m.line_order, base_row(m)
     v = joint_motion(n, p.velocity, p.spin, m)
     M, drag = dyad(m.point.inertia[n], 0.0, v), m.point.drag[n]
     F = Vec(0.0, 0.0, 0.0)
@@ -254,8 +272,7 @@ def settle_junctions(m: FloaterSystem) -> None:
 @kernel
 def mooring(m: FloaterSystem) -> None:
     """Forces of the lines on the platform."""
-    p, order, ends, load, first = m.platform, m.line_order, m.line_end, m.line_load, m.top_shape.modes - 3
-    R = rotation(Vec(m.q[first], m.q[first + 1], m.q[first + 2]))
+    p, order, ends, load, R = m.platform, m.line_order, m.line_end, m.line_load, base_rotation(m)
     for i in range(order.lines):  # type: ignore[attr-defined]
         if order.head[i] == NONE:
             r = R @ m.line.fairlead[i]
@@ -283,20 +300,18 @@ def mooring(m: FloaterSystem) -> None:
 @kernel
 def floater_forces(t: float, m: FloaterSystem) -> None:
     """Forces on the motions of the base, with inertia of the platform and added mass of the water (W-7)."""
-    p, f, J, K, first = m.platform, m.floater, m.base_columns, m.float_matrices, m.top_shape.modes - 6
-    base_motion(m)
-    tower_body(m)
+    p, f, J, K, first = m.platform, m.floater, m.base_columns, m.float_matrices, base_row(m)
     water_load(t, m)
     mooring(m)
-    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+    R = base_rotation(m)
     c = R @ f.centre
     own = turn(R, Sym(f.inertia.x, f.inertia.y, f.inertia.z, 0.0, 0.0, 0.0))
     w, known = p.spin, p.spin_bias
     G = f.mass * (Vec(0.0, 0.0, -m.structure.gravity) - (p.bias + cross(known, c) + cross(w, cross(w, c))))
     N = cross(c, G) - (own @ known + cross(w, own @ w))
     s, inertia = f.mass * c, inertia_about(own, f.mass, Vec(0.0, 0.0, 0.0), c)
-    water, water_moment = six(1, m)
-    further, further_moment = six(2, m)
+    water, water_moment = six(WATER_LOAD, m)
+    further, further_moment = six(FURTHER_LOAD, m)
     F, M = G + (water + (further + p.mooring_force)), N + (water_moment + (further_moment + p.mooring_moment))
     for k in range(6):
         T, W = column(k, m)
@@ -315,7 +330,7 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
 @kernel
 def driven(n: int, dt: float, m: FloaterSystem) -> tuple[float, float]:
     """Rate of an oscillation of the radiation from the mean velocity over a step that ends now (W-4)."""
-    first, J = m.top_shape.modes - 6, m.base_columns
+    first, J = base_row(m), m.base_columns
     re, im = 0.0 * m.v[first], 0.0 * m.v[first]
     for k in range(6):
         rate = m.v[first + k] - 0.5 * dt * m.a[first + k]
@@ -328,11 +343,8 @@ def driven(n: int, dt: float, m: FloaterSystem) -> tuple[float, float]:
 @begin_parts_step.variant
 @kernel
 def floater_begin(dt: float, m: FloaterSystem) -> None:
-    """Exact for the mean velocity over the step (W-4); ends the run of a platform that has turned over."""
-    x, first = m.radiation, m.top_shape.modes - 6
-    upright = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5])).zz
-    if upright < UPRIGHT:
-        m.platform.tilt, m.v[first + 4] = pi + 0.0 * upright, 2.0 * ABSURD + 0.0 * upright
+    """Exact for the mean velocity over the step (W-4)."""
+    x = m.radiation
     for n in range(x.modes):
         s, z = m.float_pole[n, 0], m.float_pole[n, 1]
         size = exp(s * dt)
@@ -344,6 +356,15 @@ def floater_begin(dt: float, m: FloaterSystem) -> None:
         a, b = x.real[n], x.imaginary[n]
         x.real[n] = c * a - d * b + gr * re - gi * im
         x.imaginary[n] = c * b + d * a + gr * im + gi * re
+
+
+@check_parts.variant
+@kernel
+def floater_upright(m: FloaterSystem, run: March) -> None:
+    """A platform that turns over ends the run."""
+    m.platform.tilt = tilt_of(base_rotation(m))
+    if m.platform.tilt > CAPSIZED:
+        run.clock.status = DIVERGED
 
 
 @part_rates.variant
@@ -362,18 +383,18 @@ def floater_rates(m: FloaterSystem) -> None:
 @kernel
 def floater_loads(m: FloaterSystem, s: Outputs) -> None:
     """Loads of the water with added mass; deflection of the tower and loads at its base in the axes of that base."""
-    p, J, K, x, first = m.platform, m.base_columns, m.float_matrices, m.base_six, m.top_shape.modes - 6
+    p, J, K, x, first = m.platform, m.base_columns, m.float_matrices, m.base_six, base_row(m)
     for i in range(6):
-        total = x[1, i]
+        total = x[WATER_LOAD, i]
         for j in range(6):
             for k in range(6):
                 total -= K[ADDED + i, j] * J[k, j] * m.a[first + k]
-        x[0, i] = total
-    p.force, p.moment = six(0, m)
-    R = rotation(Vec(m.q[first + 3], m.q[first + 4], m.q[first + 5]))
+        x[WHOLE_LOAD, i] = total
+    p.force, p.moment = six(WHOLE_LOAD, m)
+    R = base_rotation(m)
     base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
-    p.tilt = atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
+    p.tilt = tilt_of(R)
     place = R.T @ (m.machine.top_position - base)
     s.chain.top_deflection = place - Vec(0.0, 0.0, m.structure.tower_length)
     turned_tower_loads(R, place, m, s)
@@ -436,10 +457,10 @@ class FloaterPart(Part):
 
     def why(self, case: Any) -> str:
         """The platform turns over, or nothing."""
-        if float(case.view("platform")["tilt"]) < pi:
+        if float(case.view("platform")["tilt"]) <= CAPSIZED:
             return ""
         return (
-            f"the platform turns over (tilt beyond {degrees(acos(UPRIGHT)):.0f} deg): look at its ballast, lines, wind "
+            f"the platform turns over (tilt beyond {degrees(CAPSIZED):.0f} deg): look at its ballast, lines, wind "
             "and waves in what was kept"
         )
 
@@ -541,6 +562,6 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         "float_forces": np.zeros((HEADINGS, 0, 12)),
         "tower_air": np.zeros((3, rotor.tower_flow.shape[1])),
         "base_columns": np.zeros((6, 6)),
-        "base_six": np.zeros((6, 6)),
+        "base_six": np.zeros((9, 6)),
     }
     return FloaterPart(sizes, constants, c, radiation, platform)

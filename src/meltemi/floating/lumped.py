@@ -17,7 +17,7 @@ from math import sqrt
 from typing import Any, ClassVar
 
 from meltemi.core.kernel import kernel
-from meltemi.floating.base import FloaterSystem
+from meltemi.floating.base import FloaterSystem, base_row
 from meltemi.floating.catenary import span
 from meltemi.floating.floater import FloaterPart, add_mass, line_pull, settle_junctions, settle_points, static_pull
 from meltemi.floating.floater import part_of as static_part
@@ -27,7 +27,8 @@ from meltemi.maths.records import Record, Single
 from meltemi.maths.rotations import angular_velocity, rotation
 from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
 from meltemi.maths.vectors import cross, dot
-from meltemi.simulation.step import ABSURD, begin_parts_step
+from meltemi.simulation.step import DIVERGED, begin_parts_step, check_parts
+from meltemi.simulation.system import March
 
 THETA = 0.5
 """Weight of the end of a step: second order, without damping of its own (W-27)."""
@@ -37,7 +38,7 @@ CREEP = 0.01
 """[m/s] of a point on the bed, below which friction grows linearly."""
 LONGEST = 2.0
 """Length of a segment over that without tension beyond which a line has diverged: a run ends."""
-BEGUN, DIVERGED = 1.0, 2.0
+BEGUN, BROKEN = 1.0, 2.0
 RELAXATIONS, LONG_STEP = 200, 0.5
 """Steps without velocity [s] from the static shape of a continuous line to that of the points."""
 
@@ -272,7 +273,7 @@ def hang(m: LumpedSystem) -> None:
 @kernel
 def lumped_begin(dt: float, m: LumpedSystem) -> None:
     """Lines follow their fairleads to the end of the step."""
-    q, v, k, down, x = m.q, m.v, m.top_shape.modes - 6, Vec(0.0, 0.0, -m.structure.tower_base), m.line_state
+    q, v, k, down, x = m.q, m.v, base_row(m), Vec(0.0, 0.0, -m.structure.tower_base), m.line_state
     s = m.line_point
     base, theta = Vec(q[k], q[k + 1], q[k + 2]) - down, Vec(q[k + 3], q[k + 4], q[k + 5])
     R, spin = rotation(theta), angular_velocity(theta, Vec(v[k + 3], v[k + 4], v[k + 5]))
@@ -293,7 +294,16 @@ def lumped_begin(dt: float, m: LumpedSystem) -> None:
             d, _ = last_segment(i, m)
             size = sqrt(dot(d, d)) * s.nodes / m.line.length[i]
             if pulls(i, m) and not size < LONGEST:  # not a number, too
-                x.begun[i], m.v[k + 4] = DIVERGED + 0.0 * size, 2.0 * ABSURD + 0.0 * size
+                x.begun[i] = BROKEN + 0.0 * size
+
+
+@check_parts.variant
+@kernel
+def lumped_check(m: LumpedSystem, run: March) -> None:
+    """A line that diverges ends the run."""
+    for i in range(m.line_state.lines):  # type: ignore[attr-defined]
+        if not m.line_state.begun[i] <= BEGUN:
+            run.clock.status = DIVERGED
 
 
 @kernel

@@ -44,7 +44,6 @@ from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.orbit import SAMPLES
 from meltemi.simulation.parts import Place, Variable
 from meltemi.simulation.rotors import kind_of
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.wind.velocity import WindNow
 
 Float = NDArray[np.float64]
@@ -325,7 +324,7 @@ def evaluate_rates(case: Case, loads: bool) -> None:
 def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
     """All free states."""
     model, names = case.model, case.model.coordinates
-    generator, torsion = (model.n_core - N_SHAFT + i for i in (GENERATOR, TORSION))
+    _, generator, torsion = model.rows
     free = [i for i in range(len(names)) if case["locked"][i] == 0.0]
     unit = [unit_of_coordinate(name) for name in names]
     x = []

@@ -19,6 +19,7 @@ from meltemi.maths.records import Record
 from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import ParameterTables, Part
+from meltemi.structure.kinematics import Rows, rows_of
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.wind.fields import Wind
 
@@ -61,6 +62,11 @@ class Rotor(Protocol):
     def system(self) -> type[Record]: ...
     @property
     def n_core(self) -> int: ...
+    @property
+    def rows(self) -> Rows:
+        """Indices of yaw, generator and torsion in the coordinates."""
+        return rows_of(self.n_core)
+
     @property
     def n_flaps(self) -> int: ...
 

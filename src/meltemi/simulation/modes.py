@@ -21,7 +21,6 @@ from meltemi.simulation.bladed.rotor import with_blades
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
 from meltemi.simulation.vibrations import derivative_matrix, equilibrium, finite, vacuum_case
-from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.imbalance import deviations
 
 Float = NDArray[np.float64]
@@ -105,7 +104,7 @@ def natural_modes(
     case = vacuum_case(model)
     case.view("pitch")["angle"] = pitch + deviations(model.turbine, "pitch")
     core, modes = model.n_core, len(model.rotor.blade.names)
-    generator = len(model.rotor.tower.names) + GENERATOR
+    generator = model.rows.generator
     if rotor_speed and model.n_blades != 3:
         raise UnsupportedError("natural modes of a rotating rotor need three blades")
     floats = getattr(model.turbine, "platform", None) is not None
@@ -164,7 +163,7 @@ def growing(case: Case) -> str:
     """
     from scipy.linalg import eig
 
-    generator = len(case.model.rotor.tower.names) + GENERATOR
+    generator = case.model.rows.generator
     free = np.flatnonzero((case["locked"] == 0.0) & (np.arange(len(case["q"])) != generator))
     options, kept = case["aero_options"], case["aero_options"].copy()
     options[AeroOptions.index("stall")], options[AeroOptions.index("iterations")] = 0, ITERATIONS

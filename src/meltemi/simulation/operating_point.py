@@ -14,7 +14,6 @@ from meltemi.core.yamlfile import validated
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, find
 from meltemi.simulation.start import set_actuators
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SharedTurbulence, SteadyWind, WindBox, WindSeries, mean_speed
 from meltemi.wind.turbulent import AnyWind, TurbulentWind
@@ -84,7 +83,7 @@ class OperatingPoint(Brief):
             state = (weight @ np.fft.rfft(self.revolution, axis=0)).real
             case["q"][:], case["v"][:], air = np.split(state, [len(self.q), 2 * len(self.q)])
             case.set_aero_states(air)
-            case["q"][case.model.n_core - N_SHAFT + GENERATOR] += azimuth
+            case["q"][case.model.rows.generator] += azimuth
 
     def __getitem__(self, name: str) -> float:
         """Azimuthal average of a channel, by meltemi's name or OpenFAST's, in SI units."""

@@ -31,7 +31,6 @@ from meltemi.simulation.model import Stations
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint
 from meltemi.simulation.step import ABSURD, equations
 from meltemi.simulation.system import System
-from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine.imbalance import deviations
 from meltemi.wind.fields import SteadyWind
 
@@ -107,8 +106,8 @@ class Orbit:
         self.case.control.drive.yaw_held = 1.0  # a free nacelle has no steady direction
         self.B, self.K = model.n_blades, len(model.rotor.blade.names)
         self.core = model.n_core
-        self.generator = len(model.rotor.tower.names) + GENERATOR
-        self.torsion = len(model.rotor.tower.names) + TORSION
+        self.generator = model.rows.generator
+        self.torsion = model.rows.torsion
         free = model.locked == 0.0
         self.free_core = np.flatnonzero(free[: self.core] & (np.arange(self.core) != self.generator))
         self.free_blade = np.flatnonzero(free[self.core : self.core + self.K])

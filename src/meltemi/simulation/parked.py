@@ -30,7 +30,6 @@ from meltemi.simulation.orbit import FARTHEST, FULL, SETTLED
 from meltemi.simulation.start import set_actuators
 from meltemi.simulation.step import equations
 from meltemi.simulation.trim import root
-from meltemi.structure.kinematics import GENERATOR
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import AnyWind
 
@@ -82,7 +81,7 @@ def parked_point(
     orbit = CarefulOrbit(model, steady)
     orbit.level = FULL
     if rotor_speed == "idling":
-        if model.locked[len(model.rotor.tower.names) + GENERATOR] > 0.0:
+        if model.locked[model.rows.generator] > 0.0:
             raise InputError('parked_point: rotor_speed "idling" needs a generator that is not locked (options.locked)')
         standing, way = _rest_azimuth(model, steady, angle, azimuth, generator_torque)
         if standing is not None:
@@ -155,7 +154,7 @@ def _stand(
     case = Case(with_static_gears(model), wind)
     set_actuators(case, pitch, torque)
     case.control.drive.yaw_held = 1.0
-    generator = len(model.rotor.tower.names) + GENERATOR
+    generator = model.rows.generator
     q, radius = case["q"], model.turbine.rotor_radius
     q[generator] = azimuth
     free = np.flatnonzero((case["locked"] == 0.0) & (np.arange(len(q)) != generator))

@@ -14,7 +14,6 @@ from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.performance import Float, RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, CalibratedCoefficient, PowerTurbine, TableCoefficient, aeroelastic
 from meltemi.wind.fields import SteadyWind
@@ -63,7 +62,7 @@ def rotor_performance(
     model = build(turbine, chosen)
     case = Case(model, SteadyWind(speed=wind_speed))
     rotor = case.view("rotor")
-    generator = len(model.rotor.tower.names) + GENERATOR
+    generator = model.rows.generator
     R, rho = turbine.rotor_radius, model.environment.density
     area = np.pi * R**2
     thrust, torque = np.zeros((2, len(ratios), len(pitches)))

@@ -11,7 +11,6 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel
 from meltemi.simulation.case import Case
 from meltemi.simulation.system import System
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT
 from meltemi.turbine.imbalance import deviations
 
 GEAR_SWEEPS = 8
@@ -70,7 +69,7 @@ class Start:
                 if name not in names:
                     raise InputError(f"start: no coordinate {given!r}: {did_you_mean(name, names)}")
                 case[array][names.index(name)] = value
-        generator = case.model.n_core - N_SHAFT + GENERATOR
+        generator = case.model.rows.generator
         case["q"][generator] += self.azimuth
         assert self.rotor_speed != "idling", "points.initial_state determines that speed"
         case["v"][generator] += self.rotor_speed

@@ -155,6 +155,11 @@ def end_parts_step(dt: float, m: AnySystem) -> None:
 
 
 @hook
+def check_parts(m: AnySystem, run: March) -> None:
+    """End a run in which a part cannot go on: set its status; ``Part.why`` has the reason. ``m`` in plain floats."""
+
+
+@hook
 def part_rates(m: AnySystem) -> None:
     """Compute the time derivatives of the states of parts after an evaluation."""
 
@@ -549,6 +554,9 @@ def advance(  # noqa: PLR0913 - the whole run
             return
         if not check_rotor(t, plain, run):
             clock.status = UNKNOWN_ROTOR
+            return
+        check_parts(plain, run)
+        if clock.status != OK:
             return
         watch_shaft(t, dt, plain, run.watch)
         due = clock.step % clock.every_output == 0

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.simulation.bladed.rotor import BladedModel, with_static_gears
 from meltemi.simulation.case import Case
-from meltemi.structure.kinematics import TORSION
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -137,7 +136,7 @@ def stiff(model: BladedModel) -> NDArray[np.bool_]:
     """(n,) coordinates that do not limit the default step: a fast shaft, residual modes, any far above all others."""
     frequency = own_vibrations(model)[0]
     result = np.array(["residual" in name for name in model.coordinates])
-    shaft = len(model.rotor.tower.names) + TORSION
+    shaft = model.rows.torsion
     result[shaft] = frequency[shaft] > STIFF * BAND
     order = np.argsort(frequency)
     rising = frequency[order]

@@ -129,7 +129,7 @@ def assemble(dt: float, m: Structure) -> None:
     gravity = Vec(0.0, 0.0, -m.structure.gravity)
     m.core_mass[:] = 0.0
     m.core_force[:] = 0.0
-    tower(m, n_tower)
+    tower_equations(m)
     rotor(m, gravity)
     nacelle(m, n_tower, gravity)
     drivetrain(m, n_tower)
@@ -137,10 +137,16 @@ def assemble(dt: float, m: Structure) -> None:
     gear_equations(dt, m, n_tower)
 
 
+@by_record
+def tower_equations(m: Structure) -> None:
+    """Initialise the core equations with those of the tower and of what it stands on."""
+
+
+@tower_equations.variant
 @kernel
-def tower(m: Structure, n_tower: int) -> None:
-    """Initialise the core equations with those of the tower (S-33, S-34)."""
-    matrix, gravity = m.tower_matrix, m.structure.gravity
+def modal_tower(m: Structure) -> None:
+    """Of modes (S-33, S-34)."""
+    n_tower, matrix, gravity = m.top_shape.modes, m.tower_matrix, m.structure.gravity
     for i in range(n_tower):
         f = m.tower_push[i] + gravity * m.tower_weight[i]
         for j in range(n_tower):

@@ -11,7 +11,6 @@ from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.step import equations
 from meltemi.structure.dynamics import STIFFNESS, WEIGHT
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.structure.tables import BladeNode, GearModes, StructureParameters
 from meltemi.turbine.exchange import BladeFrame, BladeMotion, Machine
 
@@ -28,13 +27,13 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
     kinetic += 0.5 * np.einsum("bk,bkl,bl->", v_blade, D, v_blade)
 
     p = View(StructureParameters, model.structure)
-    tower = q[: n - N_SHAFT]
+    tower, rows = q[: model.rows.yaw], model.rows
     drive = case.control.drive
-    twist, yaw = q[len(tower) + TORSION], drive.yaw_held * (q[len(tower) + YAW] - drive.yaw_command)
+    twist, yaw = q[rows.torsion], drive.yaw_held * (q[rows.yaw] - drive.yaw_command)
     q_blade = q[n:].reshape(model.n_blades, -1)
     matrix = model.rotor.tower_matrix
     elastic = 0.5 * tower @ matrix[STIFFNESS] @ tower
-    rubbed = drive.yaw_rubs * (q[len(tower) + YAW] - drive.yaw_rest)
+    rubbed = drive.yaw_rubs * (q[rows.yaw] - drive.yaw_rest)
     elastic += 0.5 * (float(p["shaft_stiffness"]) * twist**2 + float(p["yaw_stiffness"]) * (yaw**2 + rubbed**2))
     elastic += 0.5 * np.einsum("bk,bkl,bl->", q_blade, model.rotor.modal[0], q_blade)
 
@@ -58,9 +57,9 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
 def _gear_energy(case: Case) -> tuple[float, float]:
     """Kinetic and elastic energy of a gearbox's modes; the mass matrix has the remainder when they are free (S-58)."""
     modes, gears = View(GearModes, case["gear_modes"]), case.view("gears")
-    n = case.model.n_core - N_SHAFT
+    rows = case.model.rows
     machine, v = View(Machine, case["machine"]), case["v"]
-    spins = np.array([machine["nacelle_spin"] @ machine["shaft"], v[n + GENERATOR], v[n + TORSION]])
+    spins = np.array([machine["nacelle_spin"] @ machine["shaft"], v[rows.generator], v[rows.torsion]])
     speed = gears["rate"] + spins @ modes["coupling"] / modes["inertia"]
     strain = modes["frequency"] * gears["angle"]
     return 0.5 * float(modes["inertia"] @ speed**2), 0.5 * float(modes["inertia"] @ strain**2)

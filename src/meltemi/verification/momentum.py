@@ -10,7 +10,6 @@ from meltemi.simulation.case import Case
 from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.performance import RIGID, rotor_performance
 from meltemi.simulation.rotors import build
-from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.table import Comparison, Row, at_least, relative
@@ -112,7 +111,7 @@ def _far_wake(turbine: Turbine, loss: bool) -> tuple[float, float]:
     model = build(rigid, options)
     speed, ratio = 8.0, 7.0
     case = Case(model, SteadyWind(speed=speed))
-    case["v"][len(model.rotor.tower.names) + GENERATOR] = ratio * speed / rigid.rotor_radius
+    case["v"][model.rows.generator] = ratio * speed / rigid.rotor_radius
     case.view("pitch")["angle"] = 0.0
     case.evaluate(0.0)
     flow = case.view("flow")

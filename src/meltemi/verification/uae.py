@@ -21,7 +21,6 @@ from meltemi.simulation.case import Case
 from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.performance import RIGID
 from meltemi.simulation.rotors import build
-from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.table import Comparison, Row, Study, difference, reference_table, relative, source_of
@@ -175,7 +174,7 @@ def rigid_model(turbine: Turbine, **options: Any) -> BladedModel:
 def steady_loads(model: BladedModel, wind: float, speed: float, density: float) -> SteadyLoads:
     """Loads in uniform wind [m/s] at a rotor speed [rad/s] and an air density [kg/m^3]."""
     case = Case(model, SteadyWind(speed=wind))
-    case["v"][len(model.rotor.tower.names) + GENERATOR] = speed
+    case["v"][model.rows.generator] = speed
     case.view("pitch")["angle"] = PITCH
     for _ in range(10):
         case.evaluate(0.0)

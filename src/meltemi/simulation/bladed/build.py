@@ -34,7 +34,7 @@ from meltemi.simulation.model import Model, actuator_array
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import parts_of
 from meltemi.structure.beam import Beam
-from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
+from meltemi.structure.kinematics import rows_of
 from meltemi.structure.members import (
     MOST_RESIDUAL,
     Member,
@@ -253,8 +253,8 @@ def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
 
 def _coordinates(turbine: Turbine, blade: Member, tower: Member) -> tuple[str, ...]:
     names = [name if name.startswith(("base ", "pile ")) else f"tower {name}" for name in tower.names] + ["", "", ""]
-    k = len(tower.names)
-    names[k + YAW], names[k + GENERATOR], names[k + TORSION] = "yaw", "generator", "drivetrain"
+    rows = rows_of(len(names))
+    names[rows.yaw], names[rows.generator], names[rows.torsion] = "yaw", "generator", "drivetrain"
     for b in range(turbine.n_blades):
         names += [f"blade {b + 1} {name}" for name in blade.names]
     return tuple(names)
