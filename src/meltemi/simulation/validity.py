@@ -9,7 +9,7 @@ Reference: docs/theory/simulation.md (M-35 to M-37b).
 from __future__ import annotations
 
 from math import sqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy import float64
@@ -28,26 +28,35 @@ if TYPE_CHECKING:
 
 Float = NDArray[float64]
 
-CRITERIA = SPEED, REVERSED, POWER, PITCH, DEFLECTION, TOWER, TIP, BENDING, EDGE = range(9)
-WORDS = (
-    ("rotor faster than 1.5 times its rated speed", "rad/s"),
-    ("generator drives a rotor that turns backwards", "W"),
-    ("aerodynamic power above that of the wind through the rotor (10 s mean), by", "W"),
-    ("pitch angle beyond half a turn", "rad"),
-    ("deflection of the blade's tip beyond the model's range", "m"),
-    ("blade within the tower's surface, by", "m"),
-    ("", "m"),
-    ("", "m"),
-    ("", "m/s"),
-)
-"""Text of each criterion, and the unit of its value."""
-NOTICES = {
-    SPEED: "rotor overspeed",
-    TIP: "a blade comes close to the tower: distance of its tip from the surface",
-    BENDING: "the blades bend beyond the range of their model: tip deflection (10 s mean)",
-    EDGE: "growing edgewise vibration, as by stall: speed of the blade's tip",
+SPEED, REVERSED, POWER, PITCH, DEFLECTION, TOWER, TIP, BENDING, EDGE = range(9)
+"""Criteria: columns of ``Watch``."""
+
+
+class Criterion(NamedTuple):
+    """Texts about a criterion.
+
+    Attributes:
+      unit: of its values.
+      violation: of its limit; empty where it has none.
+      notice: of its lower level; empty where it has none.
+    """
+
+    unit: str
+    violation: str = ""
+    notice: str = ""
+
+
+CRITERIA = {
+    SPEED: Criterion("rad/s", "rotor faster than 1.5 times its rated speed", "rotor overspeed"),
+    REVERSED: Criterion("W", "generator drives a rotor that turns backwards"),
+    POWER: Criterion("W", "aerodynamic power above that of the wind through the rotor (10 s mean), by"),
+    PITCH: Criterion("rad", "pitch angle beyond half a turn"),
+    DEFLECTION: Criterion("m", "deflection of the blade's tip beyond the model's range"),
+    TOWER: Criterion("m", "blade within the tower's surface, by"),
+    TIP: Criterion("m", notice="a blade comes close to the tower: distance of its tip from the surface"),
+    BENDING: Criterion("m", notice="the blades bend beyond the range of their model: tip deflection (10 s mean)"),
+    EDGE: Criterion("m/s", notice="growing edgewise vibration, as by stall: speed of the blade's tip"),
 }
-"""Text of the warnings of criteria."""
 OVERSPEED = 1.5
 """Multiple of rated speed, beyond the design range of any turbine."""
 MOTORING = 0.01
@@ -80,23 +89,15 @@ def new_watch(model: Model[Any]) -> Float:
     rated, power = turbine.rated_rotor_speed, turbine.rated_power
     watch = View(Watch, Watch.zeros(criterion=len(CRITERIA)))
     blade = getattr(turbine, "blade", None)
-    bending = np.inf if blade is None else MOST_DEFLECTION * blade.length
-    watch["limit"] = (
-        OVERSPEED * rated,
-        MOTORING * power,
-        EXCESS * power,
-        MOST_PITCH,
-        bending,
-        0.0,
-        np.inf,
-        np.inf,
-        np.inf,
-    )
+    watch["limit"] = np.inf
+    watch["limit"][SPEED], watch["limit"][PITCH], watch["limit"][TOWER] = OVERSPEED * rated, MOST_PITCH, 0.0
+    watch["limit"][REVERSED], watch["limit"][POWER] = MOTORING * power, EXCESS * power
     watch["notice"], watch["worst"], watch["first"], watch["noticed"] = np.inf, -np.inf, -1.0, -1.0
     watch["notice"][SPEED] = FAST * rated
     watch["scale"][POWER] = WIND_POWER * 0.5 * np.pi * turbine.rotor_radius**2
     watch["place"] = -1.0
     if blade is not None:
+        watch["limit"][DEFLECTION] = MOST_DEFLECTION * blade.length
         given = model.options.tower_clearance
         watch["notice"][TIP] = -(CLOSE * undeflected_clearance(model) if given is None else given)
         watch["notice"][BENDING] = RANGES.get(model.options.blade_model, np.inf) * blade.length
@@ -211,22 +212,22 @@ def notices(watch: Float) -> list[dict[str, Any]]:
     """Criteria with a warning and without a violation, in order of time, as :func:`violations` has them."""
     table = View(Watch, watch)
     rows = []
-    for i, what in NOTICES.items():
-        if table["noticed"][i] >= 0.0 and table["first"][i] < 0.0:
-            sign = -1.0 if i == TIP else 1.0  # a penetration, told as a distance
+    for i, criterion in CRITERIA.items():
+        if criterion.notice and table["noticed"][i] >= 0.0 and table["first"][i] < 0.0:
+            sign = -1.0 if i == TIP else 1.0  # a penetration, as a distance
             value, limit, time = (float(table[name][i]) for name in ("worst", "notice", "noticed"))
-            rows.append({"what": what, "value": sign * value, "limit": sign * limit, "unit": WORDS[i][1], "time": time})
+            row = {"what": criterion.notice, "value": sign * value, "limit": sign * limit, "unit": criterion.unit}
+            rows.append(row | {"time": time})
     return sorted(rows, key=lambda row: row["time"])
 
 
 def violations(watch: Float) -> list[dict[str, Any]]:
     """Violated criteria in order of time: ``what``, ``value``, ``limit``, ``unit``, ``time`` [s]."""
     table = View(Watch, watch)
-    rows = [
-        {"what": what, "value": float(worst), "limit": float(limit), "unit": unit, "time": float(first)}
-        for (what, unit), limit, worst, first in zip(
-            WORDS, *(table[n] for n in ("limit", "worst", "first")), strict=True
-        )
-        if first >= 0.0
-    ]
+    rows = []
+    for i, criterion in CRITERIA.items():
+        if table["first"][i] >= 0.0:
+            value, limit, time = (float(table[name][i]) for name in ("worst", "limit", "first"))
+            row = {"what": criterion.violation, "value": value, "limit": limit, "unit": criterion.unit}
+            rows.append(row | {"time": time})
     return sorted(rows, key=lambda row: row["time"])
