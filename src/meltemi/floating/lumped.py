@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from meltemi.core.kernel import kernel
 from meltemi.floating.base import FloaterSystem, base_row
@@ -96,19 +96,103 @@ def segment(i: int, d: Vec, change: Vec, m: LumpedSystem) -> tuple[Vec, float, f
     return e, size, taut, taut + m.line.damping[i] / length * dot(change, e)
 
 
+class Spring(NamedTuple):
+    """A segment in a step: direction, tension with damping, stiffness [N/m] across and along, block of the matrix."""
+
+    direction: Vec
+    tension: float
+    across: float
+    along: float
+    block: Sym
+
+
+class Point(NamedTuple):
+    """A point of a line: place, velocity, and what lines give it: drag and inertia across and along, mass in water,
+    area on the bed, friction there."""
+
+    place: Vec
+    velocity: Vec
+    drag: float
+    axial_drag: float
+    inertia: float
+    axial_inertia: float
+    mass: float
+    area: float
+    friction: float
+
+
 @kernel
-def halves(i: int, j: int, m: LumpedSystem) -> tuple[float, float, float, float, float, float]:
-    """Half a segment of each of two lines: drag across and along, inertia across and along, mass in water, area on the
-    bed."""
+def spring(j: int, d: Vec, change: Vec, a: float, b: float, m: LumpedSystem) -> Spring:
+    """A segment of line ``j``; ``a``, ``b`` are the weights [s], [s^2] of its damping and stiffness (W-25)."""
+    line, length = m.line, m.line.length[j] / m.line_point.nodes
+    e, size, taut, T = segment(j, d, change, m)
+    across = taut / size
+    along = (line.stiffness[j] / length if taut > 0.0 else 0.0 * taut) - across
+    return Spring(e, T, across, along, dyad(b * across, b * along + a * line.damping[j] / length, e))
+
+
+@kernel
+def slack(x: float) -> Spring:
+    """No segment, in the number type of ``x``."""
+    zero = 0.0 * x
+    nothing = Vec(zero, zero, zero)
+    return Spring(nothing, zero, zero, zero, dyad(zero, zero, nothing))
+
+
+@kernel
+def halves(i: int, j: int, share: float, x: Vec, v: Vec, m: LumpedSystem) -> Point:
+    """A point at ``x`` that moves with ``v``, with a share of half a segment of each of two lines."""
     line, a, b = m.line, 0.5 * m.line.length[i] / m.line_point.nodes, 0.5 * m.line.length[j] / m.line_point.nodes
-    return (
-        a * line.drag[i] + b * line.drag[j],
-        a * line.axial_drag[i] + b * line.axial_drag[j],
-        a * line.inertia[i] + b * line.inertia[j],
-        a * line.axial_inertia[i] + b * line.axial_inertia[j],
-        a * line.mass[i] + b * line.mass[j],
-        a * line.diameter[i] + b * line.diameter[j],
+    return Point(
+        x,
+        v,
+        share * (a * line.drag[i] + b * line.drag[j]),
+        share * (a * line.axial_drag[i] + b * line.axial_drag[j]),
+        share * (a * line.inertia[i] + b * line.inertia[j]),
+        share * (a * line.axial_inertia[i] + b * line.axial_inertia[j]),
+        share * (a * line.mass[i] + b * line.mass[j]),
+        share * (a * line.diameter[i] + b * line.diameter[j]),
+        line.friction[i],
     )
+
+
+@kernel
+def point_equation(
+    p: Point, h: float, a: float, way: Vec, below: Spring, above: Spring, m: LumpedSystem
+) -> tuple[Sym, Vec]:
+    """Matrix of a point, and force on it without the change of springs in the step (W-24 to W-26).
+
+    Args:
+      h, a: [s] time step, and its part after which forces act.
+      way: direction from the point below to that above.
+    """
+    v = p.velocity
+    vt = dot(v, way)
+    vn = v - vt * way
+    across, along = p.drag * sqrt(dot(vn, vn)), p.axial_drag * abs(vt)
+    weight = m.structure.gravity * p.mass
+    A = dyad(p.inertia + a * across, (p.axial_inertia - p.inertia) + a * (along - across), way)
+    A += below.block + above.block
+    f = above.tension * above.direction - below.tension * below.direction
+    f = f - across * vn - (along * vt) * way - Vec(0.0, 0.0, weight)
+    deep = m.floater.bed - p.place.z
+    if deep > 0.0:
+        hold = p.friction * weight / max(sqrt(v.x * v.x + v.y * v.y), CREEP)
+        f += Vec(-hold * v.x, -hold * v.y, p.area * (BED_STIFFNESS * deep - BED_DAMPING * v.z))
+        A += Sym(h * hold, h * hold, p.area * (a * BED_DAMPING + a * a * BED_STIFFNESS), 0.0, 0.0, 0.0)
+    return A, f
+
+
+@kernel
+def force_rate(p: Point, v_low: Vec, v_up: Vec, below: Spring, above: Spring, m: LumpedSystem) -> Vec:
+    """Rate of the force on a point by springs and sea bed at the present velocities, with those of its neighbours."""
+    v = p.velocity
+    up, down = v_up - v, v - v_low
+    rate = above.across * up + (above.along * dot(above.direction, up)) * above.direction
+    rate = rate - below.across * down - (below.along * dot(below.direction, down)) * below.direction
+    if m.floater.bed - p.place.z > 0.0:
+        rate += Vec(0.0, 0.0, -p.area * BED_STIFFNESS * v.z)
+    return rate
 
 
 @kernel
@@ -119,62 +203,35 @@ def eliminate(first: int, h: float, theta: float, m: LumpedSystem) -> tuple[Sym,
       Matrix and right-hand side of the last segment for the change of the last point's velocity, with a half of its
       inertia, weight and drag.
     """
-    line, s, w, order, n = m.line, m.line_point, m.elimination, m.line_order, m.line_point.nodes
-    a, b, nothing = theta * h, theta * h * theta * h, Vec(0.0, 0.0, 0.0)
+    s, w, order, n = m.line_point, m.elimination, m.line_order, m.line_point.nodes
+    a, b = theta * h, theta * h * theta * h
     low, v_low = m.line_state.start[first], m.line_state.start_velocity[first]
-    x, v = low, v_low
-    # of the segment below a point: direction, force, parts of its stiffness, block of the matrix
-    e0, T0, k0, n0, S0 = nothing, 0.0, 0.0, 0.0, dyad(0.0, 0.0, nothing)
-    G, right = S0, nothing
-    i, k, j, q = NONE, NONE, first, 0
-    while True:
-        last = j < 0
-        e, T, across, along, S, up, v_up = e0, 0.0 * T0, 0.0 * k0, 0.0 * n0, dyad(0.0, 0.0, nothing), x, v
-        if not last:
-            up, v_up = s.position[j, q], s.velocity[j, q]
-            e, size, taut, T = segment(j, up - x, v_up - v, m)
-            across = taut / size
-            length = line.length[j] / n
-            along = (line.stiffness[j] / length if taut > 0.0 else 0.0 * taut) - across
-            S = dyad(b * across, b * along + a * m.line.damping[j] / length, e)
+    x, v, below = low, v_low, slack(low.x)
+    G, right = below.block, below.direction
+    i, k, j, q = NONE, NONE, first, 0  # line and number of the present point, and of the next one
+    while j >= 0:
+        up, v_up = s.position[j, q], s.velocity[j, q]
+        above = spring(j, up - x, v_up - v, a, b, m)
         if i >= 0:
-            cn, ca, heavy, light, mass, area = halves(i, i if last else j, m)
-            if last:
-                cn, ca, heavy, light, mass, area = 0.5 * cn, 0.5 * ca, 0.5 * heavy, 0.5 * light, 0.5 * mass, 0.5 * area
-            way = up - low
-            way = (1.0 / sqrt(dot(way, way))) * way
-            vt = dot(v, way)
-            vn = v - vt * way
-            cn *= sqrt(dot(vn, vn))
-            ca *= abs(vt)
-            weight = m.structure.gravity * mass
-            A = dyad(heavy + a * cn, (light - heavy) + a * (ca - cn), way) + S0 + S
-            change, change0 = v_up - v, v - v_low
-            f = T * e - T0 * e0 - cn * vn - (ca * vt) * way - Vec(0.0, 0.0, weight)
-            drift = across * change + (along * dot(e, change)) * e - k0 * change0 - (n0 * dot(e0, change0)) * e0
-            deep = m.floater.bed - x.z
-            if deep > 0.0:
-                hold = line.friction[i] * weight / max(sqrt(v.x * v.x + v.y * v.y), CREEP)
-                f += Vec(-hold * v.x, -hold * v.y, area * (BED_STIFFNESS * deep - BED_DAMPING * v.z))
-                drift += Vec(0.0, 0.0, -area * BED_STIFFNESS * v.z)
-                A += Sym(h * hold, h * hold, area * (a * BED_DAMPING + b * BED_STIFFNESS), 0.0, 0.0, 0.0)
+            p, way = halves(i, j, 1.0, x, v, m), up - low
+            A, f = point_equation(p, h, a, (1.0 / sqrt(dot(way, way))) * way, below, above, m)
             if k == n - 1 and order.knot[i] >= 0:
                 more, C = clump(order.knot[i], v, a, m)
-                f += more
-                A += C
-            A, r = reduced(A, S0, G), h * f + (h * a) * drift + S0 @ (G @ right)
-            if last:
-                return A, r
-            G, right = inverse(A), r
+                f, A = f + more, A + C
+            rate = force_rate(p, v_low, v_up, below, above, m)
+            A, right = reduced(A, below.block, G), h * f + (h * a) * rate + below.block @ (G @ right)
+            G = inverse(A)
             w.inverse[i, k] = G
-            w.beyond[i, k] = S
-            w.right[i, k] = r
-        e0, T0, k0, n0, S0 = e, T, across, along, S
-        low, v_low = x, v
-        x, v, i, k = up, v_up, j, q
-        q += 1
+            w.beyond[i, k] = above.block
+            w.right[i, k] = right
+        low, v_low, x, v, below = x, v, up, v_up, above
+        i, k, q = j, q, q + 1
         if q == n:
             q, j = 0, order.onward[j]
+    p, way, above = halves(i, i, 0.5, x, v, m), x - low, slack(low.x)
+    A, f = point_equation(p, h, a, (1.0 / sqrt(dot(way, way))) * way, below, above, m)
+    rate = force_rate(p, v_low, v, below, above, m)
+    return reduced(A, below.block, G), h * f + (h * a) * rate + below.block @ (G @ right)
 
 
 @kernel
