@@ -63,11 +63,6 @@ class Rotor(Protocol):
     @property
     def n_core(self) -> int: ...
     @property
-    def rows(self) -> Rows:
-        """Indices of yaw, generator and torsion in the coordinates."""
-        return rows_of(self.n_core)
-
-    @property
     def n_flaps(self) -> int: ...
 
     def check(self, stations: Stations, turbine: Any) -> None:
@@ -120,6 +115,11 @@ class Model(Brief, Viewed, Generic[R]):
     def n_core(self) -> int:
         """Number of coordinates except those of the blades."""
         return self.rotor.n_core
+
+    @property
+    def rows(self) -> Rows:
+        """Indices of yaw, generator and torsion in the coordinates."""
+        return rows_of(self.n_core)
 
     @property
     def n_flaps(self) -> int:
