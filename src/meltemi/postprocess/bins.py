@@ -66,7 +66,8 @@ def period_statistics(
         if x.shape != t.shape:
             raise InputError(f"period_statistics: {name!r} has shape {x.shape}, time has {t.shape}")
     step = float(np.median(np.diff(t)))
-    which = np.floor(t / period + 1e-9)
+    with np.errstate(over="ignore"):
+        which = np.floor(t / period + 1e-9)
     if not np.abs(which).max() < MOST_PERIODS:
         raise InputError(f"period_statistics: period {period:g} s is too short for times up to {np.abs(t).max():g} s")
     first = np.flatnonzero(np.append(True, np.diff(which) > 0))
