@@ -3,9 +3,10 @@
     python tools/mutate.py --seed 7 --number 20 --packages meltemi_sea meltemi_float --out mutants.csv
 
 Each change is written into a copy of the tree; tests run there until one fails: first, in plain Python, those of node
-functions that name the changed module or its package, and the regression of one instant; then the regression and the
-fast tests that name the package, compiled, which takes minutes for each. ``--plain`` changes kernels only, and leaves
-the second stage out. What survives is printed last: it is equivalent, or a test is missing.
+functions that name the changed module or its package, and the regression of one instant; then the fast tests that
+name the function or the module, the regression, and those that name the package. These need new machine code, which
+takes minutes, only if a kernel is changed: what no kernel calls leaves that of the tree as it is. ``--plain`` changes
+kernels only, and leaves the second stage out. What survives is printed last: it is equivalent, or a test is missing.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import ast
 import csv
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -35,6 +37,8 @@ SWAPS = {
 }  # fmt: skip
 NAMES = {"sin": "cos", "cos": "sin", "min": "max", "max": "min", "x": "y", "y": "z", "z": "x"}
 INSTANT = "tests/regression/test_numbers.py::test_numbers_are_those_of_the_file[instant]"
+COMPILED = re.compile(r"@\w*kernel|@\w+\.variant|@by_record|@hook|@loose|njit")
+"""Marks of functions that are compiled, or called where they are."""
 LIMIT = 1800.0
 """[s] for the tests of a mutant; one that hangs is caught."""
 
@@ -101,10 +105,20 @@ def mutants(package: str, kernels_only: bool) -> list[Mutant]:
     return found
 
 
+def function_at(file: str, line: int) -> ast.FunctionDef | None:
+    """The function, or method of a class, whose body contains a line."""
+    for node in ast.parse((ROOT / file).read_bytes()).body:
+        for each in node.body if isinstance(node, ast.ClassDef) else [node]:
+            if isinstance(each, ast.FunctionDef) and each.body[0].lineno <= line <= (each.end_lineno or 0):
+                return each
+    return None
+
+
 def naming(words: list[str], among: str) -> list[str]:
     """Test files that contain one of some words."""
     files = sorted((ROOT / "tests").glob(among))
-    found = [file for file in files if any(word in file.read_text(encoding="utf-8") for word in words)]
+    pattern = re.compile("|".join(rf"\b{re.escape(word)}\b" for word in words))
+    found = [file for file in files if pattern.search(file.read_text(encoding="utf-8"))]
     return [file.relative_to(ROOT).as_posix() for file in found]
 
 
@@ -126,21 +140,37 @@ def passes(tree: Path, tests: list[str], cache: Path, **environment: str) -> boo
     return done.returncode in (0, 5)
 
 
-def verdict(tree: Path, cache: Path, package: str, file: str, plain_only: bool) -> str:
-    """By which tests a mutant is caught, or that it survives."""
+def machine_code(tree: Path, cache: Path) -> Path:
+    """Folder of the machine code of a tree."""
+    program = "from meltemi.core.kernel import cache_folder; print(cache_folder())"
+    environment = {**os.environ, "PYTHONPATH": str(tree / "src"), "MELTEMI_CACHE_DIR": str(cache)}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    return Path(done.stdout.strip())
+
+
+def verdict(tree: Path, cache: Path, code: Path | None, package: str, mutant: Mutant) -> str:
+    """By which tests a mutant is caught, or that it survives; without machine code, plain Python decides."""
+    file = mutant.file
     module, dotted = file.removeprefix("src/").removesuffix(".py").replace("/", "."), package.replace("/", ".")
+    function = function_at(file, mutant.line)
     direct = naming([module], "unit/test_node_*.py") or naming([dotted], "unit/test_node_*.py")
     if package in CORE:
-        direct = [INSTANT, *naming([module], "unit/test_node_*.py")]
+        direct = [*naming([module], "unit/test_node_*.py"), INSTANT]
     if direct and not passes(tree, direct, cache, NUMBA_DISABLE_JIT="1"):
         return "caught in plain Python"
-    if plain_only:
+    if code is None:
         return "survives plain Python"
-    core, kept = ["tests/regression"] if package in CORE else [], set(cache.glob("kernels/*"))
-    tests = dict.fromkeys([*core, *naming([module], "*/test_*.py"), *naming([dotted], "*/test_*.py")])
+    own = machine_code(tree, cache)
+    if own != code and function is not None and not COMPILED.search(ast.unparse(function)):
+        shutil.rmtree(own, ignore_errors=True)
+        shutil.copytree(code, own)
+    names = [] if function is None else [function.name]
+    regression = ["tests/regression"] if package in CORE else []
+    near = [each for word in (*names, module) for each in naming([word], "*/test_*.py")]
+    tests = dict.fromkeys([*near, *regression, *naming([dotted], "*/test_*.py")])
     found = "survives" if passes(tree, list(tests), cache) else "caught"
-    for folder in set(cache.glob("kernels/*")) - kept:
-        shutil.rmtree(folder)
+    if own != code:
+        shutil.rmtree(own)
     return found
 
 
@@ -159,6 +189,7 @@ def main() -> None:
         tree, cache, rows = Path(folder) / "tree", options.cache or Path(folder) / "cache", csv.writer(table)
         ignored = shutil.ignore_patterns(".git", "__pycache__", ".*")
         shutil.copytree(ROOT, tree, ignore=ignored)
+        code = None if options.plain else machine_code(tree, cache)
         rows.writerow(["seed", "file", "line", "before", "after", "verdict", "seconds"])
         for package in options.packages:
             dotted = package.replace("/", ".")
@@ -173,7 +204,7 @@ def main() -> None:
                 text = lines[each.line - 1]
                 lines[each.line - 1] = text[: each.start] + each.after.encode() + text[each.end :]
                 path.write_bytes(b"\n".join(lines))
-                found = verdict(tree, cache, package, each.file, options.plain)
+                found = verdict(tree, cache, code, package, each)
                 path.write_bytes(original)
                 before, after = text.decode().strip(), lines[each.line - 1].decode().strip()
                 row = [options.seed, each.file, each.line, before, after, found, f"{time.monotonic() - began:.0f}"]
