@@ -23,6 +23,8 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -148,29 +150,71 @@ def machine_code(tree: Path, cache: Path) -> Path:
     return Path(done.stdout.strip())
 
 
-def verdict(tree: Path, cache: Path, code: Path | None, package: str, mutant: Mutant) -> str:
-    """By which tests a mutant is caught, or that it survives; without machine code, plain Python decides."""
-    file = mutant.file
+@dataclass
+class Run:
+    """The copy of the tree in which mutants are tested.
+
+    Attributes:
+      tree, cache: folders of the copy and of its machine code.
+      code: folder of the machine code of the tree without changes; None if plain Python decides.
+      near: whether tests that only name the package are left out.
+      checked: tests that pass without a change.
+    """
+
+    tree: Path
+    cache: Path
+    code: Path | None
+    near: bool
+    checked: set[str] = field(default_factory=set)
+
+    def check(self, tests: list[str], **environment: str) -> None:
+        """Run tests without a change once, which also compiles what they need."""
+        new = [each for each in tests if each + str(environment) not in self.checked]
+        if new and not passes(self.tree, new, self.cache, **environment):
+            raise SystemExit(f"without a change, one of these fails: {' '.join(new)}")
+        self.checked |= {each + str(environment) for each in new}
+
+    @contextmanager
+    def changed(self, mutant: Mutant) -> Iterator[None]:
+        """The tree with a mutant."""
+        path = self.tree / mutant.file
+        original = path.read_bytes()
+        lines = original.split(b"\n")
+        text = lines[mutant.line - 1]
+        lines[mutant.line - 1] = text[: mutant.start] + mutant.after.encode() + text[mutant.end :]
+        path.write_bytes(b"\n".join(lines))
+        try:
+            yield
+        finally:
+            path.write_bytes(original)
+
+
+def verdict(run: Run, package: str, mutant: Mutant) -> str:
+    """By which tests a mutant is caught, or that it survives."""
+    file, function = mutant.file, function_at(mutant.file, mutant.line)
     module, dotted = file.removeprefix("src/").removesuffix(".py").replace("/", "."), package.replace("/", ".")
-    function = function_at(file, mutant.line)
     direct = naming([module], "unit/test_node_*.py") or naming([dotted], "unit/test_node_*.py")
     if package in CORE:
         direct = [*naming([module], "unit/test_node_*.py"), INSTANT]
-    if direct and not passes(tree, direct, cache, NUMBA_DISABLE_JIT="1"):
-        return "caught in plain Python"
-    if code is None:
+    run.check(direct, NUMBA_DISABLE_JIT="1")
+    with run.changed(mutant):
+        if direct and not passes(run.tree, direct, run.cache, NUMBA_DISABLE_JIT="1"):
+            return "caught in plain Python"
+    if run.code is None:
         return "survives plain Python"
-    own = machine_code(tree, cache)
-    if own != code and function is not None and not COMPILED.search(ast.unparse(function)):
-        shutil.rmtree(own, ignore_errors=True)
-        shutil.copytree(code, own)
     names = [] if function is None else [function.name]
-    regression = ["tests/regression"] if package in CORE else []
     near = [each for word in (*names, module) for each in naming([word], "*/test_*.py")]
-    tests = dict.fromkeys([*near, *regression, *naming([dotted], "*/test_*.py")])
-    found = "survives" if passes(tree, list(tests), cache) else "caught"
-    if own != code:
-        shutil.rmtree(own)
+    regression, far = ["tests/regression"] if package in CORE else [], naming([dotted], "*/test_*.py")
+    tests = list(dict.fromkeys([*near, *regression, *([] if run.near else far)]))
+    run.check(tests)
+    with run.changed(mutant):
+        own = machine_code(run.tree, run.cache)
+        if own != run.code and function is not None and not COMPILED.search(ast.unparse(function)):
+            shutil.rmtree(own, ignore_errors=True)
+            shutil.copytree(run.code, own)
+        found = "survives" if not tests or passes(run.tree, tests, run.cache) else "caught"
+        if own != run.code:
+            shutil.rmtree(own)
     return found
 
 
@@ -181,6 +225,7 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=10, help="of mutants of each package")
     parser.add_argument("--packages", nargs="+", default=PACKAGES, help="folders of src")
     parser.add_argument("--plain", action="store_true", help="kernels only, by tests that need no compilation")
+    parser.add_argument("--near", action="store_true", help="without tests that only name the package")
     parser.add_argument("--cache", type=Path, help="machine code of the tree without changes; by default a new one")
     parser.add_argument("--out", type=Path, default=Path("mutants.csv"))
     options = parser.parse_args()
@@ -189,25 +234,16 @@ def main() -> None:
         tree, cache, rows = Path(folder) / "tree", options.cache or Path(folder) / "cache", csv.writer(table)
         ignored = shutil.ignore_patterns(".git", "__pycache__", ".*")
         shutil.copytree(ROOT, tree, ignore=ignored)
-        code = None if options.plain else machine_code(tree, cache)
+        run = Run(tree, cache, None if options.plain else machine_code(tree, cache), options.near)
         rows.writerow(["seed", "file", "line", "before", "after", "verdict", "seconds"])
         for package in options.packages:
-            dotted = package.replace("/", ".")
-            # without a change: compiles what the tests need
-            if not options.plain and not passes(tree, naming([dotted], "*/test_*.py"), cache):
-                raise SystemExit(f"{package}: its tests fail without a change")
             chosen = random.Random(f"{options.seed} {package}").sample(mutants(package, options.plain), options.number)
             for each in chosen:
-                path, began = tree / each.file, time.monotonic()
-                original = path.read_bytes()
-                lines = original.split(b"\n")
-                text = lines[each.line - 1]
-                lines[each.line - 1] = text[: each.start] + each.after.encode() + text[each.end :]
-                path.write_bytes(b"\n".join(lines))
-                found = verdict(tree, cache, code, package, each)
-                path.write_bytes(original)
-                before, after = text.decode().strip(), lines[each.line - 1].decode().strip()
-                row = [options.seed, each.file, each.line, before, after, found, f"{time.monotonic() - began:.0f}"]
+                began, found = time.monotonic(), verdict(run, package, each)
+                text = (ROOT / each.file).read_bytes().split(b"\n")[each.line - 1]
+                after = text[: each.start] + each.after.encode() + text[each.end :]
+                spent = f"{time.monotonic() - began:.0f}"
+                row = [options.seed, each.file, each.line, text.decode().strip(), after.decode().strip(), found, spent]
                 rows.writerow(row)
                 table.flush()
                 print(*row, sep=" | ", flush=True)

@@ -58,5 +58,5 @@ def table(cls: type[T], sizes: dict[str, int], **fields: Any) -> T:
         if kind.outer:
             array.reshape(-1, len(kind), *array.shape[1:])[:, rows] = value
         else:
-            array[rows] = value
+            array[(..., rows) if kind.fields_last else rows] = value
     return made
