@@ -4,9 +4,10 @@
 
 Each change is written into a copy of the tree; tests run there until one fails: first, in plain Python, those of node
 functions that name the changed module or its package, and the regression of one instant; then the fast tests that
-name the function or the module, the regression, and those that name the package. These need new machine code, which
-takes minutes, only if a kernel is changed: what no kernel calls leaves that of the tree as it is. ``--plain`` changes
-kernels only, and leaves the second stage out. What survives is printed last: it is equivalent, or a test is missing.
+name the module and the function (or its class), the regression, and those that name the module, the function or the
+package. These need new machine code, which takes minutes, only if a kernel is changed: what no kernel calls leaves that
+of the tree as it is. ``--plain`` changes kernels only, and leaves the second stage out; ``--near`` its last tests. What
+survives is printed last: it is equivalent, or a test is missing.
 """
 
 from __future__ import annotations
@@ -107,12 +108,12 @@ def mutants(package: str, kernels_only: bool) -> list[Mutant]:
     return found
 
 
-def function_at(file: str, line: int) -> ast.FunctionDef | None:
-    """The function, or method of a class, whose body contains a line."""
+def function_at(file: str, line: int) -> tuple[str, ast.FunctionDef] | None:
+    """The function, or method of a class, whose body contains a line, behind its name or that of the class."""
     for node in ast.parse((ROOT / file).read_bytes()).body:
         for each in node.body if isinstance(node, ast.ClassDef) else [node]:
             if isinstance(each, ast.FunctionDef) and each.body[0].lineno <= line <= (each.end_lineno or 0):
-                return each
+                return node.name, each  # type: ignore[attr-defined]
     return None
 
 
@@ -157,7 +158,7 @@ class Run:
     Attributes:
       tree, cache: folders of the copy and of its machine code.
       code: folder of the machine code of the tree without changes; None if plain Python decides.
-      near: whether tests that only name the package are left out.
+      near: whether only the nearest tests and the regression run.
       checked: tests that pass without a change.
     """
 
@@ -202,14 +203,14 @@ def verdict(run: Run, package: str, mutant: Mutant) -> str:
             return "caught in plain Python"
     if run.code is None:
         return "survives plain Python"
-    names = [] if function is None else [function.name]
-    near = [each for word in (*names, module) for each in naming([word], "*/test_*.py")]
+    of_module, of_function = naming([module], "*/test_*.py"), naming([function[0]], "*/test_*.py") if function else []
+    near = [each for each in of_module if each in of_function] or of_module or of_function
     regression, far = ["tests/regression"] if package in CORE else [], naming([dotted], "*/test_*.py")
-    tests = list(dict.fromkeys([*near, *regression, *([] if run.near else far)]))
+    tests = list(dict.fromkeys([*near, *regression, *([] if run.near else [*of_module, *of_function, *far])]))
     run.check(tests)
     with run.changed(mutant):
         own = machine_code(run.tree, run.cache)
-        if own != run.code and function is not None and not COMPILED.search(ast.unparse(function)):
+        if own != run.code and function is not None and not COMPILED.search(ast.unparse(function[1])):
             shutil.rmtree(own, ignore_errors=True)
             shutil.copytree(run.code, own)
         found = "survives" if not tests or passes(run.tree, tests, run.cache) else "caught"
@@ -225,7 +226,9 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=10, help="of mutants of each package")
     parser.add_argument("--packages", nargs="+", default=PACKAGES, help="folders of src")
     parser.add_argument("--plain", action="store_true", help="kernels only, by tests that need no compilation")
-    parser.add_argument("--near", action="store_true", help="without tests that only name the package")
+    parser.add_argument(
+        "--near", action="store_true", help="only tests that name module and function, and the regression"
+    )
     parser.add_argument("--cache", type=Path, help="machine code of the tree without changes; by default a new one")
     parser.add_argument("--out", type=Path, default=Path("mutants.csv"))
     options = parser.parse_args()
