@@ -125,6 +125,13 @@ def naming(words: list[str], among: str) -> list[str]:
     return [file.relative_to(ROOT).as_posix() for file in found]
 
 
+def outwards(module: str) -> Iterator[str]:
+    """A module and the packages around it."""
+    while module:
+        yield module
+        module = module.rpartition(".")[0]
+
+
 def passes(tree: Path, tests: list[str], cache: Path, **environment: str) -> bool:
     """Whether tests pass in a tree."""
     paths = {"PYTHONPATH": str(tree / "src"), "MELTEMI_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": "1"}
@@ -203,8 +210,9 @@ def verdict(run: Run, package: str, mutant: Mutant) -> str:
             return "caught in plain Python"
     if run.code is None:
         return "survives plain Python"
-    of_module, of_function = naming([module], "*/test_*.py"), naming([function[0]], "*/test_*.py") if function else []
-    near = [each for each in of_module if each in of_function] or of_module or of_function
+    of_module = next(filter(None, (naming([each], "*/test_*.py") for each in outwards(module))), [])
+    of_function = naming([function[0]], "*/test_*.py") if function else []
+    near = [each for each in of_module if each in of_function] or of_module
     regression, far = ["tests/regression"] if package in CORE else [], naming([dotted], "*/test_*.py")
     tests = list(dict.fromkeys([*near, *regression, *([] if run.near else [*of_module, *of_function, *far])]))
     run.check(tests)
