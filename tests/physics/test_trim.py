@@ -234,3 +234,23 @@ def test_some_wind_speeds(model: Model) -> None:
     for speed in (3.0, 4.0, 7.0, 11.4, 16.5, 25.0):
         point = operating_point(model, speed)
         assert abs(point.imbalance) < 3e-3 * model.turbine.rated_power / point.rotor_speed, speed
+
+
+def test_the_secant_method_finds_a_root_close_by_in_steps_of_limited_length() -> None:
+    seen: list[float] = []
+
+    def f(x: float) -> float:
+        seen.append(x)
+        return math.exp(-x) - 0.5
+
+    assert trim._secant(f, 0.6, 0.01) == pytest.approx(math.log(2.0), abs=1e-8)
+    assert seen[1] == pytest.approx(0.61)  # the rotor accelerates: it looks at faster ones first
+    assert len(seen) < 8
+    assert np.abs(np.diff(seen)).max() <= 20.0 * 0.01 + 1e-12
+
+
+def test_a_rigid_point_is_not_deflected(model: Model) -> None:
+    point = trim.rigid_point(model, SteadyWind(speed=9.0))
+    moved = [name for name, q in zip(model.coordinates, point.q, strict=True) if q != 0.0]
+    assert moved == []
+    assert abs(point.imbalance) < 3e-3 * 5e6 / point.rotor_speed
