@@ -1,4 +1,4 @@
-"""Kernels of the gearbox, in plain Python, against its equations with all modes in one matrix."""
+"""Kernels of drivetrain, gearbox and yaw bearing, in plain Python; a gearbox against its equations in one matrix."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from plain import plain, record, table
 
 from meltemi.maths.algebra import Sym, Vec
-from meltemi.structure import gears
+from meltemi.structure import dynamics, gears
 from meltemi.structure.tables import (
     Columns,
     GearLoads,
@@ -22,7 +22,7 @@ from meltemi.structure.tables import (
     StructureParameters,
     TopShape,
 )
-from meltemi.turbine.exchange import Machine
+from meltemi.turbine.exchange import Drive, Machine
 
 Float = NDArray[np.float64]
 J = np.array([[90.0, 20.0, 10.0], [20.0, 70.0, 15.0], [10.0, 15.0, 80.0]])
@@ -127,3 +127,45 @@ def test_free_vibration_decays_as_it_should_whatever_the_step(dt: float) -> None
     assert a * d - b * c == pytest.approx(np.exp(-2.0 * Z * W * dt), rel=1e-9)
     step = 0.5 * (a + d) / np.sqrt(a * d - b * c)
     assert step == pytest.approx(np.cos(np.sqrt(1.0 - Z**2) * W * dt), abs=0.1 * (W * dt).max() ** 3 + 1e-9)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("torque", [4e4, -4e4])
+def test_generator_shaft_and_brake(torque: float, sense: float) -> None:
+    """(S-37 to S-39): losses reduce a driving torque and add to a motoring one."""
+    ratio, inertia, efficiency = 90.0, 500.0, 0.96
+    structure = StructureParameters.of(
+        gear_ratio=ratio, generator_inertia=inertia, generator_sense=sense, gearbox_efficiency=efficiency,
+        shaft_stiffness=600.0, shaft_damping=7.0,
+    )  # fmt: skip
+    drive = Drive.of(generator_torque=torque, brake_torque=9e3, brake_speed=20.0)
+    m = machine(structure=structure, drive=drive, q=np.array([0.0, 0.0, 0.1, 2.0, 0.02]))
+    plain(dynamics.drivetrain)(m, 2)
+    along = ANGULAR @ SHAFT
+    mass = inertia * np.outer(along, along)
+    assert np.tril(m.core_mass[:3, :3]) == pytest.approx(np.tril(mass))
+    assert m.core_mass[3, :3] == pytest.approx(inertia * sense * ratio * along)
+    assert m.core_mass[3, 3] == pytest.approx(inertia * ratio**2 / efficiency)
+    assert not m.core_mass[4].any()
+    spin = SPIN @ SHAFT + sense * ratio * SPEEDS[3]
+    known = inertia * ((SPIN_RATE @ SHAFT) * SHAFT + spin * np.cross(SPIN, SHAFT))
+    held = torque + 9e3 * np.tanh(ratio * SPEEDS[3] / 20.0)
+    held *= 1.0 / efficiency if held > 0.0 else efficiency
+    assert m.core_force[:3] == pytest.approx(-ANGULAR @ known)
+    assert m.core_force[3] == pytest.approx(-ratio * held - sense * ratio * known @ SHAFT)
+    assert m.core_force[4] == pytest.approx(-600.0 * 0.02 - 7.0 * SPEEDS[4])
+
+
+@pytest.mark.parametrize(("holds", "rubs"), [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
+def test_yaw_bearing(holds: float, rubs: float) -> None:
+    """(S-40)"""
+    drive = Drive.of(
+        yaw_held=holds, yaw_rubs=rubs, yaw_command=0.02, yaw_command_rate=0.003, yaw_rest=0.05, yaw_rest_rate=-0.01
+    )
+    structure = StructureParameters.of(yaw_stiffness=8e6, yaw_damping=3e5)
+    m = machine(structure=structure, drive=drive, q=np.array([0.0, 0.0, 0.1, 2.0, 0.02]))
+    plain(dynamics.yaw_bearing)(m, 2)
+    held = holds * (8e6 * (0.1 - 0.02) + 3e5 * (SPEEDS[2] - 0.003))
+    rubbed = rubs * (8e6 * (0.1 - 0.05) + 3e5 * (SPEEDS[2] + 0.01))
+    assert (m.drive.yaw_drive_torque, m.drive.yaw_friction_torque) == pytest.approx((-held, -rubbed))
+    assert m.core_force == pytest.approx([0.0, 0.0, -held - rubbed, 0.0, 0.0])
