@@ -288,6 +288,22 @@ def test_a_curled_wake_ages_in_as_many_steps_as_are_stable() -> None:
     assert np.abs(found[0] - found[1]).max() < 0.01 * np.abs(found[1]).max()
 
 
+def test_trailing_vortices_reach_to_the_corners_of_a_turned_plane() -> None:
+    """(K-19), outside of their cores."""
+    radius, half, step = 60.0, 11, 9.0
+    sheet = curled.vortex_sheet(radius, step, half)
+    place = (0.02 * np.arange(2, 100) - 1.0) * radius
+    circulation = 0.02 * place / np.sqrt(radius**2 - place**2)
+    reach = np.sqrt(2.0) * half * step
+    for angle in np.linspace(0.0, 2.0 * np.pi, 9):
+        beside, along = reach * np.cos(angle), reach * np.sin(angle)
+        away = beside**2 + (along - place) ** 2
+        psi = (circulation * np.log(away / (2.0 * curled.CORE * radius) ** 2)).sum() / (4.0 * np.pi)
+        assert float(sheet.ev(beside, along)) == pytest.approx(psi, rel=1e-4, abs=1e-6)
+        slope = (circulation * (along - place) / away).sum() / (2.0 * np.pi)
+        assert float(sheet.ev(beside, along, dy=1)) == pytest.approx(slope, rel=2e-3, abs=2e-6)
+
+
 def test_a_point_in_a_curled_plane_is_bilinear() -> None:
     line = DR * np.arange(-3.0, 4.0)
     z, y = np.meshgrid(line, line, indexing="ij")
