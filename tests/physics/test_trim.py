@@ -17,7 +17,7 @@ from meltemi.simulation import points, rotors, trim
 from meltemi.simulation.continuation import CarefulOrbit, balance_carefully
 from meltemi.simulation.controlled_point import controlled_point
 from meltemi.simulation.operating_point import NotConverged
-from meltemi.simulation.orbit import Orbit
+from meltemi.simulation.orbit import SAMPLES, Orbit
 
 OWN = (
     "generator_power rotor_speed rotor_aero_thrust rotor_torque root_moment_in_plane_1 root_moment_out_of_plane_1 "
@@ -247,6 +247,20 @@ def test_the_secant_method_finds_a_root_close_by_in_steps_of_limited_length() ->
     assert seen[1] == pytest.approx(0.61)  # the rotor accelerates: it looks at faster ones first
     assert len(seen) < 8
     assert np.abs(np.diff(seen)).max() <= 20.0 * 0.01 + 1e-12
+
+
+def test_instants_of_a_sector_share_the_time_of_its_passage(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen, residuals = [], Orbit.residuals
+
+    def watched(self: Orbit, motion: Any, dt: float) -> Any:
+        if dt:
+            seen.append(dt * self.speed)
+        return residuals(self, motion, dt)
+
+    monkeypatch.setattr(Orbit, "residuals", watched)
+    trim.rigid_point(model, SteadyWind(speed=11.0))
+    assert seen == pytest.approx([2.0 * math.pi / 3.0 / SAMPLES] * len(seen))
+    assert len(seen) > 10
 
 
 def test_a_rigid_point_is_not_deflected(model: Model) -> None:
