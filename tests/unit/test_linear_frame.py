@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi.analysis import linearise, operating_point
-from meltemi.simulation import linear
+from meltemi.simulation.case import Case
 
 Float = NDArray[np.float64]
 PARTS = ("collective", "cosine", "sine")
@@ -35,8 +35,8 @@ def test_derivatives_in_rotating_axes_become_those_of_components(
         J[at["v generator"], at["wind_speed"]] = 11.0
         return J
 
-    monkeypatch.setattr(linear, "linear_case", lambda model, point: linear.Case(model, point.wind))
-    monkeypatch.setattr(linear, "jacobian", given)
+    monkeypatch.setattr("meltemi.simulation.linear.linear_case", lambda model, point: Case(model, point.wind))
+    monkeypatch.setattr("meltemi.simulation.linear.jacobian", given)
     point = operating_point(model, 9.0)
     found = linearise(
         model, point, inputs=("pitch_1", "wind_speed"), outputs=("root_moment_out_of_plane_1",), azimuths=azimuths
