@@ -120,7 +120,8 @@ def function_at(file: str, line: int) -> tuple[str, ast.FunctionDef] | None:
 def naming(words: list[str], among: str) -> list[str]:
     """Test files that contain one of some words."""
     files = sorted((ROOT / "tests").glob(among))
-    pattern = re.compile("|".join(rf"\b{re.escape(word)}\b" for word in words))
+    imports = [rf"from {re.escape(a)} import .*\b{b}\b" for a, _, b in (word.rpartition(".") for word in words) if a]
+    pattern = re.compile("|".join([*(rf"\b{re.escape(word)}\b" for word in words), *imports]))
     found = [file for file in files if pattern.search(file.read_text(encoding="utf-8"))]
     return [file.relative_to(ROOT).as_posix() for file in found]
 
