@@ -202,16 +202,16 @@ def verdict(run: Run, package: str, mutant: Mutant) -> str:
     """By which tests a mutant is caught, or that it survives."""
     file, function = mutant.file, function_at(mutant.file, mutant.line)
     module, dotted = file.removeprefix("src/").removesuffix(".py").replace("/", "."), package.replace("/", ".")
-    direct = naming([module], "unit/test_node_*.py") or naming([dotted], "unit/test_node_*.py")
-    if package in CORE:
-        direct = [*naming([module], "unit/test_node_*.py"), INSTANT]
+    around = [each for each in outwards(module) if each.startswith(dotted)]
+    direct = next(filter(None, (naming([each], "unit/test_node_*.py") for each in around)), [])
+    direct += [INSTANT] if package in CORE else []
     run.check(direct, NUMBA_DISABLE_JIT="1")
     with run.changed(mutant):
         if direct and not passes(run.tree, direct, run.cache, NUMBA_DISABLE_JIT="1"):
             return "caught in plain Python"
     if run.code is None:
         return "survives plain Python"
-    of_module = next(filter(None, (naming([each], "*/test_*.py") for each in outwards(module))), [])
+    of_module = next(filter(None, (naming([each], "*/test_*.py") for each in around)), [])
     of_function = naming([function[0]], "*/test_*.py") if function else []
     near = [each for each in of_module if each in of_function] or of_module
     regression, far = ["tests/regression"] if package in CORE else [], naming([dotted], "*/test_*.py")

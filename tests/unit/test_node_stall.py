@@ -529,6 +529,17 @@ def test_flow_past_a_section_from_before_and_behind(
     assert (found.flap, found.weight) == (0.05, plain(flow_past.model_weight)(alpha, 60.0, 1, m))
 
 
+@pytest.mark.parametrize("flap", [0.1, -0.2])
+def test_the_lift_of_a_flap_builds_up_as_its_wake_does(aero: Float, polars: tuple[Float, Float], flap: float) -> None:
+    """(A-33, A-48): the polar has the whole of it, so the effective angle first lacks what the wake takes."""
+    m, before = foil(aero, *polars), flow_at(0, 0.05)
+    after = before._replace(flap=flap)
+    y = plain(hansen.stall_steady)(before, m)
+    assert plain(hansen.effective_angle)(y, before, m) == pytest.approx(0.05)
+    assert plain(hansen.effective_angle)(y, after, m) == pytest.approx(0.05 - (0.165 + 0.335) * flap)
+    assert plain(hansen.effective_angle)(plain(hansen.stall_steady)(after, m), after, m) == pytest.approx(0.05)
+
+
 # fading
 
 
