@@ -87,7 +87,7 @@ def _pitch(ax: Axes, runs: Runs, scheme: str) -> None:
 
 
 def _plane(runs: Runs, scheme: str) -> Figure:
-    figure, axes = new_figure(1, 2, size=(12.5, 4.4), share=False)
+    figure, axes = new_figure(1, 2, size=(10.5, 4.0), share=False)
     ax = axes[0, 0]
     _background(ax)
     if scheme == "A3":
