@@ -142,9 +142,10 @@ def count_held(found: Sequence[Claim]) -> str:
 def claims_table(found: Sequence[Claim], caption: str = "Claims of the paper") -> Table:
     """Table of claims, those of the paper first; with their basis if it is another one for any."""
     order = get_args(Basis).index
-    columns = ["claim", "verdict", "reason", "paper", "ours", "where", "basis"]
+    columns = ["claim", "verdict", "reason", "paper (tolerance)", "ours", "where", "basis"]
+    stated = {c: f"{c.paper} ({c.tolerance})" if c.tolerance else c.paper for c in found}
     rows = [
-        [c.item, c.verdict, c.reason, "; within ".join(filter(None, (c.paper, c.tolerance))), c.ours, c.where, c.basis]
+        [c.item, c.verdict, c.reason, stated[c], c.ours, c.where, c.basis]
         for c in sorted(found, key=lambda c: order(c.basis))
     ]
     n = len(columns) if {c.basis for c in found} - {"paper"} else len(columns) - 1
@@ -153,7 +154,7 @@ def claims_table(found: Sequence[Claim], caption: str = "Claims of the paper") -
 
 def brief(table: Table) -> Table:
     """The table for a terminal: claim, verdict, and both results."""
-    shown = [table.head.index(name) for name in ("claim", "verdict", "paper", "ours")]
+    shown = [table.head.index(name) for name in ("claim", "verdict", "paper (tolerance)", "ours")]
     rows = [[row[i] for i in shown] for row in table.rows]
     return Table([table.head[i] for i in shown], rows, table.caption, text_columns=len(shown))
 

@@ -92,7 +92,10 @@ def test_the_ratio_of_the_gains_tells_the_inertia() -> None:
     won |= {Reading("M2", 0.1, SMALL): (58.2e3, 71.3e3), PLAIN._replace(converters=True): (1.0, 9.0)}
     hot, cold, ratio = gain_claims({reading: np.array(gains) for reading, gains in won.items()})
     assert {hot.verdict, cold.verdict} == {UNCHECKED + "power coefficient and humidity are not given"}
-    assert cold.ours == "44.2 to 48.7 kW with 2.93e+09 kg m² (2 runs); 53.2 to 53.7 kW with 4.872e+06 kg m² (2 runs)"
+    assert (
+        cold.ours
+        == "44.2 to 48.7 kW with 2.93e+09 kg m² (2 readings); 53.2 to 53.7 kW with 4.872e+06 kg m² (2 readings)"
+    )
     assert (ratio.verdict, ratio.paper) == ("differs (2.93e+09 kg m²) / holds (4.872e+06 kg m²)", "1.225")
     assert "1.081 at most with 2.93e+09 kg m²" in ratio.ours and "1.225 at 10 % (M1) to 10 % (M1)" in ratio.ours
     light = {reading: np.array(gains) for reading, gains in won.items() if reading != PLAIN}

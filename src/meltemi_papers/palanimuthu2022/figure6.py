@@ -13,6 +13,8 @@ from meltemi_papers.palanimuthu2022.paper import claim
 from meltemi_papers.palanimuthu2022.runs import (
     HUMID,
     INTERVAL,
+    LARGE,
+    PHYSICAL,
     PLAIN,
     SMALL,
     STEADY,
@@ -92,7 +94,11 @@ def gain_claims(won: dict[Reading, Float]) -> list[Claim]:
     Both levels follow from the curvature of the coefficient, which the paper does not give; their ratio hardly does. It
     falls with the humidity, and with the inertia of a rotor that is still on its way to its new speed.
     """
-    every = {r: gains for r, gains in won.items() if r.model != CALIBRATED and not r.converters}
+    every = {
+        r: gains
+        for r, gains in won.items()
+        if r.model != CALIBRATED and not r.converters and r.inertia in (PHYSICAL, LARGE, SMALL)
+    }
     inertias = sorted({r.inertia for r in every}, reverse=True)
     of = {j: [(r, gains) for r, gains in every.items() if r.inertia == j] for j in inertias}
     dry = {j: {r.model: ratio_of(g) for r, g in of[j] if r.humidity == 0.0} for j in inertias}
@@ -100,7 +106,10 @@ def gain_claims(won: dict[Reading, Float]) -> list[Claim]:
 
     def span(end: int) -> str:
         ends = {j: [gains[end] * 1e-3 for _, gains in of[j]] for j in inertias}
-        return "; ".join(f"{min(x):.1f} to {max(x):.1f} kW with {j:.4g} kg m² ({len(x)} runs)" for j, x in ends.items())
+        spans = {j: f"{min(x):.1f} to {max(x):.1f} kW" if len(x) > 1 else f"{x[0]:.1f} kW" for j, x in ends.items()}
+        return "; ".join(
+            f"{words} with {j:.4g} kg m² ({len(ends[j])} curves and humidities)" for j, words in spans.items()
+        )
 
     needed = sorted((h, model) for model in dry[SMALL] if np.isfinite(h := humidity_of_ratio(model)))
     told = "; ".join(f"{most[j]:.3f} at most with {j:.4g} kg m², in dry air" for j in inertias)
