@@ -131,7 +131,8 @@ def count(found: Sequence[Claim]) -> Counter[Outcome]:
 def count_held(found: Sequence[Claim]) -> str:
     """Sentences on the number of the paper's claims that hold, and on those that hinge on how the paper is read."""
     n = count(found)
-    rest = [f"{n[k]} cannot be {what}" for k, what in (("unjudged", "judged"), ("unchecked", "checked")) if n[k]]
+    open_: dict[Outcome, str] = {"unjudged": "judged", "unchecked": "checked"}
+    rest = [f"{n[k]} cannot be {what}" for k, what in open_.items() if n[k]]
     some = f", {n['by_reading']} in one reading of it and not in another" if n["by_reading"] else ""
     of = n.total() - n["unchecked"]
     told = f"{n['held']} of {of} claims of the paper hold{some}" + (f" ({', '.join(rest)})." if rest else ".")

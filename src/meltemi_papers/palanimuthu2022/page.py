@@ -147,14 +147,14 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     runs, table = found.runs, claims_table(found.claims)
     used = {claim.reason: REASONS[claim.reason] for claim in found.claims if claim.reason}
     chapters = {"claims": Chapter("Claim by claim", [table, *reason_lines(used)])}
-    wanted = {
-        "readings": ("Where the paper errs or is silent", _readings),
-        "gains": ("Figure 6 in numbers", curves_table, gains_table),
-        "schemes": ("Figure 21 in numbers", schemes_table),
+    wanted: dict[str, tuple[str, tuple[Callable[[Runs], Table], ...]]] = {
+        "readings": ("Where the paper errs or is silent", (_readings,)),
+        "gains": ("Figure 6 in numbers", (curves_table, gains_table)),
+        "schemes": ("Figure 21 in numbers", (schemes_table,)),
     }
     chapters |= {
         name: Chapter(words, [tabled(words, partial(of, runs)) for of in each])
-        for name, (words, *each) in wanted.items()
+        for name, (words, each) in wanted.items()
     }
     chapters["bench"] = bench_chapter(found.bench, draw)
     return Contents(

@@ -154,19 +154,17 @@ def study(turbine: Turbine, quick: bool, *, workers: int | None, progress: Progr
         return PowerController(turbine, performance, PowerControl.model_validate(settings))
 
     laws = {scheme: law(scheme=scheme) for scheme in schemes}
-    costs = laws_compared(
-        turbine, setup, asked, laws, workers, lambda share, what: progress(0.75 * share, what), "schemes"
-    )
+    costs = _compared(turbine, setup, asked, laws, workers, lambda share, what: progress(0.75 * share, what), "schemes")
     others = {f"A2, {100.0 * x:.0f} %": law(scheme="A2", upper_speed=x * rated) for x in UPPER[:: 3 if quick else 1]}
     laws = {"A2": law(scheme="A2"), "A0": law(scheme="A0"), "A1": law(scheme="A1"), **others}
     level = [(STEADY, FRONT_LEVEL)]
-    front = laws_compared(
+    front = _compared(
         turbine, setup, level, laws, workers, lambda share, what: progress(0.75 + 0.25 * share, what), "upper speeds"
     )
     return Costs(costs, next(iter(front.values())))
 
 
-def laws_compared(
+def _compared(
     turbine: Turbine,
     setup: Setup,
     asked: Sequence[tuple[str, float]],
@@ -176,6 +174,20 @@ def laws_compared(
     what: str,
 ) -> Tables:
     """Controllers in all winds, by what is asked for; ``what`` names the comparison."""
+    rows = rows_of(turbine, setup, asked, laws, workers, progress, what)
+    return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
+
+
+def rows_of(
+    turbine: Turbine,
+    setup: Setup,
+    asked: Sequence[tuple[str, float]],
+    laws: Mapping[str, Controller],
+    workers: int | None,
+    progress: Progress,
+    what: str,
+) -> dict[tuple[str, float], dict[int, dict[str, dict[str, float]]]]:
+    """Quantities of controllers by what is asked for, seed and name; ``what`` names the comparison."""
     model = build(turbine, few_modes(turbine))
     start, duration = operating_point(model, setup.speed), setup.begin + setup.length
 
@@ -192,7 +204,7 @@ def laws_compared(
                     model, wind, duration=duration, controller=law, name=f"{what}, {signal} {level:g} {scheme}", **given
                 )
 
-    rows = by_seed(
+    return by_seed(
         setup.seeds,
         asked,
         tuple(laws),
@@ -202,7 +214,6 @@ def laws_compared(
         progress=progress,
         what=what,
     )
-    return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
 
 
 def front_figure(front: EnsembleTable) -> Figure:
