@@ -80,7 +80,7 @@ def _power() -> list[Claim]:
             lower,
             powers=listed(powers, ".2f"),
             at=listed(paper.ALTITUDES),
-            speeds=f"{min(at):.3f} to {max(at):.3f}",
+            speeds=f"{at[0]:.3f}",
         ),
         claim("over rated", warmest >= 0.0, warmest=warmest),
         claim("voltage", abs(electric - paper.VOLTAGE) <= 50.0, voltage=electric, more=higher),

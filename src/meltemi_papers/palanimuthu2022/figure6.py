@@ -107,9 +107,7 @@ def gain_claims(won: dict[Reading, Float]) -> list[Claim]:
     def span(end: int) -> str:
         ends = {j: [gains[end] * 1e-3 for _, gains in of[j]] for j in inertias}
         spans = {j: f"{min(x):.1f} to {max(x):.1f} kW" if len(x) > 1 else f"{x[0]:.1f} kW" for j, x in ends.items()}
-        return "; ".join(
-            f"{words} with {j:.4g} kg m² ({len(ends[j])} curves and humidities)" for j, words in spans.items()
-        )
+        return "; ".join(f"{words} with {j:.4g} kg m² ({len(ends[j])} readings)" for j, words in spans.items())
 
     needed = sorted((h, model) for model in dry[SMALL] if np.isfinite(h := humidity_of_ratio(model)))
     told = "; ".join(f"{most[j]:.3f} at most with {j:.4g} kg m², in dry air" for j in inertias)
