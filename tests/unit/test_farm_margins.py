@@ -89,4 +89,5 @@ def test_tables_and_words_of_the_farm(farm: Farm) -> None:
     assert [row[7] for row in margins.rows] == ["", "-33.3 ± 0.0", "-66.7 ± 0.0"]
     words = verdict({"t": farm})
     assert "within the loads of the aligned turbine: -20° at 90 %; -20° at 80 %; +20° at 80 %" in words
+    assert "no misalignment tried adds any; the split by the smaller margin leaves" in words
     assert "the lack of power changes by -66.7 ± 0.0 %" in words

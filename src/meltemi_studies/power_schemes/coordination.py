@@ -248,7 +248,7 @@ def coordination_figure(tables: Tables) -> Figure:
         _bars(right, table, SHOWN)
         panel(left, f"{100.0 * level:.0f} % of power asked for", "%")
         panel(right, f"changes against '{table.schemes[0]}', {100.0 * level:.0f} % of power asked for", "%")
-    axes[0, 1].legend(ncols=3)
+    figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 

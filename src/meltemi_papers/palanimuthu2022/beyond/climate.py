@@ -161,7 +161,6 @@ def review_table(found: Found) -> Table:
     def scenario(name: str) -> str:
         return ", ".join(said(scenario_change(found, site, name)) for site in found.years)
 
-    one, two = spread(found)
     most, least = iced_loss(found)
     drops, integrated, single = rain_loss(found)
     worst, where = worst_density(found)
@@ -169,10 +168,6 @@ def review_table(found: Found) -> Table:
     ours = {
         ("production by climate change", "±8 to 10 %"): (
             f"3 K warmer: {scenario('3 K warmer')} %; wind 5 % slower: {scenario('wind 5 % slower')} %"
-        ),
-        ("production by climate (not quoted)", ""): (
-            f"{said(one)} % and {said(two)} % with the air of {names[1]} and {names[2]} in the wind of "
-            f"{names[0]}; each in its own wind against 1.225 kg/m³: {row('all', 2)} %"
         ),
         ("loss by icing", "0.005 to 50 %"): (
             f"in a year {row('ice', 2)} %; while there is ice {least:.0f} to {most:.0f} % of the power below rated"

@@ -291,16 +291,20 @@ def verdict(found: Found) -> str:
         safe = [p for p in allowed if p.angle != 0.0]
         words = "; ".join(f"{math.degrees(p.angle):+.0f}° at {100 * p.share:.0f} %" for p in safe) or "none"
         lack = mean_interval(farm.errors[SPLITS[2]] / farm.errors[SPLITS[0]] - 1.0)
+        equal, aligned, steered = (farm.margins[split][2] * 1e-6 for split in SPLITS)
+        angle = math.degrees(farm.margins[SPLITS[2]][0])
+        added = f"{angle:+.0f}° add {steered - aligned:.2f} MW" if angle else "no misalignment tried adds any"
         lines.append(
             f"{name}: misaligned and within the loads of the aligned turbine: {words}. Most power of both: "
             f"{_said(free)} without a constraint ({change_text(farm.gain(free))} %), {_said(best)} with it "
-            f"({change_text(farm.gain(best))} %). Margins: the steered split has "
-            f"{farm.margins[SPLITS[2]][2] * 1e-6:.2f} instead of {farm.margins[SPLITS[0]][2] * 1e-6:.2f} MW to spare, "
-            f"and the lack of power changes by {change_text(lack)} %."
+            f"({change_text(farm.gain(best))} %). Margins: {added}; the split by the smaller margin leaves "
+            f"{steered:.2f} MW to spare, equal shares {equal:.2f} MW, and the lack of power changes by "
+            f"{change_text(lack)} %."
         )
     limits = "The wake is steady and its added turbulence is left out: loads of the downstream turbine are not judged."
     return "\n\n".join([*lines, limits])
 
 
 def _said(point: Point) -> str:
-    return "aligned at 100 %" if point == ALIGNED else f"{math.degrees(point.angle):+.0f}° at {100 * point.share:.0f} %"
+    where = f"{math.degrees(point.angle):+.0f}°" if point.angle else "aligned"
+    return f"{where} at {100 * point.share:.0f} %"

@@ -16,6 +16,7 @@ from meltemi.control.power_control.rotor import rotor_tables
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
+from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.performance import performance_of
 from meltemi.turbine.definition import Turbine
@@ -142,9 +143,10 @@ def machines_figure(found: Found) -> Figure:
     for ax, quantity in zip(axes[0], (TOWER_LOAD, ROOT_LOAD), strict=True):
         names: list[str] = []
         for name, machine in found.items():
-            for scheme in machine.changes.schemes[1:]:
+            for i, scheme in enumerate(machine.changes.schemes[1:]):
                 mean, half = change_bar(machine.changes.entry(quantity, scheme).change)
-                ax.barh(len(names), mean, 0.7, xerr=half, error_kw={"linewidth": 0.9, "capsize": 2})
+                look: dict[str, Any] = {"color": COLOURS[i], "error_kw": {"linewidth": 0.9, "capsize": 2}}
+                ax.barh(len(names), mean, 0.7, xerr=half, **look)
                 names.append(f"{name}: {scheme}")
         ax.set_yticks(range(len(names)), names)
         ax.invert_yaxis()
