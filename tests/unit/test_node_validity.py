@@ -9,8 +9,10 @@ import pytest
 from numpy.typing import NDArray
 from plain import plain, record, table
 
+import meltemi
 from meltemi.aero.tables import AeroParameters, RotorFlow, TowerFlow
 from meltemi.maths.algebra import Rot, Vec
+from meltemi.maths.tables import View
 from meltemi.simulation import validity
 from meltemi.simulation.system import System
 from meltemi.simulation.tables import Watch
@@ -124,3 +126,14 @@ def test_a_vibration_that_grows_less_is_none(growth: tuple[float, float, float])
         m.v[6] = np.sqrt(square)
         plain(validity.watch_edges)(1.0 + i, m, watch)
     assert watch.worst[EDGE] == -np.inf
+
+
+def test_two_intervals_are_no_growth() -> None:
+    start = View(Watch, validity.new_watch(meltemi.build(meltemi.load_turbine("nrel5mw"))))
+    watch = watch_of(place=at(EDGE, 1.0, -1.0), scale=at(EDGE, 1.0), before=start["before"], earlier=start["earlier"])
+    m, found = turbine(np.zeros(9)), []
+    for i, square in enumerate((1.0, 3.0, 9.0)):
+        m.v[6] = np.sqrt(square)
+        plain(validity.watch_edges)(1.0 + i, m, watch)
+        found.append(watch.worst[EDGE])
+    assert found[:2] == [-np.inf, -np.inf] and found[2] == pytest.approx(np.sqrt(18.0))

@@ -95,7 +95,11 @@ def new_watch(model: Model[Any]) -> Float:
     watch["notice"], watch["worst"], watch["first"], watch["noticed"] = np.inf, -np.inf, -1.0, -1.0
     watch["notice"][SPEED] = FAST * rated
     watch["scale"][POWER] = WIND_POWER * 0.5 * np.pi * turbine.rotor_radius**2
-    watch["place"] = -1.0
+    watch["place"], watch["before"], watch["earlier"] = (
+        -1.0,
+        np.inf,
+        np.inf,
+    )  # a vibration grows from the third interval
     if blade is not None:
         watch["limit"][DEFLECTION] = MOST_DEFLECTION * blade.length
         given = model.options.tower_clearance
