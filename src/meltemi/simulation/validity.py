@@ -99,7 +99,7 @@ def new_watch(model: Model[Any]) -> Float:
         -1.0,
         np.inf,
         np.inf,
-    )  # a vibration grows from the third interval
+    )  # growth takes three intervals
     if blade is not None:
         watch["limit"][DEFLECTION] = MOST_DEFLECTION * blade.length
         given = model.options.tower_clearance
