@@ -169,7 +169,8 @@ def test_the_headline_counts_each_reading() -> None:
     assert held(claims, READ) == [2, 1]
     words = counts_words(claims, claims, READ)
     assert words.startswith("Of 3 claims of the paper that can be checked, 1 hold in every reading")
-    assert f"1 in none: 2 ({READ[0]}), 1 ({READ[1]})" in words and "1 more cannot be checked" in words
+    assert f"1 in some, 1 in none. There hold 2 with {READ[0]}, 1 with {READ[1]}" in words
+    assert "1 more cannot be checked" in words
     rows = verdicts_table(claims, claims, READ).rows
     assert list(rows[0]) == ["hold", "2 of 3", "1 of 3"]
     assert [row[0] for row in rows[2:]] == ["claim 1", "claim 2"]

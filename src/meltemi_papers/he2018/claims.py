@@ -355,10 +355,10 @@ def reached(c: Comparison, scheme: str, quantity: Literal["std", "load"]) -> Mea
 
 def reasons(runs: Runs) -> dict[str, str]:
     """Reasons for differences, by key, each with the experiment that shows it."""
-    c, calm = runs.readings[CLASS_B], {FAST: runs.studies[f"{FAST}, {CALM}"], FULL: runs.studies[CALM]}
-    less = {FAST: runs.studies[f"{FAST}, {LESS}"], FULL: runs.studies[LESS]}
+    c = runs.readings[CLASS_B]
+    calm, less = ({FAST: runs.study(f"{FAST}, {name}"), FULL: runs.study(name)} for name in (CALM, LESS))
     loops = {scheme: runs.bench.loops(scheme)[0] for scheme in THREE[1:]}
-    parts = {**{name: runs.studies[name] for name in MODEL_PARTS}, FAST: runs.fast[CLASS_B]}
+    parts = {**{name: runs.study(name) for name in MODEL_PARTS}, "with all three": runs.fast[CLASS_B]}
     over = partial(change, quantity="RootMyc1 std", scheme="cpfc", base="ipc")
     second = {name: x for name, x in runs.judged.items() if name.endswith(SHORT[EDITION_2])}
     words = {
@@ -366,8 +366,11 @@ def reasons(runs: Runs) -> dict[str, str]:
         "asked": f"{100.0 * (1.0 - (1.0 - 0.553) ** 2):.0f}",
         "less": _each(less, lambda c: ", ".join(_change_and_p(c, row) for row in STATED_MYC)),
         "over": percent(over(c)),
-        "parts": _each(parts, lambda x: f"{percent(over(x) - over(c))[:-2]} percentage points"),
-        "second": _each(second, lambda c: percent(change(c, "RootMyc1 DEL", "cpfc", base="ipc"))),
+        "parts": ", ".join(
+            f"{with_interval(mean_interval(over(x) - over(c)), 1, '+')} percentage points {name}"
+            for name, x in parts.items()
+        ),
+        "second": _each(second, lambda c: f"{percent(over(c, quantity='RootMyc1 DEL'))} and {percent(over(c))}"),
         "edge": _each({FAST: runs.fast[CLASS_B], FULL: c}, _edge),
         "whole": percent(change(c, "RootMxc1 DEL", WHOLE_LEAD)),
         "likely": _each(runs.judged, likelihood),

@@ -185,6 +185,11 @@ class Runs:
         both = ((FAST, self.fast), (FULL, self.readings))
         return {f"{model}, {SHORT[wind]}": c for model, found in both for wind, c in found.items()}
 
+    def study(self, name: str) -> Comparison:
+        """A study; one that was not run raises its reason when it is used."""
+        missing: Any = FailedResult(f"{name}: not run")
+        return self.studies.get(name, missing)
+
 
 def run_all(
     *,

@@ -48,10 +48,11 @@ def counts_words(lines: Sequence[Claim], added: Sequence[Claim], readings: Seque
     every = sum(all(v == "holds" for v in each) for each in verdicts)
     none = sum(all(v != "holds" for v in each) for each in verdicts)
     few = sum(BY_FEW in c.ours for c in checked)
-    each = ", ".join(f"{k} ({name})" for k, name in zip(held(lines, readings), readings, strict=True))
+    each = ", ".join(f"{k} with {name}" for k, name in zip(held(lines, readings), readings, strict=True))
     other = ", ".join(map(str, held(added, readings)))
     return (
         f"Of {whole} claims of the paper that can be checked, {every} hold in every reading of its model and wind, "
-        f"{none} in none: {each}; with flaps beside an IPC that stays as it is {other}. "
-        f"{few} of them hold in some reading by at most three of our minutes. {unchecked} more cannot be checked."
+        f"{whole - every - none} in some, {none} in none. There hold {each}; with flaps beside an IPC that stays as it "
+        f"is {other}. {few} claims hold in a reading by at most three of our minutes. {unchecked} more cannot be "
+        "checked."
     )
