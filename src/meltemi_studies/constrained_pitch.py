@@ -5,8 +5,7 @@ without individual pitch, cut to a limit. Below the limit the demand fades out. 
 control as it is known, an infinite one is none, and between them lies the trade of load for travel. The loop is that
 of the load controller; only the moments that it sees are less the reference.
 
-Reference: Hummel, J. I. S., Kober, J., Mulders, S. P. (2025): Output-constrained individual pitch control methods
-using the multiblade coordinate transformation, Wind Energ. Sci. 10, 2005-2025; docs/guide/constrained-pitch.md.
+Reference: Hummel, Kober, Mulders (2025), Wind Energ. Sci. 10, 2005-2025; docs/guide/constrained-pitch.md.
 """
 
 from __future__ import annotations
@@ -177,8 +176,8 @@ def plot_trades(
         x, y = ([100.0 * getattr(trade, name).mean for trade in ordered] for name in ("actuation", "reduction"))
         width = [100.0 * trade.reduction.half_width for trade in ordered]
         ax.errorbar(x, y, yerr=width, color=colour, marker="o", markersize=4, capsize=2, label=label)
-    for label, (x, y) in (published or {}).items():
-        ax.plot(100.0 * x, 100.0 * y, color=INK, marker="D", linestyle="", label=label)
+    for label, (added, taken) in (published or {}).items():
+        ax.plot(100.0 * added, 100.0 * taken, color=INK, marker="D", linestyle="", label=label)
     ax.set_xlabel("share of the travel that full individual pitch adds [%]")
     ax.set_ylabel("[%]")
     ax.legend(loc="lower right")
