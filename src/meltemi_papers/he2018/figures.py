@@ -20,9 +20,12 @@ from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, THREE,
 from meltemi_reports.panels import Panel, channel, series
 from meltemi_reports.spectra_plots import plot_spectra
 from meltemi_tuning.compare import hub_moments
+from meltemi_tuning.tuning_plots import plot_tuning
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from meltemi.controllers.tuning import LoopTuning
 
 Float = NDArray[np.float64]
 HIGHEST = 0.9
@@ -147,6 +150,13 @@ def over_speeds(runs: Runs) -> Figure:
         panel(ax, f"{name}, change against CPC", "%")
     axes[-1, 0].set_xlabel("wind speed [m/s]")
     axes[0, 0].legend(ncols=4, **ABOVE)
+    return figure
+
+
+def bode(loops: Mapping[str, LoopTuning]) -> Figure:
+    """Loops of CPFC, in the width of a page."""
+    figure = plot_tuning(loops)
+    figure.set_size_inches(1.25 * WIDTH, 6.4)
     return figure
 
 

@@ -22,7 +22,7 @@ from meltemi_papers.he2018.claims import (
     reached,
     reasons,
 )
-from meltemi_papers.he2018.figures import FIGURES, over_speeds
+from meltemi_papers.he2018.figures import FIGURES, bode, over_speeds
 from meltemi_papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, Runs, run_all
 from meltemi_papers.he2018.verdicts import counts_words, verdicts_table
 from meltemi_papers.study import Chapter, Content, Contents, Draw, Study, applied, tabled, worded
@@ -30,7 +30,6 @@ from meltemi_reports.blocks import Table
 from meltemi_reports.ensemble_tables import with_interval
 from meltemi_tuning.compare import WHOLE
 from meltemi_tuning.run_store import guarded
-from meltemi_tuning.tuning_plots import plot_tuning
 
 
 def ceiling_table(runs: Runs) -> Table:
@@ -119,7 +118,7 @@ def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Chapter]:
     tunings = zip(cpfc, runs.bench.tunings[cpfc], strict=True)
     loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in tunings}
     below: dict[str, list[Content]] = {
-        "gains": [draw("bode", "Loops of CPFC", lambda: plot_tuning(loops))],
+        "gains": [draw("bode", "Loops of CPFC", lambda: bode(loops))],
         "division": [not_detuned, *([beyond.DIVISION] if paper else [])],
         "best": [beyond.LIDAR],
         "lifetime": [
@@ -167,7 +166,8 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
     return Contents(
         lead=worded(partial(_lead, runs, lines, beside), "What came of it"),
         chapters={
-            "claims": Chapter("Claim by claim", [verdicts(), claims_table(lines), words, *why]),
+            "readings": Chapter("By model and wind", [verdicts()]),
+            "claims": Chapter("Claim by claim", [claims_table(lines), words, *why]),
             "winds": Chapter("In which wind the paper's figures hold", [*winds, *likely]),
             **_chapters(runs, draw, paper=True),
         },
