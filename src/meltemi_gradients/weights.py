@@ -38,8 +38,10 @@ def std_weights(series: ArrayLike) -> tuple[float, Float]:
     x = one_row(series, "std_weights")
     if np.ptp(x) == 0.0:
         return 0.0, np.zeros(len(x))
-    std = float(x.std())
-    return std, (x - x.mean()) / (len(x) * std)
+    scale = float(np.ldexp(1.0, np.frexp(np.abs(x).max())[1] - 1))  # a power of two: squares neither overflow nor round
+    y = x / scale
+    std = float(y.std())
+    return scale * std, (y - y.mean()) / (len(y) * std)
 
 
 def std_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Float]:

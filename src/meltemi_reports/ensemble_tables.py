@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import isnan
+from math import isnan, nan
 
 from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate
 from meltemi.report.tables import number
@@ -84,17 +84,49 @@ def scheme_rows(
     return head, rows, groups
 
 
+OPEN = "?"
+"""In place of what two seeds do not tell."""
+
+
+def tells(e: MeanEstimate, resolution: float = 0.0) -> bool:
+    """Whether an estimate says anything: one of two numbers does not if its interval holds zero.
+
+    Of two numbers Student's interval is six times as wide as of many (12.7 instead of 2.0 standard errors): zero within
+    it is no sign of a small effect. A single number is itself, and has no interval.
+
+    Args:
+      e: mean and interval.
+      resolution: of what is printed: a narrower interval says that the mean is zero.
+    """
+    return e.n != 2 or not e.low <= 0.0 <= e.high or e.half_width < resolution
+
+
 def with_interval(e: MeanEstimate, digits: int, sign: str = "", factor: float = 1.0) -> str:
-    """A mean, times a factor, and the half-width of its confidence interval, if it is one of several numbers."""
+    """A mean, times a factor, and the half-width of its confidence interval; ``OPEN`` if it :func:`tells` nothing."""
+    if not tells(e, 0.5 * 10.0**-digits / abs(factor)):
+        return OPEN
     width = f" ± {abs(factor) * e.half_width:.{digits}f}" if e.n > 1 else ""
     return f"{factor * e.mean:{sign}.{digits}f}{width}"
 
 
+def half_bar(e: MeanEstimate, factor: float = 1.0) -> float:
+    """Length of an error bar, times a factor; NaN where the interval :func:`tells` nothing."""
+    return abs(factor) * e.half_width if tells(e) else nan
+
+
+def change_bar(change: MeanEstimate | None) -> tuple[float, float]:
+    """Length of the bar of a change [%] and of its error bar; NaN where it is missing or :func:`tells` nothing."""
+    if change is None or not tells(change, 5e-4):
+        return nan, nan
+    return 100.0 * change.mean, 100.0 * change.half_width
+
+
 def change_text(change: MeanEstimate | None) -> str:
-    """A change in percent with the half-width of its interval, if available."""
+    """A change in percent with the half-width of its interval, if available; ``OPEN`` if it :func:`tells` nothing."""
     if change is None or isnan(change.mean):
         return "-"
-    return _percent(change.mean, "+") + ("" if isnan(change.half_width) else f" ± {_percent(change.half_width)}")
+    large = max(abs(change.mean), 0.0 if isnan(change.half_width) else change.half_width) >= 1.0
+    return with_interval(change, 0 if large else 1, "+", 100.0)
 
 
 def _percent(share: float, sign: str = "") -> str:

@@ -29,6 +29,7 @@ from meltemi.turbine.icing import Icing, with_ice
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
 from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import change_bar, change_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -208,8 +209,7 @@ def load_table(effects: IcingEffects) -> Table:
         for i, v in enumerate(effects.load_speeds):
             row = [words, f"{v:g}", f"{effects.loads[CLEAN][load][i].mean() / unit:.3g}"]
             for name in names:
-                change = load_changes(effects, name, load)[i]
-                row.append(f"{100.0 * change.mean:+.1f} ± {100.0 * change.half_width:.1f}")
+                row.append(change_text(load_changes(effects, name, load)[i]))
             row += [f"{effects.first[name][load][i].mean() / unit:.3g}" for name in (CLEAN, *names[:1])]
             rows.append(row)
     changes = [f"DEL {name}\n%" for name in names]
@@ -243,7 +243,7 @@ def plot_icing(effects: IcingEffects) -> Figure:
     names = [name for name in effects.loads if name != CLEAN]
     for i, (colour, name) in enumerate(zip(COLOURS[1:], names, strict=False)):
         found = [load_changes(effects, name, load)[middle] for load in LOADS]
-        mean, half = ([100.0 * getattr(e, part) for e in found] for part in ("mean", "half_width"))
+        mean, half = zip(*map(change_bar, found), strict=True)
         loads.barh(place + 0.27 * (i - 1), mean, 0.25, xerr=half, color=colour, error_kw={"linewidth": 0.8})
     loads.set_yticks(place, list(LOADS.values()))
     loads.invert_yaxis()

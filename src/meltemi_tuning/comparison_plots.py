@@ -10,6 +10,7 @@ import numpy as np
 from meltemi.core.errors import InputError
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
+from meltemi_reports.ensemble_tables import change_bar, half_bar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +56,7 @@ def plot_changes(
     if absolute:
         unit, factor = (units or {}).get(absolute[0], ("-", 1.0))
         values = {
-            s: [(factor * e.mean, factor * e.half_width) for e in (table.entry(q, s).value for q in absolute)]
+            s: [(factor * e.mean, half_bar(e, factor)) for e in (table.entry(q, s).value for q in absolute)]
             for s in table.schemes
         }
         _bars(beside[0], absolute, values, colour)
@@ -79,7 +80,7 @@ def _changes(ax: Axes, table: EnsembleTable, quantities: Sequence[str], colour: 
     """Bars of the changes [%] of quantities against the first scheme."""
     others = table.schemes[1:]
     found = {s: [table.entry(q, s).change for q in quantities] for s in others}
-    bars = {s: [(100.0 * c.mean, 100.0 * c.half_width) if c else (np.nan, np.nan) for c in found[s]] for s in others}
+    bars = {s: [change_bar(c) for c in found[s]] for s in others}
     _bars(ax, quantities, bars, colour)
     ax.axhline(0.0, color=INK, linewidth=0.9)
     _finish(ax, title, "%")

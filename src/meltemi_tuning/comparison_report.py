@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from meltemi.controllers.schemes import SchemeDesign
 from meltemi.controllers.tuning import LoopTuning, TunedPoint
 from meltemi.core.errors import InputError
@@ -15,8 +17,9 @@ from meltemi.postprocess.ensemble import CONFIDENCE
 from meltemi.report.palette import INK
 from meltemi.report.plots import ABOVE, new_figure, plot, readable_unit, save
 from meltemi.report.tables import number, write_csv
+from meltemi.simulation.result import Result
 from meltemi_reports.blocks import Code, Document, Picture, Section, Table
-from meltemi_reports.ensemble_tables import change_text, ensemble_rows, scheme_rows
+from meltemi_reports.ensemble_tables import OPEN, change_text, ensemble_rows, scheme_rows
 from meltemi_reports.html import write_page
 from meltemi_reports.spectra_plots import plot_spectra
 from meltemi_tuning.compare import SPECTRA, WHOLE, Comparison, failure_line
@@ -59,8 +62,21 @@ def notes(comparison: Comparison) -> str:
         sentences.append(f"Changes are against {base}, formed seed by seed{interval if several else ''}.")
     together = "; of all seeds: their damages together" if len(comparison.winds) > 1 else ""
     sentences.append(f"DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for steel{together}.")
+    if any(change_text(e.change) == OPEN for e in comparison.table()):
+        sentences.append(f"{OPEN}: of a change that {len(comparison.winds)} seeds do not tell from none.")
     meanings = {STATISTIC.sub("", q.name): q.about for q in comparison.quantities if q.about}
     return " ".join([*sentences, "; ".join(f"{name}: {about}" for name, about in meanings.items()) + "."])
+
+
+def by_blade(comparison: Comparison) -> bool:
+    """Whether a scheme pitches the blades differently, or moves flaps: none else reduces 1P and 2P of the moments."""
+
+    def differ(result: Result) -> bool:
+        return any(np.ptp(result[name]) > 0.0 for name in result.names if name.startswith("flap_")) or any(
+            np.any(result[name] != result["pitch_1"]) for name in ("pitch_2", "pitch_3") if name in result
+        )
+
+    return any(differ(comparison.results(scheme)) for scheme in comparison.schemes)
 
 
 def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
@@ -134,11 +150,9 @@ def sentence(comparison: Comparison) -> str:
         value = table.entry("RootMyc1 DEL", base).value.mean
         return f"{base}: equivalent load of the out-of-plane blade root moment {number(1e-3 * value)} kN m."
     changes = [f"by {change_text(table.entry('RootMyc1 DEL', s).change)} % with {s}" for s in others]
-    ideal = comparison.ceiling_change(1, "load")
-    return (
-        f"The equivalent load of the out-of-plane blade root moment changes, against {base}, {_list(changes)}. "
-        f"With 1P removed ideally it would change by {change_text(ideal)} %."
-    )
+    told = f"The equivalent load of the out-of-plane blade root moment changes, against {base}, {_list(changes)}."
+    ideal = change_text(comparison.ceiling_change(1, "load"))
+    return f"{told} With 1P removed ideally it would change by {ideal} %." if by_blade(comparison) else told
 
 
 def _list(parts: list[str]) -> str:
@@ -228,9 +242,10 @@ def _sections(
     spectra = Picture(pictures["spectra"], f"Power spectral densities, {begin:g} to {end:g} s, mean over seeds.")
     series = Picture(pictures["series"], f"{comparison.winds[0]}: the first evaluated minute.")
     ideal = IDEAL.format(rotor=comparison.rotor_frequency())
+    removal = Section("Ideal removal of 1P and 2P", [ideal, Table(*ceiling_rows(comparison), text_columns=3)])
     found = [
         Section("Results", numbers),
-        Section("Ideal removal of 1P and 2P", [ideal, Table(*ceiling_rows(comparison), text_columns=3)]),
+        *([removal] if by_blade(comparison) else []),
         Section("Spectra", [spectra]),
         Section("Series", [series]),
     ]

@@ -7,6 +7,7 @@ import re
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,9 @@ import meltemi
 from meltemi import Model
 from meltemi.controllers import schemes, tuning
 from meltemi.controllers.names import SCHEMES
+from meltemi.simulation.channels import standard
+from meltemi.simulation.result import Result
+from meltemi_tuning.comparison_report import by_blade
 
 OWN = """
 import meltemi
@@ -128,6 +132,7 @@ def test_schemes_follow_a_power_reference(command: Command, tmp_path: Path) -> N
             assert 2300.0 < found["power mean", scheme] < most
             assert 0.0 < found["tracking error", scheme] < 400.0
         assert found["pitch travel", "A2"] < found["pitch travel", "A0"]
+        assert "deal removal" not in ran.out + (out / "comparison.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
@@ -167,6 +172,34 @@ def test_a_scheme_that_fails_in_every_wind_is_left_out(command: Command, tmp_pat
     again = command(*arguments)
     assert again.status == 1
     assert again.err.startswith("taking over 1 finished runs")
+
+
+def test_flaps_that_a_scheme_adds_are_told(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before anything runs: their increments are those of another section."""
+
+    def stop(*_: object) -> None:
+        raise meltemi.InputError("stop")
+
+    monkeypatch.setattr("meltemi.simulation.rotors.build", stop)
+    ran = command("compare", "nrel5mw", *SHORT, "--controllers", "cpc,cpfc", "--out", tmp_path / "out")
+    assert "note: nrel5mw has no flaps; those of the scheme are added, their increments assumed: span, " in ran.err
+    plain = command("compare", "nrel5mw", *SHORT, "--controllers", "cpc,ipc", "--out", tmp_path / "out")
+    assert "note" not in plain.err and "stop" in plain.err
+
+
+def test_ideal_removal_is_for_schemes_that_act_by_blade() -> None:
+    """Power schemes pitch all blades alike: a share of the removal of 1P means nothing for them."""
+    time = np.linspace(0.0, 1.0, 11)
+
+    def ran(**columns: np.ndarray) -> Any:
+        data = np.stack([0.0 * time + columns.get(name, 0.0) for name in ("pitch_1", "pitch_2")], axis=1)
+        return SimpleNamespace(schemes=("A0",), results=lambda scheme: found(data))
+
+    def found(data: np.ndarray) -> Result:
+        return Result(time, data, tuple(standard()[name] for name in ("pitch_1", "pitch_2")))
+
+    assert not by_blade(ran(pitch_1=np.sin(time), pitch_2=np.sin(time)))
+    assert by_blade(ran(pitch_1=np.sin(time)))
 
 
 def test_no_wind_is_left(command: Command, tmp_path: Path) -> None:

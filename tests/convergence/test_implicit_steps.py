@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import meltemi
 from meltemi import Environment, ModelOptions, SteadyWind
 from meltemi.control import ConstantController
 from meltemi.loads import damage_equivalent_load
+from meltemi.simulation import vibrations
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.vibrations import (
     LARGEST_ANGLE,
@@ -181,3 +183,24 @@ def test_a_run_starts_again_with_the_same_numbers() -> None:
     assert np.array_equal(*found)
     names = [list(model.coordinates).index(name) for name in ("drivetrain", "blade 1 2nd flap")]
     assert run.motion()[0][names] == pytest.approx(found[0][-1], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "expected"),
+    [
+        ((3.0, 25.0, 0.0, 0.0, 39.0, 50.0, 101.0, 130.0), (6, 7)),  # more than twice all below
+        ((3.0, 25.0, 0.0, 0.0, 41.0, 50.0, 60.0, 99.0), (4,)),  # the shaft: twice 20 rad/s are enough
+        ((3.0, 5.0, 0.0, 0.0, 30.0, 9.0, 130.0, 100.0), (6, 7)),
+        ((3.0, 5.0, 0.0, 0.0, 10.0, 41.0, 19.0, 9.0), (5,)),
+        ((3.0, 5.0, 0.0, 0.0, 10.0, 39.0, 12.0, 9.0), ()),  # and nothing below 40 rad/s
+    ],
+)
+def test_coordinates_far_above_all_others_are_stiff(
+    frequencies: tuple[float, ...], expected: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = ("tower a", "tower b", "yaw", "generator", "drivetrain", "blade 1 a", "blade 1 b", "blade 1 c")
+    model: Any = SimpleNamespace(coordinates=names, rotor=SimpleNamespace(tower=SimpleNamespace(names=("a", "b"))))
+    monkeypatch.setattr(vibrations, "own_vibrations", lambda model: np.array([frequencies, np.zeros(8)]))
+    assert tuple(np.flatnonzero(vibrations.stiff(model))) == expected
+    model.coordinates = (*names[:7], "blade 1 1st residual")
+    assert vibrations.stiff(model)[7]

@@ -385,6 +385,13 @@ def test_card_and_figure(bench):
     assert [line.get_label() for line in radar.lines] == list(bench.controllers)
     assert np.allclose(radar.lines[1].get_ydata(), 100.0)
     assert len(margins) == 2
+    loops = bench.loops["baseline"]
+    margins = meltemi.plots.plot_bench(replace(bench, blade_loops={"same": loops})).axes[1:]
+    phases, gains = ([getattr(loop, f"{kind}_margin") for loop in loops] for kind in ("phase", "gain"))
+    for ax, values in zip(margins, (np.degrees(phases), [decibel(gain) for gain in gains]), strict=True):
+        (dashed,) = (line for line in ax.lines if line.get_linestyle() == "--" and len(line.get_xdata()))
+        assert np.allclose(dashed.get_ydata(), np.where(np.isfinite(values), values, np.nan), equal_nan=True)
+        assert "blade loops dashed" in ax.get_title(loc="left")
 
 
 TINY = (Situation("normal turbulence", "NTM", "production", "NTM", (16.0, 18.0), 1, 5.0, 1.0),)

@@ -20,6 +20,7 @@ from meltemi import (
     simulate,
 )
 from meltemi.environment import Air
+from meltemi.simulation.bladed.build import _blade_layout
 
 STEADY: list[tuple[dict[str, Any], dict[str, Any], str, float]] = [
     # option, base, channel, sign of option minus base
@@ -284,3 +285,17 @@ def test_environment_and_options_refuse_nonsense() -> None:
     for builder in builders:
         with pytest.raises(meltemi.InputError, match=r"."):
             builder()
+
+
+def test_given_blade_nodes_reach_both_ends_within_a_thousandth_of_the_blade(turbine: Turbine) -> None:
+    L = turbine.blade.length
+
+    def layout(first: float, last: float) -> Any:
+        return _blade_layout(turbine, ModelOptions(blade_nodes=(first * L, 0.3 * L, 0.6 * L, 0.8 * L, last * L)))
+
+    for first, last in ((0.0, 1.0), (0.95e-3, 1.0 - 0.95e-3), (-0.95e-3, 1.0 + 0.95e-3)):
+        found = layout(first, last)
+        assert found.position == pytest.approx(np.array([0.0, 0.3, 0.6, 0.8, 1.0]) * L)
+    for first, last in ((1.05e-3, 1.0), (-1.05e-3, 1.0), (0.0, 1.0 - 1.05e-3), (0.0, 1.0 + 1.05e-3), (0.0, 0.5)):
+        with pytest.raises(meltemi.InputError, match="blade_nodes must increase from 0 to the blade length 61.5 m"):
+            layout(first, last)

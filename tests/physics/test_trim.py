@@ -17,7 +17,7 @@ from meltemi.simulation import points, rotors, trim
 from meltemi.simulation.continuation import CarefulOrbit, balance_carefully
 from meltemi.simulation.controlled_point import controlled_point
 from meltemi.simulation.operating_point import NotConverged
-from meltemi.simulation.orbit import Orbit
+from meltemi.simulation.orbit import SAMPLES, Orbit
 
 OWN = (
     "generator_power rotor_speed rotor_aero_thrust rotor_torque root_moment_in_plane_1 root_moment_out_of_plane_1 "
@@ -234,3 +234,37 @@ def test_some_wind_speeds(model: Model) -> None:
     for speed in (3.0, 4.0, 7.0, 11.4, 16.5, 25.0):
         point = operating_point(model, speed)
         assert abs(point.imbalance) < 3e-3 * model.turbine.rated_power / point.rotor_speed, speed
+
+
+def test_the_secant_method_finds_a_root_close_by_in_steps_of_limited_length() -> None:
+    seen: list[float] = []
+
+    def f(x: float) -> float:
+        seen.append(x)
+        return math.exp(-x) - 0.5
+
+    assert trim._secant(f, 0.6, 0.01) == pytest.approx(math.log(2.0), abs=1e-8)
+    assert seen[1] == pytest.approx(0.61)  # the rotor accelerates: it looks at faster ones first
+    assert len(seen) < 8
+    assert np.abs(np.diff(seen)).max() <= 20.0 * 0.01 + 1e-12
+
+
+def test_instants_of_a_sector_share_the_time_of_its_passage(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen, residuals = [], Orbit.residuals
+
+    def watched(self: Orbit, motion: Any, dt: float) -> Any:
+        if dt:
+            seen.append(dt * self.speed)
+        return residuals(self, motion, dt)
+
+    monkeypatch.setattr(Orbit, "residuals", watched)
+    trim.rigid_point(model, SteadyWind(speed=11.0))
+    assert seen == pytest.approx([2.0 * math.pi / 3.0 / SAMPLES] * len(seen))
+    assert len(seen) > 10
+
+
+def test_a_rigid_point_is_not_deflected(model: Model) -> None:
+    point = trim.rigid_point(model, SteadyWind(speed=9.0))
+    moved = [name for name, q in zip(model.coordinates, point.q, strict=True) if q != 0.0]
+    assert moved == []
+    assert abs(point.imbalance) < 3e-3 * 5e6 / point.rotor_speed

@@ -28,7 +28,7 @@ from meltemi.maths.vectors import Vec
 from meltemi.postprocess.files import read_netcdf, write_netcdf
 from meltemi.simulation.campbell import campbell
 from meltemi.simulation.case import Case
-from meltemi.simulation.scene.motion import POSITION_ERROR
+from meltemi.simulation.scene.motion import POSITION_ERROR, cuts
 from meltemi.simulation.scene.record import Scene, packed, track_arrays, unpacked
 from meltemi.turbine.exchange import BladeFrame
 from meltemi.wind.fields import SteadyWind, WindSeries, wind_field
@@ -97,6 +97,12 @@ def test_loads_are_those_of_the_channels(seen: Result, scene: Scene) -> None:
     every = round(scene.about["steps"]["air"] / 0.05)
     force = scene.track("air")[:, 1, 14, 0] - seen["node_15_normal_force_2"][::every]
     assert np.abs(force).max() < 0.032 * largest["air"]
+
+
+def test_stations_of_loads_begin_at_the_root_and_end_at_the_tower_top(model: Model) -> None:
+    found = cuts(model)
+    assert found.blade == pytest.approx([61.5 * i / 9.0 for i in range(9)])
+    assert found.tower == pytest.approx([87.6 * i / 6.0 for i in range(1, 7)])
 
 
 def test_wind_is_that_of_the_run(seen: Result, scene: Scene, model: Model) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import FunctionType
+from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -32,10 +32,18 @@ def plain(kernel: Any) -> Callable[..., Any]:
         _PLAIN[text] = FunctionType(text.__code__, names, text.__name__, text.__defaults__, text.__closure__)
         for name in text.__code__.co_names:
             called = names.get(name)
-            own = isinstance(called, FunctionType) and called.__module__.startswith("meltemi")  # without compilation
-            if own or isinstance(called, Variants) or hasattr(called, "py_func"):
-                names[name] = plain(called)
+            if isinstance(called, ModuleType) and called.__name__.startswith("meltemi"):
+                inside = (each for each in text.__code__.co_names if hasattr(called, each))
+                names[name] = SimpleNamespace(**{each: _as_text(getattr(called, each)) for each in inside})
+            elif name in names:
+                names[name] = _as_text(called)
     return _PLAIN[text]
+
+
+def _as_text(called: Any) -> Any:
+    """What a kernel calls, without compilation; other objects as they are."""
+    own = isinstance(called, FunctionType) and called.__module__.startswith("meltemi")  # without compilation
+    return plain(called) if own or isinstance(called, Variants) or hasattr(called, "py_func") else called
 
 
 def record(cls: type[R], **members: Any) -> R:
@@ -58,5 +66,5 @@ def table(cls: type[T], sizes: dict[str, int], **fields: Any) -> T:
         if kind.outer:
             array.reshape(-1, len(kind), *array.shape[1:])[:, rows] = value
         else:
-            array[rows] = value
+            array[(..., rows) if kind.fields_last else rows] = value
     return made

@@ -109,3 +109,8 @@ def test_the_table_of_the_paper_adds_up() -> None:
     assert sum(row["sets"] for row in rows) == 2917
     assert [row["from"] for row in rows] == list(EDGES[: len(rows)])
     assert all(row["from"] <= row["speed"] < row["to"] for row in rows)
+
+
+def test_a_period_too_short_to_count_is_refused() -> None:
+    with pytest.raises(InputError, match="period 4.94066e-324 s is too short for times up to 2 s"):
+        mt.loads.period_statistics([0.0, 1.0, 2.0], {"x": [0.0, 1.0, 2.0]}, period=5e-324)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -60,3 +61,10 @@ def test_a_stiffness_with_the_weight_is_refused(name: str) -> None:
     heavy = c.hydrostatic + tilt_stiffness(platform.centre, -platform.mass / platform.water_density)
     with pytest.raises(InputError, match=r"the platform's weight adds .* give the water alone in \.hst"):
         check_coefficients(replace(c, hydrostatic=heavy), platform, name)
+    # of a fifth of the stiffness of the water on, the weight can be told from its inaccuracy
+    mass = platform.mass / platform.water_density
+    for share, told in ((0.18, False), (0.22, True)):
+        light = platform.replace(centre=(*platform.centre[:2], -share * abs(found) / mass))
+        given = replace(c, hydrostatic=c.hydrostatic + tilt_stiffness(light.centre, -mass))
+        with pytest.raises(InputError, match="the platform's weight adds") if told else nullcontext():
+            check_coefficients(given, light, name)

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from meltemi import Turbine, load_turbine
 from meltemi.control import faults as f
 from meltemi.control import signals as s
+from meltemi.control.controller import LogEntry
 from meltemi.core.yamlfile import read_record, write_record
 from meltemi.loadcases.case import LoadCase
-from meltemi.simulation.events import read_events, schedule
+from meltemi.simulation.events import misplaced_events, read_events, schedule
 
 DT, N_STEPS = 0.0125, 41
 TURBINE: Turbine = load_turbine("nrel5mw")
@@ -81,3 +82,34 @@ def test_what_a_lost_sensor_gives() -> None:
         f.report(t, faults, s.Measurements(measured))
         seen.append(measured[place])
     assert seen == [33.0, 43.5, 43.5, 0.0, 75.0]
+
+
+LOSS = {"type": "sensor_loss", "sensor": "pitch_2"}
+
+
+@pytest.mark.parametrize(
+    ("state", "moves", "event", "said"),
+    [
+        ("standby", (), {"type": "request", "request": "start"}, None),
+        ("standby", (), {"type": "request", "request": "normal_stop"}, "request normal stop at 5 s occurred in state"),
+        ("standby", (), LOSS, None),
+        ("maximum power", (), {"type": "request", "request": "normal_stop"}, None),
+        ("maximum power", (), {"type": "request", "request": "none"}, None),
+        ("maximum power", (), {"type": "request", "request": "start"}, "occurred in state 'maximum power'"),
+        (
+            "idling", ((3.0, "power limit -> normal stop", "high wind"), (4.0, "normal stop -> idling", "slow")),
+            LOSS,
+            "occurred in state 'idling', which stopped at 3.00 s (high wind)",
+        ),
+        ("idling", ((3.0, "power limit -> idling", "a"),), {"type": "request", "request": "start"}, None),
+        ("idling", ((5.0, "power limit -> idling", "a"),), LOSS, None),
+    ],
+)  # fmt: skip
+def test_events_that_have_no_meaning_where_they_occur_are_told(
+    state: str, moves: tuple[tuple[float, str, str], ...], event: dict[str, Any], said: str | None
+) -> None:
+    log = [LogEntry(at, "supervisor", what, why) for at, what, why in moves]
+    log.append(LogEntry(1.0, "event", "something else"))
+    found = misplaced_events(read_events([{"at": 5.0, **event}]), log, state)
+    assert len(found) == (said is not None)
+    assert (said or "") in "".join(found)

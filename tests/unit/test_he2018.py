@@ -17,13 +17,12 @@ import meltemi
 from meltemi import InputError
 from meltemi.analysis import preview_of
 from meltemi.wind.fields import WindBox
-from meltemi_papers.claim import Claim, rows_of
+from meltemi_papers.claim import Claim, by_reading, rows_of
 from meltemi_papers.he2018.claims import (
     BY_FEW,
     KINDS,
-    by_reading,
     flap_slopes,
-    joined,
+    in_readings,
     probability,
     share_at,
     thin_airfoil,
@@ -151,11 +150,11 @@ def lines(*verdicts: str) -> list[Claim]:
 
 
 def test_a_verdict_is_that_of_each_reading() -> None:
-    assert joined(dict.fromkeys(READ, "holds")) == "holds"
-    mixed = joined(dict(zip(READ, ("holds", "smaller effect"), strict=True)))
+    assert by_reading(dict.fromkeys(READ, "holds")) == "holds"
+    mixed = by_reading(dict(zip(READ, ("holds", "smaller effect"), strict=True)))
     assert mixed == f"holds ({READ[0]}) / smaller effect ({READ[1]})"
     found = lines("holds", mixed, "smaller effect")[:3]
-    assert [by_reading(c, READ) for c in found] == [
+    assert [in_readings(c, READ) for c in found] == [
         ["holds", "holds"],
         ["holds", "smaller effect"],
         ["smaller effect", "smaller effect"],
@@ -164,7 +163,7 @@ def test_a_verdict_is_that_of_each_reading() -> None:
 
 def test_the_headline_counts_each_reading() -> None:
     """What follows from a command and what cannot be checked is not among the claims that hold."""
-    mixed = joined(dict(zip(READ, ("holds", "smaller effect"), strict=True)))
+    mixed = by_reading(dict(zip(READ, ("holds", "smaller effect"), strict=True)))
     claims = lines("holds", mixed, "smaller effect", "cannot be checked: because")
     assert held(claims, READ) == [2, 1]
     words = counts_words(claims, claims, READ)

@@ -15,6 +15,7 @@ from meltemi.wind.fields import SteadyWind, wind_arrays
 from meltemi.wind.velocity import WindField, series_now
 from meltemi_farm import averages, curled, field, march
 from meltemi_farm.curled import CurledField
+from meltemi_farm.eddies import eddies_of
 from meltemi_farm.field import PlaneField, Planes, Seen, WakeField, Wakes
 from meltemi_farm.march import Mixing
 
@@ -127,6 +128,41 @@ def test_turbulence_of_wakes_adds_by_squares_to_eddies_that_travel() -> None:
         expected += share * random[(low[0] + i) % 4, (low[2] + k) % 4, (low[1] + j) % 4]
     near(plain(field.eddy)(Vec(*q), t, m), expected)
     near(plain(field.wakes_velocity)(Vec(*q), t, m), 0.5 * expected)
+
+
+def test_a_point_that_rounding_places_at_the_end_of_the_eddies_is_at_their_begin() -> None:
+    m = wakes(rings(8, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    random = np.random.default_rng(1).normal(size=(4, 4, 4, 3))
+    m.eddies = np.concatenate([random, random[:, :, :1]], axis=2).astype(np.float32)
+    for i in range(3):
+        q = np.array([5.0, 7.0, 9.0])
+        q[i] = 0.0
+        beside = q.copy()
+        beside[i] = -1e-20  # modulo 4 in double precision: 4
+        near(plain(field.eddy)(Vec(*beside), 0.0, m), [*plain(field.eddy)(Vec(*q), 0.0, m)])
+
+
+def test_eddies_have_the_spectrum_of_von_karman() -> None:
+    """(K-14): half a diameter is their length, the box is made of independent normal numbers without divergence."""
+    box = eddies_of(5)
+    u = box[:, :, :-1].transpose(3, 0, 2, 1).astype(float)  # component, x, y, z
+    np.testing.assert_array_equal(box[:, :, 0], box[:, :, -1])
+    assert u.std(axis=(1, 2, 3)) == pytest.approx(np.ones(3), rel=1e-5)
+    assert np.abs(u.mean(axis=1)).max() < 1e-6 > np.abs(u.mean(axis=2)).max()
+    n = u.shape[1]
+    k = 2.0 * np.pi * np.fft.fftfreq(n, 0.04)
+    waves = np.stack(np.meshgrid(k, k, k, indexing="ij"))
+    square = (waves**2).sum(axis=0)
+    white = np.fft.fftn(np.random.default_rng(5).standard_normal(u.shape), axes=(1, 2, 3))
+    some = (slice(None), slice(1, 12), slice(1, 12), slice(1, 12))  # wave numbers of one sign, up to 27
+    waves, square, white = waves[some], square[some[1:]], white[some]
+    white -= waves * (waves * white).sum(axis=0) / square
+    amplitude = (np.fft.fftn(u, axes=(1, 2, 3))[some] / white).real
+    # E(k) / k^2 = k^2 / (k^2 + 1 / L^2)^(17/6) with L = 0.5
+    expected = np.sqrt(square) / (square + 4.0) ** (17.0 / 12.0)
+    for c in range(3):
+        scale = np.median(amplitude[c] / expected)
+        assert amplitude[c] / scale == pytest.approx(expected, rel=2e-2)
 
 
 # mixing -------------------------------------------------------------------------------------------------
@@ -252,6 +288,22 @@ def test_a_curled_wake_ages_in_as_many_steps_as_are_stable() -> None:
     assert np.abs(found[0] - found[1]).max() < 0.01 * np.abs(found[1]).max()
 
 
+def test_trailing_vortices_reach_to_the_corners_of_a_turned_plane() -> None:
+    """(K-19), outside of their cores."""
+    radius, half, step = 60.0, 11, 9.0
+    sheet = curled.vortex_sheet(radius, step, half)
+    place = (0.02 * np.arange(2, 100) - 1.0) * radius
+    circulation = 0.02 * place / np.sqrt(radius**2 - place**2)
+    reach = np.sqrt(2.0) * half * step
+    for angle in np.linspace(0.0, 2.0 * np.pi, 9):
+        beside, along = reach * np.cos(angle), reach * np.sin(angle)
+        away = beside**2 + (along - place) ** 2
+        psi = (circulation * np.log(away / (2.0 * curled.CORE * radius) ** 2)).sum() / (4.0 * np.pi)
+        assert float(sheet.ev(beside, along)) == pytest.approx(psi, rel=1e-4, abs=1e-6)
+        slope = (circulation * (along - place) / away).sum() / (2.0 * np.pi)
+        assert float(sheet.ev(beside, along, dy=1)) == pytest.approx(slope, rel=2e-3, abs=2e-6)
+
+
 def test_a_point_in_a_curled_plane_is_bilinear() -> None:
     line = DR * np.arange(-3.0, 4.0)
     z, y = np.meshgrid(line, line, indexing="ij")
@@ -351,6 +403,28 @@ def test_planes_drift_with_the_mean_wind_and_their_deflection() -> None:
     deep = 0.5 * -4.0
     near(m.planes.velocity[0, 2], (U - 0.8 * way * 0.6, 0.8 * way * 0.8 + 0.6 * deep, 0.0))
     assert plain(averages.deficit)(m, 0, 2, 17.0) == pytest.approx(-4.0)
+
+
+def test_every_other_plane_drifts_as_its_neighbours_do_on_average() -> None:
+    m = wakes(rings(8, *[(-1.0 - i * i, 0.0, 0.0) for i in range(4)]), PlaneField)
+    m.drift = points_of(20.0)
+    plain(averages.drift)(m, 0, np.array([4]), np.array([1]), 0.0, averages.DISTURBED, np.zeros(8), np.zeros(4))
+    u = [m.planes.velocity[0, i].x for i in range(4)]
+    assert u[0] > u[2] > u[3]
+    assert u[1] == pytest.approx(0.5 * (u[0] + u[2]))
+
+
+def test_the_wind_over_the_farm_is_horizontal() -> None:
+    m = wakes(rings(8, (-2.0, 0.0, 0.0), (-2.0, 0.0, 0.0)), PlaneField)
+    air = WindField("floats", wind_arrays(SteadyWind(speed=U, direction=0.4, upflow=0.2), 90.0, 100.0))
+    for name in members(WindField):
+        setattr(m, name, getattr(air, name))
+    speed = np.zeros((2, 1))
+    none, one = np.zeros(1, dtype=np.int64), np.ones(1, dtype=np.int64)
+    plain(averages.horizontal)(m, 0.0, 2 * one, none, np.array([5.0, -5.0]), np.zeros(1), 90.0, speed)
+    assert speed[:, 0] == pytest.approx([U, U])
+    plain(averages.horizontal)(m, 0.0, 2 * one, one, np.array([5.0, -5.0]), np.zeros(1), 90.0, speed)
+    assert speed[:, 0] == pytest.approx([np.hypot(U * np.cos(0.4) - 2.0, U * np.sin(0.4)), U])
 
 
 def test_points_miss_a_part_of_the_own_wake() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import meltemi
 from meltemi.maths.algebra import Rot, Sym, Vec
+from meltemi.maths.tables import View
 from meltemi.simulation.step import begin_parts_step, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs
 from meltemi.structure.dynamics import MASS, WEIGHT
@@ -401,6 +403,28 @@ def test_radiation_remembers_the_velocity_as_its_poles_say() -> None:
     plain(begin_parts_step)(dt, m)
     after = (z + B @ u / pole) * np.exp(pole * dt) - B @ u / pole
     near((m.radiation.real[0], m.radiation.imaginary[0]), (after.real, after.imag))
+
+
+def test_the_record_of_a_platform_has_its_numbers() -> None:
+    turbine = meltemi.load_turbine("iea15mw-volturnus")
+    stiffness, damping, drag = (scale * np.arange(36.0).reshape(6, 6) for scale in (1.0, 2.0, 3.0))
+    platform = turbine.platform.replace(stiffness=stiffness, linear_damping=damping, quadratic_damping=drag)
+    part = floater.part_of(turbine.replace(platform=platform), None, SimpleNamespace(tower_flow=np.zeros((1, 7))))
+    c, rho, hull = part.constants, platform.water_density, part.coefficients
+    blocks = (rho * hull.infinite, rho * hull.hydrostatic, stiffness, damping, drag)
+    np.testing.assert_array_equal(c["float_matrices"].reshape(5, 6, 6), blocks)
+    # the oscillations of the kernels are those of the fit (W-5)
+    t = np.linspace(0.0, 20.0, 7)
+    B, C = (c[name][:, :6] + 1j * c[name][:, 6:] for name in ("float_input", "float_output"))
+    decay = np.exp(np.outer(t, c["float_pole"] @ [1.0, 1j]))
+    found = np.einsum("tp,pi,pj->tij", decay, C, B).real
+    np.testing.assert_allclose(found, rho * part.radiation.kernel(t), atol=1e-9 * np.abs(found).max())
+    v = View(Floater, c["floater"])
+    assert (v["mass"], v["displaced"], v["bed"]) == (platform.mass, rho * platform.volume, -platform.depth)
+    assert [*v["centre"], v["buoyancy_x"], v["buoyancy_y"]] == [*platform.centre, *platform.buoyancy_centre]
+    np.testing.assert_array_equal(v["inertia"], platform.inertia)
+    assert (c["d_radiation"].shape[-1], c["tower_air"].shape) == (len(c["float_pole"]), (3, 7))
+    assert part.sizes == {"mode": len(c["float_pole"]), "line": 3, "point": 0}
 
 
 def test_a_platform_that_lies_on_its_side_ends_the_run() -> None:

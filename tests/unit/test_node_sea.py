@@ -116,6 +116,21 @@ def test_water_rises_above_the_pile_as_its_stretching_says(kind: int, wet: float
     near(m.pile_load.force[1], (wet * (size * 0.1 + 1800.0) * over, wet * (size * 0.2 + 2400.0) * over, 0.0))
 
 
+@pytest.mark.parametrize("elevation", [0.6, 1.6, 4.0])
+def test_above_still_water_the_kinematics_go_on_with_their_slope(elevation: float) -> None:
+    """Of a piece from still water to the crest, without drag."""
+    m = pile_in_water(stretching=pile.EXTRAPOLATION)
+    m.sea_field[:, 0], m.sea_field[:, 5:9], m.sea_field[:, 9:13] = (
+        elevation,
+        (0.5, 0.6, 0.9, -0.2),
+        (0.1, 0.2, 0.3, 0.4),
+    )
+    m.pile_nodes.low[1], m.pile_nodes.drag[1] = 0.0, 0.0
+    plain(pile.pile_forces)(0.7, m)
+    z = 0.5 * elevation
+    near(m.pile_load.force[1], (6e3 * elevation * (0.9 + 0.3 * z), 6e3 * elevation * (-0.2 + 0.4 * z), 0.0))
+
+
 def test_wheeler_takes_the_kinematics_at_the_crest_from_still_water() -> None:
     stretched = plain(pile.stretched)
     assert stretched(pile.WHEELER, 3.0, 3.0, 20.0) == pytest.approx(0.0)

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from plain import plain, record, table
 from scipy.integrate import solve_ivp
 
 from meltemi.aero import polars as look_up
@@ -498,6 +499,45 @@ def test_pitching_gives_the_added_mass_of_the_flat_plate(aero: Float, plate: tup
     assert moved.lift - still.lift == pytest.approx(pi * pitching, abs=1e-14)
     assert moved.moment - still.moment == pytest.approx(-0.5 * pi * pitching, abs=1e-14)
     assert moved.drag == still.drag
+
+
+@pytest.mark.parametrize(
+    ("alpha", "reversed_flow", "angle", "reversed_"),
+    [
+        (0.1, 1, atan2(60.0 * sin(0.1) + 0.5 * 0.8 * 3.0, 60.0 * cos(0.1)), 0.0),
+        (-1.5, 1, atan2(-60.0 * sin(1.5) + 0.5 * 0.8 * 3.0, 60.0 * cos(1.5)), 0.0),
+        (1.6, 1, 1.6 - pi, 1.0),
+        (-1.6, 1, pi - 1.6, 1.0),
+        (3.0, 1, 3.0 - pi, 1.0),
+        (3.0, 0, atan2(60.0 * sin(3.0) + 0.5 * 0.8 * 3.0, 60.0 * cos(3.0)), 0.0),
+    ],
+)
+def test_flow_past_a_section_from_before_and_behind(
+    alpha: float, reversed_flow: int, angle: float, reversed_: float
+) -> None:
+    one = {"blade": 1, "node": 1}
+    m = record(
+        Node,
+        flow=table(BladeFlow, one, alpha=alpha, speed=60.0, rotation=0.8, pitching=0.3),
+        aero_options=table(AeroOptions, {}, stall_rotation=CAMBER, reversed_flow=reversed_flow),
+        aero_nodes=table(AeroNode, one, chord=3.0, polar=1.0),
+        section=table(SectionConstants, {"polar": 2}, dynamic=(0.0, 1.0)),
+    )
+    found = plain(flow_past.section_flow)(0.05, m, 0, 0)
+    assert found[:4] == pytest.approx((1, angle, reversed_, 40.0))
+    assert found.rotation == pytest.approx((0.8 / 40.0, 0.3 / 40.0, 0.0))
+    assert (found.flap, found.weight) == (0.05, plain(flow_past.model_weight)(alpha, 60.0, 1, m))
+
+
+@pytest.mark.parametrize("flap", [0.1, -0.2])
+def test_the_lift_of_a_flap_builds_up_as_its_wake_does(aero: Float, polars: tuple[Float, Float], flap: float) -> None:
+    """(A-33, A-48): the polar has the whole of it, so the effective angle first lacks what the wake takes."""
+    m, before = foil(aero, *polars), flow_at(0, 0.05)
+    after = before._replace(flap=flap)
+    y = plain(hansen.stall_steady)(before, m)
+    assert plain(hansen.effective_angle)(y, before, m) == pytest.approx(0.05)
+    assert plain(hansen.effective_angle)(y, after, m) == pytest.approx(0.05 - (0.165 + 0.335) * flap)
+    assert plain(hansen.effective_angle)(plain(hansen.stall_steady)(after, m), after, m) == pytest.approx(0.05)
 
 
 # fading

@@ -10,14 +10,16 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from plain import plain, record, table
 
+from meltemi.aero.air import Air
 from meltemi.aero.tables import AeroOptions, AeroParameters, TowerFlow
-from meltemi.aero.tower_flow import tower_load, tower_wind
+from meltemi.aero.tower_flow import eames, lower_half, powles, tower_load, tower_wind
 from meltemi.aero.tower_flow.potential import influence as added_by
 from meltemi.maths.records import Array1, Single
 from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
-from meltemi.turbine.exchange import TowerShape
+from meltemi.turbine.exchange import BladeFrame, TowerShape
 from meltemi.wind.fields import SteadyWind, wind_arrays
 from meltemi.wind.velocity import WindField, series_now
 
@@ -243,3 +245,35 @@ def test_a_tower_without_modes_bears_its_drag() -> None:
     tower = cylinder()
     tower_load(seen(tower, shape=np.zeros((0, N))))
     assert np.all(View(TowerFlow, tower)["force"][0] > 0.0)
+
+
+def test_the_lower_half_has_the_flow_of_the_cylinder_for_blades_that_point_down() -> None:
+    m = seen(cylinder())
+    m = record(Air, **{name: getattr(m, name) for name in ("tower_flow", "aero_options")})
+    m.frame = table(BladeFrame, {"blade": 3}, azimuth=(0.5 * pi + 0.01, 0.5 * pi - 0.01, pi))
+    p = Vec(-3.0 * RADIUS, 0.4 * RADIUS, 50.0)
+    whole = [*plain(added_by)(p, m, 0)]
+    assert whole[0] < 0.0
+    assert [*plain(lower_half.influence)(p, m, 0)] == [*plain(lower_half.influence)(p, m, 2)] == whole
+    assert [*plain(lower_half.influence)(p, m, 1)] == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.4])
+@pytest.mark.parametrize(
+    ("wake", "x", "y"), [(powles, 9.0, 0.0), (powles, 6.0, 1.3), (eames, 9.0, 0.0), (eames, 9.0, -0.7)]
+)
+def test_a_wake_takes_its_deficit_from_the_wind_at_the_tower(wake: Any, x: float, y: float, direction: float) -> None:
+    """(A-53 to A-55) beside the flow of the cylinder; half a radius above the top half of it, in front none."""
+    W, drag = 8.0, 0.6
+    along, across = np.array([cos(direction), sin(direction)]), np.array([-sin(direction), cos(direction)])
+    m = seen(cylinder(W * along, drag=drag))
+    m = record(Air, tower_flow=m.tower_flow)
+    width = (x * x + y * y) ** 0.25
+    lost = drag / width * cos(0.5 * pi * y / width) ** 2
+    if wake is eames:
+        lost = drag / (sqrt(2.0 * pi) * 0.1 * x) * np.exp(-0.5 * (y / (0.1 * x)) ** 2)
+    for side, height, share in ((1.0, 40.0, 1.0), (1.0, TOP + 0.5 * RADIUS, 0.5), (-1.0, 40.0, 0.0)):
+        place = RADIUS * (side * x * along + y * across)
+        p = Vec(place[0], place[1], height)
+        found = np.array([*plain(wake.influence)(p, m, 0)]) - [*plain(added_by)(p, m, 0)]
+        assert found == pytest.approx(np.append(-min(lost, 0.5) * share * W * along, 0.0), abs=1e-12)

@@ -22,9 +22,16 @@ from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi_papers.claim import UNCHECKED, reason_lines
 from meltemi_papers.palanimuthu2022 import page, paper
-from meltemi_papers.palanimuthu2022.beyond import climate, coordination, power
+from meltemi_papers.palanimuthu2022.beyond import climate, coordination, machines, power
 from meltemi_papers.palanimuthu2022.claims import REASONS, formula_claims
-from meltemi_papers.palanimuthu2022.figure6 import closed_gains, gain_claims, kinetic_gains, mean_gains
+from meltemi_papers.palanimuthu2022.figure6 import (
+    closed_gains,
+    gain_claims,
+    humidity_of_ratio,
+    kinetic_gains,
+    mean_gains,
+    settled_pair,
+)
 from meltemi_papers.palanimuthu2022.figures.look import label
 from meltemi_papers.palanimuthu2022.machine import BLADES, CURVES, FORMULA, rotor
 from meltemi_papers.palanimuthu2022.page import FIGURES
@@ -48,7 +55,7 @@ from meltemi_studies.power_schemes import coordination as schemes
 from meltemi_studies.power_schemes import costs
 from meltemi_tuning.run_store import FailedResult
 
-DIFFER = {"pairs", "warm", "rating"}
+DIFFER = {"moist", "pairs", "warm", "most", "rating"}
 """Reasons of the lines that differ: contradictions in the paper, and what depends on a coefficient it does not give."""
 
 
@@ -78,16 +85,30 @@ def test_every_curve_has_the_papers_best_point(curve: str) -> None:
     assert rotor(curve).best() == pytest.approx((9.5085, 0.48), abs=1e-5)
 
 
-def test_gains_tell_the_humidity_that_they_need_and_the_curves_that_miss_them() -> None:
-    won = {PLAIN: (40.9e3, 44.2e3), PLAIN._replace(humidity=0.8): (60.9e3, 43.0e3), Reading("Heier"): (43e3, 60e3)}
-    won |= {Reading("M2", 0.1, SMALL): (58.2e3, 71.3e3)}  # fitted: no reading
-    hot, cold = gain_claims({reading: np.array(gains) for reading, gains in won.items()})
-    assert "58.2 kW need 69 %" in hot.ours and hot.verdict == UNCHECKED + "the humidity is not given"
-    assert cold.ours == "M1 44.2, Heier 60.0 kW in dry air" and cold.verdict.endswith(
-        "none of 2 published curves with the paper's best point reaches it"
+def test_the_ratio_of_the_gains_tells_the_inertia() -> None:
+    """Of readings that are not fitted, dry and moist: the light rotor has the paper's ratio, the heavy one has not."""
+    won = {PLAIN: (40.9e3, 44.2e3), Reading("Heier"): (45.4e3, 48.7e3)}
+    won |= {Reading("M1", 0.0, SMALL): (40.9e3, 53.7e3), Reading("M1", 0.4, SMALL): (52.2e3, 53.2e3)}
+    won |= {Reading("M2", 0.1, SMALL): (58.2e3, 71.3e3), PLAIN._replace(converters=True): (1.0, 9.0)}
+    hot, cold, ratio = gain_claims({reading: np.array(gains) for reading, gains in won.items()})
+    assert {hot.verdict, cold.verdict} == {UNCHECKED + "power coefficient and humidity are not given"}
+    assert (
+        cold.ours
+        == "44.2 to 48.7 kW with 2.93e+09 kg m² (2 readings); 53.2 to 53.7 kW with 4.872e+06 kg m² (2 readings)"
     )
-    _, cold = gain_claims({PLAIN: np.array([40.9e3, 44.2e3]), Reading("Heier"): np.array([60e3, 72e3])})
-    assert cold.verdict == UNCHECKED + "the power coefficient is not given"
+    assert (ratio.verdict, ratio.paper) == ("differs (2.93e+09 kg m²) / holds (4.872e+06 kg m²)", "1.225")
+    assert "1.081 at most with 2.93e+09 kg m²" in ratio.ours and "1.225 at 10 % (M1) to 10 % (M1)" in ratio.ours
+    light = {reading: np.array(gains) for reading, gains in won.items() if reading != PLAIN}
+    light[Reading("Heier")] = np.array([45e3, 56e3])
+    assert gain_claims(light)[2].verdict == "holds"
+
+
+def test_equal_gains_times_the_printed_density_are_the_papers_pair_too() -> None:
+    """With Heier's constants and the humidity of Figure 3, fitted to nothing."""
+    gains = settled_pair("Heier", 0.4)
+    assert gains == pytest.approx([57.9e3, 58.1e3], abs=60.0)
+    assert [gains[0], 1.225 * gains[1]] == pytest.approx([paper.GAINS[40.0], paper.GAINS[-10.0]], rel=6e-3)
+    assert humidity_of_ratio("M2") == pytest.approx(0.1, abs=1e-3)
 
 
 def test_a_rotor_that_slows_down_gives_its_energy_to_the_generator() -> None:
@@ -103,14 +124,14 @@ def test_a_rotor_that_slows_down_gives_its_energy_to_the_generator() -> None:
     assert mean_gains(steps, "generator_power") == pytest.approx(kinetic_gains(steps), rel=1e-9)
 
 
-@pytest.mark.parametrize(("highest", "verdict"), [(0.754, "holds"), (0.756, "differs")])
+@pytest.mark.parametrize(("highest", "verdict"), [(0.754, "holds"), (0.76, "holds"), (0.7, "differs")])
 def test_speeds_count_while_the_controller_limits_by_its_own_state(highest: float, verdict: str) -> None:
     time = np.linspace(0.0, 1.0, 5)
     state, speed = np.array([1.0, 2.0, 3.0, 4.0, 5.0]), np.array([0.5, 0.68, highest, 0.74, 0.69])
     run = recorded(time, power_state=state, rotor_speed=speed, generator_power=np.array(15e6), wind_x=np.array(11.0))
     assert limiting(run).tolist() == [False, True, True, True, True]
     found = range_of_speed(run, run)
-    assert (found.verdict, found.tolerance, found.reason) == (verdict, "0.005 rad/s: printed digits", "overshoot")
+    assert (found.verdict, found.reason) == (verdict, "overshoot") and found.tolerance.startswith("qualitative")
 
 
 def test_every_ruling_stands_with_both_readings() -> None:
@@ -152,7 +173,7 @@ def test_steps_follow_a_lead_in() -> None:
 
 def test_a_part_on_another_turbine_is_without_the_verdict_on_the_reviews() -> None:
     lost: Any = FailedResult("climate: it diverged")
-    for part in (power, coordination, climate):
+    for part in (machines, power, coordination, climate):
         own, applied = (part.chapter(lost, lambda name, words, of: Drawing(words, None), applied=a) for a in (0, 1))
         assert own.heading == f"Beyond the paper: {applied.heading[0].lower()}{applied.heading[1:]}"
         assert len(applied.content) == len(own.content) - 1 and "cannot be judged" in str(own.content[0])
@@ -246,7 +267,11 @@ def test_loads_and_actuation_are_judged_by_intervals() -> None:
 
     ours = (schemes.PROPOSAL, *schemes.OURS)
     found = bench_claims(schemes.Bench(of((schemes.CONVENTIONAL, *ours)), of(ours)))
-    assert [c.verdict for c in found] == ["holds", "holds", "differs"]  # the yaw drive starts as often
+    assert [c.verdict for c in found] == [
+        "holds (of the pitch servo) / differs (of tower and blades)",
+        "holds",
+        "differs",  # the tower
+    ]
     assert "pitch travel -50 ± 0 %" in found[0].ours and "tower base fore-aft DEL +30" in found[0].ours
     few = schemes.Bench(of((schemes.CONVENTIONAL, *ours), (1, 2)), of(ours, (1, 2)))
     assert {c.verdict for c in bench_claims(few)} == {"cannot be judged: it needs 4 seeds, there are 2"}

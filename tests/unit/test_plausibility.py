@@ -11,6 +11,7 @@ import meltemi
 from meltemi import Turbine
 from meltemi.core.errors import MeltemiError
 from meltemi.turbine import plausibility_warnings
+from meltemi.turbine.electrical import size_electrical
 from meltemi.turbine.plausibility import bending_frequency
 from meltemi_exchange.openfast import read_deck
 
@@ -103,7 +104,16 @@ def test_a_table_above_betz_is_told() -> None:
     machine = meltemi.load_turbine("pmsg20mw-bem")
     power = 1.3 * np.asarray(machine.coefficient.power)
     (said,) = plausibility_warnings(machine.replace(**{"coefficient.power": power}))
-    assert "above Betz's limit" in said
+    assert said.startswith("coefficient.power: its largest, below Betz's limit of 16/27, is 0.643; usual is 0.3 to")
+
+
+def test_a_sized_electrical_system_is_usual(turbine: Turbine) -> None:
+    speed = turbine.rated_rotor_speed * turbine.drivetrain.gear_ratio
+    system = size_electrical(turbine.control.torque.rated_power, speed)
+    assert not plausibility_warnings(turbine.replace(electrical=system))
+    small = turbine.replace(electrical=size_electrical(0.3048 * turbine.control.torque.rated_power, speed))
+    (said,) = plausibility_warnings(small)
+    assert said.startswith("electrical.machine.rated_power: it over control.torque.rated_power is 0.305")
 
 
 def test_a_uniform_cantilever() -> None:

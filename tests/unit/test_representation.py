@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from html.parser import HTMLParser
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 
 import meltemi
 from meltemi import Model, Outcome, Result, Status, SteadyWind, TurbulentWind, WindBox, load_turbine
-from meltemi.analysis import linearise
+from meltemi.analysis import Campbell, LinearModel, linearise
 from meltemi.core.display import quantity
 from meltemi.core.representation import BINS, MOST_ROWS, Card, Fold, html, sparkline
 from meltemi.io import LoadCase
@@ -121,6 +122,27 @@ def test_a_linear_model_shows_operating_point_and_modes(model: Model) -> None:
     read(point, "12 m/s", "12.1 rpm", "kW")
     found = read(linear, "3 inputs, 2 outputs", "fixed frame", "12.1 rpm", "damping %", "rotor_speed", most=30_000)
     assert len(linear.modes()) == int(found.text[found.text.index("Modes") + 1])
+
+
+def test_modes_over_rotor_speed_have_units_of_the_field() -> None:
+    speed, frequency, damping = np.array([1.0, 1.2]), np.array([[3.0, 4.0]]), np.array([[0.05, 0.02]])
+    made = Campbell(speed, speed, 0.0 * speed, ("1st flap",), frequency, damping, ((None, None),), air=True)
+    facts, (modes,) = dict(made.card().facts), made.card().sections
+    assert facts["rotor speed"] == "9.549 to 11.46 rpm, 2 operating points"
+    (row,) = modes.rows
+    assert (row[1:3], row[4:6]) == (["0.4775", "0.6366"], ["5", "2"])
+
+
+def test_a_linear_model_has_frequency_and_damping_of_its_matrix() -> None:
+    """Of an oscillator of 3 rad/s and 5 %."""
+    A, B, C, D = np.array([[0.0, 1.0], [-9.0, -0.3]]), np.ones((2, 1)), np.ones((1, 2)), np.zeros((1, 1))
+    names, units = (("q a", "v a"), ("pitch",), ("power",)), (("m", "m/s"), ("rad",), ("W",))
+    point: Any = SimpleNamespace(facts=lambda: {"rotor_speed": "12 rpm"})
+    made = LinearModel(A, B, C, D, *names, *units, np.zeros(2), np.zeros(1), np.zeros(1), 0.5, point)
+    card = made.card()
+    assert card.facts[-1] == ("rotor speed", "12 rpm")
+    assert card.facts[1] == ("frame", "blade 1 at 28.6479 deg")
+    assert card.sections[0].rows[0][:2] == ["0.4775", "5"]
 
 
 def test_a_load_case_and_an_outcome(long_result: Result) -> None:

@@ -288,6 +288,8 @@ def test_bad_bands_are_refused() -> None:
         harmonic_bands(0.0, (1,), 0.2)
     with pytest.raises(InputError, match="a band must go"):
         harmonic_bands(0.2, (1,), 1.5)
+    with pytest.raises(InputError, match="harmonic_bands: multiples: expected numbers in a regular list"):
+        harmonic_bands(0.2, (1, (2,)), 0.25)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="specify the slope"):
         ideal_removal(x, bands=[(0.1, 0.2)], dt=DT)
     with pytest.raises(InputError, match="specify the slope"):

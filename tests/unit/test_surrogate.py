@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from meltemi.core.errors import InputError
-from meltemi.turbine.library import load_turbine
+from meltemi.turbine.library import load_turbine, write_turbine
 from meltemi_loads.surrogate.campaign import (
     SurrogateCampaign,
     SurrogateDesign,
@@ -373,6 +373,13 @@ def test_a_surrogate_of_another_turbine_is_refused(tmp_path: Path) -> None:
     assert load_surrogate(path, turbine).turbine == "nrel5mw"
     with pytest.raises(InputError, match=r"fitted to nrel5mw, whose data differ from those of heavy"):
         load_surrogate(path, turbine.replace(**{"name": "heavy", "hub.mass": 1e5}))
+
+
+def test_a_surrogate_has_the_name_of_a_turbine_not_its_path(tmp_path: Path) -> None:
+    campaign, design, loads = runs()
+    write_turbine(load_turbine("nrel5mw").replace(name="heavy"), tmp_path / "of_file.yaml")
+    own = campaign.replace(turbine=str(tmp_path / "of_file.yaml"))
+    assert fit_surrogate(own, design, loads).turbine == "heavy"
 
 
 def test_a_campaign_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

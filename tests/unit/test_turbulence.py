@@ -16,6 +16,7 @@ import meltemi
 from meltemi import InputError, Turbine, TurbulentWind, WindBox
 from meltemi.wind import HubSeries, WindGrid, generate_field
 from meltemi.wind.fields import check_coverage
+from meltemi.wind.turbulence.mann import GAMMA, one_point
 from meltemi.wind.turbulence.targets import sigmas, target_coherence, target_densities
 
 GRID = WindGrid(points_y=9, points_z=10, dy=18.0, dz=17.0, bottom=5.0, hub_height=90.0)
@@ -193,6 +194,13 @@ OPTIONS: list[dict[str, Any]] = [
 def test_every_option_changes_the_field(option: dict[str, Any]) -> None:
     a, b = make().velocity, make(**option).velocity
     assert a.shape != b.shape or not np.allclose(a, b, atol=1e-3)
+
+
+def test_beyond_its_table_the_one_point_spectrum_is_flat_below_and_a_power_law_above() -> None:
+    f = one_point(GAMMA)(np.array([1e-5, 1e-3, 1e4, 1e4 * (1.0 + 1e-12), 8e4]))
+    np.testing.assert_array_equal(f[:, 0], f[:, 1])
+    np.testing.assert_allclose(f[:, 3], f[:, 2])
+    np.testing.assert_allclose(f[:, 4], f[:, 2] / 32.0)
 
 
 def test_half_the_lengths_of_edition_3_are_those_of_edition_2() -> None:

@@ -265,6 +265,31 @@ def test_planes_that_catch_up_are_dropped() -> None:
     assert np.all(np.diff(x) > 0.0)
 
 
+def test_a_uniform_wake_is_drawn_as_it_is() -> None:
+    """Of a top hat deficit and radius are its own, also of one that is cut off the plane's centre."""
+    wakes = developed(PLAIN, [rotor(0.0)], ROW[:1])
+    wakes.count[0] = 2
+    inside = wakes.shape.r < 57.0
+    wakes.profile[0, :2, :, 0] = np.outer([-1.0, -3.0], inside)
+    last = wakes.shape.r[inside][-1]
+    *_, deficit, radius = wakes.paths()[0]
+    assert deficit == pytest.approx([1.0, 3.0])
+    assert radius == pytest.approx([np.sqrt(last * (last + wakes.shape.r[1]))] * 2)
+
+
+def test_a_curled_wake_is_drawn_about_its_centroid() -> None:
+    y, z, _ = SHAPE.places
+    plane = np.zeros((SHAPE.points, 3))
+    plane[:, 0] = np.where(np.hypot(y - 20.0, z + 10.0) < 60.0, -2.0, 0.0)
+    wakes = wakes_of(plane, 0.5 * plane)
+    x, left, up, *_, deficit, radius = wakes.paths()[0]
+    assert x == pytest.approx([0.0, 1.0])
+    assert left == pytest.approx([20.0, 20.0], abs=1.0)
+    assert up == pytest.approx([80.0, 80.0], abs=1.0)
+    assert deficit == pytest.approx([2.0, 1.0])
+    assert radius == pytest.approx([60.0, 60.0], rel=0.03)
+
+
 # curled wakes (K-19 to K-24)
 
 CURLED = WakeSettings(model="curled", added_turbulence=False)

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
-from meltemi.postprocess.inputs import positive
+from meltemi.postprocess.inputs import floats, positive
 from meltemi.postprocess.spectra import even_series
 from meltemi.simulation.result import Result
 
@@ -76,7 +76,8 @@ def harmonic_bands(rotor_frequency: float, multiples: Sequence[float], half_widt
     """
     positive(rotor_frequency, "harmonic_bands: rotor_frequency")
     positive(half_width, "harmonic_bands: half_width")
-    bands = tuple(((n - half_width) * rotor_frequency, (n + half_width) * rotor_frequency) for n in multiples)
+    centres = np.ravel(floats(multiples, "harmonic_bands: multiples"))
+    bands = tuple((float(n - half_width) * rotor_frequency, float(n + half_width) * rotor_frequency) for n in centres)
     _check(bands, "harmonic_bands")
     return bands
 

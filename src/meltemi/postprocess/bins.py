@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
+MOST_PERIODS = 2.0**53
+"""That numbers of periods can be told apart."""
 STATISTICS = ("mean", "std", "min", "max")
 TEN_MINUTES = 600.0
 """[s]."""
@@ -64,7 +66,10 @@ def period_statistics(
         if x.shape != t.shape:
             raise InputError(f"period_statistics: {name!r} has shape {x.shape}, time has {t.shape}")
     step = float(np.median(np.diff(t)))
-    which = np.floor(t / period + 1e-9).astype(np.int64)
+    with np.errstate(over="ignore"):
+        which = np.floor(t / period + 1e-9)
+    if not np.abs(which).max() < MOST_PERIODS:
+        raise InputError(f"period_statistics: period {period:g} s is too short for times up to {np.abs(t).max():g} s")
     first = np.flatnonzero(np.append(True, np.diff(which) > 0))
     expected = complete * (period / step) - 0.5  # a period may have lost or won a sample by rounding
     rows: dict[float, dict[tuple[str, str], float]] = {}

@@ -64,7 +64,7 @@ class EnsembleEntry:
       quantity, scheme: their names.
       value: mean over seeds, in the unit of the quantity.
       change: mean of the changes, the ratio to the first scheme minus one, formed for each seed; None for the first
-        scheme, NaN if it is zero for some seed.
+        scheme, NaN if that is zero, or the sign another, for some seed.
       load: equivalent load of the ensemble, see ``ensemble_load``; None for other quantities than loads.
       load_change: of that load against the first scheme's, minus one; None for the first scheme.
     """
@@ -365,7 +365,7 @@ def _power_mean(x: Float, weights: Float, m: float) -> float:
 
 def _ratio(x: Float, base: Float) -> Float:
     ratio = np.full(len(x), nan)
-    np.divide(x, base, out=ratio, where=base != 0.0)
+    np.divide(x, base, out=ratio, where=(base != 0.0) & (x * base >= 0.0))
     return ratio
 
 

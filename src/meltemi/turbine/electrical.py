@@ -90,7 +90,7 @@ class Converter(Record):
     standing_loss: float = Field(default=0.0, ge=0.0)
     """[W; 300 to 3e4 at 100 m] no-load loss at the nominal voltage of the DC link."""
     voltage_drop: float = Field(default=0.0, ge=0.0)
-    """[V; 5 to 300] loss for each ampere of the current's peak value."""
+    """[V; 2 to 300] loss for each ampere of the current's peak value."""
     resistance: float = Field(default=0.0, ge=0.0)
     """[Ohm; 5e-4 to 0.5] loss for the square of the current's peak value."""
 

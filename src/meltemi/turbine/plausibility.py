@@ -21,7 +21,8 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.moments import blade_moments, cumulative
 
 if TYPE_CHECKING:
-    from meltemi.turbine.power_turbine import AnyTurbine
+    from meltemi.turbine.electrical import ElectricalSystem
+    from meltemi.turbine.power_turbine import AnyTurbine, TableCoefficient
 
 BETZ = 16.0 / 27.0
 FREQUENCY = "stiffness and mass give a first frequency which over rated rotor speed"
@@ -50,12 +51,12 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     if not turbine.control.pitch.proportional_gain:  # blades that never pitch: most of its control stands in
         said = [words for words in said if not words.startswith(("control.", "pitch_actuator."))]
     if (electrical := turbine.electrical) is not None and not electrical.forced:
-        said += electrical.problems()
+        said += [*electrical.problems(), *_electrical(electrical, turbine.control.torque.rated_power)]
     if isinstance(turbine, Turbine):
         said += [*_blade(turbine), *_tower(turbine), *_airfoils(turbine)]
         said += [] if (below := turbine.support or turbine.platform) is None else below.doubts(turbine)
-    elif (table := getattr(turbine.coefficient, "power", None)) is not None and table.max() > BETZ:
-        said.append(f"coefficient.power: {table.max():.3g} is above Betz's limit of 16/27")
+    elif turbine.coefficient.kind == "table":
+        said += _table(turbine.coefficient)
     return tuple(f"{words}; is its unit right?" for words in said if words)
 
 
@@ -106,6 +107,35 @@ def _machine(turbine: AnyTurbine) -> Iterator[str]:
             yield doubt("drivetrain.stiffness", "twist [rad] at rated torque", twist, 5e-5, 0.03)  # [0.0001, 0.005]
             share = 0.5 * drive.damping * sqrt((1.0 / rotor + 1.0 / generator) / drive.stiffness)
             yield doubt("drivetrain.damping", "its ratio", share, 5e-4 * bool(share), 0.6)  # [0.0016, 0.45]
+
+
+def _table(table: TableCoefficient) -> Iterator[str]:
+    best = float(table.tip_speed_ratio[np.argmax(table.power.max(axis=1))])
+    yield doubt("coefficient.power", "its largest, below Betz's limit of 16/27,", table.power.max(), 0.3, BETZ)
+    yield doubt("coefficient.tip_speed_ratio", "that of the largest power", best, 4.0, 14.0)
+    if table.thrust is not None:
+        yield doubt("coefficient.thrust", "its largest", table.thrust.max(), 0.5, 3.0)
+
+
+def _electrical(system: ElectricalSystem, rated: float) -> Iterator[str]:
+    """Per-unit values, those of sized systems in brackets."""
+    machine, link, filtered = system.machine, system.dc_link, system.filter
+    power, current = machine.rated_power, system.rated_grid_current
+    yield doubt("electrical.machine.rated_power", "it over control.torque.rated_power", power / rated, 0.7, 1.5)  # [1]
+    share = machine.copper_loss / power
+    yield doubt("electrical.machine.resistance", "loss over rated power", share, 0.002, 0.08)  # [0.02]
+    share = machine.rated_frequency * machine.inductance * machine.rated_current / machine.rated_emf
+    yield doubt("electrical.machine.inductance", "reactance over rated impedance", share, 0.1, 2.0)  # [0.5, 0.71]
+    for name, own in (("machine", machine.rated_current), ("grid", current)):
+        share = getattr(system, f"{name}_converter").current / own
+        yield doubt(f"electrical.{name}_converter.current", "limit over rated current", share, 1.0, 4.0)  # [1.15, 1.2]
+    store = 0.5 * link.capacitance * link.voltage**2 / power
+    yield doubt("electrical.dc_link.capacitance", "its energy over rated power [s]", store, 1e-3, 0.3)  # [0.02]
+    if link.chopper is not None:
+        share = link.chopper.heat / power
+        yield doubt("electrical.dc_link.chopper.heat", "it over rated power [s]", share, 0.15, 60.0)  # [2.5, 3]
+    share = 1.5 * filtered.resistance * current**2 / power
+    yield doubt("electrical.filter.resistance", "loss over rated power", share, 1e-4, 0.02)  # [0.0008, 0.003]
 
 
 def _blade(turbine: Turbine) -> Iterator[str]:

@@ -188,8 +188,9 @@ def fit_surrogate(
     counts = {"points": len(np.unique(design.point[train])), "runs": int(train.sum())}
     counts |= {"checks": len(np.unique(design.point[~train])), "check_runs": int((~train).sum())}
     facts: dict[str, Any] = {"kind": kind, **counts, "duration": campaign.duration, "f_eq": 1.0}
-    facts["turbine_hash"] = load_turbine(campaign.turbine).content_hash()
-    return Surrogate(campaign.turbine, design.space, models, facts)
+    turbine = load_turbine(campaign.turbine)
+    facts["turbine_hash"] = turbine.content_hash()
+    return Surrogate(turbine.name, design.space, models, facts)
 
 
 def seed_scatter(point: NDArray[np.int64], y: Float) -> float | None:

@@ -23,7 +23,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.flaps import naca64618_flap
-from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, enough, reasons_of, rows_of
+from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, by_reading, claim_group, enough, reasons_of, rows_of
 from meltemi_papers.he2018.designs import ADDED, WHOLE_LEAD
 from meltemi_papers.he2018.runs import (
     CALM,
@@ -119,7 +119,7 @@ def _judged(runs: Runs, readings: Mapping[str, Comparison], stated: Stated) -> l
     else:
         found = {name: of(c, stated) for name, c in readings.items()}
         ours = "; ".join(f"{name}: {text}" for name, (text, _) in found.items())
-        verdict = joined({name: str(enough(len(runs.setup.seeds), v)) for name, (_, v) in found.items()})
+        verdict = by_reading({name: str(enough(len(runs.setup.seeds), v)) for name, (_, v) in found.items()})
         if stated["why"]:
             verdict = UNCHECKED + f"because {stated['why']}"
     plain = verdict == "holds" and stated["basis"] != "command"
@@ -128,13 +128,7 @@ def _judged(runs: Runs, readings: Mapping[str, Comparison], stated: Stated) -> l
     return [Claim(**words, ours=ours, verdict=verdict, tolerance=tolerance)]  # type: ignore[arg-type]
 
 
-def joined(verdicts: Mapping[str, str]) -> str:
-    """Verdicts by reading as one: in a word if they agree."""
-    same = set(verdicts.values())
-    return same.pop() if len(same) == 1 else EACH.join(f"{v} ({reading})" for reading, v in verdicts.items())
-
-
-def by_reading(claim: Claim, readings: Sequence[str]) -> list[str]:
+def in_readings(claim: Claim, readings: Sequence[str]) -> list[str]:
     """Verdicts of a claim in each of the readings."""
     parts = claim.verdict.split(EACH)
     if len(parts) == 1:
@@ -290,7 +284,7 @@ def _turbine(runs: Runs, stated: Stated) -> tuple[str, str]:
     pitch = {name: float(np.degrees(operating_point(model, SPEED).pitch)) for name, model in models.items()}
     ours = ", ".join(f"{name} {angle:.2f} deg" for name, angle in pitch.items())
     near = {model: "holds" if abs(x - TABLE_1_PITCH) <= TABLE_1_WITHIN else "differs" for model, x in pitch.items()}
-    return ours, joined({name: near[name.partition(",")[0]] for name in runs.judged})
+    return ours, by_reading({name: near[name.partition(",")[0]] for name in runs.judged})
 
 
 def thin_airfoil(chord_fraction: float) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim
-from meltemi_papers.he2018.claims import BY_FEW, by_reading
+from meltemi_papers.he2018.claims import BY_FEW, in_readings
 from meltemi_reports.blocks import Table
 
 
@@ -16,7 +16,7 @@ def counted(lines: Sequence[Claim]) -> list[Claim]:
 
 def held(lines: Sequence[Claim], readings: Sequence[str]) -> list[int]:
     """Number of those that hold in each of the readings."""
-    verdicts = [by_reading(c, readings) for c in counted(lines)]
+    verdicts = [in_readings(c, readings) for c in counted(lines)]
     return [sum(v[k] == "holds" for v in verdicts) for k in range(len(readings))]
 
 
@@ -32,7 +32,7 @@ def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Seq
     rows = [
         ["hold", *(f"{k} of {whole}" for k in held(lines, readings))],
         ["hold, flaps beside an IPC that stays as it is", *(f"{k} of {whole}" for k in held(added, readings))],
-        *([c.item, *by_reading(c, readings)] for c in counted(lines) if c.verdict != "holds"),
+        *([c.item, *in_readings(c, readings)] for c in counted(lines) if c.verdict != "holds"),
     ]
     note = "All other claims that can be checked hold in every reading."
     return Table(["claim", *readings], rows, "Verdicts by model and wind", text_columns=len(readings) + 1, note=note)
@@ -44,7 +44,7 @@ def counts_words(lines: Sequence[Claim], added: Sequence[Claim], readings: Seque
     whole, unchecked = len(checked), sum(c.verdict.startswith(UNCHECKED) for c in lines if c.basis == "paper")
     if any(UNJUDGED in c.verdict for c in checked):
         return f"The {whole} claims of the paper that can be checked are not all judged by these runs."
-    verdicts = [by_reading(c, readings) for c in checked]
+    verdicts = [in_readings(c, readings) for c in checked]
     every = sum(all(v == "holds" for v in each) for each in verdicts)
     none = sum(all(v != "holds" for v in each) for each in verdicts)
     few = sum(BY_FEW in c.ours for c in checked)

@@ -8,42 +8,51 @@ from typing import Final
 
 import numpy as np
 
-from meltemi.environment.rain import Rain
+from meltemi.environment.rain import Rain, driest_speed, wetness
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
-from meltemi_papers.claim import Claim, claim_group, listed, reasons_of
+from meltemi_papers.claim import Claim, by_reading, claim_group, listed, reasons_of
 from meltemi_papers.palanimuthu2022 import paper
+from meltemi_papers.palanimuthu2022.figures.rain import HALF
 from meltemi_papers.palanimuthu2022.figures.rain_power import STORM, loss
 from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
 from meltemi_papers.palanimuthu2022.paper import claim
+from meltemi_papers.palanimuthu2022.runs import HUMID
 from meltemi_studies.rain_drops import rain_loads
 
 WINDS, SPEEDS, PITCHES = (8.0, 10.0, 12.0), (0.45, 0.6, 0.75), (0.0, 4.0, 8.0)
 """[m/s], [rad/s], [deg] at which drops meet the blades."""
+TAILS, FASTEST = (0.5, 2.0, 10.0), 100.0
+"""[m/s] components of the rain in the direction of travel; up to where the wetted area is searched."""
+STATED_HUMIDITY = 0.2
+"""That of Figure 3 in the paper's text."""
 RAIN = "rain on the blades of a turbine"
 BLADES_IN_RAIN: Final = "iea22mw"
 
 
 def formula_claims() -> list[Claim]:
     """All claims that need no run."""
-    return [*_air(), *_power(), *claim_group(RAIN, "(14)", _rain), _extra_range()]
+    return [*_air(), *_power(), _wetted(), *claim_group(RAIN, "(14)", _rain), _extra_range()]
 
 
 def _air() -> list[Claim]:
     standard = float(density(15.0))
     spread = {t: 100.0 * (1.0 - float(density(t, 1.0) / density(t))) for t in (-10.0, 10.0, 20.0, 30.0, 40.0)}
-    found = {key: float(density(key[0], 0.4, key[1])) for key in paper.DENSITIES}
-    exact = all(round(found[key], 4) == printed for key, printed in paper.DENSITIES.items())
-    fall = [100.0 * (1.0 - found[t, 2000.0] / found[t, 0.0]) for t in (-10.0, 35.0)]
-    printed, ours = (listed(values, ".4f") for values in (paper.DENSITIES.values(), found.values()))
+    by_humidity = {h: [float(density(t, h, z)) for t, z in paper.DENSITIES] for h in (STATED_HUMIDITY, HUMID)}
+    printed = list(paper.DENSITIES.values())
+    exact = {f"{100 * h:g} %": [round(x, 4) for x in found] == printed for h, found in by_humidity.items()}
+    ours = "; ".join(f"{listed(found, '.4f')} at {100 * h:g} %" for h, found in by_humidity.items())
+    fall = [100.0 * (1.0 - float(density(t, HUMID, 2000.0) / density(t, HUMID))) for t in (-10.0, 35.0)]
+    most = 100.0 * (float(density(40.0, 1.0) / density(-10.0)) - 1.0)
     fallen = abs(fall[0] - 15.5) <= 0.05 and abs(fall[1] - 12.0) <= 0.5
     cold = max(spread[t] for t in (-10.0, 10.0)) > min(spread[t] for t in (30.0, 40.0))
     return [
         claim("dry air", round(standard, 3) == 1.225, density=standard),
-        claim("four densities", exact, densities=printed, found=ours),
+        claim("four densities", by_reading(exact), densities=listed(printed, ".4f"), found=ours),
         claim("altitude", fallen, fall=listed(fall, ".1f")),
         claim("humidity", cold, fall=listed(spread.values(), ".1f"), at=listed(spread)),
+        claim("weather", 19.5 <= -most <= 30.5, most=most),
     ]
 
 
@@ -60,8 +69,19 @@ def _power() -> list[Claim]:
         for ours, stated in ((power, paper.POWER), (speed, paper.SPEED), (electric, paper.VOLTAGE))
     )
     peak = abs(power - paper.POWER) <= 0.05e6 and abs(speed - paper.SPEED) <= 0.005
+    grid = np.linspace(0.5, 1.0, 2001)
+    by_altitude = [made.power(grid, paper.WIND, 0.0, float(density(15.0, 0.0, h))) for h in paper.ALTITUDES]
+    powers, at = [float(p.max()) * 1e-6 for p in by_altitude], [float(grid[p.argmax()]) for p in by_altitude]
+    lower = bool(np.all(np.diff(powers) < 0.0)) and np.ptp(at) <= grid[1] - grid[0]
     return [
         claim("peak", peak, power=power * 1e-6, more=more, speed=speed, faster=faster),
+        claim(
+            "peak altitude",
+            lower,
+            powers=listed(powers, ".2f"),
+            at=listed(paper.ALTITUDES),
+            speeds=f"{at[0]:.3f}",
+        ),
         claim("over rated", warmest >= 0.0, warmest=warmest),
         claim("voltage", abs(electric - paper.VOLTAGE) <= 50.0, voltage=electric, more=higher),
     ]
@@ -75,6 +95,18 @@ def _rain() -> list[Claim]:
         claim("rain below", min(lost) > 0.0, least=min(lost) * 1e-3, most=max(lost) * 1e-3, n=len(lost)),
         claim("rain size", one=one_size, all=all_sizes),
     ]
+
+
+def _wetted() -> Claim:
+    """Where (12) is smallest, found by search, against (13); and whether there is such a place without tail wind."""
+    speeds = np.geomspace(0.05, FASTEST, 20001)
+    off = []
+    for tail, cross, fall in product(TAILS, (0.0, 5.0), (2.0, 6.5)):
+        found = speeds[wetness(speeds, paper.RADIUS, HALF, tail=tail, cross=cross, fall=fall).argmin()]
+        off.append(abs(found / driest_speed(paper.RADIUS, HALF, tail, cross, fall) - 1.0))
+    none = all(np.all(np.diff(wetness(speeds, paper.RADIUS, HALF, tail=t, fall=6.5)) < 0.0) for t in (-5.0, 0.0))
+    holds = none and max(off) <= 1e-3
+    return claim("wetted", holds, off=100.0 * max(off), n=len(off), tails=listed(TAILS), fastest=FASTEST)
 
 
 def _extra_range() -> Claim:

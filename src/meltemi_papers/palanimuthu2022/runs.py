@@ -49,13 +49,15 @@ SETTLING = 50.0
 """[s] at the begin of Figures 20 and 21 that is not judged."""
 PHYSICAL, LARGE, SMALL = 2.93e9, 4.872e9, 4.872e6
 """[kg m^2] readings of the inertia in Table 1: the blades' own, and the printed digits."""
+MIDDLE = 1e9
+"""[kg m^2] no reading: with it M1 in dry air has the ratio of the two gains of Figure 6."""
 CHANNELS = (
     *("wind_x", "rotor_speed", "pitch_1", "generator_power", "generator_torque", "aerodynamic_power"),
     *("power_state", "air_density", "air_temperature", "humidity"),
 )
 HUMID = 0.4
 """Relative humidity of Figure 3; that of Figure 6 is constant and not stated."""
-HUMIDITIES = (0.2, 0.6, 0.8)
+HUMIDITIES = (0.2, HUMID, 0.6, 0.8)
 """Further ones of Figure 6."""
 RAMPS, TURBULENT = "ramps", "turbulence"
 HOT, COLD = Air(temperature=35.0, humidity=0.3), Air(temperature=15.0)
@@ -260,9 +262,10 @@ def humidity_cases() -> list[Run]:
 
 def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     """Run all simulations of the paper."""
-    readings = [Reading(curve, humidity) for curve, humidity in product(setup.curves, (0.0, HUMID))]
-    readings += [Reading(FORMULA, humidity, j) for humidity, j in product((0.0, HUMID), setup.inertias[1:])]
+    readings = [Reading(curve) for curve in setup.curves]
+    readings += [Reading(curve, humidity, SMALL) for humidity, curve in product((0.0, HUMID), setup.curves)]
     readings += [Reading(FORMULA, humidity) for humidity in HUMIDITIES]
+    readings += [Reading(FORMULA, 0.0, j) for j in (LARGE, MIDDLE) if LARGE in setup.inertias]
     readings += [Reading(CALIBRATED, 0.1, SMALL), *([CONVERTERS] if setup.converters else [])]
     steps = [case for reading in readings for case in temperature_cases(reading)]
     moist = humidity_cases()

@@ -13,7 +13,7 @@ from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi_reports.blocks import Table
-from meltemi_reports.ensemble_tables import with_interval
+from meltemi_reports.ensemble_tables import half_bar, with_interval
 from meltemi_studies.climate.response import ICED, IN_PLANE, ROOT, SHED, SIDE, SLOPES, TOWER, WET
 from meltemi_studies.climate.year import SHED_SHARE, STEPS, Year, Years
 
@@ -143,7 +143,8 @@ def month_table(year: Year) -> Table:
 
 def years_figure(found: Years) -> Figure:
     """Turbine response, air density and effects of weather."""
-    figure, axes = new_figure(2, 3, size=(15.0, 8.2), share=False)
+    figure, panels = new_figure(3, 2, size=(10.5, 11.0), share=False)
+    axes = panels.reshape(2, 3)  # row by row
     response = found.response
     _over_speed(axes[0, 0], found, response.power, {s: response.states[s].power for s in _ice(found)}, 1e6)
     panel(axes[0, 0], f"{response.turbine.name}: mean power in turbulence", "MW")
@@ -197,7 +198,7 @@ def _bars(ax: Axes, groups: dict[str, dict[str, MeanEstimate]]) -> None:
             place + width * (i - 0.5 * (len(groups) - 1)),
             [e.mean for e in values.values()],
             0.95 * width,
-            yerr=[e.half_width for e in values.values()],
+            yerr=[half_bar(e) for e in values.values()],
             color=colour,
             label=words(name),
             error_kw={"linewidth": 0.8},

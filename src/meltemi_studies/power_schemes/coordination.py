@@ -39,6 +39,7 @@ from meltemi.wind.fields import WindBox, WindSeries
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.field import generate_field
+from meltemi_reports.ensemble_tables import change_bar
 from meltemi_studies.power_schemes.compared import Progress, Setup, by_seed
 from meltemi_studies.power_schemes.costs import ROOT, SHAFT, STEP, TOWER, few_modes
 from meltemi_studies.servo_duty import BEARING_SLOPE, servo_duty
@@ -240,14 +241,14 @@ def bench(turbine: Turbine, quick: bool, *, workers: int | None, progress: Progr
 
 def coordination_figure(tables: Tables) -> Figure:
     """Changes relative to an uncoordinated controller, with 95 % confidence intervals."""
-    figure, axes = new_figure(len(tables), 2, size=(12.5, 3.4 * len(tables)), share=False)
+    figure, axes = new_figure(len(tables), 2, size=(10.0, 3.6 * len(tables)), share=False)
     axes[0, 0].get_gridspec().set_width_ratios([1.0, 0.9 * len(SHOWN)])
     for (left, right), (level, table) in zip(axes, tables.items(), strict=True):
         _bars(left, table, (ENERGY,))
         _bars(right, table, SHOWN)
         panel(left, f"{100.0 * level:.0f} % of power asked for", "%")
         panel(right, f"changes against '{table.schemes[0]}', {100.0 * level:.0f} % of power asked for", "%")
-    axes[0, 1].legend(ncols=3)
+    figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 
@@ -256,15 +257,15 @@ def _bars(ax: Axes, table: EnsembleTable, shown: Sequence[str]) -> None:
     others = table.schemes[1:]
     width = 0.8 / len(others)
     for i, name in enumerate(others):
-        changes = [table.entry(quantity, name).change for quantity in shown]
+        means, halves = zip(*(change_bar(table.entry(quantity, name).change) for quantity in shown), strict=True)
         ax.bar(
             np.arange(len(shown)) + width * (i - 0.5 * (len(others) - 1)),
-            [100.0 * change.mean for change in changes if change is not None],
+            means,
             width,
-            yerr=[100.0 * change.half_width for change in changes if change is not None],
+            yerr=halves,
             color=COLOURS[i],
             error_kw={"linewidth": 0.8, "capsize": 2},
             label=name,
         )
-    ax.set_xticks(np.arange(len(shown)), shown)
+    ax.set_xticks(np.arange(len(shown)), [name.replace(" ", "\n", 2) for name in shown])
     ax.tick_params(labelsize=8)

@@ -35,6 +35,7 @@ from meltemi.simulation.trim import operating_point
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
+from meltemi_reports.ensemble_tables import half_bar
 from meltemi_studies.power_schemes.compared import Progress, Setup, by_seed
 
 if TYPE_CHECKING:
@@ -173,6 +174,20 @@ def _compared(
     what: str,
 ) -> Tables:
     """Controllers in all winds, by what is asked for; ``what`` names the comparison."""
+    rows = rows_of(turbine, setup, asked, laws, workers, progress, what)
+    return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
+
+
+def rows_of(
+    turbine: Turbine,
+    setup: Setup,
+    asked: Sequence[tuple[str, float]],
+    laws: Mapping[str, Controller],
+    workers: int | None,
+    progress: Progress,
+    what: str,
+) -> dict[tuple[str, float], dict[int, dict[str, dict[str, float]]]]:
+    """Quantities of controllers by what is asked for, seed and name; ``what`` names the comparison."""
     model = build(turbine, few_modes(turbine))
     start, duration = operating_point(model, setup.speed), setup.begin + setup.length
 
@@ -189,7 +204,7 @@ def _compared(
                     model, wind, duration=duration, controller=law, name=f"{what}, {signal} {level:g} {scheme}", **given
                 )
 
-    rows = by_seed(
+    return by_seed(
         setup.seeds,
         asked,
         tuple(laws),
@@ -199,22 +214,21 @@ def _compared(
         progress=progress,
         what=what,
     )
-    return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
 
 
 def front_figure(front: EnsembleTable) -> Figure:
     """Loads over pitch travel, for A2 with several upper speeds between A0 and A1."""
-    figure, axes = new_figure(1, len(FRONT), size=(13.0, 4.6), share=False)
+    figure, axes = new_figure(1, len(FRONT), size=(10.0, 4.0), share=False)
     unit, factor = UNITS[PITCH]
     for ax, quantity in zip(axes[0], FRONT, strict=True):
         for i, scheme in enumerate(front.schemes):
             x, y = (front.entry(name, scheme).value for name in (PITCH, quantity))
             size = UNITS[quantity][1]
             look = curve(i) | {"linestyle": "none", "markersize": 5, "elinewidth": 0.8, "label": scheme}
-            ax.errorbar(x.mean * factor, y.mean * size, y.half_width * size, x.half_width * factor, **look)
+            ax.errorbar(x.mean * factor, y.mean * size, half_bar(y, size), half_bar(x, factor), **look)
         panel(ax, quantity, UNITS[quantity][0])
         ax.set_xlabel(f"{PITCH} [{unit}]")
-    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=len(front.schemes))
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 
@@ -235,8 +249,8 @@ def efficient(front: EnsembleTable, quantities: Sequence[str]) -> list[str]:
 
 def costs_figure(tables: Tables) -> Figure:
     """Changes over the power level with 95 % confidence intervals; lower row with a regulation signal."""
-    figure, axes = new_figure(2, len(SHOWN), size=(15.0, 6.4), share=False)
-    for row, signal in zip(axes, (STEADY, FOLLOWING), strict=True):
+    figure, axes = new_figure(len(SHOWN), 2, size=(9.0, 2.4 * len(SHOWN)), share=False)
+    for row, signal in zip(axes.T, (STEADY, FOLLOWING), strict=True):
         levels = [level for kind, level in tables if kind == signal]
         schemes = tables[signal, levels[0]].schemes
         for ax, quantity in zip(row, SHOWN, strict=True):
@@ -246,7 +260,7 @@ def costs_figure(tables: Tables) -> Figure:
                 ax.errorbar(
                     100.0 * np.array(levels) + 0.8 * (i - 1.5),
                     [entry.mean * factor for entry in entries],
-                    [entry.half_width * factor for entry in entries],
+                    [half_bar(entry, factor) for entry in entries],
                     color=COLOURS[i],
                     marker="o",
                     markersize=4,
@@ -256,7 +270,6 @@ def costs_figure(tables: Tables) -> Figure:
                 )
             panel(ax, f"{quantity}, {signal}", unit)
             ax.set_ylim(bottom=0.0)
-            if signal == FOLLOWING:
-                ax.set_xlabel("asked for [% of rated power]")
+        row[-1].set_xlabel("asked for [% of rated power]")
     axes[0, 0].legend()
     return figure

@@ -90,7 +90,7 @@ def compare(
         names = list(dict.fromkeys((own, *names)))
         if note:
             say(f"note: {note}")
-    described = equipped(described, names)
+    bare, described = described, equipped(described, names)
     winds = _winds(given, described, duration, range(seed, seed + seeds))
     grid = None
     if power is not None:
@@ -104,6 +104,9 @@ def compare(
     from meltemi_tuning.run_store import run_store
 
     study.check_duration(duration, transient)
+    if described is not bare:
+        source = described.blade.flaps[0].source
+        say(f"note: {bare.name} has no flaps; those of the scheme are added, their increments assumed: {source}")
     began = time.perf_counter()
     folder_for(out)
     with run_store(
@@ -161,8 +164,10 @@ def _show(comparison: Comparison, title: str) -> None:
     head = [f"{scheme}\n{name}" if scheme else name for scheme, name in zip(spanned, head, strict=True)]
     print_table(title, head, rows, text_columns=2)
     print(report.notes(comparison))
-    title = "Ideal removal of 1P and 2P (a reference, not a bound), and the share of its change reached by the schemes"
-    print_table(title, *report.ceiling_rows(comparison), text_columns=3)
+    if report.by_blade(comparison):
+        what = "Ideal removal of 1P and 2P (a reference, not a bound)"
+        title = f"{what}, and the share of its change reached by the schemes"
+        print_table(title, *report.ceiling_rows(comparison), text_columns=3)
 
 
 def _check_seeds(first: int, n: int) -> None:

@@ -46,11 +46,13 @@ def plot_bench(bench: ControllerBench) -> Figure:
     for i, (title, unit, of, limit) in enumerate(rows):
         ax = figure.add_subplot(grid[i, 1])
         for j, name in enumerate(bench.controllers):
-            loops = bench.loops.get(name, ())
-            shown = [x if math.isfinite(x := of(loop)) else math.nan for loop in loops]
-            ax.plot([loop.wind_speed for loop in loops], shown, **curve(j))
+            for loops, style in ((bench.loops, {}), (bench.blade_loops, {"linestyle": "--", "marker": "s"})):
+                at = loops.get(name, ())
+                shown = [x if math.isfinite(x := of(loop)) else math.nan for loop in at]
+                ax.plot([loop.wind_speed for loop in at], shown, **curve(j) | style)
         ax.axhline(limit, color=SOFT, linestyle=":", linewidth=1.2)
         ax.set_ylim(bottom=0.0)
         ax.set_xlim(min(bench.speeds) - 0.5, max(bench.speeds) + 0.5)
-        panel(ax, f"{title} of the speed loop, limit dotted", unit, "wind speed [m/s]" if i else "")
+        loops_of = "speed loop (blade loops dashed)" if bench.blade_loops else "speed loop"
+        panel(ax, f"{title} of the {loops_of}, limit dotted", unit, "wind speed [m/s]" if i else "")
     return figure

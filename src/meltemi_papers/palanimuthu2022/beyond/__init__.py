@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from meltemi_papers.study import Chapter, Drawing, answered
 from meltemi_reports.blocks import Table
 
-PARTS = ("power", "coordination", "climate")
+PARTS = ("machines", "power", "coordination", "climate", "farm")
 """In the order of the page."""
 
 

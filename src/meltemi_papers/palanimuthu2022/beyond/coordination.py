@@ -10,7 +10,7 @@ from meltemi_papers.palanimuthu2022.beyond import part_chapter
 from meltemi_papers.palanimuthu2022.beyond.power import TURBINE, slow_base
 from meltemi_papers.study import Chapter, Draw, Progress, answered
 from meltemi_reports.blocks import Table
-from meltemi_reports.ensemble_tables import scheme_rows
+from meltemi_reports.ensemble_tables import change_text, scheme_rows
 from meltemi_studies.power_schemes import coordination
 from meltemi_studies.power_schemes.coordination import (
     ENERGY,
@@ -106,9 +106,8 @@ def verdict(found: Tables) -> str:
         words = []
         for name in table.schemes[1:]:
             changes = [
-                f"{quantity} {100.0 * change.mean:+.1f} % (± {100.0 * change.half_width:.1f})"
+                f"{quantity} {change_text(table.entry(quantity, name).change)} %"
                 for quantity in (ENERGY, PITCH, TURNED, TOWER_LOAD, ROOT_LOAD)
-                if (change := table.entry(quantity, name).change) is not None
             ]
             words.append(f"*{name}*: {', '.join(changes)}")
         lines.append(

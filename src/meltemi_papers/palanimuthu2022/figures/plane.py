@@ -83,11 +83,12 @@ def _pitch(ax: Axes, runs: Runs, scheme: str) -> None:
         x, y = result["rotor_speed"][inside], np.degrees(result["pitch_1"][inside])
         ax.plot(x, y, color=colour, linewidth=1.4 if wind == RAMPS else 0.8, label=wind)
     ax.set_xlim(0.55 if scheme != "A3" else 0.5, 0.86)
+    ax.set_ylim(top=1.2 * ax.get_ylim()[1])  # room for the legend
     ax.legend(loc="upper right")
 
 
 def _plane(runs: Runs, scheme: str) -> Figure:
-    figure, axes = new_figure(1, 2, size=(12.5, 4.4), share=False)
+    figure, axes = new_figure(1, 2, size=(10.5, 4.0), share=False)
     ax = axes[0, 0]
     _background(ax)
     if scheme == "A3":

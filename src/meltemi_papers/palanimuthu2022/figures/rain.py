@@ -56,12 +56,12 @@ def _wet(
 
 def wetted() -> Figure:
     """Figure 9: wetted area over speed, with the components of the rain: tail, cross, down."""
-    figure, axes = new_figure(1, 3, size=(12.0, 3.8), share=False)
+    figure, axes = new_figure(1, 3, size=(10.5, 3.6), share=False)
     fall = float(terminal_speed(paper.DROP * 1e-3))
     tails = [(f"$v_t$ = {t:g}", (t, 0.0, fall)) for t in (-5.0, 0.0, 2.0, 5.0, 10.0)]
     _wet(axes[0, 0], tails, (1.0, 25.0), f"tail wind; $v_c$ = 0, k = {fall:.2f} m/s")
     crosses = [(f"$v_c$ = {c:g}", (5.0, c, fall)) for c in (0.0, 5.0, 10.0, 20.0)]
-    _wet(axes[0, 1], crosses, (4.5, 5.5), f"cross wind, around the minimum; $v_t$ = 5, k = {fall:.2f} m/s")
+    _wet(axes[0, 1], crosses, (4.5, 5.5), f"cross wind; $v_t$ = 5, k = {fall:.2f} m/s")
     falls = [(f"k = {k:.2f}", (5.0, 0.0, k)) for k in map(float, terminal_speed(np.array([0.3, 1.0, 2.0, 3.0]) * 1e-3))]
-    _wet(axes[0, 2], falls, (4.5, 5.5), "down: drops of 0.3, 1, 2, 3 mm; $v_t$ = 5, $v_c$ = 0 m/s")
+    _wet(axes[0, 2], falls, (4.5, 5.5), "down: drops of 0.3 to 3 mm; $v_t$ = 5")
     return figure

@@ -118,13 +118,13 @@ def by_drop() -> Figure:
 
 def by_number() -> Figure:
     """Figure 14: the same for drops of 3 mm by their number, and by the density of their water."""
-    figure, axes = new_figure(1, 2, size=(13.0, 4.2), share=False)
+    figure, axes = new_figure(2, 1, size=(8.0, 7.6), share=False)
     rains: list[tuple[str, Rain | None]] = [("no rain", None)]
     rains += [(f"{rate:g} mm/h", STORM.replace(rate=rate)) for rate in RAIN_CLASSES.values()]
     _at_rated(axes[0, 0], rains, "number N of drops, through the rain rate; 3 mm, 10.715 m/s, M3")
     beside(axes[0, 0])
     rains = [("no rain", None)]
     rains += [(f"{x:g} kg/m³", STORM.replace(water_density=x)) for x in (250.0, 500.0, 750.0, 1000.0)]
-    _at_rated(axes[0, 1], rains, "density $\\sigma$ of the drops; 3 mm, 32 mm/h, 10.715 m/s, M3")
-    beside(axes[0, 1])
+    _at_rated(axes[1, 0], rains, "density $\\sigma$ of the drops; 3 mm, 32 mm/h, 10.715 m/s, M3")
+    beside(axes[1, 0])
     return figure

@@ -1,0 +1,310 @@
+"""Derating and misalignment under load constraints, and a farm that follows power with margins, on our turbines.
+
+After Croce et al. (2024), Wind Energ. Sci. 9, 1211-1227: a derating can compensate what misalignment adds to the loads,
+so that steering a wake stays within the loads of the aligned turbine; and Tamaro et al. (2025), Wind Energ. Sci. 10,
+2705: set-points that maximise the power that the turbines have to spare follow a reference better in lulls. Their
+methods in short, none of their numbers: two turbines in a row, loads from aeroelastic simulation, a steady wake.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.power_control.controller import PowerController, default_frequency, shaft_inertia
+from meltemi.control.power_control.rotor import rotor_tables
+from meltemi.control.power_control.settings import PowerControl
+from meltemi.environment.grid import PowerGrid
+from meltemi.environment.site import STANDARD
+from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
+from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.performance import performance_of
+from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
+from meltemi.simulation.trim import operating_point
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
+from meltemi.wind.iec.winds import ntm
+from meltemi_papers.palanimuthu2022.beyond import part_chapter
+from meltemi_papers.palanimuthu2022.beyond.machines import SLOW
+from meltemi_papers.study import Chapter, Draw, Progress, span
+from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import change_text, with_interval
+from meltemi_studies.power_schemes.compared import Setup
+from meltemi_studies.power_schemes.costs import ROOT, STEP, TOWER, few_modes
+from meltemi_studies.power_schemes.gaussian_wake import waked_speed
+from meltemi_tuning.run_store import FailedResultError, cells, survivors
+
+Float = NDArray[np.float64]
+MACHINES = ("nrel5mw", "iea15mw")
+ANGLES = tuple(math.radians(angle) for angle in (-20.0, 0.0, 20.0))
+SHARES = (1.0, 0.9, 0.8)
+"""Of the power in the mean wind across the rotor, which falls with the cube of the misalignment's cosine."""
+SPACING = 5.0
+"""Rotor diameters between the two turbines."""
+INTENSITY = 0.06
+"""Of the turbulence: weak, as steering is made for."""
+DEMAND = 0.9
+"""Of what the aligned farm has in the mean wind."""
+FULL = Setup(speed=9.0, levels=SHARES, length=300.0, begin=100.0, points=15)
+QUICK = replace(FULL, seeds=(1, 2), length=60.0, begin=40.0, points=11)
+TOP = "yaw_moment_z"
+LOADS = {TOWER: "tower base fore-aft DEL", ROOT: "blade root DEL", TOP: "yaw bearing torsion DEL"}
+CHANNELS = ("generator_power", "rotor_aero_thrust", *LOADS)
+
+
+class Point(NamedTuple):
+    """Direction of the wind [rad], clockwise seen from above, of the aligned 0; share of power that is asked for."""
+
+    angle: float
+    share: float
+
+
+ALIGNED = Point(0.0, 1.0)
+Numbers = Mapping[str, Float]
+"""(seeds,) powers [W], thrusts [N] and equivalent loads [N m] of a point."""
+SPLITS = ("equal shares", "largest margin, aligned", "largest margin, steered")
+
+
+@dataclass(frozen=True)
+class Farm:
+    """Results of a turbine, and of two of them in a row.
+
+    Attributes:
+      turbine: which.
+      points: of the upstream turbine.
+      margins: by split the misalignment [rad], the powers asked of both [W], and the smallest margin [W].
+      errors: (seeds,) by split, root mean square of what the farm lacks, share of what is asked of it.
+    """
+
+    turbine: Turbine
+    points: Mapping[Point, Numbers]
+    margins: Mapping[str, tuple[float, tuple[float, float], float]]
+    errors: Mapping[str, Float]
+
+    def change(self, point: Point, name: str) -> MeanEstimate:
+        """Change against the aligned turbine without derating."""
+        return mean_interval(self.points[point][name] / self.points[ALIGNED][name] - 1.0)
+
+    def within(self, point: Point) -> bool:
+        """Whether no load is above that of the aligned turbine, in the mean."""
+        return all(self.change(point, name).mean <= 0.0 for name in LOADS)
+
+    def speed(self, point: Point) -> float:
+        """Wind of the downstream turbine, share of that upstream."""
+        force = 0.5 * STANDARD * math.pi * self.turbine.rotor_radius**2 * FULL.speed**2
+        thrust = float(self.points[point]["rotor_aero_thrust"].mean()) / force
+        return waked_speed(min(thrust, 0.96), point.angle, INTENSITY, SPACING)
+
+    def speed_at(self, angle: float, power: float) -> float:
+        """The same at a misalignment [rad] and mean power [W] upstream, between the simulated shares."""
+        row = sorted(
+            (float(self.points[p]["generator_power"].mean()), self.speed(p)) for p in self.points if p.angle == angle
+        )
+        return float(np.interp(power, *np.array(row).T))
+
+    def both(self, point: Point) -> Float:
+        """(seeds,) [W] of two turbines, the second aligned; below rated its power follows the cube of its wind."""
+        up, down = self.points[point]["generator_power"], self.points[ALIGNED]["generator_power"]
+        return np.asarray(up + down * self.speed(point) ** 3)
+
+    def gain(self, point: Point) -> MeanEstimate:
+        """Change of the power of both against both aligned."""
+        return mean_interval(self.both(point) / self.both(ALIGNED) - 1.0)
+
+
+Found = Mapping[str, Farm]
+
+
+def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Found:
+    """Both studies on two turbines, or on another one."""
+    every = [turbine] if turbine else [aeroelastic(load_turbine(name), "loads in turbulence") for name in MACHINES]
+    n = len(every)
+    return {
+        t.name: _farm(t, QUICK if quick else FULL, workers, span(progress, i / n, 1.0 / n)) for i, t in enumerate(every)
+    }
+
+
+def _cases(model: BladedModel, setup: Setup, wanted: Sequence[tuple[str, float, float, float, int]]) -> Iterator[Run]:
+    """Runs by name, misalignment [rad], power reference [W], mean wind [m/s] and seed."""
+    turbine = model.turbine
+    assert isinstance(turbine, Turbine)
+    performance = performance_of(turbine)
+    tables = rotor_tables(performance, turbine.control.pitch.minimum)
+    slow = SLOW * default_frequency(turbine, tables, shaft_inertia(turbine))  # see the chapter on three turbines
+    law = PowerController(turbine, performance, PowerControl(scheme="optimal_speed", frequency=slow))
+    starts = {v: operating_point(model, v) for v in {each[3] for each in wanted}}
+    for name, angle, power, v, seed in wanted:
+        wind = ntm(v, "IB", seed=seed, points=setup.points, direction=angle)
+        wind = wind.replace(intensity=INTENSITY * setup.speed / v)
+        given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": starts[v]}
+        grid = PowerGrid(power_reference=min(power, turbine.rated_power))
+        yield Run(model, wind, duration=setup.begin + setup.length, controller=law, grid=grid, name=name, **given)
+
+
+def _farm(turbine: Turbine, setup: Setup, workers: int | None, progress: Progress) -> Farm:
+    model, performance = build(turbine, few_modes(turbine)), performance_of(turbine)
+    flow = 0.5 * STANDARD * math.pi * turbine.rotor_radius**2 * setup.speed**3
+    available = float(performance.power.max()) * flow * turbine.drivetrain.generator_efficiency
+    end = setup.begin + setup.length
+
+    def reduced(result: Result) -> dict[str, float]:
+        part = result.between(setup.begin, end)
+        means = {name: float(part[name].mean()) for name in ("generator_power", "rotor_aero_thrust")}
+        return means | equivalent_loads(part, list(LOADS))
+
+    grid = list(product(ANGLES, setup.levels))
+    wanted = []
+    for (angle, share), seed in product(grid, setup.seeds):
+        power = share * available * math.cos(angle) ** 3 if share < 1.0 else turbine.rated_power
+        name = f"farm, {turbine.name}, {math.degrees(angle):g} deg, {share:g}, seed {seed}"
+        wanted.append((name, angle, power, setup.speed, seed))
+    told = span(progress, 0.0, 0.6)
+    found = iter(
+        cells(_cases(model, setup, wanted), reduce=reduced, workers=workers, progress=lambda x: told(x, "derating"))
+    )
+    points = {}
+    for angle, share in grid:
+        rows = survivors(next(found) for _ in setup.seeds)
+        if len(rows) < len(setup.seeds):
+            raise FailedResultError(f"farm, {turbine.name}: not every seed reached its end")
+        points[Point(angle, share)] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    farm = Farm(turbine, points, {}, {})
+    farm = replace(farm, margins=splits(farm))
+    return replace(farm, errors=_errors(farm, model, setup, workers, span(progress, 0.6, 0.4)))
+
+
+def splits(farm: Farm) -> dict[str, tuple[float, tuple[float, float], float]]:
+    """Misalignment, powers and smallest margin of the splits of the demand, by the steady wake.
+
+    What the upstream turbine gives sets its thrust, by interpolation over the simulated shares, and so the wind of the
+    other one. Equal shares: the same of what each has when aligned; largest margin: the split whose smaller margin is
+    largest.
+    """
+    mean = {point: float(numbers["generator_power"].mean()) for point, numbers in farm.points.items()}
+    have = (mean[ALIGNED], mean[ALIGNED] * farm.speed(ALIGNED) ** 3)
+    asked = DEMAND * sum(have)
+
+    def margin(angle: float, up: float) -> float:
+        return min(mean[Point(angle, 1.0)] - up, mean[ALIGNED] * farm.speed_at(angle, up) ** 3 - (asked - up))
+
+    equal = DEMAND * have[0]
+    found = {SPLITS[0]: (0.0, (equal, asked - equal), margin(0.0, equal))}
+    for name, angles in ((SPLITS[1], (0.0,)), (SPLITS[2], ANGLES)):
+        options = product(angles, np.linspace(0.3 * asked, 0.9 * asked, 241))
+        angle, up = max(options, key=lambda each: margin(each[0], float(each[1])))
+        found[name] = (angle, (float(up), asked - float(up)), margin(angle, float(up)))
+    return found
+
+
+def _errors(farm: Farm, model: BladedModel, setup: Setup, workers: int | None, progress: Progress) -> dict[str, Float]:
+    """Lack of power of the splits in turbulence; both turbines have winds of their own."""
+    end, wanted = setup.begin + setup.length, []
+    for (split, (angle, powers, _)), seed in product(farm.margins.items(), setup.seeds):
+        v = round(setup.speed * farm.speed_at(angle, powers[0]), 3)
+        name = f"farm, {farm.turbine.name}, {split}, seed {seed}"
+        wanted.append((f"{name}, up", angle, powers[0], setup.speed, seed))
+        wanted.append((f"{name}, down", 0.0, powers[1], v, seed + 100))
+    series = iter(
+        cells(
+            _cases(model, setup, wanted),
+            reduce=lambda result: np.asarray(result.between(setup.begin, end)["generator_power"]),
+            workers=workers,
+            progress=lambda x: progress(x, "following"),
+        )
+    )
+    lacks: dict[str, list[float]] = {split: [] for split in farm.margins}
+    for (split, (_, powers, _)), _seed in product(farm.margins.items(), setup.seeds):
+        asked = sum(powers)
+        lack = np.minimum(next(series) + next(series) - asked, 0.0) / asked
+        lacks[split].append(float(np.sqrt(np.mean(lack**2))))
+    return {split: np.array(values) for split, values in lacks.items()}
+
+
+def loads_table(found: Found) -> Table:
+    """Table of the set-points of the upstream turbine: its power and loads, and the power of both."""
+    rows = []
+    for name, farm in found.items():
+        for point in sorted(farm.points, key=lambda p: (abs(p.angle), p.angle, -p.share)):
+            changes = [
+                change_text(farm.change(point, each)) for each in ("generator_power", "rotor_aero_thrust", *LOADS)
+            ]
+            where = [name, f"{math.degrees(point.angle):+.0f}", f"{100 * point.share:.0f}"]
+            rows.append([*where, *changes, "yes" if farm.within(point) else "no", change_text(farm.gain(point))])
+    head = ["turbine", "misalignment [deg]", "asked for [%]", "power [%]", "thrust [%]"]
+    head += [*(f"{load} [%]" for load in LOADS.values()), "within", "power of both [%]"]
+    note = (
+        f"{FULL.speed:g} m/s, turbulence of {100 * INTENSITY:g} %; changes against the aligned turbine that gives all "
+        "it can, with 95 % intervals. Within: no load above it, in the mean. Power of both: with a second turbine, "
+        f"aligned, {SPACING:g} diameters downstream in the steady Gaussian wake, against both aligned. Asked for: of "
+        "the power of the wind across the rotor. Derated by A0 with the slow speed loop."
+    )
+    return Table(head, rows, "Derating and misalignment of the upstream turbine", text_columns=3, note=note)
+
+
+def margins_table(found: Found) -> Table:
+    """Table of the splits of the power that is asked of both turbines."""
+    rows = []
+    for name, farm in found.items():
+        base = farm.errors[SPLITS[0]]
+        for split, (angle, (up, down), least) in farm.margins.items():
+            error = farm.errors[split]
+            change = "" if split == SPLITS[0] else change_text(mean_interval(error / base - 1.0))
+            powers = [f"{x * 1e-6:.2f}" for x in (up, down, least)]
+            lack = with_interval(mean_interval(100.0 * error), 1)
+            rows.append([name, split, f"{math.degrees(angle):+.0f}", *powers, lack, change])
+    head = ["turbine", "split", "misalignment [deg]", "upstream [MW]", "downstream [MW]", "smaller margin [MW]"]
+    head += ["lack of power [%]", "its change [%]"]
+    note = (
+        f"{100 * DEMAND:.0f} % of what both have when aligned is asked of them; margin: what the turbine with less of "
+        "it has to spare in the mean wind. Lack: root mean square of what the sum falls short, share of what is "
+        "asked, in independent turbulence of both."
+    )
+    return Table(head, rows, "Following power with margins", text_columns=3, note=note)
+
+
+def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Chapter:
+    """Chapter of derating, misalignment and margins."""
+    heading = "derating and misalignment under load constraints, and margins of a farm"
+    return part_chapter(
+        heading, lambda: verdict(found), [], lambda: [loads_table(found), margins_table(found)], applied=applied
+    )
+
+
+def verdict(found: Found) -> str:
+    """Conclusion, from the results."""
+    source = "After Croce et al. (2024), Wind Energ. Sci. 9, 1211, and Tamaro et al. (2025), Wind Energ. Sci. 10, 2705"
+    lines = [f"{source}: their methods in short on our turbines, none of their numbers."]
+    for name, farm in found.items():
+        allowed = {p: farm.gain(p) for p in farm.points if p == ALIGNED or farm.within(p)}
+        free = max(farm.points, key=lambda p: farm.gain(p).mean)
+        best = max(allowed, key=lambda p: allowed[p].mean)
+        safe = [p for p in allowed if p.angle != 0.0]
+        words = "; ".join(f"{math.degrees(p.angle):+.0f}° at {100 * p.share:.0f} %" for p in safe) or "none"
+        lack = mean_interval(farm.errors[SPLITS[2]] / farm.errors[SPLITS[0]] - 1.0)
+        equal, aligned, steered = (farm.margins[split][2] * 1e-6 for split in SPLITS)
+        angle = math.degrees(farm.margins[SPLITS[2]][0])
+        added = f"{angle:+.0f}° add {steered - aligned:.2f} MW" if angle else "no misalignment tried adds any"
+        lines.append(
+            f"{name}: misaligned and within the loads of the aligned turbine: {words}. Most power of both: "
+            f"{_said(free)} without a constraint ({change_text(farm.gain(free))} %), {_said(best)} with it "
+            f"({change_text(farm.gain(best))} %). Margins: {added}; the split by the smaller margin leaves "
+            f"{steered:.2f} MW to spare, equal shares {equal:.2f} MW, and the lack of power changes by "
+            f"{change_text(lack)} %."
+        )
+    limits = "The wake is steady and its added turbulence is left out: loads of the downstream turbine are not judged."
+    return "\n\n".join([*lines, limits])
+
+
+def _said(point: Point) -> str:
+    where = f"{math.degrees(point.angle):+.0f}°" if point.angle else "aligned"
+    return f"{where} at {100 * point.share:.0f} %"

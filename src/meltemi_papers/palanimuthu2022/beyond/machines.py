@@ -1,0 +1,195 @@
+"""For which turbines tower and blades pay for a held pitch, and why: A2 against A0 on three of them, by experiment.
+
+Two causes are tried by changing them alone: the width of the range of speeds that A2 leaves to the rotor, and the
+speed loop through the pitch, which A2 uses at its upper end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from meltemi.control.power_control.controller import PowerController, default_frequency, shaft_inertia
+from meltemi.control.power_control.rotor import rotor_tables
+from meltemi.control.power_control.settings import PowerControl
+from meltemi.environment.site import STANDARD
+from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure, panel
+from meltemi.simulation.performance import performance_of
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.performance import RotorPerformance
+from meltemi.turbine.power_turbine import aeroelastic
+from meltemi_papers.palanimuthu2022.beyond import part_chapter
+from meltemi_papers.study import Chapter, Draw, Progress, span
+from meltemi_reports.blocks import Table
+from meltemi_reports.ensemble_tables import change_bar, change_text
+from meltemi_studies.power_schemes.costs import (
+    ENERGY,
+    FRONT_LEVEL,
+    FULL,
+    PITCH,
+    QUICK,
+    ROOT_LOAD,
+    SLOPES,
+    STEADY,
+    TOWER_LOAD,
+    rows_of,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MACHINES = ("iea22mw", "iea15mw", "nrel5mw")
+SLOW = 0.5
+"""Of the frequency of the speed loop."""
+NARROW = 0.9
+"""Lower end of the narrow range, share of its upper end: about that of the IEA 15 MW."""
+BASE, HELD, NARROWED, FAST = "A0", "A2", "A2, narrow range", "A1"
+SLOW_BASE, SLOW_HELD, SLOW_FAST = (f"{scheme}, slow loop" for scheme in (BASE, HELD, FAST))
+SHOWN = (PITCH, TOWER_LOAD, ROOT_LOAD, ENERGY)
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Results of a turbine.
+
+    Attributes:
+      low: lower end of the range of A2, share of rated speed.
+      frequency: [rad/s] of its speed loop.
+      changes: against A0.
+      slow: changes of the schemes with the slow loop against A0 with the slow loop.
+    """
+
+    low: float
+    frequency: float
+    changes: EnsembleTable
+    slow: EnsembleTable
+
+
+Found = Mapping[str, Machine]
+
+
+def lower_speed(turbine: Turbine, performance: RotorPerformance, level: float) -> float:
+    """Share of rated speed at which the optimal torque gives this share of rated power."""
+    best, most = rotor_tables(performance, turbine.control.pitch.minimum).best
+    gain = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * most / best**3
+    met = (level * turbine.rated_power / turbine.drivetrain.generator_efficiency / gain) ** (1.0 / 3.0)
+    return float(met / turbine.rated_rotor_speed)
+
+
+def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Found:
+    """The schemes on the three turbines, or on another one."""
+    names = {t.name: t for t in ([turbine] if turbine else map(_loaded, MACHINES))}
+    length = 1.0 / len(names)
+    return {
+        name: _machine(t, quick, workers, span(progress, i * length, length))
+        for i, (name, t) in enumerate(names.items())
+    }
+
+
+def _loaded(name: str) -> Turbine:
+    return aeroelastic(load_turbine(name), "loads in turbulence")
+
+
+def _machine(turbine: Turbine, quick: bool, workers: int | None, progress: Progress) -> Machine:
+    performance = performance_of(turbine)
+    tables = rotor_tables(performance, turbine.control.pitch.minimum)
+    frequency = default_frequency(turbine, tables, shaft_inertia(turbine))
+    low = lower_speed(turbine, performance, FRONT_LEVEL)
+    slow = {"frequency": SLOW * frequency}
+    settings: dict[str, dict[str, Any]] = {BASE: {"scheme": "A0"}, HELD: {"scheme": "A2"}}
+    settings |= {SLOW_BASE: {"scheme": "A0", **slow}, SLOW_HELD: {"scheme": "A2", **slow}}
+    settings |= {FAST: {"scheme": "A1"}, SLOW_FAST: {"scheme": "A1", **slow}}
+    if low < NARROW:
+        settings[NARROWED] = {"scheme": "A2", "upper_speed": low / NARROW * turbine.rated_rotor_speed}
+    laws = {
+        name: PowerController(turbine, performance, PowerControl.model_validate(each))
+        for name, each in settings.items()
+    }
+    asked = [(STEADY, FRONT_LEVEL)]
+    (rows,) = rows_of(
+        turbine, QUICK if quick else FULL, asked, laws, workers, progress, f"machines, {turbine.name}"
+    ).values()
+    alone = {seed: {name: row[name] for name in (SLOW_BASE, SLOW_HELD, SLOW_FAST)} for seed, row in rows.items()}
+    return Machine(low, frequency, ensemble_table(rows, SLOPES), ensemble_table(alone, SLOPES))
+
+
+def changes_table(found: Found) -> Table:
+    """Table of changes against A0 by turbine."""
+    rows = []
+    for name, machine in found.items():
+        own = [(machine.changes, scheme, BASE) for scheme in machine.changes.schemes[1:]]
+        for table, scheme, base in [*own, *((machine.slow, scheme, SLOW_BASE) for scheme in (SLOW_HELD, SLOW_FAST))]:
+            changes = [change_text(table.entry(quantity, scheme).change) for quantity in SHOWN]
+            where = [name, f"{100.0 * machine.low:.0f} to 100", f"{machine.frequency:.3f}"]
+            rows.append([*where, scheme, base, *changes])
+    head = ["turbine", "range of A2 [% of rated speed]", "speed loop [rad/s]", "scheme", "against"]
+    head += [f"{quantity} [%]" for quantity in SHOWN]
+    note = (
+        f"{100.0 * FRONT_LEVEL:.0f} % of rated power asked for at {FULL.speed:g} m/s, class IB; changes with 95 % "
+        f"intervals. Slow loop: {SLOW:g} of the frequency. Narrow range: from {100 * NARROW:.0f} % of its "
+        "upper end."
+    )
+    return Table(head, rows, "Changes by turbine, range and loop", text_columns=5, note=note)
+
+
+def machines_figure(found: Found) -> Figure:
+    """Bars of the changes of the loads by turbine and scheme."""
+    figure, axes = new_figure(1, 2, size=(9.5, 4.4), share=False)
+    for ax, quantity in zip(axes[0], (TOWER_LOAD, ROOT_LOAD), strict=True):
+        names: list[str] = []
+        for name, machine in found.items():
+            for i, scheme in enumerate(machine.changes.schemes[1:]):
+                mean, half = change_bar(machine.changes.entry(quantity, scheme).change)
+                look: dict[str, Any] = {"color": COLOURS[i], "error_kw": {"linewidth": 0.9, "capsize": 2}}
+                ax.barh(len(names), mean, 0.7, xerr=half, **look)
+                names.append(f"{name}: {scheme}")
+        ax.set_yticks(range(len(names)), names)
+        ax.invert_yaxis()
+        panel(ax, f"{quantity}, change against A0 [%]", "")
+        ax.set_ylabel("")
+    axes[0, 1].set_yticklabels([])
+    return figure
+
+
+def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Chapter:
+    """Chapter of the turbines."""
+    words = f"Loads at {100.0 * FRONT_LEVEL:.0f} % of rated power by turbine, against A0; bars: 95 % intervals"
+    figure = draw("machines_loads", words, lambda: machines_figure(found))
+    heading = "for which turbines tower and blades pay, and why"
+    return part_chapter(heading, lambda: verdict(found), [figure], lambda: [changes_table(found)], applied=applied)
+
+
+def verdict(found: Found) -> str:
+    """Conclusion, from the results."""
+
+    def said(quantity: str, scheme: str, names: Iterable[str], *, slow: bool = False) -> str:
+        tables = {name: found[name].slow if slow else found[name].changes for name in names}
+        return ", ".join(
+            f"{change_text(table.entry(quantity, scheme).change)} % ({name})" for name, table in tables.items()
+        )
+
+    ranges = ", ".join(f"{100 * machine.low:.0f} % of rated speed on ({name})" for name, machine in found.items())
+    free = (
+        f"At {100.0 * FRONT_LEVEL:.0f} % of rated power A2 leaves the speed free from {ranges}. It changes the load of "
+        f"the tower base against A0 by {said(TOWER_LOAD, HELD, found)}, that of the blade root by "
+        f"{said(ROOT_LOAD, HELD, found)}."
+    )
+    loop = (
+        f"Two causes were tried. One is the speed loop at the upper end: with {SLOW:g} of its frequency in both "
+        f"schemes A2 changes the tower base against A0 by {said(TOWER_LOAD, SLOW_HELD, found, slow=True)}, the blade "
+        f"root by {said(ROOT_LOAD, SLOW_HELD, found, slow=True)}. A1, which pitches at rated speed only, changes "
+        f"the tower base by {said(TOWER_LOAD, FAST, found)} against A0 with the loop as it is, and by "
+        f"{said(TOWER_LOAD, SLOW_FAST, found, slow=True)} with the slow one in both."
+    )
+    lines = [free, loop]
+    if narrow := [name for name, machine in found.items() if NARROWED in machine.changes.schemes]:
+        lines.append(
+            f"The other is the width of the range: from {100 * NARROW:.0f} % of its upper end on it is "
+            f"{said(TOWER_LOAD, NARROWED, narrow)} at the tower base, {said(ROOT_LOAD, NARROWED, narrow)} at the root."
+        )
+    return "\n\n".join(lines)
