@@ -12,9 +12,10 @@ from typing import Any, Literal, get_args
 from meltemi_reports.blocks import Table
 from meltemi_tuning.run_store import guarded
 
-Basis = Literal["paper", "equations", "expectation", "surrogate"]
-"""What a claim rests on: the paper states it, it follows from the paper's equations, it is our expectation, or it is
-our surrogate of a turbine beside its measurement, which the paper's model is not compared with."""
+Basis = Literal["paper", "command", "equations", "expectation", "surrogate"]
+"""What a claim rests on: the paper states it; it states what a run is commanded to do, so that no run predicts it; it
+follows from the paper's equations, it is our expectation, or it is our surrogate of a turbine beside its
+measurement, which the paper's model is not compared with."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,12 @@ def rows_of(study: str, name: str) -> dict[str, dict[str, str]]:
 
 def reasons_of(study: str) -> dict[str, str]:
     """Reasons for differences, by key: the paragraphs of ``reasons.md`` in the folder of a study."""
-    return dict(re.findall(r"^\*(.+?):\* (.+)$", (HERE / study / "reasons.md").read_text(encoding="utf-8"), re.M))
+    return paragraphs_of(study, "reasons.md")
+
+
+def paragraphs_of(study: str, name: str) -> dict[str, str]:
+    """Paragraphs of a Markdown file in the folder of a study, by the key that each begins with."""
+    return dict(re.findall(r"^\*(.+?):\* (.+)$", (HERE / study / name).read_text(encoding="utf-8"), re.M))
 
 
 HERE = Path(__file__).parent
@@ -113,31 +119,35 @@ def count(found: Sequence[Claim]) -> Count:
 
 
 def count_held(found: Sequence[Claim]) -> str:
-    """Sentence on the number of the paper's claims that hold, and of those that cannot be judged or checked, if any."""
+    """Sentence on the number of the paper's claims that hold, and of those that cannot be judged or checked or that
+    follow from a command, if any."""
     n = count(found)
     rest = [f"{k} cannot be {what}" for k, what in ((n.unjudged, "judged"), (n.unchecked, "checked")) if k]
+    if commanded := sum(c.basis == "command" for c in found):
+        rest.append(f"{commanded} more follow from a command")
     of = n.held + n.differ + n.unjudged
     return f"{n.held} of {of} claims of the paper hold" + (f" ({', '.join(rest)})." if rest else ".")
 
 
 def claims_table(found: Sequence[Claim], caption: str = "Claims of the paper") -> Table:
     """Table of claims, those of the paper first; with tolerances if any claim has one."""
-    columns = ["claim", "verdict", "paper", "tolerance", "ours", "basis", "reason", "where"]
+    columns = ["claim", "verdict", "reason", "paper", "tolerance", "ours", "basis", "where"]
     order = get_args(Basis).index
     rows = [
-        [c.item, c.verdict, c.paper, c.tolerance, c.ours, c.basis, c.reason, c.where]
+        [c.item, c.verdict, c.reason, c.paper, c.tolerance, c.ours, c.basis, c.where]
         for c in sorted(found, key=lambda c: order(c.basis))
     ]
     if not any(c.tolerance for c in found):
         columns.remove("tolerance")
-        rows = [row[:3] + row[4:] for row in rows]
+        rows = [row[:4] + row[5:] for row in rows]
     return Table(columns, rows, caption, text_columns=len(columns))
 
 
 def brief(table: Table) -> Table:
     """The table for a terminal, without basis, reasons and places in the paper."""
-    n = len(table.head) - 3
-    return Table(table.head[:n], [row[:n] for row in table.rows], table.caption, text_columns=n)
+    shown = [i for i, name in enumerate(table.head) if name not in ("basis", "reason", "where")]
+    rows = [[row[i] for i in shown] for row in table.rows]
+    return Table([table.head[i] for i in shown], rows, table.caption, text_columns=len(shown))
 
 
 def reason_lines(reasons: Mapping[str, str]) -> list[str]:
