@@ -45,7 +45,7 @@ FAST = ModelOptions(blade_nodes=10, yaw="driven")
 DOWN = 600.0
 """[s] from the stop of a turbine to production again: wait, yaw, start-up."""
 LENGTH, BEGIN = 150.0, 20.0
-"""[s] of a run, and begin of its gust."""
+"""[s] of a run, by default, and begin of its gust."""
 WIND = ["speed", "rise", "change", "time", "sign", "seed"]
 """Columns of the results that identify a wind."""
 STOP_RATE = 0.1
@@ -114,6 +114,7 @@ class Grid:
       seeds: of turbulence.
       yaw_rates: [rad/s].
       rechecks: [s] of the derating strategy.
+      length: [s] of a run.
     """
 
     speeds: tuple[float, ...] = (7.0, 10.67)
@@ -124,10 +125,15 @@ class Grid:
     seeds: tuple[int, ...] = (1, 2)
     yaw_rates: tuple[float, ...] = tuple(np.radians((0.3, 0.5, 0.8)))
     rechecks: tuple[float, ...] = (30.0, 60.0, 90.0)
+    length: float = LENGTH
+
+    def winds(self) -> Iterator[tuple[float, float, float, float, Sign, int]]:
+        """Winds as in ``WIND``; those in the same turbulence are consecutive."""
+        every = product(self.speeds, self.seeds, self.times, self.rises, self.changes, self.signs)
+        return ((speed, rise, change, time, sign, seed) for speed, seed, time, rise, change, sign in every)
 
     def __len__(self) -> int:
-        winds = len(self.speeds) * len(self.rises) * len(self.changes) * len(self.times) * len(self.seeds)
-        return winds * len(self.signs) * len(self.yaw_rates) * (2 + len(self.rechecks))
+        return len(list(self.winds())) * len(self.yaw_rates) * (2 + len(self.rechecks))
 
 
 QUICK = Grid(
@@ -228,8 +234,7 @@ class _Cases:
 
     def __iter__(self) -> Iterator[Run]:
         g = self.grid
-        winds = product(g.speeds, g.seeds, g.times, g.rises, g.changes, g.signs)
-        for speed, seed, time, rise, change, sign in winds:
+        for speed, rise, change, time, sign, seed in g.winds():
             for rate, (name, recheck, protection) in product(g.yaw_rates, self.strategies):
                 key = {
                     "speed": speed,
@@ -247,7 +252,7 @@ class _Cases:
                 yield Run(
                     model=self.models[rate],
                     wind=partial(self.wind, speed, seed, time, rise, change, sign),
-                    duration=LENGTH,
+                    duration=self.grid.length,
                     controller=strategy(self.machines[rate], protection),
                     channels=(*CHANNELS, "generator_power", "operating_state"),
                     output_step=0.1,
@@ -257,7 +262,7 @@ class _Cases:
 
     def _box(self, speed: float, seed: int) -> WindBox:
         wind = TurbulentWind(speed=speed, intensity=INTENSITY, seed=seed, shear_exponent=NORMAL_EXPONENT, points=15)
-        return generate_field(wind, self.turbine, LENGTH)
+        return generate_field(wind, self.turbine, self.grid.length)
 
     def _wind(self, speed: float, seed: int, time: float, rise: float, change: float, sign: Sign) -> WindBox:
         gust = coherent_gust(self.turbine, speed, rise=rise, change=change, time=time, sign=sign)

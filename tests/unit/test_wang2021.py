@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -203,14 +204,10 @@ def test_what_a_run_is_commanded_to_do_is_counted_apart() -> None:
 def test_years_judge_availability_and_threshold() -> None:
     """By the interval over the parts of a year, for every number of fronts."""
     down = {"S1": 9.0, "S1 interpolated": 10.0, "S2": 5.0}
-    years = [
-        Year(
-            name, fronts, seed, 1.0, 1.0, 0.0, 0.0, hours + seed % 2, 3600.0 * (hours + seed) * (name != "S2" or fronts > 0)
-        )
-        for name, hours in down.items()
-        for fronts in (0, 200)
-        for seed in (1, 2, 3, 4)
-    ]
+    years = []
+    for name, fronts, seed in product(down, (0, 200), (1, 2, 3, 4)):
+        hours = (down[name] + seed) * (name != "S2" or fronts > 0)
+        years.append(Year(name, fronts, seed, 1.0, 1.0, 0.0, 0.0, down[name] + seed % 2, 3600.0 * hours))
     hard = Peaks(stop=2.0, derate=1.0, ignore=1.0)
     hard.results[INTERPOLATED] = 1.8
     gusts = gusts_of({(1, 20.0, 30.0): hard})

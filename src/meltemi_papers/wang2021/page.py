@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -13,7 +13,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi.wind.iec.gusts import RISE_TIME, Sign
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, applied, span, tabled, told, worded
-from meltemi_papers.wang2021 import beyond, figures
+from meltemi_papers.wang2021 import beyond, damage_budget, figures, measured_gusts
 from meltemi_papers.wang2021.beyond import Beyond
 from meltemi_papers.wang2021.claims import IN_SOME, REASONS, claims
 from meltemi_papers.wang2021.costs import costs, winds_of
@@ -44,12 +44,20 @@ SHARE = 0.6
 """Of the time that the paper's part takes."""
 
 
+PARTS: dict[str, Callable[[Any, Draw], Chapter]] = {
+    "gusts": measured_gusts.chapter,
+    "budget": damage_budget.chapter,
+}
+"""Parts that are run only if asked for, and their chapters."""
+
+
 @dataclass(frozen=True)
 class Found:
-    """Results of the paper's runs and of those beyond it."""
+    """Results of the paper's runs and of those beyond it; parts by name."""
 
     runs: Runs
     more: Beyond
+    parts: Mapping[str, Any] = field(default_factory=dict)
 
 
 def _figure_10(sign: Sign, time: float) -> tuple[str, Callable[[Runs], Figure]]:
@@ -101,9 +109,21 @@ def run(
     runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, SHARE))
     later: Any = FailedResult("not run yet")
     partly(Found(runs, Beyond(later, later, later, later)))
-    told_of = span(progress, SHARE, 1.0 - SHARE)
-    more = beyond.study(runs.turbines[1], quick, limit_seeds=runs.setup.limit_seeds, workers=workers, progress=told_of)
-    return Found(runs, more)
+    turbine, rest = runs.turbines[1], (1.0 - SHARE) / (1 + len(parts))
+    told_of = span(progress, SHARE, rest)
+    more = beyond.study(turbine, quick, limit_seeds=runs.setup.limit_seeds, workers=workers, progress=told_of)
+    found: dict[str, Any] = {}
+    for i, name in enumerate(parts, start=1):
+        partly(Found(runs, more, found))
+        told_of = span(progress, SHARE + i * rest, rest)
+        found[name] = attempt(name, _study_part, name, turbine, more, quick, workers=workers, progress=told_of)
+    return Found(runs, more, found)
+
+
+def _study_part(name: str, turbine: Turbine, more: Beyond, quick: bool, **given: Any) -> Any:
+    if name == "gusts":
+        return measured_gusts.study(turbine, more.limits.base_points, quick, **given)
+    return damage_budget.study(turbine, beyond.site().mean, quick, **given)
 
 
 def calibration_words(runs: Runs) -> str:
@@ -206,7 +226,8 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
             ),
             "table2": Chapter("Surrogate against measurement", [words, loops, bins, beside]),
             "beyond": beyond.chapter(more, draw),
-        },
+        }
+        | {name: PARTS[name](part, draw) for name, part in found.parts.items()},
         facts=[
             ("turbines", ", ".join(turbine.name for turbine in runs.turbines)),
             ("calibration", guarded(partial(calibration_words, runs), str)),
@@ -275,6 +296,7 @@ STUDY: Study[Found] = Study(
     runs=lambda found: found.runs,
     figures=FIGURES,
     contents=contents,
+    parts=tuple(PARTS),
     applied=of_turbine,
     needs=("pandas",),
 )
