@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +13,9 @@ from typing import Any, Literal, get_args
 from meltemi_reports.blocks import Table
 from meltemi_tuning.run_store import guarded
 
-Basis = Literal["paper", "command", "equations", "expectation", "surrogate"]
-"""What a claim rests on: the paper states it; it states what a run is commanded to do, so that no run predicts it; it
-follows from the paper's equations, it is our expectation, or it is our surrogate of a turbine beside its
+Basis = Literal["paper", "equations", "command", "expectation", "surrogate"]
+"""What a claim rests on: the paper states it, it follows from the paper's equations or from a command that the
+simulation is given, so that it predicts nothing, it is our expectation, or it is our surrogate of a turbine beside its
 measurement, which the paper's model is not compared with."""
 
 
@@ -26,7 +27,7 @@ class Claim:
       item: what it is about.
       paper: what the paper says.
       ours: what we find.
-      verdict: "holds", how it differs, or why it cannot be checked.
+      verdict: "holds", how it differs, or why it cannot be checked; of each reading of the paper if it hinges on that.
       where: in the paper.
       reason: key of the study's reasons; empty if there is nothing to explain.
       tolerance: within which it holds, where it is not said with the paper's number, and what it is derived from.
@@ -59,7 +60,7 @@ def claims_of(study: str) -> Callable[..., Claim]:
     def claim(key: str, verdict: object = None, **words: object) -> Claim:
         fields: dict[str, Any] = {name: text.format(**words) for name, text in stated[key].items()}
         if verdict is not None:
-            fields["verdict"] = verdict if isinstance(verdict, str) else "holds" if verdict else "differs"
+            fields["verdict"] = _worded(verdict)
         return Claim(**fields)
 
     return claim
@@ -90,6 +91,33 @@ UNCHECKED = "cannot be checked: "
 """How a verdict begins on a claim for which the paper, or this simulation, lacks what a comparison needs."""
 
 
+def _worded(verdict: object) -> str:
+    return verdict if isinstance(verdict, str) else "holds" if verdict else "differs"
+
+
+def by_reading(found: Mapping[str, object]) -> str:
+    """Verdict of a claim by the readings of the paper: one if all agree, otherwise each with its reading."""
+    verdicts = {reading: _worded(verdict) for reading, verdict in found.items()}
+    same = set(verdicts.values())
+    return same.pop() if len(same) == 1 else " / ".join(f"{each} ({reading})" for reading, each in verdicts.items())
+
+
+Outcome = Literal["held", "by_reading", "differ", "unjudged", "unchecked"]
+
+
+def outcome(verdict: str) -> Outcome:
+    """What a verdict comes to: ``by_reading`` if it is not the same in all readings of the paper."""
+
+    def of(part: str) -> Outcome:
+        if part.startswith("holds only"):
+            return "by_reading"
+        begins: dict[str, Outcome] = {UNJUDGED: "unjudged", UNCHECKED: "unchecked", "holds": "held"}
+        return next((name for begin, name in begins.items() if part.startswith(begin)), "differ")
+
+    found = {of(part) for part in verdict.split(" / ")}
+    return found.pop() if len(found) == 1 else "by_reading"
+
+
 def enough(seeds: int, verdict: object) -> object:
     """A verdict that rests on seeds, if they are enough."""
     return verdict if seeds >= FEWEST_SEEDS else f"{UNJUDGED}it needs {FEWEST_SEEDS} seeds, there are {seeds}"
@@ -100,52 +128,37 @@ def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Cl
     return guarded(of, lambda why: [Claim(item, "", "", UNJUDGED + why, where)])
 
 
-@dataclass(frozen=True)
-class Count:
-    """Numbers of claims that the paper states: those that hold, differ, cannot be judged and cannot be checked."""
-
-    held: int
-    differ: int
-    unjudged: int
-    unchecked: int
-
-
-def count(found: Sequence[Claim]) -> Count:
-    """Count the claims that the paper states."""
-    verdicts = [c.verdict for c in found if c.basis == "paper"]
-    held = verdicts.count("holds")
-    unjudged, unchecked = (sum(v.startswith(begin) for v in verdicts) for begin in (UNJUDGED, UNCHECKED))
-    return Count(held, len(verdicts) - held - unjudged - unchecked, unjudged, unchecked)
+def count(found: Sequence[Claim]) -> Counter[Outcome]:
+    """Numbers of claims that the paper states, by what their verdicts come to."""
+    return Counter(outcome(c.verdict) for c in found if c.basis == "paper")
 
 
 def count_held(found: Sequence[Claim]) -> str:
-    """Sentence on the number of the paper's claims that hold, and of those that cannot be judged or checked or that
-    follow from a command, if any."""
+    """Sentences on the number of the paper's claims that hold, and on those that hinge on how the paper is read."""
     n = count(found)
-    rest = [f"{k} cannot be {what}" for k, what in ((n.unjudged, "judged"), (n.unchecked, "checked")) if k]
-    if commanded := sum(c.basis == "command" for c in found):
-        rest.append(f"{commanded} more follow from a command")
-    of = n.held + n.differ + n.unjudged
-    return f"{n.held} of {of} claims of the paper hold" + (f" ({', '.join(rest)})." if rest else ".")
+    rest = [f"{n[k]} cannot be {what}" for k, what in (("unjudged", "judged"), ("unchecked", "checked")) if n[k]]
+    some = f", {n['by_reading']} in one reading of it and not in another" if n["by_reading"] else ""
+    of = n.total() - n["unchecked"]
+    told = f"{n['held']} of {of} claims of the paper hold{some}" + (f" ({', '.join(rest)})." if rest else ".")
+    hinge = [f"{c.item}: {c.verdict}" for c in found if c.basis == "paper" and outcome(c.verdict) == "by_reading"]
+    return f"{told} By reading: {'; '.join(hinge)}." if hinge else told
 
 
 def claims_table(found: Sequence[Claim], caption: str = "Claims of the paper") -> Table:
-    """Table of claims, those of the paper first; with tolerances if any claim has one."""
-    columns = ["claim", "verdict", "reason", "paper", "tolerance", "ours", "basis", "where"]
+    """Table of claims, those of the paper first; with their basis if it is another one for any."""
     order = get_args(Basis).index
+    columns = ["claim", "verdict", "reason", "paper", "ours", "where", "basis"]
     rows = [
-        [c.item, c.verdict, c.reason, c.paper, c.tolerance, c.ours, c.basis, c.where]
+        [c.item, c.verdict, c.reason, "; within ".join(filter(None, (c.paper, c.tolerance))), c.ours, c.where, c.basis]
         for c in sorted(found, key=lambda c: order(c.basis))
     ]
-    if not any(c.tolerance for c in found):
-        columns.remove("tolerance")
-        rows = [row[:4] + row[5:] for row in rows]
-    return Table(columns, rows, caption, text_columns=len(columns))
+    n = len(columns) if {c.basis for c in found} - {"paper"} else len(columns) - 1
+    return Table(columns[:n], [row[:n] for row in rows], caption, text_columns=n)
 
 
 def brief(table: Table) -> Table:
-    """The table for a terminal, without basis, reasons and places in the paper."""
-    shown = [i for i, name in enumerate(table.head) if name not in ("basis", "reason", "where")]
+    """The table for a terminal: claim, verdict, and both results."""
+    shown = [table.head.index(name) for name in ("claim", "verdict", "paper", "ours")]
     rows = [[row[i] for i in shown] for row in table.rows]
     return Table([table.head[i] for i in shown], rows, table.caption, text_columns=len(shown))
 

@@ -31,6 +31,7 @@ Progress = Callable[[float, str], None]
 """Called with the completed fraction and the current step."""
 PACKAGE = "meltemi_papers"
 MADE_BY = f"meltemi {meltemi.__version__}, physics version {PHYSICS}"
+NUMBER = re.compile(r"[-+]?\d[\d.e+-]*")
 QUICK = "few, short runs, for a first impression only"
 
 
@@ -306,7 +307,16 @@ def failed_chapters() -> dict[str, Chapter]:
         "doubtful": ("Doubtful runs", book.doubtful, "Runs beyond what the model is made for; they count all the same"),
     }
     return {
-        name: Chapter(heading, [Table(["cell", "reason"], list(cells.items()), caption, text_columns=2)])
+        name: Chapter(heading, [Table(["cells", "reason"], by_kind(cells), caption, text_columns=2)])
         for name, (heading, cells, caption) in listed.items()
         if cells
     }
+
+
+def by_kind(cells: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Rows of cells with their reasons, those that differ in numbers only in one row with the first of them."""
+    kinds: dict[str, list[str]] = {}
+    for cell, why in cells.items():
+        kinds.setdefault(NUMBER.sub("#", why), []).append(cell)
+    more = {kind: f", and {len(names) - 1} more" if len(names) > 1 else "" for kind, names in kinds.items()}
+    return [(names[0] + more[kind], cells[names[0]]) for kind, names in kinds.items()]

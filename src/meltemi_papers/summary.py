@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from meltemi_papers.claim import UNCHECKED, UNJUDGED
+from meltemi_papers.claim import outcome
 from meltemi_reports.blocks import Table
 from meltemi_reports.markdown import table_lines, table_rows
 
@@ -31,14 +31,10 @@ class Line:
     cause: str
 
     @property
-    def holds(self) -> bool:
-        """Whether it holds in every reading."""
-        return all(part.strip() == "holds" for part in self.verdict.split(" / "))
-
-    @property
-    def unchecked(self) -> bool:
-        """Whether it cannot be checked or judged."""
-        return self.verdict.startswith((UNCHECKED, UNJUDGED))
+    def outcome(self) -> str:
+        """What its verdict comes to; what cannot be judged is as what cannot be checked."""
+        found = outcome(self.verdict)
+        return "unchecked" if found == "unjudged" else found
 
 
 def claims_on(page: str) -> list[Line]:
@@ -60,22 +56,25 @@ def summary(pages: Mapping[str, str]) -> str:
     """Markdown page on the papers of these pages, by file name."""
     lines = [
         *("# The papers in short", ""),
-        "What the papers state, judged by their pages: claims that hold, that differ, with the cause, and that cannot",
-        "be checked.",
-        *("", "| paper | claims | hold | differ | cannot be checked |", "|---|---:|---:|---:|---:|"),
+        "What the papers state, judged by their pages: claims that hold, that hold in one reading of the paper and not",
+        "in another, that differ, with the cause, and that cannot be checked.",
+        *("", "| paper | claims | hold | by reading | differ | cannot be checked |", "|---|---:|---:|---:|---:|---:|"),
     ]
     chapters = []
     for name, page in pages.items():
         claims, title = claims_on(page), page.partition("\n")[0].lstrip("# ")
-        held = [c.item for c in claims if c.holds]
-        open_ = [c for c in claims if c.unchecked]
-        differ = [c for c in claims if not c.holds and not c.unchecked]
-        lines.append(f"| [{title}]({name}) | {len(claims)} | {len(held)} | {len(differ)} | {len(open_)} |")
-        chapters += ["", f"## {title}", "", f"Hold: {'; '.join(held)}."]
-        if differ:
-            rows = [(c.item, c.paper, c.ours, c.cause) for c in differ]
+        of = {kind: [c for c in claims if c.outcome == kind] for kind in ("held", "by_reading", "differ", "unchecked")}
+        numbers = " | ".join(str(len(each)) for each in of.values())
+        lines.append(f"| [{title}]({name}) | {len(claims)} | {numbers} |")
+        chapters += ["", f"## {title}", "", f"Hold: {'; '.join(c.item for c in of['held'])}."]
+        if of["by_reading"]:
+            rows = [(c.item, c.verdict, c.paper, c.ours) for c in of["by_reading"]]
+            head = ["claim", "verdict", "paper", "ours"]
+            chapters += ["", *table_lines(Table(head, rows, "By reading", text_columns=4))]
+        if of["differ"]:
+            rows = [(c.item, c.paper, c.ours, c.cause) for c in of["differ"]]
             chapters += ["", *table_lines(Table(["claim", "paper", "ours", "cause"], rows, "Differ", text_columns=4))]
-        if open_:
+        if open_ := of["unchecked"]:
             chapters += ["", "Cannot be checked: " + "; ".join(f"{c.item} ({_why(c.verdict)})" for c in open_) + "."]
     return "\n".join([*lines, *chapters, ""])
 

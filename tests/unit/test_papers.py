@@ -9,9 +9,20 @@ import pytest
 
 import meltemi_papers
 from meltemi.core.physics import PHYSICS
-from meltemi_papers.claim import UNCHECKED, Claim, claims_of, claims_table, reasons_of, rows_of
+from meltemi_papers.claim import (
+    UNCHECKED,
+    Claim,
+    by_reading,
+    claims_of,
+    claims_table,
+    count_held,
+    outcome,
+    reasons_of,
+    rows_of,
+)
 from meltemi_papers.commands import STUDIES
 from meltemi_papers.he2018.claims import KINDS
+from meltemi_papers.study import by_kind
 from meltemi_papers.summary import claims_on, summary
 from meltemi_reports.blocks import Code, Section, Table
 from meltemi_reports.markdown import plain, sections, table_lines
@@ -80,14 +91,34 @@ def test_a_summary_counts_what_the_paper_states() -> None:
         Claim("one", "1 | 2", "1", "holds", "Fig. 1"),
         Claim("two", "2", "3", "differs", "Fig. 2", "size"),
         Claim("three", "much", "", f"{UNCHECKED}because it has no number", "Fig. 3"),
-        Claim("four", "4", "4", "holds", "", basis="equations"),
+        Claim("four", "4", "4", "holds", "", basis="command"),
+        Claim("five", "5", "5", by_reading({"of mean": True, "of peak": False}), "Fig. 5"),
     ]
     page = "\n".join(["# A paper", "", *table_lines(claims_table(claims)), "", "*size:* It is larger. Much larger."])
-    assert [line.item for line in claims_on(page)] == ["one", "two", "three"]
+    assert [line.item for line in claims_on(page)] == ["one", "two", "three", "five"]
+    assert count_held(claims).startswith(
+        "1 of 3 claims of the paper hold, 1 in one reading of it and not in another (1 "
+    )
+    assert count_held(claims).endswith("By reading: five: holds (of mean) / differs (of peak).")
     found = summary({"a.md": page})
-    assert "| [A paper](a.md) | 3 | 1 | 1 | 1 |" in found
+    assert "| [A paper](a.md) | 4 | 1 | 1 | 1 | 1 |" in found
     assert "| two | 2 | 3 | It is larger |" in found
     assert "Cannot be checked: three (it has no number)." in found
+
+
+def test_a_verdict_by_readings() -> None:
+    assert by_reading({"a": True, "b": "holds"}) == "holds" and by_reading({"a": False, "b": False}) == "differs"
+    both = by_reading({"20 %": False, "40 %": True})
+    assert both == "differs (20 %) / holds (40 %)"
+    verdicts = ["holds", both, "smaller effect", "holds only for 1P", f"{UNCHECKED}not given", "cannot be judged: x"]
+    expected = ["held", "by_reading", "differ", "by_reading", "unchecked", "unjudged"]
+    assert [outcome(verdict) for verdict in verdicts] == expected
+
+
+def test_doubtful_runs_that_differ_in_numbers_only_are_one_line() -> None:
+    cells = {f"seed {k}": f"rotor faster than {1.2 + k} rpm (limit 10.7 rpm)" for k in (1, 2, 3)} | {"x": "diverged"}
+    first = "rotor faster than 2.2 rpm (limit 10.7 rpm)"
+    assert by_kind(cells) == [("seed 1, and 2 more", first), ("x", "diverged")]
 
 
 def test_texts_of_a_page_become_chapters() -> None:

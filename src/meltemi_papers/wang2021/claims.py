@@ -44,8 +44,6 @@ POWER_BAND, HELD_BAND, MOMENT_BAND = 1435.0 / 1380.0 - 1.0, 2036.0 / 2011.0 - 1.
 """Differences between simulation and measurement that the paper states for V1, for V2, and for Blade My in V2."""
 PLATEAU = 11
 """First bin in which the measured power no longer leaves its plateau."""
-IN_SOME = "holds only for "
-"""How a verdict begins that depends on the reading; the readings in which it holds follow."""
 HALF, DIGIT = 0.5, 0.05
 """Of "about 50 %", and half a unit of its first digit."""
 
@@ -211,7 +209,7 @@ def _error(values: Float) -> float:
 def _where(holds: Mapping[str, bool]) -> object:
     """Verdict from those in several readings."""
     some = [words for words, each in holds.items() if each]
-    return len(some) == len(holds) or (f"{IN_SOME}{'; '.join(some)}" if some else False)
+    return len(some) == len(holds) or (f"holds only for {'; '.join(some)}" if some else False)
 
 
 def _settings(g: Gusts) -> Iterator[tuple[str, list[Setting]]]:

@@ -15,7 +15,7 @@ from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_
 from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, applied, span, tabled, told, worded
 from meltemi_papers.wang2021 import beyond, damage_budget, figures, measured_gusts
 from meltemi_papers.wang2021.beyond import Beyond
-from meltemi_papers.wang2021.claims import IN_SOME, REASONS, claims
+from meltemi_papers.wang2021.claims import REASONS, claims
 from meltemi_papers.wang2021.costs import costs, winds_of
 from meltemi_papers.wang2021.gust import SIGNS, Gusts
 from meltemi_papers.wang2021.gust_tables import (
@@ -178,22 +178,15 @@ def grid_words(more: Beyond) -> str:
     return said("grid", winds=winds_of(more.grid), bending=bending, lost=lost)
 
 
-def readings_words(lines: Sequence[Claim]) -> str:
-    """The claims that hold in some readings only, and in which."""
-    some = [c for c in lines if c.basis == "paper" and c.verdict.startswith(IN_SOME)]
-    claims_ = "; ".join(f"{c.item} ({c.verdict.removeprefix(IN_SOME)})" for c in some)
-    return said("some", count=len(some), claims=claims_) if some else ""
-
-
 def lead(lines: Sequence[Claim], runs: Runs, more: Beyond) -> str:
     """The result in a few sentences."""
     parts = [
         count_held(lines),
-        readings_words(lines),
+        said("commanded", count=sum(c.basis == "command" for c in lines)),
         worded(lambda: gust_words(runs.gusts), "The gust"),
         worded(lambda: grid_words(more), "The grid of gusts"),
     ]
-    return " ".join(filter(None, parts))
+    return " ".join(parts)
 
 
 def contents(found: Found, out: Path, draw: Draw) -> Contents:
