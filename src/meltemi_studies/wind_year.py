@@ -270,7 +270,7 @@ def a_year(
     """Results of all strategies and numbers of fronts a year, by seed in the same wind.
 
     Args:
-      ours: base points beside those of Wang et al. (2021), whose S1 has the stepped threshold.
+      ours: base points beside those of Wang et al. (2021), whose S1 has the stepwise threshold.
       site: its wind.
       days: of each part.
       fronts: a year.

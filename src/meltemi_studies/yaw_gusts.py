@@ -119,7 +119,7 @@ class Grid:
 
     speeds: tuple[float, ...] = (7.0, 10.67)
     rises: tuple[float, ...] = (0.0, 14.33)
-    changes: tuple[float, ...] = tuple(np.radians((30.0, 50.0, 70.0, 90.0)))
+    changes: tuple[float, ...] = tuple(np.radians((30.0, 60.0, 90.0)))
     times: tuple[float, ...] = (RISE_TIME, 20.0)
     signs: tuple[Sign, ...] = (1, -1)
     seeds: tuple[int, ...] = (1, 2)
@@ -194,7 +194,7 @@ def strategies(
 ) -> list[tuple[str, float, YawProtection]]:
     """Names, recheck times [s] and settings of the strategies.
 
-    S1 has the stepped threshold, as Wang et al. (2021) have it before their optimisation; with base points there is a
+    S1 has the stepwise threshold, as Wang et al. (2021) have it before their optimisation; with base points there is a
     further strategy, which derates as S2 with the longest recheck time.
     """
     found = [

@@ -69,7 +69,7 @@ def test_the_gust_takes_as_long_as_the_paper_says() -> None:
     assert (turned.time[-1], turned.direction[-1]) == pytest.approx((65.0, -1.0))
 
 
-def test_stopping_has_the_stepped_threshold() -> None:
+def test_stopping_has_the_stepwise_threshold() -> None:
     """What the paper had before its optimisation; what derates has the interpolated one."""
     found = {(name, recheck): protection for name, recheck, protection in strategies((30.0, 90.0))}
     assert found["S1", 0.0].law == "stepwise"
@@ -285,7 +285,7 @@ def test_a_year_has_the_order_of_the_strategies() -> None:
         assert s1.stops == s1.exceeded and s1.derates == s3.derates == s3.stops == 0
         assert s2.stops <= s2.derates
     assert by[200, "S1"].stops > by[0, "S1"].stops
-    assert by[200, "S1 interpolated"].stops >= by[200, "S1"].stops  # its threshold is nowhere above the stepped one
+    assert by[200, "S1 interpolated"].stops >= by[200, "S1"].stops  # its threshold is nowhere above the stepwise one
     v = np.linspace(0.0, 30.0, 3001)
     rayleigh = 0.5 * np.pi * v / 7.11**2 * np.exp(-0.25 * np.pi * (v / 7.11) ** 2)
     power = np.interp(v, curve.speed, curve.power) * ((v >= 3.0) & (v <= 25.0))

@@ -89,7 +89,7 @@ def costs_table(grid: Found) -> Table:
     note = (
         f"Loads and energy against S3, which ignores the error, in the same wind; means and 95 % intervals over "
         f"{winds_of(grid)} winds, each with {len(grid.grid.yaw_rates)} yaw rates. Energy from the start of a run to "
-        f"ten minutes after its end. S1 has the stepped threshold. {OURS}: base points from loads, see below."
+        f"ten minutes after its end. S1 has the stepwise threshold. {OURS}: base points from loads, see below."
     )
     return Table(head, rows, "The paper's strategies and ours in the same gusts", text_columns=3, note=note)
 

@@ -50,7 +50,7 @@ def year_table(years: Sequence[Year]) -> Table:
     head += ["available\n%", "won against S1\nMWh"]
     note = (
         f"Means and 95 % intervals over {len({y.seed for y in years})} parts of a year, as a year; the same wind for "
-        "all strategies, only fronts differ between the blocks. S1 has the stepped threshold, as before the paper's "
+        "all strategies, only fronts differ between the blocks. S1 has the stepwise threshold, as before the paper's "
         "optimisation."
     )
     return Table(head, rows, "A year of wind", text_columns=2, note=note)
