@@ -37,11 +37,7 @@ def reproduce(
     ] = False,
     beyond: Annotated[
         str,
-        typer.Option(
-            "--beyond",
-            help="Parts beyond the paper, or all: of palanimuthu2022 power, coordination, climate; of wang2021 gusts, "
-            "budget.",
-        ),
+        typer.Option("--beyond", help="Of palanimuthu2022, wang2021: parts beyond the paper, as gusts,budget, or all."),
     ] = "",
     turbine: Annotated[
         str | None,
