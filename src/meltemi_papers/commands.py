@@ -37,7 +37,7 @@ def reproduce(
     ] = False,
     beyond: Annotated[
         str,
-        typer.Option("--beyond", help="Of palanimuthu2022, wang2021: parts beyond the paper, as gusts,budget, or all."),
+        typer.Option("--beyond", help="Parts beyond palanimuthu2022 or wang2021, as gusts,budget, or all."),
     ] = "",
     turbine: Annotated[
         str | None,

@@ -180,9 +180,9 @@ def kinds(rates: Rates, load: str, budget: float) -> dict[str, Kept]:
     }
 
 
-def _text(values: Float, sign: str = "", factor: float = 1.0) -> str:
+def _text(values: Float, sign: str = "", factor: float = 1.0, unit: str = "") -> str:
     """Mean and interval over the seeds, if there is a plan."""
-    return "no plan" if np.isnan(values).any() else with_interval(mean_interval(factor * values), 2, sign)
+    return "no plan" if np.isnan(values).any() else with_interval(mean_interval(factor * values), 2, sign) + unit
 
 
 def budget_table(rates: Rates) -> Table:
@@ -209,9 +209,9 @@ def verdict(rates: Rates) -> str:
     """What planning is worth for the first load and the smaller budget."""
     load, budget = SPENT[0], BUDGETS[-1]
     lost = {name: kept.energy for name, kept in kinds(rates, load, budget).items()}
-    energy = "; ".join(f"{name} {_text(x, '+', 100.0)} %" for name, x in lost.items())
+    energy = "; ".join(f"{name} {_text(x, '+', 100.0, ' %')}" for name, x in lost.items())
     saved = {scheme: lost[f"{PLANNED}, {scheme}"] - lost[f"{ALIKE}, {scheme}"] for scheme in SCHEMES}
-    worth = " and ".join(f"{_text(x, '+', 100.0)} points with {scheme}" for scheme, x in saved.items())
+    worth = " and ".join(f"{_text(x, '+', 100.0, ' points')} with {scheme}" for scheme, x in saved.items())
     return said("budget", load=load, budget=100.0 * budget, energy=energy, saved=worth)
 
 

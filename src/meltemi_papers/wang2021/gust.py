@@ -19,8 +19,8 @@ from meltemi_tuning.run_store import FailedResult, FailedResultError
 Float = NDArray[np.float64]
 STOP, DERATE, IGNORE = "S1 stop", "S2 derate", "S3 ignore"
 INTERPOLATED, EMERGENCY = "S1 interpolated", "S1 emergency stop"
-"""Stopping at the interpolated threshold, in place of the stepwise one that the paper had before; and as the paper says,
-beside the normal stop of the yaw protection."""
+"""Stopping at the interpolated threshold, in place of the stepwise one that the paper had before; and stopping as the
+paper says, beside the normal stop of the yaw protection."""
 SLOWED, SHORT = "S2 at low speed", "S2, recheck after 30 s"
 """Derating by a lower rotor speed in place of a lower torque; a recheck that comes too early."""
 GENTLE, AT_ONCE = "S1 at half the pitch rate", "S2 at once"
