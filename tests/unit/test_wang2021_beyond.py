@@ -75,7 +75,8 @@ def test_a_plan_is_judged_by_seeds_that_it_does_not_know() -> None:
 
 
 def test_gusts_are_measured_within_the_standards_turn_or_a_minute() -> None:
-    assert measured(10.0, TURN) and measured(60.0, 1.5 * TURN) and not measured(20.0, 1.5 * TURN)
+    said = [measured(*of) for of in ((10.0, TURN), (60.0, 1.5 * TURN), (20.0, 1.5 * TURN))]
+    assert said == ["the standard's turn", "beyond it, size not given", "none so fast"]
     assert np.degrees(TURN) == pytest.approx(67.48, abs=0.01)
 
 
@@ -97,8 +98,12 @@ def test_slow_gusts_are_told_apart_from_fast_ones() -> None:
     table = gusts_table(found)
     assert len(table.rows) == 4 * 2 * 4
     first = table.rows[0]
-    assert first[:6] == ["10", "67", "yes", "S1", "100", "0"] and first[6] == "278 ± 0" and first[7] == "+100 ± 0"
-    assert table.rows[4][2] == "no" and table.rows[-1][2] == "yes"
+    assert (
+        first[:6] == ["10", "67", "the standard's turn", "S1", "100", "0"]
+        and first[6] == "278 ± 0"
+        and first[7] == "+100 ± 0"
+    )
+    assert table.rows[4][2] == "none so fast" and table.rows[-1][2] == "beyond it, size not given"
     said = gusts_verdict(found)
     assert "derating acts in 100 % of our gusts, S1 stops in 100 % and S2 in 0 %" in said
     assert "derating acts in 0 %, S1 stops in 0 %" in said

@@ -96,6 +96,6 @@ def _years(ax: Axes, years: Sequence[Year]) -> None:
     for colour, name in zip(COLOURS, ("S2", OURS, "S3"), strict=False):
         found = [won(years, name, fronts) for fronts in FRONTS]
         ax.errorbar(FRONTS, [e.mean for e in found], [e.half_width for e in found], fmt="o-", color=colour, label=name)
-    panel(ax, "energy won in a year against stopping, 95 % intervals", "MWh")
+    panel(ax, "won in a year against stopping", "MWh")
     ax.set_xlabel("fronts a year")
-    ax.legend()
+    ax.legend(loc="upper left")
