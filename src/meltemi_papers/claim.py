@@ -136,7 +136,8 @@ def count(found: Sequence[Claim]) -> Counter[Outcome]:
 def count_held(found: Sequence[Claim]) -> str:
     """Sentences on the number of the paper's claims that hold, and on those that hinge on how the paper is read."""
     n = count(found)
-    rest = [f"{n[k]} cannot be {what}" for k, what in (("unjudged", "judged"), ("unchecked", "checked")) if n[k]]
+    open_: dict[Outcome, str] = {"unjudged": "judged", "unchecked": "checked"}
+    rest = [f"{n[k]} cannot be {what}" for k, what in open_.items() if n[k]]
     some = f", {n['by_reading']} in one reading of it and not in another" if n["by_reading"] else ""
     of = n.total() - n["unchecked"]
     told = f"{n['held']} of {of} claims of the paper hold{some}" + (f" ({', '.join(rest)})." if rest else ".")
@@ -147,9 +148,10 @@ def count_held(found: Sequence[Claim]) -> str:
 def claims_table(found: Sequence[Claim], caption: str = "Claims of the paper") -> Table:
     """Table of claims, those of the paper first; with their basis if it is another one for any."""
     order = get_args(Basis).index
-    columns = ["claim", "verdict", "reason", "paper", "ours", "where", "basis"]
+    columns = ["claim", "verdict", "reason", "paper (tolerance)", "ours", "where", "basis"]
+    stated = {c: f"{c.paper} ({c.tolerance})" if c.tolerance else c.paper for c in found}
     rows = [
-        [c.item, c.verdict, c.reason, "; within ".join(filter(None, (c.paper, c.tolerance))), c.ours, c.where, c.basis]
+        [c.item, c.verdict, c.reason, stated[c], c.ours, c.where, c.basis]
         for c in sorted(found, key=lambda c: order(c.basis))
     ]
     n = len(columns) if {c.basis for c in found} - {"paper"} else len(columns) - 1
@@ -158,7 +160,7 @@ def claims_table(found: Sequence[Claim], caption: str = "Claims of the paper") -
 
 def brief(table: Table) -> Table:
     """The table for a terminal: claim, verdict, and both results."""
-    shown = [table.head.index(name) for name in ("claim", "verdict", "paper", "ours")]
+    shown = [table.head.index(name) for name in ("claim", "verdict", "paper (tolerance)", "ours")]
     rows = [[row[i] for i in shown] for row in table.rows]
     return Table([table.head[i] for i in shown], rows, table.caption, text_columns=len(shown))
 

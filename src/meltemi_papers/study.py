@@ -32,7 +32,7 @@ Progress = Callable[[float, str], None]
 PACKAGE = "meltemi_papers"
 MADE_BY = f"meltemi {meltemi.__version__}, physics version {PHYSICS}"
 NUMBER = re.compile(r"[-+]?\d[\d.e+-]*")
-QUICK = "few, short runs, for a first impression only"
+QUICK = "few, short runs, for a first impression only; ?: what two seeds do not tell"
 
 
 class Drawing(NamedTuple):

@@ -11,7 +11,8 @@ from meltemi_reports.blocks import Table
 from meltemi_reports.markdown import table_lines, table_rows
 
 CAPTION = "*Claims of the paper*"
-NAMED = {"claim", "quantity", "scheme", "paper", "verdict", "tolerance", "basis", "reason", "where"}
+STATED = "paper (tolerance)"
+NAMED = {"claim", "quantity", "scheme", "paper", STATED, "verdict", "tolerance", "basis", "reason", "where"}
 """Columns of the table; what else there is are our results."""
 
 
@@ -48,7 +49,8 @@ def claims_on(page: str) -> list[Line]:
         if row.get("basis", "paper") == "paper":
             item = row.get("claim") or f"{row['quantity']}, {row['scheme']}"
             ours = ", ".join(value for name, value in row.items() if value and name not in NAMED)
-            found.append(Line(item, row["paper"], ours, row["verdict"], causes.get(row["reason"], "")))
+            stated = row.get("paper") or row.get(STATED, "")  # an earlier page
+            found.append(Line(item, stated, ours, row["verdict"], causes.get(row["reason"], "")))
     return found
 
 

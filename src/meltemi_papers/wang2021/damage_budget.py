@@ -211,7 +211,10 @@ def verdict(rates: Rates) -> str:
     lost = {name: kept.energy for name, kept in kinds(rates, load, budget).items()}
     energy = "; ".join(f"{name} {_text(x, '+', 100.0, ' %')}" for name, x in lost.items())
     saved = {scheme: lost[f"{PLANNED}, {scheme}"] - lost[f"{ALIKE}, {scheme}"] for scheme in SCHEMES}
-    worth = " and ".join(f"{_text(x, '+', 100.0, ' points')} with {scheme}" for scheme, x in saved.items())
+    told_apart = [scheme for scheme, x in saved.items() if not np.isnan(x).any()]  # where both kinds have a plan
+    worth = (
+        " and ".join(f"{_text(saved[s], '+', 100.0, ' points')} with {s}" for s in told_apart) or "nothing to compare"
+    )
     return said("budget", load=load, budget=100.0 * budget, energy=energy, saved=worth)
 
 

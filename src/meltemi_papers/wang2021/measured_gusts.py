@@ -89,8 +89,8 @@ def gusts_table(found: Found) -> Table:
     note = (
         f"From {GUST_SPEED:g} m/s, a rise of {RISE:g} m/s, both directions, "
         f"{len(found.grid.seeds)} seeds, 0.5 deg/s, recheck after 90 s. Loads and energy against S3 in the same wind, "
-        "means and 95 % intervals over the winds. Measured: what Hannesdóttir and Kelly (2019) say of the turn; none of "
-        "their ramps rises by more than the standard's 15 m/s."
+        "means and 95 % intervals over the winds. Measured: what Hannesdóttir and Kelly (2019) say of the turn; none "
+        "of their ramps rises by more than the standard's 15 m/s."
     )
     return Table(head, rows, "The strategies in gusts that rise more slowly", text_columns=4, note=note)
 
