@@ -50,6 +50,7 @@ def test_a_limit_that_is_not_reached_is_said(command: Command, tmp_path: Path) -
         (("--load-limits", "tower-base=3"), "--load-limits: no load 'tower-base': did you mean 'tower-base-bending'"),
         (("--load-limits", "tower-base-bending"), "'tower-base-bending': expected tower-base-bending=number"),
         (("--load-limits", "tower-base-bending=-1"), "expected a positive number"),
+        (("--load-limits", "tip-clearence=3"), "--load-limits: no load 'tip-clearence': did you mean 'tip-clearance'"),
         (("--wind-speeds", "10"), "--wind-speeds: expected at least two increasing values"),
         (("--yaw-errors", "-10,10"), "--yaw-errors: expected at least two increasing values, none of them negative"),
         (("--strategy", "halt"), "--strategy, --recheck: strategy: expected 'derate', 'stop' or 'ignore'"),

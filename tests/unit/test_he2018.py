@@ -16,11 +16,20 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import InputError
 from meltemi.analysis import preview_of
-from meltemi.papers.claim import rows_of
-from meltemi.papers.he2018.claims import KINDS, flap_slopes, probability, share_at, thin_airfoil
+from meltemi.papers.claim import Claim, by_reading, rows_of
+from meltemi.papers.he2018.claims import (
+    BY_FEW,
+    KINDS,
+    flap_slopes,
+    in_readings,
+    probability,
+    share_at,
+    thin_airfoil,
+)
 from meltemi.papers.he2018.designs import LIDARS
 from meltemi.papers.he2018.page import _facts
-from meltemi.papers.he2018.runs import PAPER, QUICK, READINGS, paper_turbine
+from meltemi.papers.he2018.runs import FAST_MODEL, MODEL_PARTS, PAPER, QUICK, READINGS, Runs, paper_turbine
+from meltemi.papers.he2018.verdicts import counts_words, held, verdicts_table
 from meltemi.studies.preview import Lidar, measured
 from meltemi.studies.wind_likelihood import Minutes, estimate_wind
 from meltemi.tuning.compare import WHOLE
@@ -101,8 +110,97 @@ def test_a_number_of_the_papers_holds_if_it_is_one_of_our_minutes() -> None:
     found = [KINDS["near"][0](Drawn(factor), row) for factor in (1.0, 0.5, 1.5)]  # type: ignore
     assert [verdict for _, verdict in found] == ["holds", "smaller effect", "larger effect"]
     assert "p = " in found[0][0] and "none of 234 as far" in found[1][0]
+    assert all("5 to 95 % of minutes" in ours for ours, _ in found)
     few = Drawn(1.0, windows=dict.fromkeys([WHOLE, PAPER, "0", "1"], (0.0, 60.0)))
     assert KINDS["near"][0](few, row)[-1] == "cannot be judged: it needs 40 minutes, there are 12"  # type: ignore
+
+
+def test_a_claim_that_holds_by_few_minutes_says_so() -> None:
+    """Of 60 minutes one is too few, two are enough, and up to three are few."""
+    row = {"quantity": "RootMyc1 std", "scheme": "ipc", "paper": "-40 %"}
+    found = [KINDS["near"][0](Minutes60(reach), row) for reach in (1, 2, 3, 4)]  # type: ignore[arg-type]
+    assert [verdict for _, verdict in found] == ["smaller effect", "holds", "holds", "holds"]
+    assert [BY_FEW in ours for ours, _ in found] == [False, True, True, False]
+    assert "2 of 60 as far (p = 0.067)" in found[1][0]
+
+
+@dataclass
+class Minutes60:
+    """60 minutes of changes by -20 %, some of them by -41 %."""
+
+    reach: int
+    schemes: tuple[str, ...] = ("cpc", "ipc", "cpfc")
+    windows: Mapping[str, tuple[float, float]] = field(
+        default_factory=lambda: dict.fromkeys([WHOLE, *map(str, range(10))], (0.0, 60.0))
+    )
+
+    def values(self, quantity: str, scheme: str, window: str) -> NDArray[np.float64]:
+        x = np.full(6, 100.0 if scheme == "cpc" else 80.0)
+        if scheme != "cpc" and window.isdigit() and int(window) < self.reach:
+            x[0] = 59.0
+        return x
+
+
+READ = ("FAST's model, class B", "full model, ed. 2")
+
+
+def lines(*verdicts: str) -> list[Claim]:
+    found = [Claim(f"claim {k}", "", "", verdict, "") for k, verdict in enumerate(verdicts)]
+    return [*found, Claim("asked for", "", "", "holds", "", basis="command")]
+
+
+def test_a_verdict_is_that_of_each_reading() -> None:
+    assert by_reading(dict.fromkeys(READ, "holds")) == "holds"
+    mixed = by_reading(dict(zip(READ, ("holds", "smaller effect"), strict=True)))
+    assert mixed == f"holds ({READ[0]}) / smaller effect ({READ[1]})"
+    found = lines("holds", mixed, "smaller effect")[:3]
+    assert [in_readings(c, READ) for c in found] == [
+        ["holds", "holds"],
+        ["holds", "smaller effect"],
+        ["smaller effect", "smaller effect"],
+    ]
+
+
+def test_the_headline_counts_each_reading() -> None:
+    """What follows from a command and what cannot be checked is not among the claims that hold."""
+    mixed = by_reading(dict(zip(READ, ("holds", "smaller effect"), strict=True)))
+    claims = lines("holds", mixed, "smaller effect", "cannot be checked: because")
+    assert held(claims, READ) == [2, 1]
+    words = counts_words(claims, claims, READ)
+    assert words.startswith("Of 3 claims of the paper that can be checked, 1 hold in every reading")
+    assert f"1 in some, 1 in none. There hold 2 with {READ[0]}, 1 with {READ[1]}" in words
+    assert "1 more cannot be checked" in words
+    rows = verdicts_table(claims, claims, READ).rows
+    assert list(rows[0]) == ["hold", "2 of 3", "1 of 3"]
+    assert [row[0] for row in rows[2:]] == ["claim 1", "claim 2"]
+
+
+def test_what_a_controller_asks_for_is_no_prediction() -> None:
+    rows = rows_of("he2018", "claims.csv").values()
+    commanded = {row["item"] for row in rows if row["basis"] == "command"}
+    assert commanded == {"power mean, IPC", "power mean, CPFC", "pitch 1 of IPC about that of CPC", "flap angles"}
+
+
+@pytest.mark.parametrize(
+    ("alone", "beside", "verdict"),
+    [(110.0, 99.0, "falls beside the feedback only"), (90.0, 99.0, "holds"), (110.0, 101.0, "does not fall")],
+)
+def test_feed_forward_is_judged_alone_and_beside_the_feedback(alone: float, beside: float, verdict: str) -> None:
+    loads = {"cpc": 100.0, "feedforward": alone, "feedback": 100.0, "ipc": beside}
+    c: Any = SimpleNamespace(values=lambda quantity, scheme, window: loads[scheme] + np.array([-0.1, 0.0, 0.1, 0.0]))
+    assert KINDS["feedforward"][0](c, {"quantity": "RootMyc1 DEL"})[1] == verdict  # type: ignore[operator]
+
+
+def test_both_models_meet_both_winds() -> None:
+    """The model of the paper's FAST has stiff blades, static polars and a quasi-steady wake."""
+    assert (FAST_MODEL.torsion_modes, FAST_MODEL.stall, FAST_MODEL.inflow) == (0, "static", "quasi_steady")
+    c: Any = object()
+    runs = Runs(*[None] * 2, dict.fromkeys(READINGS, c), dict.fromkeys(READINGS, c), *[None] * 4)  # type: ignore[arg-type]
+    assert list(runs.judged) == [f"{m}, {w}" for m in ("FAST's model", "full model") for w in ("class B", "ed. 2")]
+    together = {
+        name: value for part in MODEL_PARTS.values() for name, value in part.model_dump(exclude_unset=True).items()
+    }
+    assert together == FAST_MODEL.model_dump(exclude_unset=True)
 
 
 def test_the_papers_changes_are_likely_where_minutes_scatter_about_them() -> None:

@@ -193,7 +193,7 @@ def test_a_misspelt_study_is_refused_with_the_closest_name(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("study", "parts", "said"),
     [
-        ("wang2021", "climate", "is an option of palanimuthu2022"),
+        ("he2018", "climate", "is an option of palanimuthu2022 and wang2021"),
         ("palanimuthu2022", "climat", "did you mean 'climate'?"),
     ],
 )

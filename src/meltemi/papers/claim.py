@@ -74,7 +74,12 @@ def rows_of(study: str, name: str) -> dict[str, dict[str, str]]:
 
 def reasons_of(study: str) -> dict[str, str]:
     """Reasons for differences, by key: the paragraphs of ``reasons.md`` in the folder of a study."""
-    return dict(re.findall(r"^\*(.+?):\* (.+)$", (HERE / study / "reasons.md").read_text(encoding="utf-8"), re.M))
+    return paragraphs_of(study, "reasons.md")
+
+
+def paragraphs_of(study: str, name: str) -> dict[str, str]:
+    """Paragraphs of a Markdown file in the folder of a study, by the key that each begins with."""
+    return dict(re.findall(r"^\*(.+?):\* (.+)$", (HERE / study / name).read_text(encoding="utf-8"), re.M))
 
 
 HERE = Path(__file__).parent

@@ -36,7 +36,8 @@ def reproduce(
         bool, typer.Option("--rosco", help="he2018: only the comparison of its load control with ROSCO.")
     ] = False,
     beyond: Annotated[
-        str, typer.Option("--beyond", help="Of palanimuthu2022: parts beyond the paper, as climate,power, or all.")
+        str,
+        typer.Option("--beyond", help="Parts beyond palanimuthu2022 or wang2021, as gusts,budget, or all."),
     ] = "",
     turbine: Annotated[
         str | None,
@@ -96,15 +97,15 @@ def _described(turbine: str, study: str) -> Turbine:
 
 def _parts(study: str, names: str) -> list[str]:
     """Parse the comma-separated names of the parts beyond a paper."""
-    if study != "palanimuthu2022":
-        raise InputError(f"--beyond is an option of palanimuthu2022; {study} always runs all of its parts")
-    from meltemi.papers.palanimuthu2022.beyond import PARTS
-
-    asked = list(PARTS) if names == "all" else [name.strip() for name in names.split(",")]
+    parts = import_module(f"meltemi.papers.{study}.page").STUDY.parts
+    if not parts:
+        raise InputError(f"--beyond is an option of palanimuthu2022 and wang2021; {study} always runs all of its parts")
+    asked = list(parts) if names == "all" else [name.strip() for name in names.split(",")]
     for name in asked:
-        if name not in PARTS:
-            raise InputError(f"--beyond: no part {name!r}: {did_you_mean(name, [*PARTS, 'all'])}")
-    need("--beyond", "windIO")  # their turbine is iea22mw
+        if name not in parts:
+            raise InputError(f"--beyond: no part {name!r}: {did_you_mean(name, [*parts, 'all'])}")
+    if study == "palanimuthu2022":
+        need("--beyond", "windIO")  # their turbine is iea22mw
     return asked
 
 

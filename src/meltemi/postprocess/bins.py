@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 MOST_PERIODS = 2.0**53
-"""That numbers of periods can be told apart."""
+"""Largest number of periods that a float counts one by one."""
 STATISTICS = ("mean", "std", "min", "max")
 TEN_MINUTES = 600.0
 """[s]."""

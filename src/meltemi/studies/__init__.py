@@ -1,3 +1,3 @@
 """Studies of a turbine: stability, observer, differences of results, scaling, icing, preview and lidar."""
 
-KERNELS = ("lidar.py",)
+KERNELS = ("constrained_pitch.py", "lidar.py")

@@ -1,4 +1,4 @@
-"""A year of wind at 1 s: exceedances of the yaw-error threshold, and energy of each strategy.
+"""Parts of a year of wind at 1 s: exceedances of the yaw-error threshold, and energy of each strategy.
 
 The yaw control and the threshold of the supervisor run at 1 Hz in a wind made for it; the turbine is its steady power
 curve. Directions change for four reasons:
@@ -40,13 +40,17 @@ from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
 DAY, HOUR = 86400.0, 3600.0
+YEAR = 365.0 * DAY
+"""[s]."""
+QUARTER = 91.25
+"""[days] of a part."""
 WEATHER, DRIFT = 8.0 * HOUR, 24.0 * HOUR
 """[s] time scales of mean speed and mean direction."""
 MEANDER, MEANDER_TIME = 0.6, 1200.0
 """[m/s], [s]."""
 LENGTH_U, LENGTH_V = 340.0, 113.0
 """[m] integral scales of IEC 61400-1 ed. 3 for hubs above 60 m: 8.1 and 2.7 times 42 m."""
-FRONTS = (0, 20, 50, 100, 200)
+FRONTS = (0, 50, 200)
 """A year."""
 COSINE = 2.0
 """Power goes with this power of the cosine of the yaw error below rated."""
@@ -73,11 +77,12 @@ class WindSite:
 
 @dataclass(frozen=True)
 class Year:
-    """Annual results of a strategy.
+    """Results of a strategy in a part of a year, all of them a year.
 
     Attributes:
       strategy: its name.
-      fronts: a year.
+      fronts: their number.
+      seed: of the wind.
       energy: [J] produced.
       stopped: [J] that S1 produces in the same wind.
       exceeded: how often the threshold was passed in production.
@@ -87,12 +92,18 @@ class Year:
 
     strategy: str
     fronts: int
+    seed: int
     energy: float
     stopped: float
-    exceeded: int
-    derates: int
-    stops: int
+    exceeded: float
+    derates: float
+    stops: float
     down: float
+
+    @property
+    def available(self) -> float:
+        """Share of the year without the time after stops."""
+        return 1.0 - self.down / YEAR
 
 
 @dataclass(frozen=True)
@@ -173,7 +184,7 @@ def live(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
     Args:
       fronts: a second.
       strategy: 0 ignore, 1 stop, 2 derate and look again.
-      base: base points of the interpolated law.
+      base: law and base points of the threshold.
       yaw: settings of the yaw control.
       measured_now: by the sensors.
       found: gets energy [J], passes, derates, stops, seconds down.
@@ -251,24 +262,38 @@ def a_year(
     ours: BasePoints,
     site: WindSite,
     *,
-    days: float = 365.0,
+    days: float = QUARTER,
     fronts: Sequence[int] = FRONTS,
-    seed: int = 1,
+    seeds: Sequence[int] = (1, 2, 3, 4),
     workers: int | None = None,
 ) -> tuple[Year, ...]:
-    """Annual results of all strategies and numbers of fronts a year in the same wind; ``ours`` are base points beside
-    those of Wang et al. (2021)."""
+    """Results of all strategies and numbers of fronts a year, by seed in the same wind.
+
+    Args:
+      ours: base points beside those of Wang et al. (2021), whose S1 has the stepwise threshold.
+      site: its wind.
+      days: of each part.
+      fronts: a year.
+      seeds: one for each part.
+      workers: threads.
+    """
     paper = YawProtection()
     first = (paper.wind_speeds, paper.thresholds)
-    kinds = {"S1": ("S1", first), "S2": ("S2", first), "S2 ours": ("S2", ours), "S3": ("S3", first)}
+    kinds = {
+        "S1": ("S1", first),
+        "S1 interpolated": ("S1", first),
+        "S2": ("S2", first),
+        "S2 ours": ("S2", ours),
+        "S3": ("S3", first),
+    }
 
-    def one(number: int, name: str) -> Float:
+    def one(number: int, seed: int, name: str) -> Float:
         kind, base = kinds[name]
         values = np.zeros(5)
         live(
             round(days * DAY),
             seed,
-            number / (365.0 * DAY),
+            number / YEAR,
             curve.speed,
             curve.power,
             curve.cut_out,
@@ -276,7 +301,7 @@ def a_year(
             site.speed,
             site.intensity,
             STRATEGIES[kind],
-            YawThreshold.of(wind_speed=base[0], threshold=base[1]),
+            YawThreshold.of(stepwise=name == "S1", wind_speed=base[0], threshold=base[1]),
             2.0 / 3.0 * curve.rated,
             paper.recheck_time,
             yaw_settings(YawControl(), turbine.yaw),
@@ -285,10 +310,11 @@ def a_year(
         )
         return values
 
-    keys = [(number, name) for number in fronts for name in kinds]
+    year = 365.0 / days
+    keys = [(number, seed, name) for number in fronts for seed in seeds for name in kinds]
     with ThreadPoolExecutor(workers or available_cores()) as pool:
-        found = dict(zip(keys, pool.map(lambda key: one(*key), keys), strict=True))
+        found = dict(zip(keys, (year * each for each in pool.map(lambda key: one(*key), keys)), strict=True))
     return tuple(
-        Year(name, number, energy, found[number, "S1"][0], round(exceeded), round(derates), round(stops), down)
-        for (number, name), (energy, exceeded, derates, stops, down) in found.items()
+        Year(name, number, seed, float(values[0]), float(found[number, seed, "S1"][0]), *map(float, values[1:]))
+        for (number, seed, name), values in found.items()
     )

@@ -1,16 +1,16 @@
 """Energy, stops and loads of each strategy over thousands of gusts with direction change.
 
-Over rise, direction change, begin and speed of the gust, seeds of turbulence, yaw rate and recheck time. A turbine that
-was stopped is down for a given time after its run ends; the energy that it misses then is counted.
+Over rise, rise time, direction change and speed of the gust, seeds of turbulence, yaw rate and recheck time. A turbine
+that was stopped is down for a given time after its run ends; the energy that it misses then is counted.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,8 +29,8 @@ from meltemi.studies.machine_loads import CHANNELS, LOADS, extreme, fatigue
 from meltemi.studies.yaw_limits import BasePoints
 from meltemi.tuning.run_store import FailedResult, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
-from meltemi.wind.fields import SteadyWind, WindBox
-from meltemi.wind.iec.gusts import ecd
+from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
+from meltemi.wind.iec.gusts import RISE_TIME, Sign, ecd
 from meltemi.wind.iec.winds import NORMAL_EXPONENT
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.field import generate_field
@@ -44,11 +44,9 @@ FAST = ModelOptions(blade_nodes=10, yaw="driven")
 """Half the usual nodes: extremes of these runs change by some percent, the order of strategies does not."""
 DOWN = 600.0
 """[s] from the stop of a turbine to production again: wait, yaw, start-up."""
-LENGTH = 150.0
-"""[s] of a run."""
-
-
-WIND = ["speed", "rise", "change", "begin", "sign", "seed"]
+LENGTH, BEGIN = 150.0, 20.0
+"""[s] of a run, by default, and begin of its gust."""
+WIND = ["speed", "rise", "change", "time", "sign", "seed"]
 """Columns of the results that identify a wind."""
 STOP_RATE = 0.1
 """[rad/s] of the pitch in stops, 5.7 deg/s, where the actuator has it; Wang et al. (2021) give none."""
@@ -59,13 +57,43 @@ def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
     return turbine.replace(**{"yaw.rate": rate})
 
 
-def strategy(turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None) -> Controller:
-    """Supervisor with yaw control and a strategy of yaw protection."""
+def strategy(
+    turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None, stop_rate: float = STOP_RATE
+) -> Controller:
+    """Supervisor with yaw control, a strategy of yaw protection, and a pitch rate [rad/s] in stops."""
     actuator = turbine.pitch_actuator
-    rate = STOP_RATE if actuator.kind == "ideal" else min(STOP_RATE, actuator.rate_limit)
+    rate = stop_rate if actuator.kind == "ideal" else min(stop_rate, actuator.rate_limit)
     # limits of the speed wide enough for the strategies to act alone: at 60 degrees it swings by up to 17 %
     settings = Supervision(over_speed=1.25, trip_speed=1.3, normal_rate=rate)
     return SupervisedController(turbine, settings, yaw=yaw or YawControl(), protection=protection)
+
+
+def coherent_gust(
+    turbine: Turbine,
+    speed: float,
+    *,
+    rise: float,
+    change: float | None = None,
+    time: float = RISE_TIME,
+    begin: float = BEGIN,
+    sign: Sign = 1,
+) -> WindSeries:
+    """Coherent gust with direction change of IEC 61400-1, which rises within another time.
+
+    Args:
+      turbine: whose hub height counts.
+      speed: [m/s] before the gust.
+      rise: [m/s] of the speed.
+      change: [rad] of the direction; by default that of the standard.
+      time: [s] in which both change; 10 s in the standard.
+      begin: [s] of the gust.
+      sign: of the change, 1 clockwise from above.
+    """
+    gust = ecd(turbine, speed, gust=rise, change=change, begin=begin, sign=sign)
+    if time == RISE_TIME:
+        return gust
+    stretched = begin + (gust.time - begin) * time / RISE_TIME
+    return gust.replace(time=stretched, source=f"{gust.source}, within {time:g} s")
 
 
 def transitions(result: Result, to: str) -> list[LogEntry]:
@@ -81,29 +109,42 @@ class Grid:
       speeds: [m/s] before the gust.
       rises: [m/s] of the gust.
       changes: [rad] of the direction.
-      begins: [s] of the gust in the turbulence.
+      times: [s] in which speed and direction change: the standard's, and that of Wang et al. (2021).
       signs: of the direction change, 1 clockwise from above.
       seeds: of turbulence.
       yaw_rates: [rad/s].
       rechecks: [s] of the derating strategy.
+      length: [s] of a run.
     """
 
     speeds: tuple[float, ...] = (7.0, 10.67)
-    rises: tuple[float, ...] = (0.0, 7.0, 14.33)
-    changes: tuple[float, ...] = tuple(np.radians((30.0, 45.0, 60.0, 75.0, 90.0)))
-    begins: tuple[float, ...] = (20.0,)
-    signs: tuple[Literal[1, -1], ...] = (1, -1)
+    rises: tuple[float, ...] = (0.0, 14.33)
+    changes: tuple[float, ...] = tuple(np.radians((30.0, 60.0, 90.0)))
+    times: tuple[float, ...] = (RISE_TIME, 20.0)
+    signs: tuple[Sign, ...] = (1, -1)
     seeds: tuple[int, ...] = (1, 2)
     yaw_rates: tuple[float, ...] = tuple(np.radians((0.3, 0.5, 0.8)))
     rechecks: tuple[float, ...] = (30.0, 60.0, 90.0)
+    length: float = LENGTH
+
+    def winds(self) -> Iterator[tuple[float, float, float, float, Sign, int]]:
+        """Winds as in ``WIND``; those in the same turbulence are consecutive."""
+        every = product(self.speeds, self.seeds, self.times, self.rises, self.changes, self.signs)
+        return ((speed, rise, change, time, sign, seed) for speed, seed, time, rise, change, sign in every)
 
     def __len__(self) -> int:
-        winds = len(self.speeds) * len(self.rises) * len(self.changes) * len(self.begins) * len(self.seeds)
-        return winds * len(self.signs) * len(self.yaw_rates) * (2 + len(self.rechecks))
+        return len(list(self.winds())) * len(self.yaw_rates) * (2 + len(self.rechecks))
 
 
 QUICK = Grid(
-    (10.67,), (14.33,), (0.8, 1.2), signs=(1,), seeds=(1,), yaw_rates=Grid.yaw_rates[::2], rechecks=(30.0, 90.0)
+    (10.67,),
+    (14.33,),
+    (0.8, 1.2),
+    times=(20.0,),
+    signs=(1,),
+    seeds=(1,),
+    yaw_rates=Grid.yaw_rates[::2],
+    rechecks=(30.0, 90.0),
 )
 OURS = "S2 ours"
 """Derating at base points from a load limit."""
@@ -115,7 +156,7 @@ class Found:
 
     Attributes:
       grid: what was varied.
-      rows: columns speed, rise, change, begin, sign, seed, yaw_rate, strategy, recheck, energy [J] from the begin of
+      rows: columns speed, rise, change, time, sign, seed, yaw_rate, strategy, recheck, energy [J] from the begin of
         the gust to ``DOWN`` after it, stops, derates, and (load, "extreme" | "fatigue").
     """
 
@@ -148,6 +189,26 @@ def run_grid(
     return Found(grid, pd.DataFrame(rows))
 
 
+def strategies(
+    rechecks: Sequence[float], base_points: BasePoints | None = None
+) -> list[tuple[str, float, YawProtection]]:
+    """Names, recheck times [s] and settings of the strategies.
+
+    S1 has the stepwise threshold, as Wang et al. (2021) have it before their optimisation; with base points there is a
+    further strategy, which derates as S2 with the longest recheck time.
+    """
+    found = [
+        ("S1", 0.0, YawProtection(strategy="stop", law="stepwise")),
+        ("S3", 0.0, YawProtection(strategy="ignore")),
+        *(("S2", time, YawProtection(strategy="derate", recheck_time=time)) for time in rechecks),
+    ]
+    if base_points is not None:
+        c, b = base_points
+        ours = YawProtection(strategy="derate", recheck_time=rechecks[-1], wind_speeds=c, thresholds=b)
+        found.append((OURS, rechecks[-1], ours))
+    return found
+
+
 class _Cases:
     """Cases in sequence; those in the same wind are consecutive."""
 
@@ -155,16 +216,7 @@ class _Cases:
         self, turbine: Turbine, grid: Grid, base_points: BasePoints | None, keys: dict[str, dict[str, Any]]
     ) -> None:
         self.turbine, self.grid, self.keys = turbine, grid, keys
-        longest = grid.rechecks[-1]
-        self.strategies: list[tuple[str, float, YawProtection]] = [
-            ("S1", 0.0, YawProtection(strategy="stop")),
-            ("S3", 0.0, YawProtection(strategy="ignore")),
-            *(("S2", t, YawProtection(strategy="derate", recheck_time=t)) for t in grid.rechecks),
-        ]
-        if base_points is not None:
-            c, b = base_points
-            ours = YawProtection(strategy="derate", recheck_time=longest, wind_speeds=c, thresholds=b)
-            self.strategies.append((OURS, longest, ours))
+        self.strategies = strategies(grid.rechecks, base_points)
         self.machines = {rate: with_yaw_rate(turbine, rate) for rate in grid.yaw_rates}
         self.models: dict[float, BladedModel] = {rate: build(t, FAST) for rate, t in self.machines.items()}
         steady = {speed: SteadyWind(speed=speed, shear_exponent=NORMAL_EXPONENT) for speed in grid.speeds}
@@ -182,14 +234,13 @@ class _Cases:
 
     def __iter__(self) -> Iterator[Run]:
         g = self.grid
-        winds = product(g.speeds, g.seeds, g.begins, g.rises, g.changes, g.signs)
-        for speed, seed, begin, rise, change, sign in winds:
+        for speed, rise, change, time, sign, seed in g.winds():
             for rate, (name, recheck, protection) in product(g.yaw_rates, self.strategies):
                 key = {
                     "speed": speed,
                     "rise": rise,
                     "change": change,
-                    "begin": begin,
+                    "time": time,
                     "sign": sign,
                     "seed": seed,
                     "yaw_rate": rate,
@@ -200,8 +251,8 @@ class _Cases:
                 self.keys[label] = key
                 yield Run(
                     model=self.models[rate],
-                    wind=partial(self.wind, speed, seed, begin, rise, change, sign),
-                    duration=LENGTH,
+                    wind=partial(self.wind, speed, seed, time, rise, change, sign),
+                    duration=self.grid.length,
                     controller=strategy(self.machines[rate], protection),
                     channels=(*CHANNELS, "generator_power", "operating_state"),
                     output_step=0.1,
@@ -211,10 +262,10 @@ class _Cases:
 
     def _box(self, speed: float, seed: int) -> WindBox:
         wind = TurbulentWind(speed=speed, intensity=INTENSITY, seed=seed, shear_exponent=NORMAL_EXPONENT, points=15)
-        return generate_field(wind, self.turbine, LENGTH)
+        return generate_field(wind, self.turbine, self.grid.length)
 
-    def _wind(self, speed: float, seed: int, begin: float, rise: float, change: float, sign: Literal[1, -1]) -> WindBox:
-        gust = ecd(self.turbine, speed, gust=rise, change=change, begin=begin, sign=sign)
+    def _wind(self, speed: float, seed: int, time: float, rise: float, change: float, sign: Sign) -> WindBox:
+        gust = coherent_gust(self.turbine, speed, rise=rise, change=change, time=time, sign=sign)
         return with_gust(self.box(speed, seed), gust)
 
 

@@ -2,7 +2,8 @@
 
 The turbine produces in normal turbulence with its nacelle held at a yaw error of either sign. The limits are those of
 the user; or what the machine must stand anyway: the largest load of extreme turbulence with the wind within the dead
-band of the yaw control, and a tenth more, because few runs of minutes stand for hours.
+band of the yaw control, and a tenth more, because few runs of minutes stand for hours. The tip clearance is judged as
+the deflection towards the tower that takes it up, and no limit lets the tip touch the tower.
 
 Reference: docs/guide/yaw-limits.md; the law between base points is that of Wang et al. (2021).
 """
@@ -25,8 +26,10 @@ from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.machine_loads import CHANNELS, LOADS, TOP_SHEAR, TOWER_BASE, YAW_BENDING, YAW_TORSION, extreme
+from meltemi.simulation.validity import undeflected_clearance
+from meltemi.studies.machine_loads import CHANNELS, LOADS, extreme
 from meltemi.tuning.run_store import FailedResult, attempt, cells, survivors
+from meltemi.turbine.definition import Turbine
 from meltemi.wind.iec.winds import etm, ntm, nwp
 
 if TYPE_CHECKING:
@@ -38,8 +41,10 @@ BasePoints = tuple[Float, Float]
 """Wind speeds [m/s] and thresholds [rad]."""
 Key = tuple[str, float, float, int]
 """Model of the turbulence, wind speed [m/s], yaw error [rad] and seed of a run."""
-JUDGED = (YAW_BENDING, YAW_TORSION, TOP_SHEAR, TOWER_BASE)
-"""Loads without limits of the user."""
+TIP, CLEARANCE = "tip clearance", "tip_clearance_1"
+"""What is judged beside the loads, and its channel: the distance of the tip from the yaw axis."""
+UNITS: Mapping[str, str] = {name: load.unit for name, load in LOADS.items()} | {TIP: "m"}
+"""Of what is judged: without limits of the user all of it."""
 ERRORS = tuple(np.radians((0.0, 15.0, 30.0, 45.0, 60.0, 75.0)))
 """[rad], of either sign."""
 DEAD_BAND = YawControl().dead_band
@@ -59,14 +64,16 @@ class YawLimits:
       speeds: (S,) [m/s].
       errors: (E,) [rad] sizes of the yaw error, ascending.
       loads: by name (S, E, 2), largest over seeds, for an error of positive and of negative sign, in the unit of
-        ``LOADS``.
+        ``UNITS``; of the tip clearance what the deflection takes of it.
       limit: by name, in the same unit.
+      undeflected: [m] tip clearance of the undeflected rotor.
     """
 
     speeds: Float
     errors: Float
     loads: dict[str, Float] = field(repr=False)
     limit: dict[str, float]
+    undeflected: float = np.nan
 
     @property
     def use(self) -> Float:
@@ -142,7 +149,7 @@ def find_limits(  # noqa: PLR0913 - options of a study, each with a default
       wind_class: of IEC 61400-1.
       speeds: [m/s]; by default seven from cut-in to cut-out.
       errors: [rad] sizes of the yaw error, ascending.
-      limit: by name of ``LOADS``, in its unit; only these loads are judged.
+      limit: by name of ``UNITS``, in its unit; only these are judged. That of the tip clearance is the least one.
       allowance: factor on the largest load in extreme turbulence.
       length: [s] judged of each run.
       workers: threads.
@@ -153,11 +160,19 @@ def find_limits(  # noqa: PLR0913 - options of a study, each with a default
       FailedResultError: no run in extreme turbulence reached its end.
     """
     for name, value in (limit or {}).items():
-        if name not in LOADS:
-            raise InputError(f"load limits: no load {name!r}: {did_you_mean(name, LOADS)}")
+        if name not in UNITS:
+            raise InputError(f"load limits: no load {name!r}: {did_you_mean(name, UNITS)}")
         if not 0.0 < value < np.inf:
-            raise InputError(f"load limits: {name}: expected a positive number of {LOADS[name].unit}, found {value:g}")
-    judged = tuple(limit or JUDGED)
+            raise InputError(f"load limits: {name}: expected a positive number of {UNITS[name]}, found {value:g}")
+    judged, undeflected = tuple(limit or UNITS), undeflected_clearance(model)
+    if limit is not None and TIP in limit:
+        if limit[TIP] >= undeflected:
+            raise InputError(
+                f"load limits: {TIP}: expected less than the {undeflected:.4g} m of the undeflected rotor, "
+                f"found {limit[TIP]:g} m"
+            )
+        limit = {**limit, TIP: undeflected - limit[TIP]}
+    axis = undeflected + _tower_radius(model.turbine)
     speeds = list(speeds_between(model.turbine.cut_in, model.turbine.cut_out) if speeds is None else speeds)
     keys: list[Key] = []
     for seed in seeds:
@@ -168,12 +183,14 @@ def find_limits(  # noqa: PLR0913 - options of a study, each with a default
 
     def peaks(result: Result) -> dict[str, float]:
         part = result.between(LEAD, np.inf)
-        return {name: extreme(part, name) for name in judged}
+        return {name: axis - float(part[CLEARANCE].min()) if name == TIP else extreme(part, name) for name in judged}
 
     found = cells(cases, reduce=peaks, workers=workers, progress=progress)
     extremes = [peak for (kind, *_), peak in zip(keys, found, strict=True) if kind == "etm"]
     if limit is None:
         limit = {name: allowance * max(peak[name] for peak in survivors(extremes)) for name in judged}
+        # a tip that bends away from the tower, as that of a downwind rotor, has all of its clearance
+        limit[TIP] = min(limit[TIP], undeflected) if limit[TIP] > 0.0 else undeflected
     loads = {name: np.zeros((len(speeds), len(errors), 2)) for name in judged}
     for (kind, speed, angle, _), peak in zip(keys, found, strict=True):
         if kind == "ntm":
@@ -182,7 +199,13 @@ def find_limits(  # noqa: PLR0913 - options of a study, each with a default
             for name, of in loads.items():
                 value = np.inf if isinstance(peak, FailedResult) else peak[name]
                 of[speeds.index(speed), j, sides] = np.maximum(of[speeds.index(speed), j, sides], value)
-    return YawLimits(np.array(speeds), np.array(errors), loads, dict(limit))
+    return YawLimits(np.array(speeds), np.array(errors), loads, dict(limit), undeflected)
+
+
+def _tower_radius(turbine: Turbine) -> float:
+    """[m] of the tower at the height of the lowest tip of the undeflected rotor."""
+    low = turbine.hub_height - turbine.rotor_radius - turbine.tower.base_height
+    return 0.5 * float(np.interp(low, turbine.tower.position, turbine.tower.diameter))
 
 
 def cases_in_turbulence(model: BladedModel, keys: Sequence[Key], wind_class: str, duration: float) -> list[Run]:
@@ -198,7 +221,7 @@ def cases_in_turbulence(model: BladedModel, keys: Sequence[Key], wind_class: str
             model=model,
             wind=(ntm if kind == "ntm" else etm)(speed, wind_class, seed=seed, direction=angle),
             duration=duration,
-            channels=CHANNELS,
+            channels=(*CHANNELS, CLEARANCE),
             start=starts[speed, angle],
             name=f"{kind} {speed:g} m/s {np.degrees(angle):g} deg seed {seed}",
         )
@@ -218,7 +241,8 @@ def limit_rows(found: YawLimits) -> tuple[list[str], list[list[str]]]:
 
 def limit_words(found: YawLimits) -> str:
     """The limits in words."""
-    return "; ".join(f"{name} {value:.4g} {LOADS[name].unit}" for name, value in found.limit.items())
+    least = {name: found.undeflected - value if name == TIP else value for name, value in found.limit.items()}
+    return "; ".join(f"{name} {value:.4g} {UNITS[name]}" for name, value in least.items())
 
 
 def plot_limits(found: YawLimits) -> Figure:

@@ -257,7 +257,7 @@ def winds(runs: Runs) -> Table:
 
     rows = [
         guarded(partial(row, name, c), lambda why, name=name: [name, f"failed: {why}"])  # type: ignore[misc]
-        for name, c in {**runs.readings, **runs.studies}.items()
+        for name, c in {**runs.judged, **runs.studies}.items()
     ]
     head = ["wind or model", "CPC std\nkN m", "IPC std\n(-47.9 %)", "CPFC std\n(-55.3 %)", "IPC DEL\n(-42.2 %)"]
     head += ["CPFC DEL\n(-53.7 %)", "ceiling 1P\nstd", "ceiling 1P, 2P\nstd", "probability"]

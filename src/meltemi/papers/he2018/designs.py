@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 
 from meltemi.control.load_control import HarmonicLoop
 from meltemi.controllers.names import SCHEMES, Target
@@ -17,14 +18,22 @@ NARROW = 0.5
 Tunings = Mapping[tuple[Target, ...], tuple[LoopTuning, ...]]
 
 
+def _loops(tunings: Tunings, scheme: str) -> tuple[HarmonicLoop, ...]:
+    return tuple(tuning.loop for tuning in tunings[SCHEMES[scheme].loops])
+
+
+def added(tunings: Tunings) -> tuple[HarmonicLoop, ...]:
+    """The paper's loops: flaps beside an IPC that stays as it is."""
+    return _loops(tunings, "ipc") + _loops(tunings, "flaps")
+
+
 def designs(model: BladedModel, linear: Sequence[LinearModel], tunings: Tunings) -> dict[str, tuple[HarmonicLoop, ...]]:
     """Loops of 1P pitch and 2P flaps that are not those of the rule.
 
     "Whole lead" has the proportional part that takes back all of the band-pass's delay, "narrow" narrow band-passes.
     """
 
-    def of(scheme: str) -> tuple[HarmonicLoop, ...]:
-        return tuple(tuning.loop for tuning in tunings[SCHEMES[scheme].loops])
+    of = partial(_loops, tunings)
 
     def led(loops: Iterable[HarmonicLoop]) -> tuple[HarmonicLoop, ...]:
         nP = linear[0].point.rotor_speed
@@ -37,11 +46,11 @@ def designs(model: BladedModel, linear: Sequence[LinearModel], tunings: Tunings)
         found = tune_loops(model, SCHEMES[scheme].loops, linear=linear, filter_damping=NARROW)
         return tuple(tuning.loop for tuning in found)
 
-    added = of("ipc") + of("flaps")
+    not_detuned = added(tunings)
     return {
-        ADDED: added,
+        ADDED: not_detuned,
         WHOLE_LEAD: led(of("cpfc")),
-        f"{ADDED}, whole lead": led(added),
+        f"{ADDED}, whole lead": led(not_detuned),
         "ipc, narrow": narrow("ipc"),
         "cpfc, narrow": narrow("cpfc"),
     }

@@ -10,28 +10,33 @@ from numpy.typing import NDArray
 
 from meltemi.papers.claim import rows_of
 from meltemi.papers.he2018.beyond import at_speed
-from meltemi.papers.he2018.claims import THREE, change, thin_airfoil
-from meltemi.papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, Runs
+from meltemi.papers.he2018.claims import change, thin_airfoil
+from meltemi.papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, THREE, Runs
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.report.palette import COLOURS, INK
-from meltemi.report.plots import ABOVE, new_figure, panel
+from meltemi.report.plots import ABOVE, heading, new_figure, panel
 from meltemi.reports.panels import Panel, channel, series
 from meltemi.reports.spectra_plots import plot_spectra
 from meltemi.tuning.compare import hub_moments
+from meltemi.tuning.tuning_plots import plot_tuning
 from meltemi.turbine.flaps import DEFLECTION, naca64618_flap
 from meltemi.turbine.flaps import LIFT as LIFT_TABLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from meltemi.controllers.tuning import LoopTuning
+
 Float = NDArray[np.float64]
 HIGHEST = 0.9
 """[Hz] to which spectra are drawn: a little beyond 4P."""
+WIDTH = 7.4
+"""[in] of all figures, so that letters are legible in the text column of a page of 1200 pixels."""
 
 
 def polars(runs: Runs) -> Figure:
     """Fig. 4: lift of the flapped section, and the increments beside thin-airfoil theory."""
-    figure, axes = new_figure(1, 2, size=(11.0, 4.4))
+    figure, axes = new_figure(2, size=(WIDTH, 8.0), share=False)
     rows = np.array([[float(word) for word in line.split()] for line in LIFT_TABLE.strip().splitlines()])
     for j, delta in enumerate(DEFLECTION):
         colour = COLOURS[j] if j < len(COLOURS) else INK
@@ -42,18 +47,18 @@ def polars(runs: Runs) -> Figure:
     increments, angles = naca64618_flap().increments, np.array(DEFLECTION)
     for colour, alpha in zip(COLOURS, (-8.0, 0.0, 8.0), strict=False):
         added = increments.lift[int(np.argmin(np.abs(np.degrees(increments.angle_of_attack) - alpha)))]
-        axes[0, 1].plot(angles, added, marker=".", color=colour, label=f"increments at {alpha:g} deg")
+        axes[1, 0].plot(angles, added, marker=".", color=colour, label=f"increments at {alpha:g} deg")
     ideal = thin_airfoil(naca64618_flap().chord_fraction)[0] * np.radians(angles)
-    axes[0, 1].plot(angles, ideal, color=INK, linestyle="--", label="thin-airfoil theory (Glauert)")
-    axes[0, 1].legend()
-    axes[0, 1].set_xlabel("flap [deg]")
-    panel(axes[0, 1], "Lift that the flap adds, by angle of attack", "-")
+    axes[1, 0].plot(angles, ideal, color=INK, linestyle="--", label="thin-airfoil theory (Glauert)")
+    axes[1, 0].legend()
+    axes[1, 0].set_xlabel("flap [deg]")
+    panel(axes[1, 0], "Lift that the flap adds, by angle of attack", "-")
     return figure
 
 
 def hub_wind(runs: Runs) -> Figure:
     """Fig. 5: wind at the hub."""
-    figure, axes = new_figure(len(runs.readings), size=(9.0, 1.9 * len(runs.readings) + 0.6))
+    figure, axes = new_figure(len(runs.readings), size=(WIDTH, 1.9 * len(runs.readings) + 0.6))
     for ax, (reading, c) in zip(axes[:, 0], runs.readings.items(), strict=True):
         result = c.results("cpc")
         ax.plot(result.time, result["wind_x"], linewidth=0.6, color=COLOURS[0])
@@ -69,25 +74,27 @@ def shown(*panels: Panel) -> Callable[[Runs], Figure]:
     def draw(runs: Runs) -> Figure:
         c = runs.readings[CLASS_B]
         results = {scheme.upper(): c.results(scheme).between(*c.windows[PAPER]) for scheme in THREE}
-        return series(panels, results, height=2.1, rest=0.7)
+        figure = series(panels, results, height=2.1, rest=0.7)
+        figure.set_size_inches(WIDTH, figure.get_size_inches()[1])
+        return figure
 
     return draw
 
 
 def spectra(runs: Runs) -> Figure:
-    """Fig. 9: power spectral density of RootMyc1, mean over seeds, for both readings of the wind."""
-    figure, axes = new_figure(1, len(runs.readings), size=(11.0, 4.0))
-    for ax, (reading, c) in zip(axes[0], runs.readings.items(), strict=True):
+    """Fig. 9: power spectral density of RootMyc1, mean over seeds, for all readings of model and wind."""
+    figure, axes = new_figure(len(runs.judged), size=(WIDTH, 2.7 * len(runs.judged)))
+    for ax, (reading, c) in zip(axes[:, 0], runs.judged.items(), strict=True):
         found = {scheme.upper(): c.spectrum("RootMyc1", scheme) for scheme in THREE}
         plot_spectra(found, "RootMyc1", rotor=c.rotor_frequency(), harmonics=(1, 2, 3, 4), highest=HIGHEST, ax=ax)
-        ax.set_title(f"Fig. 9: PSD of RootMyc1, {reading}")
+        ax.set_title(f"Fig. 9: PSD of RootMyc1, {reading}", fontsize=9)
     return figure
 
 
 def actuators(runs: Runs) -> Figure:
     """Fig. 11: pitch of blade 1 by scheme, and the three flaps of CPFC."""
     c = runs.readings[CLASS_B]
-    figure, axes = new_figure(2, size=(9.0, 5.0))
+    figure, axes = new_figure(2, size=(WIDTH, 5.0))
     for i, scheme in enumerate(THREE):
         part = c.results(scheme).between(*c.windows[PAPER])
         axes[0, 0].plot(part.time, np.degrees(part["pitch_1"]), linewidth=1.0, color=COLOURS[i], label=scheme.upper())
@@ -109,19 +116,21 @@ def numbers(runs: Runs) -> Figure:
         row for row in rows_of("he2018", "claims.csv").values() if row["kind"] == "near" and "/" not in row["scheme"]
     ]
     names = [*((row["quantity"], row["scheme"], float(row["paper"].removesuffix(" %"))) for row in stated), *_UNSTATED]
-    figure, axes = new_figure(1, size=(11.0, 4.4))
-    for i, (reading, c) in enumerate(runs.readings.items()):
+    figure, axes = new_figure(1, size=(WIDTH, 0.42 * len(names) + 1.3))
+    ax, y = axes[0, 0], np.arange(len(names))
+    for i, (reading, c) in enumerate(runs.judged.items()):
         found = [mean_interval(change(c, name, scheme)) for name, scheme, _ in names]
-        x = np.arange(len(names)) + 0.38 * (i - 0.5)
         width = [0.0 if e.n < 2 else e.half_width for e in found]
-        means = [e.mean for e in found]
-        axes[0, 0].bar(x, means, 0.36, yerr=width, color=COLOURS[i], label=reading, capsize=2)
-    axes[0, 0].plot([paper for *_, paper in names], color=INK, marker="D", linestyle="", label="paper")
-    axes[0, 0].axhline(0.0, color=INK, linewidth=0.8)
-    labels = [f"{name}\n{scheme.upper()}" for name, scheme, _ in names]
-    axes[0, 0].set_xticks(range(len(names)), labels, rotation=45, ha="right")
-    axes[0, 0].legend(loc="lower right")
-    panel(axes[0, 0], "Fig. 12 and Tables 2 to 5: change against CPC", "%")
+        at = y + 0.19 * (i - 0.5 * (len(runs.judged) - 1))
+        look = {"color": COLOURS[i], "linestyle": "", "marker": "o", "markersize": 4, "capsize": 2}
+        ax.errorbar([e.mean for e in found], at, xerr=width, label=reading, **look)
+    ax.plot([paper for *_, paper in names], y, color=INK, marker="D", markersize=5, linestyle="", label="paper")
+    ax.axvline(0.0, color=INK, linewidth=0.8)
+    ax.set_yticks(y, [f"{name}, {scheme.upper()}" for name, scheme, _ in names])
+    ax.invert_yaxis()
+    ax.set_xlabel("%")
+    figure.legend(loc="outside lower center", ncols=3)
+    heading(ax, "Fig. 12 and Tables 2 to 5: change against CPC")
     return figure
 
 
@@ -131,15 +140,23 @@ _UNSTATED = [(f"{name} DEL", s, np.nan) for name in ("RootMxc1", "Myaw", "Mtilt"
 def over_speeds(runs: Runs) -> Figure:
     """Change of loads over wind speed, beyond the paper."""
     every = sorted({*runs.speeds, SPEED})
-    figure, axes = new_figure(1, 3, size=(12.0, 3.8))
-    for ax, name in zip(axes[0], ("RootMyc1 DEL", "TwrBsMyt DEL", "power mean"), strict=True):
+    names = ("RootMyc1 DEL", "TwrBsMyt DEL", "power mean")
+    figure, axes = new_figure(len(names), size=(WIDTH, 2.5 * len(names)))
+    for ax, name in zip(axes[:, 0], names, strict=True):
         for i, scheme in enumerate(ALL_SPEEDS[1:]):
             means = [float(change(at_speed(runs, u), name, scheme).mean()) for u in every]
             ax.plot(every, means, marker="o", markersize=4, color=COLOURS[i], label=scheme)
         ax.axhline(0.0, color=INK, linewidth=0.8)
-        ax.set_xlabel("wind speed [m/s]")
         panel(ax, f"{name}, change against CPC", "%")
-    axes[0, 0].legend()
+    axes[-1, 0].set_xlabel("wind speed [m/s]")
+    axes[0, 0].legend(ncols=4, **ABOVE)
+    return figure
+
+
+def bode(loops: Mapping[str, LoopTuning]) -> Figure:
+    """Loops of CPFC, in the width of a page."""
+    figure = plot_tuning(loops)
+    figure.set_size_inches(1.25 * WIDTH, 6.4)
     return figure
 
 

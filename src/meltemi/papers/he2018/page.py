@@ -9,18 +9,26 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.controllers.names import SCHEMES
-from meltemi.papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
+from meltemi.papers.claim import UNJUDGED, Claim, brief, claims_table, reason_lines
 from meltemi.papers.he2018 import beyond, search
-from meltemi.papers.he2018.claims import CEILINGS, change, claims, edgewise, likelihood, percent, reached, reasons
-from meltemi.papers.he2018.designs import WHOLE_LEAD
-from meltemi.papers.he2018.figures import FIGURES, over_speeds
+from meltemi.papers.he2018.claims import (
+    CEILINGS,
+    change,
+    claims,
+    likelihood,
+    not_detuned,
+    percent,
+    reached,
+    reasons,
+)
+from meltemi.papers.he2018.figures import FIGURES, bode, over_speeds
 from meltemi.papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, Runs, run_all
+from meltemi.papers.he2018.verdicts import counts_words, verdicts_table
 from meltemi.papers.study import Chapter, Content, Contents, Draw, Study, applied, tabled, worded
 from meltemi.reports.blocks import Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.tuning.compare import WHOLE
 from meltemi.tuning.run_store import guarded
-from meltemi.tuning.tuning_plots import plot_tuning
 from meltemi.turbine.definition import Turbine
 
 
@@ -70,26 +78,22 @@ def gains_table(runs: Runs) -> Table:
     return Table(head, rows, "Gains by the rule, from the turbine's own linear model", text_columns=2, note=note)
 
 
-def _lead(runs: Runs, lines: list[Claim]) -> str:
+def _lead(runs: Runs, lines: list[Claim], beside: list[Claim]) -> str:
     c = runs.readings[CLASS_B]
-    ceiling = {scheme: f"{100.0 * c.ceiling_change(n, 'std').mean:+.1f} %" for scheme, n in CEILINGS.items()}
     share = {scheme: f"{100.0 * reached(c, scheme, 'std').mean:.0f} %" for scheme in CEILINGS}
-    one, two, ideal, worst = (
-        percent(change(c, "RootMyc1 std", scheme)) for scheme in ("ipc", "cpfc", BEST, PREVIEWS[-1])
-    )
-    plane, plane_whole = (percent(change(c, "RootMxc1 DEL", scheme)) for scheme in ("cpfc", WHOLE_LEAD))
-    edge = ", ".join(f"{edgewise(c, scheme) * 1e-3:.0f}" for scheme in ("cpc", "cpfc", WHOLE_LEAD))
+    ideal, worst = (percent(change(c, "RootMyc1 std", scheme)) for scheme in (BEST, PREVIEWS[-1]))
     tower = percent(change(c, "TwrBsMyt DEL", PREVIEWS[-1]))
     wind = guarded(lambda: search.told_briefly(search.estimate(runs)), lambda why: "")
+
+    def std(scheme: str) -> str:
+        return ", ".join(percent(change(c, "RootMyc1 std", scheme)) for c in runs.judged.values())
+
     return (
-        f"{count_held(lines)} In the class's wind IPC changes the standard deviation of the root moment by {one} and "
-        f"CPFC by {two}; the paper has -47.9 and -55.3 % in one minute: the probability of its eight "
-        f"changes together as one more minute of ours is {likelihood(c)}. {wind}Ideal removal of 1P would give "
-        f"{ceiling['ipc']}, of 1P and 2P {ceiling['cpfc']}: IPC reaches {share['ipc']} of that, CPFC "
-        f"{share['cpfc']}. In plane CPFC changes the equivalent load by {plane}. With loops whose "
-        "proportional part takes back the whole delay of their filters, which do not keep the gain margin at the first "
-        f"edgewise mode, it is {plane_whole}; there the standard deviation is {edge} kN m with CPC, CPFC and those "
-        "loops. An ideal "
+        f"{counts_words(lines, beside, list(runs.judged))} In the same order IPC changes the standard deviation of the "
+        f"root moment by {std('ipc')} and CPFC by {std('cpfc')}; the paper has -47.9 and -55.3 % in one minute. The "
+        "probability of its eight changes together as one more minute of ours is "
+        f"{', '.join(likelihood(c) for c in runs.judged.values())}. {wind}With the full model in the class's wind IPC "
+        f"reaches {share['ipc']} of an ideal removal of 1P, CPFC {share['cpfc']} of one of 1P and 2P. An ideal "
         f"preview of the wind gives CPFC {ideal}; with the errors of a lidar {worst}, and at the tower base {tower} in "
         "the equivalent load."
     )
@@ -114,7 +118,7 @@ def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Chapter]:
     tunings = zip(cpfc, runs.bench.tunings[cpfc], strict=True)
     loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in tunings}
     below: dict[str, list[Content]] = {
-        "gains": [draw("bode", "Loops of CPFC", lambda: plot_tuning(loops))],
+        "gains": [draw("bode", "Loops of CPFC", lambda: bode(loops))],
         "division": [not_detuned, *([beyond.DIVISION] if paper else [])],
         "best": [beyond.LIDAR],
         "lifetime": [
@@ -143,11 +147,16 @@ def _facts(runs: Runs) -> list[tuple[str, str]]:
 def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
     """Chapters, lead and facts of the page."""
     lines = claims(runs)
+    beside = guarded(lambda: claims(runs, not_detuned(runs.judged)), lambda why: [])
     words = (
-        f"Changes against CPC in {' and in '.join(runs.readings)}, means over {len(runs.setup.seeds)} seeds with 95 % "
-        "intervals. The paper's numbers are those of one minute of one seed: p is the two-sided share of our single "
-        "minutes that lie as far."
+        f"Changes against CPC, means over {len(runs.setup.seeds)} seeds with 95 % intervals; verdicts in this order of "
+        f"readings: {', '.join(runs.judged)}. The paper's numbers are those of one minute of one seed: p is the "
+        'two-sided share of our single minutes that lie as far, "by few" at most three of them.'
     )
+
+    def verdicts() -> Table:
+        return tabled("Verdicts by model and wind", lambda: verdicts_table(lines, beside, list(runs.judged)))
+
     why = reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why}))
     winds = [tabled("Other winds", partial(of, runs)) for of in (beyond.winds, search.search_table)]
     likely: list[Content] = [
@@ -155,14 +164,15 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
         draw("likelihood", "Likelihood of the paper's changes by wind", lambda: search.surface(runs)),
     ]
     return Contents(
-        lead=worded(partial(_lead, runs, lines), "What came of it"),
+        lead=worded(partial(_lead, runs, lines, beside), "What came of it"),
         chapters={
+            "readings": Chapter("By model and wind", [verdicts()]),
             "claims": Chapter("Claim by claim", [claims_table(lines), words, *why]),
             "winds": Chapter("In which wind the paper's figures hold", [*winds, *likely]),
             **_chapters(runs, draw, paper=True),
         },
         facts=_facts(runs),
-        shown=[brief(claims_table(lines)), tabled("Ceilings", lambda: ceiling_table(runs))],
+        shown=[brief(claims_table(lines)), verdicts(), tabled("Ceilings", lambda: ceiling_table(runs))],
     )
 
 

@@ -13,7 +13,7 @@ from meltemi.control.controller import Controller
 from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController, SpeedNotch
 from meltemi.controllers.names import SCHEMES
 from meltemi.controllers.tuning import linear_models, scaled, speed_notch, tune_loops
-from meltemi.papers.he2018.designs import LIDARS, Tunings, designs
+from meltemi.papers.he2018.designs import ADDED, LIDARS, Tunings, added, designs
 from meltemi.papers.study import Progress
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel
@@ -45,7 +45,12 @@ GRID = {
     **{f"TI {intensity} %, twice the lengths": (0.01 * intensity, 2.0) for intensity in (12, 8)},
 }
 """Winds of other intensity and length scale."""
-PARTS = ("cpc", "ipc", "cpfc", "feedforward", "feedback", "flaps")
+THREE = ("cpc", "ipc", "cpfc")
+PARTS = (*THREE, "feedforward", "feedback", "flaps")
+HALF = "feedforward, half of it"
+"""Feed-forward alone with half of the weights."""
+STATED = (*THREE, "feedforward", "feedback", ADDED, HALF)
+"""Schemes of which the paper states something, with two variants; they run in every reading of model and wind."""
 RIVALS = ("ipc2", "flaps12", "cpfc12")
 ALL_SPEEDS = ("cpc", "ipc", "cpfc", "ipc2", "flaps12")
 """Schemes that are run at every wind speed."""
@@ -112,6 +117,8 @@ class Bench:
 
     def controller(self, name: str) -> Controller:
         """Controller of a scheme or design."""
+        if name == HALF:
+            return self.composed(name, [], feedforward=True, weight=0.5)
         feedforward = name in self.designs or SCHEMES[name].feedforward
         return self.composed(name, self.loops(name), feedforward=feedforward)
 
@@ -121,9 +128,11 @@ class Bench:
             return list(self.designs[name])
         return [tuning.loop for tuning in self.tunings[SCHEMES[name].loops]]
 
-    def composed(self, name: str, loops: list[HarmonicLoop], *, feedforward: bool, **more: Any) -> Controller:
-        """Load controller with given loops."""
-        weights = FeedForward(shear_exponent=SHEAR, tower_shadow=True) if feedforward else None
+    def composed(
+        self, name: str, loops: list[HarmonicLoop], *, feedforward: bool, weight: float = 1.0, **more: Any
+    ) -> Controller:
+        """Load controller with given loops; ``weight`` is the share of the feed-forward that is used."""
+        weights = FeedForward(gain=weight, shear_exponent=SHEAR, tower_shadow=True) if feedforward else None
         settings = LoadControl(feedforward=weights, loops=tuple(loops), notch=self.notch, **more)
         return LoadController(self.model.turbine, settings, name=name)
 
@@ -141,6 +150,7 @@ def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> B
     wanted = {SCHEMES[name].loops for name in schemes}
     tunings = {loops: tune_loops(model, loops, linear=linear) for loops in sorted(wanted)}
     others = designs(model, linear, tunings) if "cpfc12" in schemes else {}
+    others |= {ADDED: added(tunings)} if {"ipc", "flaps"} <= set(schemes) else {}
     return Bench(model, linear, speed_notch(linear[0]), tunings, others)
 
 
@@ -151,7 +161,9 @@ class Runs:
     Attributes:
       setup: how much.
       bench: turbine and controllers.
-      readings: at the paper's wind speed, by the reading of its wind; the class has the rivals, too.
+      readings: with the full model at the paper's wind speed, by the reading of its wind; the class has the rivals,
+        too.
+      fast: the paper's schemes with the model of its FAST, by the reading of the wind.
       speeds: in the class's wind at other speeds.
       studies: cpc, ipc and cpfc in other winds, and with another model, by what is different.
       shares: of the flap gains at 1P and 2P that came out best at equal travel.
@@ -161,10 +173,22 @@ class Runs:
     setup: Setup
     bench: Bench = field(repr=False)
     readings: Mapping[str, Comparison] = field(repr=False)
+    fast: Mapping[str, Comparison] = field(repr=False)
     speeds: Mapping[float, Comparison] = field(repr=False)
     studies: Mapping[str, Comparison] = field(repr=False)
     shares: tuple[float, float]
     travel: Mapping[str, tuple[float, float]] = field(repr=False)
+
+    @property
+    def judged(self) -> dict[str, Comparison]:
+        """By which the paper is judged: all readings of its model and of its wind."""
+        both = ((FAST, self.fast), (FULL, self.readings))
+        return {f"{model}, {SHORT[wind]}": c for model, found in both for wind, c in found.items()}
+
+    def study(self, name: str) -> Comparison:
+        """A study; one that was not run raises its reason when it is used."""
+        missing: Any = FailedResult(f"{name}: not run")
+        return self.studies.get(name, missing)
 
 
 def run_all(
@@ -182,9 +206,11 @@ def run_all(
     progress(0.0, "tuning")
     b = bench(build(paper_turbine(turbine)))
     candidates = (len(SHARES_1P) * len(SHARES_2P) + 1) * min(n, len(TUNING_SEEDS))
-    at_20 = 2 * len(PARTS) + len(RIVALS) + 1 + 2 * len(PREVIEWS) + len(b.designs)
-    studied = {name: make for name, make in _STUDIES.items() if setup.grid or name not in GRID}
-    total = 20.0 + candidates + (at_20 + len(ALL_SPEEDS) * len(setup.speeds)) * n + 3 * few * len(studied)
+    at_20 = 2 * len({*PARTS, *STATED, *PREVIEWS}) + len(RIVALS) + len(b.designs)
+    at_20 += 2 * len(STATED) if turbine is None else 0
+    studied = {name: study for name, study in STUDIES.items() if setup.grid or name not in GRID}
+    total = 20.0 + candidates + (at_20 + len(ALL_SPEEDS) * len(setup.speeds)) * n
+    total += sum((n if study.all_seeds else few) * len(study.schemes) for study in studied.values())
     done = 20.0
 
     def run(
@@ -211,36 +237,33 @@ def run_all(
     shares, travel, best = (found, found, found) if isinstance(found, FailedResult) else found
     previews = attempt("preview", _previews, b)
     readings = {}
+    stated, fast = STATED if turbine is None else (), dict[str, Any]()
+    benches: dict[ModelOptions | None, Any] = {None: b}
     for name, reading in (READINGS if turbine is None else {CLASS_B: READINGS[CLASS_B]}).items():
-        controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in PARTS}
+        winds = [wind_of(seed, SPEED, **reading) for seed in setup.seeds]
+        controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in dict.fromkeys((*PARTS, *stated))}
         if name == CLASS_B:
             controllers |= {scheme: b.controller(scheme) for scheme in (*RIVALS, *b.designs)}
             controllers |= {} if isinstance(best, FailedResult) else {TRAVEL: best}
         controllers |= {} if isinstance(previews, FailedResult) else previews
-        readings[name] = run(name, controllers, [wind_of(seed, SPEED, **reading) for seed in setup.seeds])
+        readings[name] = run(name, controllers, winds)
+        if turbine is None:
+            fast[name] = _with(benches, FAST_MODEL, b, f"{FAST}, {name}", STATED, winds, run)
     later: Any = FailedResult("not run yet")
-    partly(Runs(setup, b, readings, dict.fromkeys(setup.speeds, later), {}, shares, travel))
+    partly(Runs(setup, b, readings, fast, dict.fromkeys(setup.speeds, later), {}, shares, travel))
     speeds: dict[float, Comparison] = {}
     studies: dict[str, Any] = {}
     at_all: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ALL_SPEEDS}
     for u in setup.speeds:
         winds = [wind_of(seed, u, **READINGS[CLASS_B]) for seed in setup.seeds]
         speeds[u] = run(f"{u:g} m/s", at_all, winds)
-    three: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ("cpc", "ipc", "cpfc")}
-    for name, make in studied.items() if turbine is None else ():
-        model, controllers = b.model, three
-        if name == NO_TORSION:
-            other = attempt(name, bench, build(b.model.turbine, FAST_MODEL), ("cpc", "ipc", "cpfc"))
-            if isinstance(other, FailedResult):
-                studies[name] = other
-                continue
-            model, controllers = other.model, {s: other.controller(s) for s in three}
-        winds = [make(seed) for seed in setup.study_seeds]
+    for name, study in studied.items() if turbine is None else ():
+        winds = [study.wind(seed) for seed in (setup.seeds if study.all_seeds else setup.study_seeds)]
         if isinstance(winds[0], SteadyWind):
             winds = winds[:1]
-        studies[name] = run(name, controllers, winds, model)
+        studies[name] = _with(benches, study.model, b, name, study.schemes, winds, run)
     progress(1.0, "done")
-    return Runs(setup, b, readings, speeds, studies, shares, travel)
+    return Runs(setup, b, readings, fast, speeds, studies, shares, travel)
 
 
 def wind_of(seed: int, speed: float, **more: Any) -> AnyWind:
@@ -254,17 +277,77 @@ def _of_grid(first: int, intensity: float, length: float, seed: int) -> AnyWind:
     return wind_of(first + seed, SPEED, intensity=intensity, length_factor=length)
 
 
-NO_TORSION = "stiff in torsion, static polars, quasi-steady wake"
+FAST, FULL = "FAST's model", "full model"
+"""Models by which the paper is judged: that of its FAST, and the library's with all that the former leaves out."""
 FAST_MODEL = ModelOptions(torsion_modes=0, stall="static", inflow="quasi_steady")
 """Blades as in ElastoDyn, which the paper's FAST has."""
-_STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
-    **{name: partial(_of_grid, 10 * (k + 1), *wind) for k, (name, wind) in enumerate(GRID.items())},
-    "no turbulence": lambda seed: SteadyWind(speed=SPEED, shear_exponent=SHEAR),
-    "shear exponent 0.3": lambda seed: wind_of(seed, SPEED, wind_class="IIB", shear_exponent=0.3),
-    "Kaimal": lambda seed: wind_of(seed, SPEED, wind_class="IIB", spectrum="kaimal"),
-    "Mann": lambda seed: wind_of(seed, SPEED, wind_class="IIB", spectrum="mann"),
-    NO_TORSION: lambda seed: wind_of(seed, SPEED, **READINGS[CLASS_B]),
+SHORT = {CLASS_B: "class B", EDITION_2: "ed. 2"}
+
+
+@dataclass(frozen=True)
+class WindStudy:
+    """Schemes in another wind, or with another model.
+
+    Attributes:
+      wind: for a seed.
+      model: None for the full one.
+      schemes: that are compared.
+      all_seeds: in the winds by which the paper is judged, for differences seed by seed.
+    """
+
+    wind: Callable[[int], AnyWind]
+    model: ModelOptions | None = None
+    schemes: tuple[str, ...] = THREE
+    all_seeds: bool = False
+
+
+def _class_b(seed: int, **more: Any) -> AnyWind:
+    return wind_of(seed, SPEED, **READINGS[CLASS_B], **more)
+
+
+def _steady(seed: int) -> AnyWind:
+    return SteadyWind(speed=SPEED, shear_exponent=SHEAR)
+
+
+LESS = "TI 8 %"
+"""Wind of the grid that the model of FAST meets, too."""
+MODEL_PARTS = {
+    "without torsion": ModelOptions(torsion_modes=0),
+    "with static polars": ModelOptions(stall="static"),
+    "with a quasi-steady wake": ModelOptions(inflow="quasi_steady"),
 }
+"""What the model of FAST leaves out, one by one."""
+_OF_GRID = {name: partial(_of_grid, 10 * (k + 1), *wind) for k, (name, wind) in enumerate(GRID.items())}
+CALM = "no turbulence"
+STUDIES: Mapping[str, WindStudy] = {
+    **{name: WindStudy(wind) for name, wind in _OF_GRID.items()},
+    f"{FAST}, {LESS}": WindStudy(_OF_GRID[LESS], FAST_MODEL),
+    CALM: WindStudy(_steady, schemes=STATED),
+    f"{FAST}, {CALM}": WindStudy(_steady, FAST_MODEL, STATED),
+    "shear exponent 0.3": WindStudy(partial(_class_b, shear_exponent=0.3)),
+    "Kaimal": WindStudy(partial(_class_b, spectrum="kaimal")),
+    "Mann": WindStudy(partial(_class_b, spectrum="mann")),
+    **{name: WindStudy(_class_b, model, all_seeds=True) for name, model in MODEL_PARTS.items()},
+}
+
+
+def _with(
+    benches: dict[ModelOptions | None, Any],
+    options: ModelOptions | None,
+    b: Bench,
+    name: str,
+    schemes: Sequence[str],
+    winds: list[AnyWind],
+    run: Callable[..., Comparison],
+) -> Any:
+    """Schemes tuned for a model of the same turbine, in given winds; each model is tuned once."""
+    if options not in benches:
+        tuned = PARTS if options == FAST_MODEL else THREE
+        benches[options] = attempt(name, bench, build(b.model.turbine, options), tuned)
+    other = benches[options]
+    if isinstance(other, FailedResult):
+        return other
+    return run(name, {scheme: other.controller(scheme) for scheme in schemes}, winds, other.model)
 
 
 def _previews(b: Bench) -> dict[str, Made]:

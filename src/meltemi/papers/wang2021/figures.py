@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
-from meltemi.papers.wang2021.gust import DERATE, SIGNS, Gust, Gusts
+from meltemi.papers.wang2021.gust import DERATE, DRAWN, SIGNS, Gust, Gusts
 from meltemi.papers.wang2021.table2 import MOMENT, POWER, Table2
-from meltemi.papers.wang2021.winds import measured
+from meltemi.papers.wang2021.winds import TIMES, measured
 from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.reports.panels import Panel, channel, series
@@ -103,19 +104,21 @@ def thresholds() -> Figure:
 
 
 def gust_wind(gusts: Gusts) -> Figure:
-    """Figure 9: speed and direction of the wind, both directions."""
-    figure, axes = new_figure(2, size=(9.0, 4.4))
-    for colours, (sign, words) in zip((COLOURS[:3], COLOURS[3:]), SIGNS.items(), strict=False):
-        result = gusts.first(sign).results[DERATE]
+    """Figure 9: speed and direction of the wind, both directions and all rise times."""
+    figure, axes = new_figure(2, size=(9.0, 6.0))
+    looks = {"wind": (COLOURS[0], "-"), "yaw error of S2": (COLOURS[1], "-"), "threshold": (COLOURS[2], "--")}
+    for width, (time, sign) in zip((1.8, 1.8, 0.8, 0.8), product(TIMES, SIGNS), strict=True):
+        result = gusts.first(sign, time).results[DERATE]
         u, v = result["wind_x"], result["wind_y"]
-        axes[0, 0].plot(result.time, np.hypot(u, v), color=colours[0], label=words)
-        axes[1, 0].plot(result.time, np.degrees(np.arctan2(-v, u)), color=colours[0], label=f"wind, {words}")
-        error, limit = np.degrees(result["yaw_error"]), np.degrees(result["yaw_threshold"])
-        axes[1, 0].plot(result.time, error, color=colours[1], label="yaw error of S2")
-        axes[1, 0].plot(result.time, sign * limit, color=colours[2], linestyle="--", label="threshold")
-    axes[1, 0].legend(ncols=2)
-    panel(axes[0, 0], "Fig. 9: wind speed at the hub", "m/s")
-    panel(axes[1, 0], "Fig. 9: direction; filtered yaw error and its threshold", "deg")
+        axes[0, 0].plot(result.time, np.hypot(u, v), color=COLOURS[0], linewidth=width)
+        limit = sign * np.degrees(result["yaw_threshold"])
+        angles = (np.degrees(np.arctan2(-v, u)), np.degrees(result["yaw_error"]), limit)
+        for (words, (colour, style)), angle in zip(looks.items(), angles, strict=True):
+            label = f"{words}, within {time:g} s" if sign > 0 else None
+            axes[1, 0].plot(result.time, angle, color=colour, linestyle=style, linewidth=width, label=label)
+    axes[1, 0].legend(ncols=2, loc="center right")
+    panel(axes[0, 0], "Fig. 9: wind speed at the hub; thick: within 20 s, thin: within 10 s", "m/s")
+    panel(axes[1, 0], "Fig. 9: direction; filtered yaw error and its threshold, clockwise above zero", "deg")
     axes[-1, 0].set_xlabel("time [s]")
     return figure
 
@@ -133,11 +136,11 @@ def gust_runs(gust: Gust, letters: str = "") -> Figure:
     if letters:
         own = zip(letters, panels, strict=True)
         panels = [(f"Fig. 10{a}: {what}" if a.strip() else what, *rest) for a, (what, *rest) in own]  # type: ignore[misc]
-    return series(panels, dict(gust.results), height=1.8, rest=0.6)
+    return series(panels, {n: gust.results[n] for n in DRAWN if n in gust.results}, height=1.8, rest=0.6)
 
 
 def figure_10(gust: Gust) -> Figure:
-    """Figure 10; dotted: the paper's 18 s and 2,000 kW."""
+    """Figure 10; dotted: the paper's 18 s, which assume when its gust begins, and 2,000 kW."""
     figure = gust_runs(gust, "AB CCD")
     pitch, power, *_ = figure.axes
     pitch.axvline(18.0, color=INK, linestyle=":", linewidth=1.0)

@@ -1,28 +1,36 @@
-"""Figures 9 and 10: the gust with direction change under the strategies, by machine, yaw control, direction, phase."""
+"""Figures 9 and 10: the gust under the strategies, by machine, yaw control, direction, rise time, phase."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.papers.wang2021.winds import GUST_BEGIN
+from meltemi.papers.wang2021.winds import GUST_BEGIN, STATED
 from meltemi.simulation.result import Result
 from meltemi.studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION, extreme
 from meltemi.studies.yaw_gusts import transitions
 from meltemi.tuning.run_store import FailedResult, FailedResultError
+from meltemi.wind.iec.gusts import Sign
 
 Float = NDArray[np.float64]
 STOP, DERATE, IGNORE = "S1 stop", "S2 derate", "S3 ignore"
-EMERGENCY, SLOWED, SHORT = "S1 emergency stop", "S2 at low speed", "S2, recheck after 30 s"
-"""Stopping as the paper says, beside the normal stop of the yaw protection; derating by a lower rotor speed in place of
-a lower torque; a recheck that comes too early."""
+INTERPOLATED, EMERGENCY = "S1 interpolated", "S1 emergency stop"
+"""Stopping at the interpolated threshold, in place of the stepwise one that the paper had before; and stopping as the
+paper says, beside the normal stop of the yaw protection."""
+SLOWED, SHORT = "S2 at low speed", "S2, recheck after 30 s"
+"""Derating by a lower rotor speed in place of a lower torque; a recheck that comes too early."""
+GENTLE, AT_ONCE = "S1 at half the pitch rate", "S2 at once"
+"""Experiments on what makes the peaks: the pitch of the stop; and how late derating acts, within a step of the
+controller in place of 10 % of rated power a second."""
+DRAWN = (STOP, EMERGENCY, DERATE, SLOWED, IGNORE)
+"""Strategies of the figures."""
 MACHINE, SLOW = "12.6 rpm", "9.9 rpm"
 """Machines in the gust: the paper's rotor speed and a slower one, with constant torque above rated."""
-SIGNS: Mapping[Literal[1, -1], str] = {1: "clockwise", -1: "counter-clockwise"}
+SIGNS: Mapping[Sign, str] = {1: "clockwise", -1: "counter-clockwise"}
 """Of the direction change, seen from above: the paper gives none, the standard has both."""
 RATIOS = tuple((load, against) for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR) for against in (STOP, IGNORE))
 """Loads of derating, and the strategy that they are compared with."""
@@ -79,16 +87,17 @@ class Gust:
 
 
 class Setting(NamedTuple):
-    """Machine, averaging time [s] of the yaw control, and sign of the direction change."""
+    """Machine, averaging time [s] of the yaw control, sign of the direction change, and time [s] that it takes."""
 
     machine: str
     average: float
-    sign: Literal[1, -1]
+    sign: Sign
+    time: float
 
     @property
     def words(self) -> str:
         """The setting in words."""
-        return f"{self.machine}, {self.average:g} s, {SIGNS[self.sign]}"
+        return f"{self.machine}, {self.average:g} s, {SIGNS[self.sign]}, within {self.time:g} s"
 
 
 @dataclass(frozen=True)
@@ -97,15 +106,15 @@ class Gusts:
 
     Attributes:
       phases: by setting: one entry for each azimuth of the rotor.
-      shown: settings of the figures: both directions.
+      shown: settings of the figures: both directions and all rise times.
     """
 
     phases: Mapping[Setting, Sequence[Gust]] = field(repr=False)
     shown: tuple[Setting, ...]
 
-    def first(self, sign: int) -> Gust:
-        """Of the figures in a direction, the first phase."""
-        return self.phases[next(s for s in self.shown if s.sign == sign)][0]
+    def first(self, sign: int, time: float = STATED) -> Gust:
+        """Of the figures in a direction and with a rise time, the first phase."""
+        return self.phases[next(s for s in self.shown if (s.sign, s.time) == (sign, time))][0]
 
     def values(self, setting: Setting, of: Callable[[Gust], float]) -> Float:
         """(phases,) values of a function of the runs, without phases in which a run failed.
@@ -120,9 +129,11 @@ class Gusts:
             raise FailedResultError(failed[0].why)
         return np.array(found)
 
-    def over_all(self, of: Callable[[Gust], float], machine: str = "", sign: int = 0) -> Float:
-        """Values in all settings, of a machine and a direction if they are given."""
-        chosen = [s for s in self.phases if machine in ("", s.machine) and sign in (0, s.sign)]
+    def over_all(self, of: Callable[[Gust], float], machine: str = "", sign: int = 0, time: float = 0.0) -> Float:
+        """Values in all settings, of a machine, a direction and a rise time if they are given."""
+        chosen = [
+            s for s in self.phases if machine in ("", s.machine) and sign in (0, s.sign) and time in (0.0, s.time)
+        ]
         return np.concatenate([self.values(setting, of) for setting in chosen])
 
     def ratios(self, setting: Setting, load: str, against: str, strategy: str = DERATE) -> Float:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from meltemi.loads.energy import YEAR
-from meltemi.papers.wang2021.gust import SIGNS
+from meltemi.papers.wang2021.costs import kinds
 from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_interval
 from meltemi.reports.blocks import Table
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -16,6 +17,9 @@ from meltemi.studies.machine_loads import LOADS, fatigue
 from meltemi.studies.yaw_gusts import LENGTH, WIND, Found
 from meltemi.studies.yaw_limits import LEAD, cases_in_turbulence
 from meltemi.tuning.run_store import cells
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SPEEDS = (5.0, 7.0, 9.0, 11.0, 13.0, 17.0, 21.0)
 """[m/s] of production without fronts."""
@@ -60,13 +64,12 @@ def production(
     return lifetime
 
 
-def change(grid: Found, production: Mapping[str, float], strategy: str, sign: int, name: str, fronts: int) -> str:
+def change(rows: pd.DataFrame, production: Mapping[str, float], strategy: str, name: str, fronts: int) -> str:
     """[%] change of a lifetime equivalent load against ignoring the error, and its 95 % interval over the winds.
 
     The damage of production and of the fronts adds up: L^m T = L_p^m (T - n t) + n t mean(L_g^m).
     """
     slope, share = LOADS[name].slope, fronts * LENGTH / YEAR
-    rows = grid.rows[grid.rows["sign"] == sign]
     rows = rows.assign(damage=rows[f"{name}, fatigue"] ** slope)
     own, ignored = (
         of[of["recheck"] == of["recheck"].max()].groupby(WIND)["damage"].mean()
@@ -81,11 +84,17 @@ def change(grid: Found, production: Mapping[str, float], strategy: str, sign: in
 
 
 def table(grid: Found, production: Mapping[str, float], strategies: Sequence[str]) -> Table:
-    """Table of lifetime loads by strategy, direction of the fronts, and their number."""
+    """Table of lifetime loads by strategy, direction and rise time of the fronts, and their number."""
     rows = [
-        [f"{fronts}", direction, strategy, *(change(grid, production, strategy, sign, name, fronts) for name in LOADS)]
+        [
+            f"{fronts}",
+            direction,
+            f"{time:g}",
+            strategy,
+            *(change(of_kind, production, strategy, name, fronts) for name in LOADS),
+        ]
         for fronts in FRONTS
-        for sign, direction in SIGNS.items()
+        for direction, time, of_kind in kinds(grid)
         for strategy in strategies
     ]
     usual = ", ".join(f"{name} {production[name]:.3g} {load.unit}" for name, load in LOADS.items())
@@ -94,5 +103,5 @@ def table(grid: Found, production: Mapping[str, float], strategies: Sequence[str
         "of which each front is one; derating with the longest recheck time. Damage of production, in turbulence of "
         f"the class and a Rayleigh distribution at the site's mean wind, and fronts added; production alone: {usual}."
     )
-    head = ["fronts\na year", "change", "strategy", *LOADS]
-    return Table(head, rows, "Lifetime loads of the strategies", text_columns=3, note=note)
+    head = ["fronts\na year", "change", "within\ns", "strategy", *LOADS]
+    return Table(head, rows, "Lifetime loads of the strategies", text_columns=4, note=note)

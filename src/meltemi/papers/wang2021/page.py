@@ -2,43 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from meltemi.papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi.papers.study import Chapter, Contents, Draw, Progress, Study, applied, span, tabled, told, worded
-from meltemi.papers.wang2021 import beyond, figures
+from meltemi.papers.wang2021 import beyond, damage_budget, figures, measured_gusts
 from meltemi.papers.wang2021.beyond import Beyond
 from meltemi.papers.wang2021.claims import REASONS, claims
-from meltemi.papers.wang2021.gust import (
-    DERATE,
-    EMERGENCY,
-    IGNORE,
-    RATIOS,
-    SHORT,
-    SIGNS,
-    SLOWED,
-    STOP,
-    Gusts,
-    ordered,
-    peaks,
-    spread,
+from meltemi.papers.wang2021.costs import costs, winds_of
+from meltemi.papers.wang2021.gust import SIGNS, Gusts
+from meltemi.papers.wang2021.gust_tables import (
+    causes_table,
+    gust_words,
+    loads_tables,
+    log_table,
+    ratios_table,
+    slowed_words,
 )
 from meltemi.papers.wang2021.machines import YAW_CONTROLS
 from meltemi.papers.wang2021.runs import QUICK, YAW_RATE, Runs, Setup, run_all, run_gusts
 from meltemi.papers.wang2021.table2 import LOOP_BINS, MOMENT, POWER
-from meltemi.papers.wang2021.winds import measured
+from meltemi.papers.wang2021.winds import STATED, TIMES, measured
+from meltemi.papers.wang2021.words import said
 from meltemi.reports.blocks import Table
 from meltemi.reports.state_diagram import plot_states
-from meltemi.studies.machine_loads import TOP_SHEAR, YAW_BENDING
+from meltemi.studies.machine_loads import YAW_BENDING
 from meltemi.studies.yaw_gusts import with_yaw_rate
 from meltemi.tuning.run_store import FailedResult, attempt, guarded
 from meltemi.turbine.definition import Turbine
+from meltemi.wind.iec.gusts import RISE_TIME, Sign
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,12 +44,27 @@ SHARE = 0.6
 """Of the time that the paper's part takes."""
 
 
+PARTS: dict[str, Callable[[Any, Draw], Chapter]] = {
+    "gusts": measured_gusts.chapter,
+    "budget": damage_budget.chapter,
+}
+"""Parts that are run only if asked for, and their chapters."""
+
+
 @dataclass(frozen=True)
 class Found:
-    """Results of the paper's runs and of those beyond it."""
+    """Results of the paper's runs and of those beyond it; parts by name."""
 
     runs: Runs
     more: Beyond
+    parts: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _figure_10(sign: Sign, time: float) -> tuple[str, Callable[[Runs], Figure]]:
+    return (
+        f"Figure 10: {SIGNS[sign]} change within {time:g} s, 12.6 rpm, default yaw control; dotted: the paper's",
+        lambda runs: figures.figure_10(runs.gusts.first(sign, time)),
+    )
 
 
 FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
@@ -79,15 +91,14 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
     "fig06_threshold": ("Figures 6 and 7: the threshold", lambda runs: figures.thresholds()),
     "fig07_supervisor": ("Figure 7: the supervisor, drawn from its own table", lambda runs: plot_states()),
     "fig08_recheck": ("Figure 8: derate and look again, from the table", lambda runs: plot_states("yaw")),
-    "fig09_wind": ("Figure 9: the gust with direction change, both directions", lambda r: figures.gust_wind(r.gusts)),
-    "fig10_strategies": (
-        "Figure 10: the strategies, clockwise change, 12.6 rpm, default yaw control; dotted: the paper's numbers",
-        lambda runs: figures.figure_10(runs.gusts.first(1)),
+    "fig09_wind": (
+        "Figure 9: the gust with direction change, both directions, within 20 s and within 10 s",
+        lambda runs: figures.gust_wind(runs.gusts),
     ),
-    "fig10_counter": (
-        "Figure 10 with the counter-clockwise change",
-        lambda runs: figures.figure_10(runs.gusts.first(-1)),
-    ),
+    "fig10_strategies": _figure_10(1, STATED),
+    "fig10_counter": _figure_10(-1, STATED),
+    "fig10_iec": _figure_10(1, RISE_TIME),
+    "fig10_iec_counter": _figure_10(-1, RISE_TIME),
 }
 
 
@@ -98,9 +109,21 @@ def run(
     runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, SHARE))
     later: Any = FailedResult("not run yet")
     partly(Found(runs, Beyond(later, later, later, later)))
-    told_of = span(progress, SHARE, 1.0 - SHARE)
-    more = beyond.study(runs.turbines[1], quick, limit_seeds=runs.setup.limit_seeds, workers=workers, progress=told_of)
-    return Found(runs, more)
+    turbine, rest = runs.turbines[1], (1.0 - SHARE) / (1 + len(parts))
+    told_of = span(progress, SHARE, rest)
+    more = beyond.study(turbine, quick, limit_seeds=runs.setup.limit_seeds, workers=workers, progress=told_of)
+    found: dict[str, Any] = {}
+    for i, name in enumerate(parts, start=1):
+        partly(Found(runs, more, found))
+        told_of = span(progress, SHARE + i * rest, rest)
+        found[name] = attempt(name, _study_part, name, turbine, more, quick, workers=workers, progress=told_of)
+    return Found(runs, more, found)
+
+
+def _study_part(name: str, turbine: Turbine, more: Beyond, quick: bool, **given: Any) -> Any:
+    if name == "gusts":
+        return measured_gusts.study(turbine, more.limits.base_points, quick, **given)
+    return damage_budget.study(turbine, beyond.site().mean, quick, **given)
 
 
 def calibration_words(runs: Runs) -> str:
@@ -149,110 +172,17 @@ def loops_table(runs: Runs) -> Table:
     return Table(head, rows, "Frequency of the speed loop", note=note)
 
 
-def loads_tables(runs: Runs) -> list[Table]:
-    """Tables of peak loads after the start of the gust, by direction."""
-    made = []
-    for sign, words in SIGNS.items():
-        gust = runs.gusts.first(sign)
-        head = ["largest size after the gust began", *gust.results, "S2 over S1", "S2 over S3"]
-        caption = f"Loads of the strategies, {words} change, 12.6 rpm, default yaw control, first phase"
-        made.append(Table(head, peaks(gust), caption))
-    return made
-
-
-def ratios_table(g: Gusts) -> Table:
-    """Table of ratios of loads by setting, over the phases."""
-    against = [(load, DERATE, other) for load, other in RATIOS]
-    against += [(YAW_BENDING, STOP, IGNORE)]
-    if all(EMERGENCY in x.results for phases in g.phases.values() for x in phases):
-        against.append((YAW_BENDING, DERATE, EMERGENCY))
-    head = ["machine", "yaw average\ns", "change"]
-    head += [f"{load}\n{own[:2]} over {other if other == EMERGENCY else other[:2]}" for load, own, other in against]
-    head += ["tower top\nS1 < S2 < S3"]
-    rows = []
-    for setting in g.phases:
-        x = g.values(setting, ordered)
-        cells = [spread(g.ratios(setting, load, other, own)) for load, own, other in against]
-        rows.append([setting.machine, f"{setting.average:g}", SIGNS[setting.sign], *cells])
-        rows[-1].append(f"{x.sum():.0f} of {len(x)}")
-    note = (
-        f"Smallest to largest over {len(next(iter(g.phases.values())))} azimuths of the rotor. The default yaw control "
-        "averages over 30 s and starts after 10 s; the others start at once. The paper gives neither, and no direction."
-    )
-    return Table(head, rows, "Peaks of derating over those of stopping and ignoring", text_columns=1, note=note)
-
-
-def slowed_words(g: Gusts) -> str:
-    """Derating by a lower rotor speed against derating by a lower torque, and emergency against normal stops."""
-    parts = []
-    for setting in g.shown:
-        whole = [x for x in g.phases[setting] if SLOWED in x.results and EMERGENCY in x.results]
-        bending, shear = (
-            spread(np.array([x.ratio(load, DERATE, SLOWED) for x in whole])) for load in (YAW_BENDING, TOP_SHEAR)
-        )
-        stop = spread(np.array([x.ratio(YAW_BENDING, STOP, EMERGENCY) for x in whole]))
-        parts.append(
-            f"{SIGNS[setting.sign]} {bending} in bending at the bearing and {shear} at the tower top (the emergency "
-            f"stop {stop} of the normal one in bending)"
-        )
-    return (
-        f"Derating at a low rotor speed has, of the peaks of derating at rated speed, {'; '.join(parts)}. It is a "
-        "power control that always holds the lowest speed that gives the power (A0), so it turns slower before the "
-        "gust, too."
-    )
-
-
-def log_table(runs: Runs) -> Table:
-    """Table of the supervisor's transitions."""
-    results = {**runs.gusts.first(1).results, SHORT: runs.recheck}
-    rows = [
-        [name, f"{entry.time:.2f}", entry.what, entry.reason]
-        for name, result in results.items()
-        for entry in result.log
-    ]
-    return Table(["strategy", "time [s]", "transition", "reason"], rows, "The supervisor's log", text_columns=4)
-
-
-def gust_words(g: Gusts) -> str:
-    """Where derating loads less than the other strategies in the paper's gust, and where more, by direction."""
-
-    def of(machine: str, sign: int, load: str, own: str, other: str) -> str:
-        return spread(g.over_all(lambda x: x.ratio(load, other, own), machine, sign))
-
-    machine = next(iter(g.phases)).machine
-    parts = [
-        f"with a {words} change {of(machine, sign, YAW_BENDING, DERATE, STOP)} of that of stopping and "
-        f"{of(machine, sign, YAW_BENDING, DERATE, IGNORE)} of that of doing nothing"
-        for sign, words in SIGNS.items()
-    ]
-    worst = {
-        sign: float(g.over_all(lambda x: max(x.peak(name, YAW_BENDING) for name in x.results), machine, sign).max())
-        for sign in SIGNS
-    }
-    governs = max(SIGNS, key=lambda sign: worst[sign])
-    own = {sign: float(np.median(g.over_all(lambda x: x.peak(STOP, YAW_BENDING), machine, sign))) for sign in SIGNS}
-    return (
-        "What derating saves in the paper's gust depends on the direction of the change, which the paper does not "
-        f"give. The bending at the yaw bearing of derating is, at {machine}, {'; '.join(parts)}. Stopping has a median "
-        f"peak of {' and '.join(f'{own[sign]:.0f} MN m {words}' for sign, words in SIGNS.items())}: the "
-        f"{SIGNS[governs]} change governs."
-    )
-
-
 def grid_words(more: Beyond) -> str:
     """Derating against ignoring over the grid of gusts."""
-    cost = {name: beyond.costs(more.grid, "S2", name) for name in (f"{YAW_BENDING}, extreme", "energy")}
-    bending, lost = cost[f"{YAW_BENDING}, extreme"], cost["energy"]
-    return (
-        f"In {beyond.winds_of(more.grid)} winds with gusts derating changes the extreme bending at the bearing by "
-        f"{bending} against ignoring the error, and loses {lost} a gust where ignoring loses nothing."
-    )
+    bending, lost = (costs(more.grid.rows, "S2", name) for name in (f"{YAW_BENDING}, extreme", "energy"))
+    return said("grid", winds=winds_of(more.grid), bending=bending, lost=lost)
 
 
 def lead(lines: Sequence[Claim], runs: Runs, more: Beyond) -> str:
     """The result in a few sentences."""
     parts = [
         count_held(lines),
+        said("commanded", count=sum(c.basis == "command" for c in lines)),
         worded(lambda: gust_words(runs.gusts), "The gust"),
         worded(lambda: grid_words(more), "The grid of gusts"),
     ]
@@ -262,11 +192,11 @@ def lead(lines: Sequence[Claim], runs: Runs, more: Beyond) -> str:
 def contents(found: Found, out: Path, draw: Draw) -> Contents:
     """Chapters, lead and facts of the page."""
     runs, more = found.runs, found.more
-    lines = claims(runs)
+    lines = claims(runs, more.years)
     table = claims_table([c for c in lines if c.basis != "surrogate"])
     beside = claims_table([c for c in lines if c.basis == "surrogate"], "Surrogate against measurement")
     ratios = tabled("Ratios of loads", lambda: ratios_table(runs.gusts))
-    loads = guarded(lambda: loads_tables(runs), lambda why: [])
+    loads = guarded(lambda: loads_tables(runs.gusts), lambda why: [])
     files = []
     if not isinstance(more.grid, FailedResult):
         files.append(out / "grid.csv")
@@ -278,16 +208,19 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     loops = tabled("Frequency of the speed loop", lambda: loops_table(runs))
     bins = tabled("Table 2 of the paper and ours", lambda: bins_table(runs))
     slower = worded(lambda: slowed_words(runs.gusts), "Derating by speed")
+    causes = tabled("What makes the peaks", lambda: causes_table(runs.gusts))
     return Contents(
         lead=lead(lines, runs, more),
         chapters={
             "claims": Chapter("Claim by claim", [table, *reason_lines(REASONS)]),
             "strategies": Chapter(
-                "Loads of the strategies", [ratios, slower, *loads, tabled("The log", lambda: log_table(runs))]
+                "Loads of the strategies",
+                [ratios, causes, slower, *loads, tabled("The log", lambda: log_table(runs.gusts, runs.recheck))],
             ),
             "table2": Chapter("Surrogate against measurement", [words, loops, bins, beside]),
             "beyond": beyond.chapter(more, draw),
-        },
+        }
+        | {name: PARTS[name](part, draw) for name, part in found.parts.items()},
         facts=[
             ("turbines", ", ".join(turbine.name for turbine in runs.turbines)),
             ("calibration", guarded(partial(calibration_words, runs), str)),
@@ -324,11 +257,11 @@ def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
         ratios = tabled("Ratios of loads", lambda: ratios_table(g))
         drawn = [
             draw(
-                f"gust_{words.replace('-', '_')}",
-                f"The strategies, {words} change",
-                lambda sign=sign: figures.gust_runs(g.first(sign)),  # type: ignore[misc]
+                f"gust_{words.replace('-', '_')}_{time:g}s",
+                f"The strategies, {words} change within {time:g} s",
+                lambda sign=sign, time=time: figures.gust_runs(g.first(sign, time)),  # type: ignore[misc]
             )
-            for sign, words in SIGNS.items()
+            for time, (sign, words) in product(TIMES, SIGNS.items())
         ]
         slower = worded(lambda: slowed_words(g), "Derating by speed")
         chapters = {
@@ -356,6 +289,7 @@ STUDY: Study[Found] = Study(
     runs=lambda found: found.runs,
     figures=FIGURES,
     contents=contents,
+    parts=tuple(PARTS),
     applied=of_turbine,
     needs=("pandas",),
 )

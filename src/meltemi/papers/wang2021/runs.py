@@ -15,7 +15,21 @@ from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.papers.study import Progress, span, told
 from meltemi.papers.wang2021 import winds
-from meltemi.papers.wang2021.gust import DERATE, EMERGENCY, IGNORE, SHORT, SIGNS, SLOWED, STOP, Gust, Gusts, Setting
+from meltemi.papers.wang2021.gust import (
+    AT_ONCE,
+    DERATE,
+    EMERGENCY,
+    GENTLE,
+    IGNORE,
+    INTERPOLATED,
+    SHORT,
+    SIGNS,
+    SLOWED,
+    STOP,
+    Gust,
+    Gusts,
+    Setting,
+)
 from meltemi.papers.wang2021.machines import (
     LIMITED,
     YAW_CONTROLS,
@@ -43,7 +57,7 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.machine_loads import CHANNELS
-from meltemi.studies.yaw_gusts import strategy
+from meltemi.studies.yaw_gusts import STOP_RATE, strategy
 from meltemi.tuning.run_store import FailedResult, attempt, cells
 from meltemi.turbine.definition import Turbine
 
@@ -208,24 +222,30 @@ def run_gusts(
       limited: [W] to which is derated.
     """
     protections = {
-        STOP: YawProtection(strategy="stop"),
+        STOP: YawProtection(strategy="stop", law="stepwise"),  # what the paper has before its optimisation
+        INTERPOLATED: YawProtection(strategy="stop"),
+        GENTLE: YawProtection(strategy="stop", law="stepwise"),
         DERATE: YawProtection(strategy="derate", recheck_time=RECHECK, power_limit=limited),
+        AT_ONCE: YawProtection(strategy="derate", recheck_time=RECHECK, power_limit=limited, derate_rate=100.0),
         IGNORE: YawProtection(strategy="ignore"),
         SHORT: YawProtection(strategy="derate", recheck_time=SHORT_RECHECK, power_limit=limited),
     }
     models = {name: build(turbine, ModelOptions(yaw="driven")) for name, turbine in machines.items()}
-    blown = {(name, sign): winds.gust(turbine, sign, speed) for name, turbine in machines.items() for sign in SIGNS}
+    blown = {
+        (name, sign, time): winds.gust(turbine, sign, time, speed)
+        for (name, turbine), sign, time in product(machines.items(), SIGNS, winds.TIMES)
+    }
     starts = {
-        name: attempt(f"steady operation, {name}", operating_point, model, blown[name, 1])
+        name: attempt(f"steady operation, {name}", operating_point, model, blown[name, 1, winds.STATED])
         for name, model in models.items()
     }
-    settings = [Setting(*of) for of in product(models, averages, SIGNS)]
+    settings = [Setting(*of) for of in product(models, averages, SIGNS, winds.TIMES)]
 
     def case(setting: Setting, phase: int, name: str, controller: Controller, *events: BaseEvent) -> Run:
         machine = setting.machine
         return Run(
             model=models[machine],
-            wind=blown[machine, setting.sign],
+            wind=blown[machine, setting.sign, setting.time],
             duration=GUST_LENGTH,
             controller=controller,
             events=events,
@@ -235,10 +255,13 @@ def run_gusts(
         )
 
     def protected(setting: Setting, name: str) -> Controller:
-        return strategy(models[setting.machine].turbine, protections[name], YAW_CONTROLS[setting.average])
+        rate = (0.5 if name == GENTLE else 1.0) * STOP_RATE
+        return strategy(models[setting.machine].turbine, protections[name], YAW_CONTROLS[setting.average], rate)
 
     keys = [(s, phase, name) for s, phase in product(settings, range(phases)) for name in (STOP, DERATE, IGNORE)]
-    keys.append((settings[-len(SIGNS)]._replace(machine=next(iter(models))), 0, SHORT))
+    shown = tuple(s for s in settings if s.machine == next(iter(models)) and s.average == averages[-1])
+    keys += [(s, phase, name) for s, phase, name in product(shown, range(phases), (INTERPOLATED, GENTLE, AT_ONCE))]
+    keys.append((shown[0], 0, SHORT))
     cases = [case(s, phase, name, protected(s, name)) for s, phase, name in keys]
     found = dict(zip(keys, cells(cases, workers=workers, progress=lambda share: progress(0.65 * share)), strict=True))
     # what no strategy of the yaw protection does begins when stopping began
@@ -255,11 +278,10 @@ def run_gusts(
             later.append(((s, phase, SLOWED), case(s, phase, SLOWED, law, limit)))
     values = cells([run for _, run in later], workers=workers, progress=lambda share: progress(0.65 + 0.35 * share))
     found |= {key: x for (key, _), x in zip(later, values, strict=True) if not isinstance(x, FailedResult)}
-    order = (STOP, EMERGENCY, DERATE, SLOWED, IGNORE)
+    order = (STOP, INTERPOLATED, GENTLE, EMERGENCY, DERATE, AT_ONCE, SLOWED, IGNORE)
     gusts = {
         s: [Gust({n: found[s, p, n] for n in order if (s, p, n) in found}) for p in range(phases)] for s in settings
     }
-    shown = tuple(s for s in settings if s.machine == next(iter(models)) and s.average == averages[-1])
     return Gusts(gusts, shown), found[keys[-1]]
 
 

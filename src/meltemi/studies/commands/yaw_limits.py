@@ -33,7 +33,7 @@ def yaw_limits(
         str | None,
         typer.Option(
             "--load-limits",
-            help="Limits [MN m, shear MN], e.g. yaw-bearing-bending=18,tower-base-bending=130 "
+            help="Limits [MN m, shear MN, clearance m], e.g. yaw-bearing-bending=18,tip-clearance=4 "
             "[those of extreme turbulence].",
         ),
     ] = None,
@@ -149,9 +149,9 @@ def _case(turbine: str, cut_out: float, speeds: Float, thresholds: Float, settin
 
 def _limits(text: str) -> dict[str, float]:
     """Load limits by name from name=number, separated by commas."""
-    from meltemi.studies.machine_loads import LOADS
+    from meltemi.studies.yaw_limits import UNITS
 
-    names = {name.replace(" ", "-"): name for name in LOADS}
+    names = {name.replace(" ", "-"): name for name in UNITS}
     found = {}
     for part in text.split(","):
         name, _, value = part.strip().partition("=")

@@ -1,0 +1,58 @@
+"""Verdicts on the paper by reading: model of the turbine, edition of the wind, flaps with and without detuned pitch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from meltemi.papers.claim import UNCHECKED, UNJUDGED, Claim
+from meltemi.papers.he2018.claims import BY_FEW, in_readings
+from meltemi.reports.blocks import Table
+
+
+def counted(lines: Sequence[Claim]) -> list[Claim]:
+    """Claims that the paper states and that can be checked."""
+    return [c for c in lines if c.basis == "paper" and not c.verdict.startswith(UNCHECKED)]
+
+
+def held(lines: Sequence[Claim], readings: Sequence[str]) -> list[int]:
+    """Number of those that hold in each of the readings."""
+    verdicts = [in_readings(c, readings) for c in counted(lines)]
+    return [sum(v[k] == "holds" for v in verdicts) for k in range(len(readings))]
+
+
+def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Sequence[str]) -> Table:
+    """Counts by reading, and the claims on which readings differ or that hold in none.
+
+    Args:
+      lines: all claims.
+      added: the same with flaps beside an IPC that stays as it is.
+      readings: names.
+    """
+    whole = len(counted(lines))
+    rows = [
+        ["hold", *(f"{k} of {whole}" for k in held(lines, readings))],
+        ["hold, flaps beside an IPC that stays as it is", *(f"{k} of {whole}" for k in held(added, readings))],
+        *([c.item, *in_readings(c, readings)] for c in counted(lines) if c.verdict != "holds"),
+    ]
+    note = "All other claims that can be checked hold in every reading."
+    return Table(["claim", *readings], rows, "Verdicts by model and wind", text_columns=len(readings) + 1, note=note)
+
+
+def counts_words(lines: Sequence[Claim], added: Sequence[Claim], readings: Sequence[str]) -> str:
+    """The counts in a few sentences."""
+    checked = counted(lines)
+    whole, unchecked = len(checked), sum(c.verdict.startswith(UNCHECKED) for c in lines if c.basis == "paper")
+    if any(UNJUDGED in c.verdict for c in checked):
+        return f"The {whole} claims of the paper that can be checked are not all judged by these runs."
+    verdicts = [in_readings(c, readings) for c in checked]
+    every = sum(all(v == "holds" for v in each) for each in verdicts)
+    none = sum(all(v != "holds" for v in each) for each in verdicts)
+    few = sum(BY_FEW in c.ours for c in checked)
+    each = ", ".join(f"{k} with {name}" for k, name in zip(held(lines, readings), readings, strict=True))
+    other = ", ".join(map(str, held(added, readings)))
+    return (
+        f"Of {whole} claims of the paper that can be checked, {every} hold in every reading of its model and wind, "
+        f"{whole - every - none} in some, {none} in none. There hold {each}; with flaps beside an IPC that stays as it "
+        f"is {other}. {few} claims hold in a reading by at most three of our minutes. {unchecked} more cannot be "
+        "checked."
+    )

@@ -1,0 +1,185 @@
+"""Output-constrained individual pitch control: no more pitch travel than a limit of the load needs.
+
+The 1P part of the blades' root moments is driven to a reference instead of to zero: to the part that it would have
+without individual pitch, cut to a limit. Below the limit the demand fades out. A limit of zero is individual pitch
+control as it is known, an infinite one is none, and between them lies the trade of load for travel. The loop is that
+of the load controller; only the moments that it sees are less the reference.
+
+Reference: Hummel, Kober, Mulders (2025), Wind Energ. Sci. 10, 2005-2025; docs/guide/constrained-pitch.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import hypot, inf
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control import load_control
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.control.filters import SecondOrder, notch
+from meltemi.control.load_control import HarmonicLoop, LoadControl, LoadController
+from meltemi.control.multiblade import add_to_blades, to_fixed
+from meltemi.control.signals import Demands, Measurements
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel
+from meltemi.maths.generic import whole
+from meltemi.maths.tables import Table, number, part
+from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
+from meltemi.report.palette import COLOURS, INK
+from meltemi.report.plots import heading, new_figure
+from meltemi.tuning.compare import Comparison
+from meltemi.turbine.definition import Turbine
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Float = NDArray[np.float64]
+Norm = Literal["l2", "linf"]
+"""Of what the limit is one: of the size of tilt and yaw part together, or of each."""
+ESTIMATE = 2.0
+"""[rad/s] corner with which the moment follows the pitch demand, as in the published code."""
+NOTCH_DAMPING = 0.2
+"""Of the notch at three times the rotor speed, where 2P and 4P of the blades appear in tilt and yaw."""
+NONE, FULL = "none", "full"
+"""Names of no and of full individual pitch control."""
+
+
+class Constraint(Table, title="output constraint"):
+    """Settings and state in front of those of the load controller."""
+
+    limit: float = number("N m", "of the moment at 1P")
+    together: float = number("-", "1: of both components together, 0: of each")
+    real: float = number("N m/rad", "plant at 1P, real part")
+    imaginary: float = number("N m/rad", "plant at 1P, imaginary part")
+    tilt: float = number("rad", "pitch demand, delayed as the moment follows it")
+    yaw: float = number("rad", "pitch demand, delayed as the moment follows it")
+    tilt_notch: SecondOrder = part(SecondOrder, "of the tilt moment")
+    yaw_notch: SecondOrder = part(SecondOrder, "of the yaw moment")
+
+
+OWN = len(Constraint.names)
+
+
+@kernel
+def update(state: Float, measurements: Float, demands: Float, dt: float) -> None:
+    """One call of the controller."""
+    x, measured = Constraint(state), Measurements(measurements)
+    blades, azimuth = whole(measured.n_blades), measured.azimuth
+    tilt, yaw = to_fixed(measured.out_of_plane_moment, blades, azimuth, 1)
+    nodding = blades * measured.rotor_speed
+    tilt = notch(x.tilt_notch, tilt, nodding, NOTCH_DAMPING, dt) - (x.real * x.tilt + x.imaginary * x.yaw)
+    yaw = notch(x.yaw_notch, yaw, nodding, NOTCH_DAMPING, dt) - (x.real * x.yaw - x.imaginary * x.tilt)
+    if x.together > 0.0:
+        kept = min(x.limit / max(hypot(tilt, yaw), 1.0), 1.0)
+        tilt, yaw = kept * tilt, kept * yaw
+    else:
+        tilt, yaw = min(max(tilt, -x.limit), x.limit), min(max(yaw, -x.limit), x.limit)
+    seen = measurements.copy()
+    add_to_blades(Measurements(seen).out_of_plane_moment, blades, -tilt, -yaw, azimuth, 1, 0.0)
+    load_control.update(state[OWN:], seen, demands, dt)
+    tilt, yaw = to_fixed(Demands(demands).pitch, blades, azimuth, 1)
+    share = min(ESTIMATE * dt, 1.0)
+    x.tilt += share * (tilt - x.tilt)
+    x.yaw += share * (yaw - x.yaw)
+
+
+def constrained_pitch(
+    turbine: Turbine, loop: HarmonicLoop, plant: complex, limit: float, norm: Norm = "l2"
+) -> Controller:
+    """Collective pitch of the turbine's file and output-constrained individual pitch at 1P.
+
+    Args:
+      turbine: to be controlled.
+      loop: of 1P pitch, such as that of :func:`meltemi.controllers.tuning.tune_ipc`.
+      plant: [N m/rad] response of the root moments to the pitch demand at 1P (C-32), such as that of its points.
+      limit: [N m] of the moment at 1P; 0 is full individual pitch control, ``inf`` none.
+      norm: of what it is a limit.
+
+    Raises:
+      InputError: the loop is not of 1P pitch, or the limit is negative.
+    """
+    if (loop.harmonic, loop.actuator) != (1, "pitch"):
+        raise InputError(f"constrained_pitch: loop is of {loop.harmonic}P {loop.actuator}, it must be of 1P pitch")
+    if not limit >= 0.0:
+        raise InputError(f"constrained_pitch: limit {limit:g} N m must be 0 or larger, or inf")
+    if limit == inf:
+        return LoadController(turbine, LoadControl(), name=NONE)
+    name = f"{norm} {limit * 1e-6:g} MN m" if limit else FULL
+    inner = LoadController(turbine, LoadControl(loops=(loop,)), name=name)
+    x = Constraint.of(limit=limit, together=float(norm == "l2"), real=plant.real, imaginary=plant.imag)
+
+    def init(start: StartPoint) -> Float:
+        law: Any = inner.init(start)
+        return np.concatenate([x.array, law.array])
+
+    return Controller(update=update, init=init, name=name, uses_loads=True)
+
+
+def controllers(
+    turbine: Turbine, loop: HarmonicLoop, plant: complex, limits: Mapping[Norm, Sequence[float]]
+) -> dict[str, Controller]:
+    """Controllers for several limits [N m] by norm, by name; first those without and with full individual pitch."""
+    ends = [constrained_pitch(turbine, loop, plant, limit) for limit in (inf, 0.0)]
+    more = [constrained_pitch(turbine, loop, plant, limit, norm) for norm, each in limits.items() for limit in each]
+    return {controller.name: controller for controller in (*ends, *more)}
+
+
+@dataclass(frozen=True)
+class Trade:
+    """A controller between no and full individual pitch: means over seeds with 95 % intervals.
+
+    Attributes:
+      name: of the controller.
+      travel: pitch travel over that without individual pitch.
+      load: change of the load, a share.
+      actuation: share of the travel that full individual pitch adds.
+      reduction: share of the load that full individual pitch takes.
+    """
+
+    name: str
+    travel: MeanEstimate
+    load: MeanEstimate
+    actuation: MeanEstimate
+    reduction: MeanEstimate
+
+
+def trades(c: Comparison, quantity: str = "RootMyc1 DEL") -> list[Trade]:
+    """Trade of a load for travel by all controllers of :func:`controllers`, formed seed by seed.
+
+    Args:
+      c: all of them in the same winds.
+      quantity: load that is traded.
+    """
+    found = []
+    travel0, travel1 = (c.values("pitch travel", name) for name in (NONE, FULL))
+    load0, load1 = (c.values(quantity, name) for name in (NONE, FULL))
+    for name in c.schemes:
+        travel, load = c.values("pitch travel", name), c.values(quantity, name)
+        shares = (travel - travel0) / (travel1 - travel0), (load - load0) / (load1 - load0)
+        found.append(Trade(name, *map(mean_interval, (travel / travel0, load / load0 - 1.0, *shares))))
+    return found
+
+
+def plot_trades(
+    found: Mapping[str, Sequence[Trade]], published: Mapping[str, tuple[float, float]] | None = None
+) -> Figure:
+    """Share of the reduction over share of the actuation [%], a curve for each set of trades, and published points."""
+    figure, axes = new_figure(1, size=(7.4, 4.6))
+    ax = axes[0, 0]
+    ax.plot([0.0, 100.0], [0.0, 100.0], color=INK, linewidth=0.8, linestyle=":", label="load in proportion to travel")
+    for colour, (label, each) in zip(COLOURS, found.items(), strict=False):
+        ordered = sorted(each, key=lambda trade: trade.actuation.mean)
+        x, y = ([100.0 * getattr(trade, name).mean for trade in ordered] for name in ("actuation", "reduction"))
+        width = [100.0 * trade.reduction.half_width for trade in ordered]
+        ax.errorbar(x, y, yerr=width, color=colour, marker="o", markersize=4, capsize=2, label=label)
+    for label, (added, taken) in (published or {}).items():
+        ax.plot(100.0 * added, 100.0 * taken, color=INK, marker="D", linestyle="", label=label)
+    ax.set_xlabel("share of the travel that full individual pitch adds [%]")
+    ax.set_ylabel("[%]")
+    ax.legend(loc="lower right")
+    heading(ax, "Share of the load that full individual pitch takes")
+    return figure
