@@ -312,8 +312,9 @@ def test_the_rosco_part_belongs_to_another_study(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_a_quick_look_writes_everything(tmp_path: Path) -> None:
     found = CliRunner().invoke(
-        app, ["reproduce", "wang2021", "--quick", "--out", str(tmp_path)], catch_exceptions=False
+        app, ["reproduce", "wang2021", "--quick", "--beyond", "all", "--out", str(tmp_path)], catch_exceptions=False
     )
     assert found.exit_code == 0
     names = {path.name for path in tmp_path.iterdir()}
     assert {"wang2021.html", "wang2021.md", "claims.csv", "grid.csv", "beyond.png", "fig10_strategies.png"} <= names
+    assert {"gusts.csv", "budget.csv", "gusts.md", "budget.md"} <= names

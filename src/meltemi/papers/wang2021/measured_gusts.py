@@ -46,7 +46,7 @@ SHOWN = (YAW_BENDING, TOWER_BASE, BLADE_ROOT)
 
 def study(turbine: Turbine, ours: BasePoints | None, quick: bool, *, workers: int | None, progress: Progress) -> Found:
     """Run the strategies in the gusts; ``ours`` are base points from loads."""
-    grid = JOINT if not quick else Grid(**{**vars(JOINT), "times": (20.0,), "seeds": (1,)})
+    grid = JOINT if not quick else Grid(**{**vars(JOINT), "times": (20.0, SLOW), "seeds": (1,), "length": 120.0})
     return run_grid(turbine, grid, ours, workers=workers, progress=told(progress, "gusts as slow as measured ones"))
 
 
