@@ -13,6 +13,7 @@ from meltemi import Environment, ModelOptions, SteadyWind
 from meltemi.control import ConstantController
 from meltemi.loads import damage_equivalent_load
 from meltemi.simulation import vibrations
+from meltemi.simulation.model import rows_of
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.vibrations import (
     LARGEST_ANGLE,
@@ -199,7 +200,7 @@ def test_coordinates_far_above_all_others_are_stiff(
     frequencies: tuple[float, ...], expected: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     names = ("tower a", "tower b", "yaw", "generator", "drivetrain", "blade 1 a", "blade 1 b", "blade 1 c")
-    model: Any = SimpleNamespace(coordinates=names, rotor=SimpleNamespace(tower=SimpleNamespace(names=("a", "b"))))
+    model: Any = SimpleNamespace(coordinates=names, rows=rows_of(5))
     monkeypatch.setattr(vibrations, "own_vibrations", lambda model: np.array([frequencies, np.zeros(8)]))
     assert tuple(np.flatnonzero(vibrations.stiff(model))) == expected
     model.coordinates = (*names[:7], "blade 1 1st residual")

@@ -80,7 +80,7 @@ def test_what_no_run_can_check_is_said_in_the_table() -> None:
 
 
 def test_the_summary_is_that_of_the_pages() -> None:
-    docs = FOLDER.parents[1] / "docs" / "papers"
+    docs = FOLDER.parents[2] / "docs" / "papers"
     pages = {f"{name}.md": (docs / f"{name}.md").read_text(encoding="utf-8") for name in STUDIES}
     found = (docs / "index.md").read_text(encoding="utf-8")
     assert found == summary(pages), "python tools/paper_page.py writes it"

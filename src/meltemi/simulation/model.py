@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from meltemi.maths.records import Record
 from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import ParameterTables, Part
-from meltemi.structure.kinematics import Rows, rows_of
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.wind.fields import Wind
 
@@ -82,6 +82,20 @@ class Rotor(Protocol):
 
 
 R = TypeVar("R", bound=Rotor)
+
+
+class Rows(NamedTuple):
+    """Indices of coordinates of a turbine."""
+
+    yaw: int
+    generator: int
+    torsion: int
+
+
+def rows_of(n_core: int) -> Rows:
+    """Indices in the coordinates, of which all but those of the blades are ``n_core``."""
+    n = n_core - N_SHAFT
+    return Rows(n + YAW, n + GENERATOR, n + TORSION)
 
 
 @dataclass(frozen=True, repr=False)

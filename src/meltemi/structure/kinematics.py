@@ -13,7 +13,6 @@ Reference: docs/theory/structure.md (S-10 to S-24); Kane & Levinson (1985), chap
 from __future__ import annotations
 
 from math import cos, pi, sin
-from typing import NamedTuple
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
@@ -25,20 +24,6 @@ YAW, GENERATOR, TORSION = 0, 1, 2
 """Offsets of these coordinates after those of the tower."""
 N_SHAFT = 3
 """Number of these coordinates."""
-
-
-class Rows(NamedTuple):
-    """Indices of coordinates of a turbine."""
-
-    yaw: int
-    generator: int
-    torsion: int
-
-
-def rows_of(n_core: int) -> Rows:
-    """Indices in the coordinates, of which all but those of the blades are ``n_core``."""
-    n = n_core - N_SHAFT
-    return Rows(n + YAW, n + GENERATOR, n + TORSION)
 
 
 @by_record

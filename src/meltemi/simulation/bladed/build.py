@@ -30,11 +30,10 @@ from meltemi.simulation.bladed.aerodynamics import (
 )
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.blades import blade_model
-from meltemi.simulation.model import Model, actuator_array
+from meltemi.simulation.model import Model, actuator_array, rows_of
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import parts_of
 from meltemi.structure.beam import Beam
-from meltemi.structure.kinematics import rows_of
 from meltemi.structure.members import (
     MOST_RESIDUAL,
     Member,
