@@ -148,6 +148,18 @@ def test_wind_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
+def test_constrained_pitch() -> None:
+    """Of docs/guide/constrained-pitch.md, with a shorter run."""
+    pytest.importorskip("windIO")
+    page, names = "docs/guide/constrained-pitch.md", {"__name__": "page"}
+    code = "\n".join(blocks(page, "python"))
+    short = code.replace("duration=60.0", "duration=2.0")
+    assert short != code
+    exec(compile(short, page, "exec"), names)
+    assert isinstance(names["result"], meltemi.Result)
+
+
+@pytest.mark.slow
 def test_a_turbine_at_sea(capsys: pytest.CaptureFixture[str]) -> None:
     page = "docs/guide/sea.md"
     exec(compile("\n".join(blocks(page, "python")), page, "exec"), {"__name__": "page"})

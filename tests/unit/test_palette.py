@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from meltemi.papers.wang2021.beyond import _heat
+from meltemi.papers.wang2021.beyond_figure import heat_map
 from meltemi.report.palette import COLOURS, INK, ON_DARK, curve
 from meltemi.report.plots import new_figure
 
@@ -68,5 +68,5 @@ def test_no_colour_stands_elsewhere() -> None:
 def test_numbers_on_dark_fields_are_white() -> None:
     """Numbers of a map are read on its darkest red and blue, too."""
     ax = new_figure(1, size=(3.0, 2.0))[1][0, 0]
-    _heat(ax, np.arange(3.0), np.zeros(1), np.array([[-60.0, 0.0, 60.0]]), "a", text="+.0f", low=-60.0, high=60.0)
+    heat_map(ax, np.arange(3.0), np.zeros(1), np.array([[-60.0, 0.0, 60.0]]), "a", text="+.0f", low=-60.0, high=60.0)
     assert [words.get_color() for words in ax.texts] == ["white", INK, "white"]

@@ -38,11 +38,11 @@ def beyond_figure(grid: Found, limits: YawLimits, years: Sequence[Year]) -> Figu
     top = float(lost["lost"].max())
     for ax, name in zip(axes[0], ("S1", "S2", OURS), strict=True):
         part = lost[lost["strategy"] == name]
-        _heat(ax, *by_gust(part, "lost"), f"{name}: energy lost a gust [kWh]", text=".0f", low=0.0, high=top)
+        heat_map(ax, *by_gust(part, "lost"), f"{name}: energy lost a gust [kWh]", text=".0f", low=0.0, high=top)
     for ax, name in zip(axes[1], ("S1", "S2", OURS), strict=True):
         part = load[load["strategy"] == name].assign(percent=lambda r: 100.0 * r["gain"])
         title = f"{name}: extreme bending over S3 [%]"
-        _heat(ax, *by_gust(part, "percent"), title, text="+.0f", low=-60.0, high=60.0)
+        heat_map(ax, *by_gust(part, "percent"), title, text="+.0f", low=-60.0, high=60.0)
     for ax in axes[:2].flat:
         ax.set_xlabel("direction change [deg]")
         ax.set_ylabel("rise time [s]")
@@ -68,7 +68,8 @@ def _scale(name: str, colours: Sequence[str]) -> LinearSegmentedColormap:
     return LinearSegmentedColormap.from_list(name, colours)
 
 
-def _heat(ax: Axes, x: Float, y: Float, values: Float, title: str, *, text: str, low: float, high: float) -> None:
+def heat_map(ax: Axes, x: Float, y: Float, values: Float, title: str, *, text: str, low: float, high: float) -> None:
+    """Draw (rows by ``y``, columns by ``x``) values as colours from ``low`` to ``high``, with their numbers."""
     scale = _scale("growing", GROWING) if low == 0.0 else _scale("change", DIVERGING[::-1])
     drawn = ax.imshow(values, origin="lower", aspect="auto", cmap=scale, vmin=low, vmax=high)
     for i in range(len(y)):
@@ -87,7 +88,7 @@ def _recheck(ax: Axes, grid: Found) -> None:
     values = 100.0 * stopped_all_the_same(grid)
     rates = np.degrees(grid.grid.yaw_rates).round(2)
     title = "derated runs that stop all the same [%]"
-    _heat(ax, np.array(grid.grid.rechecks), rates, values, title, text=".0f", low=0.0, high=100.0)
+    heat_map(ax, np.array(grid.grid.rechecks), rates, values, title, text=".0f", low=0.0, high=100.0)
     ax.set_xlabel("recheck after [s]")
     ax.set_ylabel("yaw rate [deg/s]")
 
