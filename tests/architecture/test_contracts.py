@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -243,3 +244,11 @@ def test_every_package_has_its_place_in_the_contract_and_the_core_stays_small() 
     assert sorted(layers[-len(CORE) :]) == sorted(f"meltemi.{name}" for name in CORE)
     core = [file for name in CORE for file in (ROOT / "src" / "meltemi" / name).rglob("*.py")]
     assert sum(len(file.read_text(encoding="utf-8").splitlines()) for file in core) <= MOST_LINES
+
+
+def test_what_runs_with_the_oldest_dependencies_skips_without_windio() -> None:
+    """Turbines of windIO in tests of nodes and of the regression, which ``.ci/run`` runs without extras."""
+    for file in (*(ROOT / "tests" / "unit").glob("test_node_*.py"), *(ROOT / "tests" / "regression").glob("test_*.py")):
+        for text in re.split(r"^def ", file.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            asked = re.search(r'load_turbine\("iea', text) is None or 'importorskip("windIO")' in text
+            assert asked, f"{file.name}: {text.partition('(')[0]} needs windIO"

@@ -408,6 +408,7 @@ def test_radiation_remembers_the_velocity_as_its_poles_say() -> None:
 
 
 def test_the_record_of_a_platform_has_its_numbers() -> None:
+    pytest.importorskip("windIO")
     turbine = meltemi.load_turbine("iea15mw-volturnus")
     stiffness, damping, drag = (scale * np.arange(36.0).reshape(6, 6) for scale in (1.0, 2.0, 3.0))
     platform = turbine.platform.replace(stiffness=stiffness, linear_damping=damping, quadratic_damping=drag)
