@@ -48,10 +48,15 @@ KERNELS = re.compile(r"^KERNELS = (\(.*\))$", re.MULTILINE)
 """Line of a package's ``__init__.py`` that names the files of the package, and of those in it, that kernels call."""
 
 
+def package_folder() -> Path:
+    """Folder of the package."""
+    return Path(__file__).parents[1]
+
+
 @cache
 def sources() -> tuple[Path, ...]:
     """Source files on which the machine code depends: all below the package but those that ``KERNELS`` leaves out."""
-    root = Path(__file__).parents[1]
+    root = package_folder()
 
     @cache
     def called(folder: Path) -> tuple[str, ...] | None:
@@ -71,18 +76,15 @@ def sources() -> tuple[Path, ...]:
 @cache
 def is_ours(module: str) -> bool:
     """Whether the file of a module is one of these, so that its machine code may be kept under their hash."""
-    root = Path(__file__).parents[1]
-    package, _, inner = module.partition(".")
-    return package == root.name and root.joinpath(*inner.split(".")).with_suffix(".py") in sources()
+    return package_folder().parent.joinpath(*module.split(".")).with_suffix(".py") in sources()
 
 
 @cache
 def source_hash() -> str:
     """Hash of these files."""
-    digest, root = hashlib.sha256(), Path(__file__).parents[1]
+    digest, root = hashlib.sha256(), package_folder()
     for path in sources():
-        digest.update(path.relative_to(root).as_posix().encode())
-        digest.update(path.read_bytes())
+        digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 
 

@@ -11,7 +11,7 @@ from meltemi.control.controller import Controller
 from meltemi.core.display import brief
 from meltemi.core.errors import InputError, Status
 from meltemi.core.fingerprint import fingerprint
-from meltemi.core.kernel import sources
+from meltemi.core.kernel import package_folder, sources
 from meltemi.core.representation import Card, badge
 from meltemi.core.shown import Shown
 from meltemi.core.stores import code_identity
@@ -149,7 +149,7 @@ def inputs_of(case: Run) -> str | None:
     """Hash of all inputs of a case and of the code; None if an input has no reproducible hash."""
     if isinstance(case.controller, Controller) and case.controller.fresh is not None:
         return None  # depends on a library or another process
-    root = Path(__file__).parents[1]
+    root = package_folder()
     called = {path.relative_to(root).parts[0] for path in sources()}  # packages whose kernels it may call
     code = code_identity(*(f"{root.name}.{package}" for package in sorted(called)))
     return fingerprint(code, replace(case, name="", progress=None, partial=False))

@@ -70,12 +70,12 @@ GROUP = "meltemi.rotors"
 
 @cache
 def _kind(turbine: Any) -> RotorKind:
-    from importlib.metadata import entry_points
-
     names = [each.__name__ for each in turbine.__mro__]
     if own := [name for name in names if name in KINDS]:
         found: RotorKind = import_module(KINDS[own[0]]).KIND
     else:
+        from importlib.metadata import entry_points
+
         found = next(entry.load() for name in names for entry in entry_points(group=GROUP, name=name))
     return found
 
