@@ -18,7 +18,7 @@ from meltemi.papers.claim import UNJUDGED
 from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
 from meltemi.reports.blocks import Document, Picture, Section, Table
-from meltemi.reports.html import result_first, write_page
+from meltemi.reports.html import write_page
 from meltemi.reports.markdown import alone, documented, plain, plain_table, sections, table_lines
 from meltemi.tuning.run_store import current, guarded, run_store
 from meltemi.turbine.definition import Turbine
@@ -236,8 +236,7 @@ def reproduce(
         before = sections(study.before, "Paper and reproduction")
         after = chain.from_iterable(sections(study.text(name), "Notes") for name in study.texts)
         facts = [*said.facts, ("computed by", made_by), ("computed in", f"{time.perf_counter() - began:.0f} s")]
-        lead = result_first(plain(said.lead))
-        page = Document(study.title, [*before, *parts, *after], facts=facts, lead=lead, footer=study.source)
+        page = Document(study.title, [*before, *parts, *after], facts=facts, lead=plain(said.lead), footer=study.source)
         html = write_page(out / f"{study.name}.html", page)
         return Reproduction(said.shown, said.lead, [*files, *said.files, html], documented(text, study.name))
 

@@ -51,6 +51,7 @@ from meltemi.reports.blocks import (
     Entry,
     Facts,
     Folded,
+    Marked,
     Section,
     Table,
     Verdict,
@@ -237,9 +238,11 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
     told = d.problems[d.problems["state"] != "missing"]
     more: Folded | None = None
     if len(told):
-        listed = [[Case(str(name), base), p.row, p.state, p.message, p.meaning] for name, p in told.iterrows()]
-        classes = {(i, 2): str(state) for i, state in enumerate(told["state"])}
-        table = Table(["case", "DLC", "state", "message", "consequence"], listed, classes=classes)
+        listed = [
+            [Case(str(name), base), p.row, Marked(p.state, p.state), p.message, p.meaning]
+            for name, p in told.iterrows()
+        ]
+        table = Table(["case", "DLC", "state", "message", "consequence"], listed)
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
         more = Folded(states, table, unfolded=len(told) <= SHOWN)
     return Verdict(kind, heading, lines, more)

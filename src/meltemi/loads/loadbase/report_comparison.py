@@ -27,6 +27,7 @@ from meltemi.reports.blocks import (
     Curve,
     Document,
     Entry,
+    Marked,
     Part,
     Section,
     Table,
@@ -139,10 +140,11 @@ def _unit(kind: str, load: str) -> tuple[str, float]:
 
 def _all(found: pd.DataFrame, names: list[str]) -> Table:
     rows: list[list[Cell]] = []
-    classes = {}
-    for i, ((kind, place, load), row) in enumerate(found.iterrows()):
+    for (kind, place, load), row in found.iterrows():
         unit, factor = _unit(kind, load)
-        ratio = f"{row.ratio:.3f}" if math.isfinite(row.ratio) else ""
+        ratio: Cell = f"{row.ratio:.3f}" if math.isfinite(row.ratio) else ""
+        if row.ratio > 1.0 and kind in ("ultimate", "fatigue", "motion"):
+            ratio = Marked(str(ratio), "over")
         cases = [
             Case(str(c), base) if isinstance(c, str) and c else ""
             for base, c in enumerate((row.case, row.reference_case))
@@ -150,10 +152,8 @@ def _all(found: pd.DataFrame, names: list[str]) -> Table:
         rows.append(
             [kind, title_of(place), load, unit, float(row.value) * factor, float(row.reference) * factor, ratio, *cases]
         )
-        if row.ratio > 1.0 and kind in ("ultimate", "fatigue", "motion"):
-            classes[i, 6] = "over"
     head = ["kind", "interface", "load", "unit", *names, "ratio", f"case\n{names[0]}", f"case\n{names[1]}"]
-    return Table(head, rows, classes=classes)
+    return Table(head, rows)
 
 
 def _plain_rows(found: pd.DataFrame, names: list[str]) -> tuple[list[str], list[list[str]]]:

@@ -12,7 +12,7 @@ from meltemi.loads.loadbase.design import DesignLoads
 from meltemi.loads.loadbase.ultimate import ExtrapolatedLoad
 from meltemi.loads.loadbase.weights import edges
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
-from meltemi.reports.blocks import Axis, Beside, Block, Case, Cell, Chart, Curve, Share, Table, chosen
+from meltemi.reports.blocks import Axis, Beside, Block, Case, Cell, Chart, Curve, Marked, Share, Table, chosen
 from meltemi.reports.turbine_facts import number
 
 if TYPE_CHECKING:
@@ -70,9 +70,10 @@ def _extremes(own: pd.DataFrame, words: str) -> Table:
     heads = [*COMPONENTS, "F_res", "M_res"]
     names = [f"{h}\n{unit_of_driver(h)[0]}" for h in heads] + ["F_res\ndeg", "M_res\ndeg"]
     rows: list[list[Cell]] = []
-    classes = {}
-    for i, (driver, row) in enumerate(own.iterrows()):
-        loads: list[Cell] = [float(row[h]) * unit_of_driver(h)[1] for h in heads]
+    for driver, row in own.iterrows():
+        extreme = str(driver).split()[0]
+        values = {h: float(row[h]) * unit_of_driver(h)[1] for h in heads}
+        loads: list[Cell] = [Marked(x, "own") if h == extreme else x for h, x in values.items()]
         angles: list[Cell] = [f"{math.degrees(row[f'{h} angle']):.0f}" for h in heads[6:]]
         runs = f"{row.rule} of {row.runs}" if row.runs > 1 else str(row.rule)
         state = "" if row.state == "ok" else str(row.state)
@@ -80,13 +81,10 @@ def _extremes(own: pd.DataFrame, words: str) -> Table:
         case = Case(str(row.case))
         blade = str(row.blade or "")
         factor = f"{row.factor:g}"
-        note = ", ".join(filter(None, (state, lacking)))
+        note = Marked(", ".join(filter(None, (state, lacking))), "doubtful")
         rows.append([str(driver), *loads, *angles, factor, case, blade, f"{row.time:.1f}", runs, note])
-        classes[i, 1 + heads.index(str(driver).split()[0])] = "own"
-        if note:
-            classes[i, len(rows[-1]) - 1] = "doubtful"
     head = ["extreme", *names, "factor", "case", "blade", "time\ns", "value", "note"]
-    return Table(head, rows, caption=f"Extreme loads, {words}", classes=classes)
+    return Table(head, rows, caption=f"Extreme loads, {words}")
 
 
 def _by_row(d: DesignLoads, place: str) -> Table:
@@ -95,16 +93,15 @@ def _by_row(d: DesignLoads, place: str) -> Table:
     drivers = [driver for driver in DRIVERS if driver in own.index.unique("driver")]
     table = own["design"].unstack("driver")[drivers]
     table = table.loc[[row for row in d.coverage.index if row in table.index]]
-    rows: list[list[Cell]] = []
-    classes: dict[tuple[int, int], str] = {}
     severe = {
         driver: (table[driver].idxmin() if driver.endswith("min") else table[driver].idxmax()) for driver in drivers
     }
-    for i, (row, values) in enumerate(table.iterrows()):
-        rows.append([str(row), *(float(values[driver]) * unit_of_driver(driver)[1] for driver in drivers)])
-        classes |= {(i, 1 + j): "own" for j, driver in enumerate(drivers) if severe[driver] == row}
+    rows: list[list[Cell]] = []
+    for row, values in table.iterrows():
+        loads = {driver: float(values[driver]) * unit_of_driver(driver)[1] for driver in drivers}
+        rows.append([str(row), *(Marked(x, "own") if severe[driver] == row else x for driver, x in loads.items())])
     heads = [f"{driver}\n{unit_of_driver(driver)[0]}" for driver in drivers]
-    return Table(["DLC", *heads], rows, caption=f"Extreme loads by design load case, {WITH}", classes=classes)
+    return Table(["DLC", *heads], rows, caption=f"Extreme loads by design load case, {WITH}")
 
 
 def extrapolation_blocks(d: DesignLoads) -> list[Block]:
@@ -163,14 +160,11 @@ def clearance_table(d: DesignLoads) -> list[Block]:
     if not len(d.clearance):
         return []
     rows: list[list[Cell]] = []
-    classes = {}
-    for i, (row, c) in enumerate(d.clearance.iterrows()):
+    for row, c in d.clearance.iterrows():
         lacking = str(c.lacking or "")
         values = [float(c[name]) for name in ("clearance", "factor", "deflection", "left")]
-        case, verdict = Case(str(c.case)), "passes" if c.fits else "tower strike"
+        case, verdict = Case(str(c.case)), "passes" if c.fits else Marked("tower strike", "bad")
         rows.append([str(row), *values, 100.0 * float(c.ratio), case, str(c.runs), lacking, verdict])
-        if not c.fits:
-            classes[i, 9] = "bad"
     head = ["DLC", "clearance\nm", "factor", "deflection\nm", "remaining\nm", "clearance\n%"]
     words = (
         f"Smallest distance between blade tip and tower surface; {number(d.undeflected)} m undeflected. Remaining "
@@ -178,20 +172,18 @@ def clearance_table(d: DesignLoads) -> list[Block]:
         "load and material. Load cases in which no blade passes the tower, such as those of a rotor locked with the "
         "blades away from it, have no clearance."
     )
-    return [words, Table([*head, "case", "simulations", "excluded", "result"], rows, classes=classes)]
+    return [words, Table([*head, "case", "simulations", "excluded", "result"], rows)]
 
 
 def line_blocks(d: DesignLoads) -> list[Block]:
     """Design tensions of the mooring lines: the governing row of each with all lines and after the loss of one."""
     rows: list[list[Cell]] = []
-    classes = {}
     table = d.lines.reset_index()
     for (channel, lost), own in table.groupby(["channel", "lost"], sort=False) if len(table) else ():
         worst = own.loc[own["design"].idxmax()]
         loads = [float(worst[name]) * FORCE[1] for name in ("mean", "largest", "design")]
-        use = None if math.isnan(worst.utilisation) else float(worst.utilisation)
-        if use is not None and use > 1.0:
-            classes[len(rows), 5] = "bad"
+        ratio = float(worst.utilisation)
+        use = None if math.isnan(ratio) else Marked(ratio, "bad") if ratio > 1.0 else ratio
         state = "one line lost" if lost else "all lines"
         rows.append([title_of(str(channel)), state, *loads, use, f"DLC {worst.row}", Case(str(worst.case))])
     head = ["tension", "state", *(f"{name}\n{FORCE[0]}" for name in ("mean", "largest", "design")), "utilisation"]
@@ -201,7 +193,7 @@ def line_blocks(d: DesignLoads) -> list[Block]:
         f"after the loss of a line {factors.line_mean[1]:g} and {factors.line_dynamic[1]:g}. Utilisation: over the "
         "strength of the line."
     )
-    return [words, Table([*head, "DLC", "case"], rows, classes=classes)] if rows else []
+    return [words, Table([*head, "DLC", "case"], rows)] if rows else []
 
 
 def signal_table(d: DesignLoads) -> list[Block]:

@@ -15,7 +15,7 @@ from meltemi.core.files import write_text
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.report.tables import markdown_table, number, write_csv
 from meltemi.reports import blocks
-from meltemi.reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Section, Table
+from meltemi.reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Marked, Section, Table
 from meltemi.reports.ensemble_tables import change_text
 from meltemi.reports.html import write_page
 from meltemi.tuning.controller_bench.bench import ControllerBench
@@ -270,7 +270,7 @@ def _radar(bench: ControllerBench) -> list[Block]:
     caption = "over those of the reference; smaller is better."
     return [
         Chart(
-            "Lifetime loads and variations", Axis("quantity"), y, curves, spokes=list(RADAR.values()), caption=caption
+            "Lifetime loads and variations", Axis("quantity"), y, curves, caption, polar=True, spokes=[*RADAR.values()]
         )
     ]
 
@@ -318,10 +318,7 @@ def leaderboard_text(bench: ControllerBench) -> str:
     head, rows = leaderboard_rows(bench.leaderboard(), bench.reference)
     table = criteria_table(bench.all_verdicts())
     marks = {"good": "", "bad": " **fails**", "doubtful": " (limit within interval)"}
-    cells = [
-        [f"{cell}{marks.get(table.classes.get((i, j), ''), '')}" for j, cell in enumerate(row)]
-        for i, row in enumerate(table.texts)
-    ]
+    cells = [[f"{cell}{marks[cell.kind] if isinstance(cell, Marked) else ''}" for cell in row] for row in table.rows]
     return "\n".join(
         [*markdown_table([" ".join(h.split()) for h in head], rows), "", *markdown_table(table.head, cells), ""]
     )
