@@ -21,8 +21,8 @@ from meltemi.core.errors import Status
 from meltemi.core.yamlfile import write_record
 from meltemi.papers.commands import STUDIES
 from meltemi.papers.he2018.claims import harmonic_amplitude, percent
-from meltemi.papers.study import Chapter, Contents, Study
-from meltemi.reports.blocks import Table
+from meltemi.papers.study import Contents, Study
+from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.channels import catalogue
 from meltemi.simulation.result import Result
 from meltemi.turbine.definition import Turbine
@@ -63,7 +63,7 @@ def test_a_study_is_applied_to_another_turbine(
         found = whole(turbine)
         assert found.figures == {} and found.parts == () and found.texts == ()
         table = Table(["load"], [["1"]], "Loads")
-        said = Contents("All of it.", {"loads": Chapter("Loads", [table])}, [("turbine", turbine.name)], [table])
+        said = Contents("All of it.", {"loads": Section("Loads", [table])}, [("turbine", turbine.name)], [table])
         return replace(found, run=lambda **_: 0, contents=lambda *_: said)
 
     monkeypatch.setattr(page, "STUDY", replace(page.STUDY, applied=short))

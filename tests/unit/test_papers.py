@@ -125,7 +125,7 @@ def test_texts_of_a_page_become_chapters() -> None:
     text = "# Title\n\nOf [air](../air.md), $M_i\\cos\\psi_i$.\n\n## Set-up\n\n```sh\na | b\n```\n"
     text += "\n- one\n  *more*\n- two\n\n| | here |\n|---|---|\n| `x` | 1 \\| 2 |\n\n## Empty\n"
     table = Table(["", "here"], [["x", "1 | 2"]], text_columns=2)
-    assert sections(text, "First") == [
+    assert plain(sections(text, "First")) == [
         Section("First", ["Of air, M_i cos ψ_i."]),
         Section("Set-up", [Code("a | b"), "• one more", "• two", table]),
     ]

@@ -118,10 +118,11 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
     with run_store(out, f"duel, quick {quick}", "meltemi.papers"):
         from meltemi.papers.he2018.duel import brief, chapter, duel, duel_tables, findings
         from meltemi.papers.he2018.runs import QUICK, Setup
+        from meltemi.papers.study import write_chapter
 
         with simulation_bar("he2018 compared with ROSCO") as progress:
             found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
-        files = chapter(found).write("duel", out)
+        files = write_chapter(chapter(found), "duel", out)
     for table in map(brief, duel_tables(found)):
         print_table(table.caption, table.head, table.texts)
     for line in findings(found):

@@ -24,10 +24,10 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import STANDARD
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
 from meltemi.papers.palanimuthu2022.beyond.machines import SLOW
-from meltemi.papers.study import Chapter, Draw, Progress, span
+from meltemi.papers.study import Draw, Progress, span
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import change_text, with_interval
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.performance import performance_of
@@ -272,7 +272,7 @@ def margins_table(found: Found) -> Table:
     return Table(head, rows, "Following power with margins", text_columns=3, note=note)
 
 
-def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Chapter:
+def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of derating, misalignment and margins."""
     heading = "derating and misalignment under load constraints, and margins of a farm"
     return part_chapter(
