@@ -22,9 +22,9 @@ from meltemi.loads.loadbase.design import DesignLoads, design_loads
 from meltemi.loads.loadbase.engine import base_table
 from meltemi.loads.loadbase.plan import Plan
 from meltemi.loads.loadbase.project import read_project
-from meltemi.loads.loadbase.report import LOADS, limit_ratios, verdict, write_design_loads, write_report
+from meltemi.loads.loadbase.report import limit_ratios, verdict, write_design_loads, write_report
 from meltemi.loads.loadbase.report_comparison import write_base_comparison
-from meltemi.loads.loadbase.report_loads import by_speed, slopes_of, title_of, unit_of_driver
+from meltemi.loads.loadbase.report_loads import LOADS, by_speed, slopes_of, title_of, unit_of_driver
 from meltemi.loads.loadbase.settings import DesignSettings, read_settings
 from meltemi.loads.loadbase.wording import event_words
 from meltemi.reports.blocks import (

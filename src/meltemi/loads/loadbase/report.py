@@ -23,21 +23,23 @@ from meltemi.loads.loadbase.plan import Plan
 from meltemi.loads.loadbase.project import Project, read_project
 from meltemi.loads.loadbase.report_cases import assumption_tables, case_table, statistics, statistics_chart
 from meltemi.loads.loadbase.report_loads import (
+    LOADS,
     MOMENT,
     WITH,
     clearance_table,
     duration_blocks,
+    energy_words,
     extrapolation_blocks,
     extreme_blocks,
     fatigue_blocks,
     line_blocks,
+    load_heads,
     operation_blocks,
     rose_blocks,
     signal_table,
     slopes_of,
     title_of,
     unit_of_driver,
-    with_band,
 )
 from meltemi.postprocess.extremes import COMPONENTS
 from meltemi.reports.blocks import (
@@ -71,7 +73,6 @@ TABLES, WORKBOOK = "tables", "design_loads.xlsx"
 """Folder beside it, and a file in that."""
 SHOWN = 10
 """Cases with a problem up to which the list of them is unfolded."""
-LOADS = (*COMPONENTS, "F_res", "M_res")
 CERTIFICATE = (
     "Not certified: rules and factors were taken from secondary sources; the values listed under assumptions must be "
     "replaced by those of the turbine."
@@ -276,13 +277,13 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
     blocks: list[Block] = [key_numbers(d)]
     tables = []
     if len(d.ultimate):
-        rows: list[list[Cell]] = []
-        for place in d.ultimate.index.unique("interface"):
-            own = d.ultimate.loc[place]
-            rows.append([title_of(place), *(governing(place, own, name, ratios) for name in LOADS)])
+        rows = [
+            [title_of(place), *(governing(place, d.ultimate.loc[place], name, ratios) for name in LOADS)]
+            for place in d.ultimate.index.unique("interface")
+        ]
         words = f" Bars: utilisation against {to}." if to else ""
         caption = f"Ultimate loads, {WITH}"
-        tables.append(Table(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS)], rows, caption))
+        tables.append(Table(["interface", *load_heads(LOADS)], rows, caption))
         blocks.append(
             "Largest magnitude of each component with its governing load case; (!) marks a load case that is doubtful "
             f"or has warnings.{words} The extreme loads below have the contemporaneous loads."
@@ -296,8 +297,7 @@ def key_numbers(d: DesignLoads) -> Facts:
     """A line of single numbers."""
     found: list[tuple[str, str, Case | None]] = []
     if d.energy is not None:
-        gwh = 1.0 / 3.6e12
-        found.append(("annual energy", f"{with_band(d.energy.energy * gwh, d.energy.half_width * gwh)} GWh", None))
+        found.append(("annual energy", energy_words(d.energy), None))
     if len(d.clearance):
         worst = d.clearance.loc[d.clearance["left"].idxmin()]
         text = f"{number(float(worst.left))} m ({'passes' if worst.fits else 'tower strike'}), "
@@ -338,11 +338,9 @@ def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
     rows: list[list[Cell]] = []
     for place, part in own.groupby("interface", sort=False):
         best = part.loc[part[slopes[-1]].idxmax()]
-        cells: list[Cell] = []
-        for m in slopes:
-            ratio = utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}")
-            cells.append(Entry(float(best[m]) * MOMENT[1], ratio=ratio))
-        rows.append([title_of(str(place)), str(best.load), *cells])
+        use = (utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}") for m in slopes)
+        loads = (Entry(float(best[m]) * MOMENT[1], ratio=ratio) for m, ratio in zip(slopes, use, strict=True))
+        rows.append([title_of(str(place)), str(best.load), *loads])
     caption = f"Lifetime damage-equivalent ranges of the largest moment, {d.settings.reference:.3g} cycles"
     return Table(["interface", "moment", *(f"m = {m:g}\n{MOMENT[0]}" for m in slopes)], rows, caption)
 

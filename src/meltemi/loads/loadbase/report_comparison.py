@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from meltemi.core.units import display
 from meltemi.loads.loadbase.design import DesignLoads, compare_bases, design_loads
 from meltemi.loads.loadbase.plan import Plan
-from meltemi.loads.loadbase.report import FILE, LOADS, facts, made, utilisation, verdict
+from meltemi.loads.loadbase.report import FILE, facts, made, utilisation, verdict
 from meltemi.loads.loadbase.report_cases import statistics, statistics_chart
-from meltemi.loads.loadbase.report_loads import WITH, title_of, unit_of_driver, with_band
+from meltemi.loads.loadbase.report_loads import GWH, LOADS, WITH, energy_words, load_heads, title_of, unit_of_driver
 from meltemi.loads.loadbase.settings import STANDARD, DesignSettings
 from meltemi.report.tables import write_csv
 from meltemi.reports.blocks import (
@@ -104,21 +104,19 @@ def _glance(found: pd.DataFrame, names: list[str]) -> Table:
         for name in LOADS:
             ends = [each for each in (f"{name} max", f"{name} min") if each in own.index]
             worst = max(ends, key=lambda each: abs(float(own.at[each, "value"])))
-            factor, row = unit_of_driver(name)[1], own.loc[worst]
+            row, factor = own.loc[worst], unit_of_driver(name)[1]
             values = " / ".join(words(float(row[key]) * factor) for key in ("value", "reference"))
             cells.append(Entry(ratio=utilisation(found, "ultimate", str(place), worst), note=values))
         rows.append(cells)
-    units = [f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS]
     caption = f"Governing ultimate loads of {names[0]} over those of {names[1]}, {WITH}"
-    return Table(["interface", *units], rows, caption=caption)
+    return Table(["interface", *load_heads(LOADS)], rows, caption=caption)
 
 
 def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[Block]:
     blocks: list[Block] = []
     if a.energy is not None and b.energy is not None:
-        gwh, ratio = 1.0 / 3.6e12, a.energy.energy / b.energy.energy
-        each = [f"{with_band(e.energy * gwh, e.half_width * gwh)} GWh" for e in (a.energy, b.energy)]
-        blocks.append(f"Annual energy production: {each[0]} and {each[1]}, ratio {ratio:.4f}.")
+        both, ratio = " and ".join(map(energy_words, (a.energy, b.energy))), a.energy.energy / b.energy.energy
+        blocks.append(f"Annual energy production: {both}, ratio {ratio:.4f}.")
     curves = [
         Curve(name, d.powers.index.to_numpy(float), d.powers["power"].to_numpy(float) * display("W")[1])
         for name, d in zip(names, (a, b), strict=True)
@@ -132,7 +130,7 @@ def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[Block]:
 
 def _unit(kind: str, load: str) -> tuple[str, float]:
     if kind == "energy":
-        return "GWh", 1.0 / 3.6e12
+        return "GWh", 1.0 / GWH
     if load == "tilt max":
         return "deg", 180.0 / math.pi
     return ("m", 1.0) if kind in ("clearance", "motion") else unit_of_driver(load)
