@@ -118,8 +118,27 @@ def write_report(
         ratios, to = compare_bases(d, against[1]), against[0]
     elif limits is not None:
         ratios, to = limit_ratios(d, limits), "the given limits"
-    tables, table = write_tables(d, Path(folder) / TABLES), statistics(plan, folder)
-    c = plan.campaign
+    tables = write_tables(d, Path(folder) / TABLES)
+    document = load_report(plan, folder, d, tables, ratios, to, project or read_project(folder))
+    files = [write_page(Path(folder) / FILE, document)]
+    if word:
+        from meltemi.reports.word import write_word
+
+        files.append(write_word(Path(folder) / WORD, document))
+    return [*files, write_workbook(Path(folder) / TABLES / WORKBOOK, document), *tables]
+
+
+def load_report(
+    plan: Plan,
+    folder: str | Path,
+    d: DesignLoads,
+    tables: list[Path],
+    ratios: pd.DataFrame | None = None,
+    to: str = "",
+    title: Project | None = None,
+) -> Document:
+    """The report of a load base; ``tables``: files beside it; ``ratios``: utilisations, and what they refer ``to``."""
+    c, table = plan.campaign, statistics(plan, folder)
     sections = [
         Section("Governing loads", [*glance(d, ratios, to)]),
         Section("Axes", axes_blocks(aeroelastic(load_turbine(c.turbine), "report"))),
@@ -129,8 +148,7 @@ def write_report(
         Section("Assumptions", assumption_tables(plan, d)),
         Section("Files and commands", [files_text(folder, tables), *commands(str(folder))]),
     ]
-    title = project or read_project(folder)
-    document = Document(
+    return Document(
         f"Design loads: {c.turbine_name}",
         [section for section in sections if section.content],
         facts=[*(title.facts if title else ()), *facts(plan)],
@@ -139,12 +157,6 @@ def write_report(
         running=title.running if title else "",
         cases=[CaseList(str(folder), [case.name for case in plan.cases])],
     )
-    files = [write_page(Path(folder) / FILE, document)]
-    if word:
-        from meltemi.reports.word import write_word
-
-        files.append(write_word(Path(folder) / WORD, document))
-    return [*files, write_workbook(Path(folder) / TABLES / WORKBOOK, document), *tables]
 
 
 def load_sections(d: DesignLoads) -> list[Section]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +33,7 @@ from meltemi.reports.blocks import (
     words,
 )
 from meltemi.reports.html import write_page
+from meltemi.reports.rendering import report_folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,25 +57,27 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
     Raises:
       InputError: a file cannot be read or written.
     """
-    bases = (one, other)
-    a, b = (design_loads(plan, folder, settings) for folder, plan in bases)
-    found = compare_bases(a, b)
-    names = [folder for folder, _ in bases]
-    with suppress(OSError):  # writing reports why it is not there
-        Path(out).mkdir(parents=True, exist_ok=True)
-    csv = write_csv(Path(out) / "comparison.csv", *_plain_rows(found, names))
+    designs = (design_loads(one[1], one[0], settings), design_loads(other[1], other[0], settings))
+    document, out = base_comparison((one, other), designs), report_folder(out)
+    rows = _plain_rows(compare_bases(*designs), [one[0], other[0]])
+    return [write_page(out / FILE, document), write_csv(out / "comparison.csv", *rows)]
+
+
+def base_comparison(bases: tuple[Base, Base], designs: tuple[DesignLoads, DesignLoads]) -> Document:
+    """Two load bases side by side: verdicts, ratios, statistics, input; ``designs``: the design loads of both."""
+    names, found = [folder for folder, _ in bases], compare_bases(*designs)
     tables = [(folder, plan, statistics(plan, folder)) for folder, plan in bases]
     verdicts = [
-        Part(folder, [verdict(d, None, base)]) for base, (folder, d) in enumerate(zip(names, (a, b), strict=True))
+        Part(folder, [verdict(d, None, base)]) for base, (folder, d) in enumerate(zip(names, designs, strict=True))
     ]
     sections = [
-        Section("Ratios of loads", [_glance(found, names), *_energy(a, b, names)]),
+        Section("Ratios of loads", [_glance(found, names), *_energy(*designs, names)]),
         Section("All loads", [_all(found, names)]),
         Section("Statistics of all cases", statistics_chart(tables)),
         Section("Input", [_input(bases)]),
         Section("Commands", [Code(f"meltemi loads compare {names[0]} {names[1]}")]),
     ]
-    document = Document(
+    return Document(
         f"Design loads: {names[0]} and {names[1]}",
         sections,
         facts=[("load base", names[0]), ("compared with", names[1])],
@@ -83,7 +85,6 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
         footer=made(),
         cases=[CaseList(folder, [case.name for case in plan.cases]) for folder, plan in bases],
     )
-    return [write_page(Path(out) / FILE, document), csv]
 
 
 def _input(bases: tuple[Base, Base]) -> Table:
