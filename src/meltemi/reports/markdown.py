@@ -72,7 +72,8 @@ def plain(value: Whole) -> Whole:
         text = re.sub(r"\$([^$]+)\$", _formula, text)
         made = re.sub(r"(\*\*|\*|`)(?=\S)(.+?)(?<=\S)\1", r"\2", text, flags=re.S)
     elif isinstance(value, list | tuple):
-        made = list(map(plain, value))
+        texts = map(plain, value)
+        made = tuple(texts) if isinstance(value, tuple) else list(texts)
     elif is_dataclass(value) and not isinstance(value, Code | type):
         made = replace(value, **{each.name: plain(getattr(value, each.name)) for each in fields(value)})
     return made

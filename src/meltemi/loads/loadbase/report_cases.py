@@ -117,7 +117,7 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
                 None if case.variant.seed is None else str(case.variant.seed),
                 f"{case.factor:g}",
                 *(value.get(case.name) for value in values),
-                Marked(told["state"], told["state"]),
+                "ok" if told["state"] == "ok" else Marked(told["state"], told["state"]),
                 told["message"],
             ]
         )

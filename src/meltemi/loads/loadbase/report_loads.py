@@ -160,7 +160,7 @@ def _exceedance(e: ExtrapolatedLoad) -> Chart:
         if x is not None:
             curves.append(curve(f"{name}, band", x.levels, x.band[0], colour, upper=x.band[1]))
             curves.append(curve(name, x.levels, x.exceedance, colour))
-    curves.append(curve("simulations", *found.points, 2, dots=True))
+    curves.append(curve("simulations", found.points[0], found.points[1], 2, dots=True))
     ends = [float(np.min(found.points[0])) * factor, found.load * factor]
     curves.append(Curve("50 years", ends, [found.probability] * 2, dash="5 4", colour=4))
     words = "Probability of exceedance in ten minutes: simulations, fitted distributions and their bands."
@@ -316,7 +316,7 @@ def duration_blocks(d: DesignLoads) -> list[Block]:
     if not len(d.durations):
         return []
     exponents = slopes_of(d.duration_loads)
-    rows = []
+    rows: list[list[Cell]] = []
     for load, row in d.duration_loads.iterrows():
         unit, factor = _unit(str(load))
         rows.append([title_of(str(load)), unit, *(float(row[p]) * factor for p in exponents)])
@@ -353,7 +353,7 @@ def operation_blocks(d: DesignLoads) -> list[Block]:
     if len(d.duties):
         blocks.append(_duty_table(d.duties))
     if len(d.stops):
-        rows = [[str(row), float(stops)] for row, stops in d.stops.iloc[:, 0].items()]
+        rows: list[list[Cell]] = [[str(row), float(stops)] for row, stops in d.stops.iloc[:, 0].items()]
         blocks.append(Table(["DLC", "stops"], rows, caption="Stops per year"))
     return blocks
 
