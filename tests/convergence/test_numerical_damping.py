@@ -11,7 +11,7 @@ import meltemi
 from meltemi import Environment, Model, ModelOptions, SteadyWind
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.vibrations import derivative_matrix, time_step, vacuum_case
-from meltemi.structure.kinematics import GENERATOR
+from meltemi.structure.equations import GENERATOR
 
 OPTIONS: list[dict[str, Any]] = [{}, {"locked": ("torsion",)}, {"torsion_modes": 0}, {"torsion_modes": 2}]
 

@@ -24,8 +24,6 @@ from meltemi.maths.tables import View
 from meltemi.sea.airy import wave_number
 from meltemi.simulation.step import DIVERGED, OK, begin_parts_step, check_parts, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs
-from meltemi.structure.dynamics import MASS, WEIGHT, tower_equations
-from meltemi.structure.kinematics import tower_top
 from meltemi.structure.tables import (
     ApexLoad,
     Columns,
@@ -36,6 +34,7 @@ from meltemi.structure.tables import (
     TowerNode,
     TowerStationLoad,
 )
+from meltemi.structure.tower import MASS, WEIGHT, tower_equations, tower_top
 from meltemi.turbine.exchange import Machine, TowerShape
 
 Float = NDArray[np.float64]

@@ -16,7 +16,7 @@ from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.numbers.dispatch import by_record
 from meltemi.simulation.disk.system import DiskSystem
 from meltemi.simulation.system import AnySystem, System
-from meltemi.structure.kinematics import YAW
+from meltemi.structure.equations import YAW
 
 Float = NDArray[float64]
 

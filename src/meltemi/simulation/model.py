@@ -19,7 +19,7 @@ from meltemi.maths.records import Record
 from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import ParameterTables, Part
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
+from meltemi.structure.equations import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.wind.fields import Wind
 

@@ -24,9 +24,8 @@ from meltemi.maths.tables import Rotations, Table, Vectors, xyz
 from meltemi.maths.tables import rotation as matrix
 from meltemi.maths.vectors import Rot, Vec, cross
 from meltemi.simulation import system
-from meltemi.structure.kinematics import blade_motion
+from meltemi.structure.blades import blade_motion, tip_deflection
 from meltemi.structure.members import Member, NodeLayout
-from meltemi.structure.section_loads import tip_deflection
 from meltemi.structure.tables import SectionLoads
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.exchange import BladeMotion

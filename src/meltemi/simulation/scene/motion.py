@@ -14,7 +14,8 @@ from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.scene.air import CrossSection, wind_section
 from meltemi.simulation.scene.record import Scene, track_arrays
 from meltemi.simulation.scene.shape import beam_axis, blade_skin, machine, sections
-from meltemi.structure.kinematics import YAW, blade_motion
+from meltemi.structure.blades import blade_motion
+from meltemi.structure.equations import YAW
 from meltemi.wind.fields import SteadyWind, Wind
 
 Float = NDArray[np.float64]
