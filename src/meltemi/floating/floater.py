@@ -65,7 +65,7 @@ from meltemi.maths.generic import whole
 from meltemi.maths.records import Array3, Record
 from meltemi.maths.rotations import rotation
 from meltemi.maths.tables import Table, View
-from meltemi.maths.vectors import cross, dot, turn
+from meltemi.maths.vectors import cross, dot
 from meltemi.numbers.dispatch import by_record
 from meltemi.sea.airy import GRAVITY
 from meltemi.sea.field import AHEAD, BEHIND
@@ -81,8 +81,7 @@ from meltemi.simulation.step import (
     part_rates,
 )
 from meltemi.simulation.system import March, Outputs
-from meltemi.structure.equations import inertia_about
-from meltemi.structure.moving_base import base_row, moving_base
+from meltemi.structure.moving_base import add_to_base, base_row, moving_base
 from meltemi.turbine.definition import BaseMotion
 
 Float = NDArray[np.float64]
@@ -302,23 +301,16 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
     p, f, J, K, first = m.platform, m.floater, m.platform_columns, m.float_matrices, base_row(m)
     water_load(t, m)
     mooring(m)
-    R = m.base.orientation
-    c = R @ f.centre
-    own = turn(R, Sym(f.inertia.x, f.inertia.y, f.inertia.z, 0.0, 0.0, 0.0))
-    w, known = p.spin, p.spin_bias
-    G = f.mass * (Vec(0.0, 0.0, -m.structure.gravity) - (p.bias + cross(known, c) + cross(w, cross(w, c))))
-    N = cross(c, G) - (own @ known + cross(w, own @ w))
-    s, inertia = f.mass * c, inertia_about(own, f.mass, Vec(0.0, 0.0, 0.0), c)
+    inertia, nothing = Sym(f.inertia.x, f.inertia.y, f.inertia.z, 0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    add_to_base(m, f.mass, f.centre - Vec(0.0, 0.0, m.structure.tower_base), inertia, nothing, nothing)
     water, water_moment = six(WATER_LOAD, m)
     further, further_moment = six(FURTHER_LOAD, m)
-    F, M = G + (water + (further + p.mooring_force)), N + (water_moment + (further_moment + p.mooring_moment))
+    F, M = water + (further + p.mooring_force), water_moment + (further_moment + p.mooring_moment)
     for k in range(6):
         T, W = column(k, m)
         m.core_force[first + k] += dot(T, F) + dot(W, M)
-        P, H = f.mass * T + cross(W, s), inertia @ W + cross(s, T)
         for j in range(k + 1):
-            T, W = column(j, m)
-            added = dot(T, P) + dot(W, H)
+            added = 0.0 * m.core_force[first + k]
             for a in range(6):
                 if J[j, a] != 0.0:
                     for b in range(6):

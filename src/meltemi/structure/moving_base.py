@@ -17,7 +17,7 @@ from meltemi.maths.algebra import Rot, Sym, Vec
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.tables import Table, Vectors, View, number, symmetric, xyz
 from meltemi.maths.tables import rotation as matrix
-from meltemi.maths.vectors import cross, dot
+from meltemi.maths.vectors import cross, dot, turn
 from meltemi.numbers.dispatch import by_record
 from meltemi.structure.members import Member
 from meltemi.structure.tables import SectionLoads, Structure
@@ -189,6 +189,29 @@ def equations_on_base(m: MovingBase) -> None:
         for j in range(k + 1):
             Tj, Wj = base_column(m, j)
             m.core_mass[first + k, first + j] += dot(Tj, P) + dot(Wj, H)
+
+
+@kernel
+def add_to_base(m: MovingBase, mass: float, centre: Vec, inertia: Sym, F: Vec, N: Vec) -> None:
+    """Add a rigid body that moves with the base, with its weight, to the equations of the base's motions (W-7).
+
+    Args:
+      mass, centre, inertia: [kg], [m] from the tower's base, [kg m^2] about the centre of mass; axes of the base.
+      F, N: [N] other forces and [N m] their moment about the centre of mass, inertial axes.
+    """
+    base, columns, first = m.base, m.base_columns, base_row(m)
+    r, J, w, known = base.orientation @ centre, turn(base.orientation, inertia), base.spin, base.spin_rate
+    a = base.acceleration + (cross(known, r) + cross(w, cross(w, r)))
+    G = F + mass * (Vec(0.0, 0.0, -m.structure.gravity) - a)
+    M = N - (J @ known + cross(w, J @ w))
+    for k in range(columns.motions):
+        W = columns.angular[k]
+        T = columns.linear[k] + cross(W, r)
+        m.core_force[first + k] += dot(T, G) + dot(W, M)
+        P, H = mass * T, J @ W
+        for j in range(k + 1):
+            Wj = columns.angular[j]
+            m.core_mass[first + k, first + j] += dot(columns.linear[j] + cross(Wj, r), P) + dot(Wj, H)
 
 
 @top_place.variant
