@@ -48,7 +48,7 @@ class Base(Table):
     spin_rate: Vec = xyz("rad/s^2", "angular acceleration, known part")
 
 
-class BaseColumns(Table, axes="motion"):
+class BaseColumns(Table, axes="coordinate"):
     """Partial velocities of the tower's base by the coordinates of the base."""
 
     linear: Vectors = xyz("- or m", "partial velocity, inertial axes")
@@ -102,7 +102,7 @@ def moving_base(tower: Member, top_mass: float) -> dict[str, Any]:
     v["linear"], v["angular"] = momenta[:3, :modes], momenta[3:, :modes]
     return {
         "base": Base.zeros(),
-        "base_columns": BaseColumns.zeros(motion=len(tower.names) - modes),
+        "base_columns": BaseColumns.zeros(coordinate=len(tower.names) - modes),
         "tower_body": body,
         "tower_momentum": momentum,
     }
@@ -130,7 +130,7 @@ def top_on_base(m: MovingBase) -> None:
     r, du = R @ (top.offset + Vec(0.0, 0.0, m.structure.tower_length)), R @ top.velocity
     for k in range(first):
         C.linear[k], C.angular[k] = R @ C.linear[k], R @ C.angular[k]
-    for k in range(m.base_columns.motions):
+    for k in range(m.base_columns.coordinates):
         T, W = m.base_columns.linear[k], m.base_columns.angular[k]
         C.linear[first + k], C.angular[first + k] = T + cross(W, r), W
     spin = R @ angular_velocity(top.turn, top.rate)
@@ -161,7 +161,7 @@ def base_column(m: MovingBase, k: int) -> tuple[Vec, Vec]:
 def equations_on_base(m: MovingBase) -> None:
     """Equations of a tower whose inertia and weight turn with its base, and of the base's springs (W-31, W-32)."""
     base, q, matrix, momentum, first = m.base, m.q, m.tower_matrix, m.tower_momentum, base_row(m)
-    R, gravity, motions = base.orientation, m.structure.gravity, m.base_columns.motions
+    R, gravity, motions = base.orientation, m.structure.gravity, m.base_columns.coordinates
     for i in range(first + motions):
         f = m.tower_push[i]
         for j in range(first + motions):
@@ -204,7 +204,7 @@ def add_to_base(m: MovingBase, mass: float, centre: Vec, inertia: Sym, F: Vec, N
     a = base.acceleration + (cross(known, r) + cross(w, cross(w, r)))
     G = F + mass * (Vec(0.0, 0.0, -m.structure.gravity) - a)
     M = N - (J @ known + cross(w, J @ w))
-    for k in range(columns.motions):
+    for k in range(columns.coordinates):
         W = columns.angular[k]
         T = columns.linear[k] + cross(W, r)
         m.core_force[first + k] += dot(T, G) + dot(W, M)
@@ -227,7 +227,7 @@ def loads_on_base(m: MovingBase, s: SectionLoads) -> None:
     """Loads of the tower in the axes of its base, on which it stands as on one at rest that accelerates (W-33)."""
     base, columns, first, nodes, up = m.base, m.base_columns, base_row(m), s.tower_nodes, Vec(0.0, 0.0, 1.0)
     R, rise, turning = base.orientation, base.acceleration, base.spin_rate
-    for k in range(columns.motions):
+    for k in range(columns.coordinates):
         rise += m.a[first + k] * columns.linear[k]
         turning += m.a[first + k] * columns.angular[k]
     fall, turning, spin = R.T @ (Vec(0.0, 0.0, -m.structure.gravity) - rise), R.T @ turning, R.T @ base.spin
