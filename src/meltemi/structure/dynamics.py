@@ -15,11 +15,9 @@ from __future__ import annotations
 
 from math import tanh
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import total
+from meltemi.compiler import by_record, kernel, total
 from meltemi.maths.solve import solve_arrow
 from meltemi.maths.vectors import Sym, Vec, cross, dot, turn
-from meltemi.numbers.dispatch import by_record
 from meltemi.structure.gears import gear_equations
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW, node_inertia
 from meltemi.structure.tables import Structure

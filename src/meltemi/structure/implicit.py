@@ -5,7 +5,7 @@ Reference: docs/theory/simulation.md (M-41 to M-45).
 
 from __future__ import annotations
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.structure.dynamics import DAMPING, STIFFNESS, WEIGHT
 from meltemi.structure.kinematics import TORSION, YAW
 from meltemi.structure.tables import Structure

@@ -14,10 +14,9 @@ from __future__ import annotations
 
 from math import cos, pi, sin
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import by_record, kernel
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.vectors import Sym, Vec, about_x, about_y, about_z, cross, turn
-from meltemi.numbers.dispatch import by_record
 from meltemi.structure.tables import Structure
 
 YAW, GENERATOR, TORSION = 0, 1, 2

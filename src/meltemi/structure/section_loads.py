@@ -10,9 +10,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import by_record, kernel
 from meltemi.maths.vectors import Sym, Vec, about_x, about_y, cross, dot, turn
-from meltemi.numbers.dispatch import by_record
 from meltemi.structure.gears import gear_loads, gear_momentum
 from meltemi.structure.kinematics import GENERATOR, TORSION, node_inertia
 from meltemi.structure.tables import SectionLoads, Structure
