@@ -30,6 +30,7 @@ from meltemi.compiler.functions import is_compiled as is_compiled
 from meltemi.compiler.functions import is_compiled_for as is_compiled_for
 from meltemi.compiler.functions import last_line as last_line
 from meltemi.compiler.functions import processor as processor
+from meltemi.compiler.functions import record_like as record_like
 from meltemi.compiler.functions import versions as versions
 from meltemi.compiler.functions import without_dispatch as without_dispatch
 from meltemi.compiler.generic import anywhere as anywhere
@@ -74,7 +75,6 @@ from meltemi.compiler.record_types import DUALS as DUALS
 from meltemi.compiler.record_types import NUMBERS as NUMBERS
 from meltemi.compiler.record_types import RecordType as RecordType
 from meltemi.compiler.record_types import record_at as record_at
-from meltemi.compiler.record_types import record_like as record_like
 from meltemi.compiler.record_types import type_of_class as type_of_class
 from meltemi.compiler.records import Array1 as Array1
 from meltemi.compiler.records import Array2 as Array2

@@ -71,7 +71,7 @@ def without_dispatch(function: Any, *arguments: Any) -> Any:
     return found.entry_point if found else function.compile(kinds)
 
 
-# functions as arguments of kernels ------------------------------------------------------------------
+# functions and records by their addresses, in kernels ---------------------------------------------
 
 
 class EntryType(types.FunctionType):
@@ -149,3 +149,13 @@ def call_address(typing_context: Any, address: Any, x: Any) -> Any:
         return builder.call(builder.inttoptr(builder.bitcast(arguments[0], i64), function), [arguments[1]])
 
     return types.int64(types.float64, types.float64), generate
+
+
+@intrinsic
+def record_like(typing_context: Any, like: Any, address: Any) -> Any:
+    """The record, of the same type as ``like``, whose words are at an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[1], ir.IntType(64).as_pointer())
+
+    return like(like, types.int64), generate

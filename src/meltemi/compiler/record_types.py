@@ -22,7 +22,7 @@ from numba.core.boxing import unbox_unsupported
 from numba.core.imputils import lower_builtin, lower_cast, lower_getattr_generic, lower_setattr_generic
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
-from numba.extending import NativeValue, intrinsic, models, overload, register_model, typeof_impl, unbox
+from numba.extending import NativeValue, models, overload, register_model, typeof_impl, unbox
 
 from meltemi.compiler.groups import GroupType, join, split
 from meltemi.compiler.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
@@ -662,16 +662,6 @@ def record_at(cls: type[Record]) -> Any:
         return cgutils.get_item_pointer(context, builder, sig.args[0], array, args[1:])
 
     return record
-
-
-@intrinsic
-def record_like(typing_context: Any, like: Any, address: Any) -> Any:
-    """The record, of the same type as ``like``, whose words are at an address."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.inttoptr(arguments[1], _I64.as_pointer())
-
-    return like(like, types.int64), generate
 
 
 @unbox(RecordType)
