@@ -11,8 +11,8 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
+from meltemi.compiler import Table, TableType
 from meltemi.core.usual import usual_range
-from meltemi.maths.tables import Table, TableType
 
 RUN = "turbine-run.nc"
 """Of ``docs/images``: the result that the guide shows in three dimensions, by the command on its page."""

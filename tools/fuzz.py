@@ -1166,8 +1166,8 @@ def worker(pipe: Connection, good: Path, seed: int) -> None:
 
 def _fate(kind: str, chance: random.Random, good: Path, folder: Path) -> Fate:
     from meltemi.app.cli import main
+    from meltemi.compiler import compile_seconds
     from meltemi.core.errors import MeltemiError
-    from meltemi.core.kernel import compile_seconds
 
     DEEP[0] = chance.random() < SHARE or kind in SHORT
     found = KINDS[kind](chance, good)

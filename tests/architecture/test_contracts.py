@@ -18,7 +18,7 @@ import pytest
 
 import meltemi
 from meltemi import Model, ModelOptions, Stations, SteadyWind, Turbine, simulate
-from meltemi.core.kernel import statistics
+from meltemi.compiler import statistics
 from meltemi.core.stores import CORE
 from meltemi.simulation.modes import natural_modes
 

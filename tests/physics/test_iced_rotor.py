@@ -7,7 +7,7 @@ import pytest
 
 import meltemi
 from meltemi import Environment, ModelOptions, Start, SteadyWind, Turbine
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.simulation.modes import natural_modes
 from meltemi.structure.tables import BladeNode
 from meltemi.studies.icing import frequency_table, load_table, plot_icing, power_table

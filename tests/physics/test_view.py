@@ -22,8 +22,8 @@ from scipy.spatial.transform import Rotation
 
 import meltemi
 from meltemi import Model, Result
+from meltemi.compiler import View
 from meltemi.core.errors import InputError
-from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.postprocess.files import read_netcdf, write_netcdf
 from meltemi.simulation.campbell import campbell

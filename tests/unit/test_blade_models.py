@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 
 from meltemi import ModelOptions, SteadyWind, build, load_turbine
-from meltemi.maths.records import Kind
-from meltemi.numbers.dispatch import Variants
-from meltemi.numbers.records import RecordType
+from meltemi.compiler import Kind, RecordType, Variants
 from meltemi.simulation import system
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.case import Case

@@ -12,7 +12,7 @@ import pytest
 import meltemi
 from meltemi import InputError, Model, Turbine, UnsupportedError
 from meltemi.aero.tables import AeroNode, PolarPoint, SectionConstants
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine import Icing, with_ice
 from meltemi.turbine.icing import ice_mass, law_mass, leading_edge, penalty_factors

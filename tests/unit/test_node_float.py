@@ -12,6 +12,7 @@ from plain import plain, record, table
 from scipy.spatial.transform import Rotation
 
 import meltemi
+from meltemi.compiler import Sym, Vec, View
 from meltemi.floating import floater, lumped, mooring
 from meltemi.floating.base import Floater, FloaterSystem, PlatformState, RadiationState, Strip
 from meltemi.floating.floater import floater_forces
@@ -19,8 +20,6 @@ from meltemi.floating.lumped import Elimination, LinePoint, LineState, LumpedSys
 from meltemi.floating.mooring import NONE, FreePoint, Line, LineEnd, LineLoad, LineOrder, PointState
 from meltemi.floating.potential import Coefficients
 from meltemi.floating.waves import HEADINGS, displaced_forces
-from meltemi.maths.algebra import Sym, Vec
-from meltemi.maths.tables import View
 from meltemi.sea.airy import wave_number
 from meltemi.simulation.step import DIVERGED, OK, begin_parts_step, check_parts, outer_section_loads, part_rates
 from meltemi.simulation.system import Outputs

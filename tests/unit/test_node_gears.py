@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from plain import plain, record, table
 
-from meltemi.maths.algebra import Sym, Vec
+from meltemi.compiler import Sym, Vec
 from meltemi.structure import dynamics, gears
 from meltemi.structure.tables import (
     Columns,

@@ -17,8 +17,8 @@ from pathlib import Path
 from subprocess import DEVNULL, Popen, run
 from typing import Any
 
+from meltemi.compiler import cache_folder, statistics
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
-from meltemi.core.kernel import cache_folder, statistics
 from meltemi.core.threads import available_cores
 from meltemi.simulation.run import Run
 
@@ -162,9 +162,8 @@ def _stepping() -> None:
 
     Beside a first run, what that reaches late comes first: it then finds it compiled.
     """
-    from numba import float64, typeof
-
     from meltemi.aero.rotor import loads, quasi_steady
+    from meltemi.compiler import compile_for_kernels, float64, typeof
     from meltemi.control.constant import ConstantController
     from meltemi.control.faults import apply_events
     from meltemi.simulation.case import Case
@@ -175,7 +174,7 @@ def _stepping() -> None:
     m, c = typeof(case.system), typeof(case.control)
     late: Any = (loads, float64, m), (quasi_steady, m), (assemble, float64, m), (actuate, float64, c, m)
     for function, *kinds in late:
-        function.get_call_template(tuple(kinds), {})  # compiles the form that kernels call
+        compile_for_kernels(function, *kinds)
     ConstantController()
     apply_events(0, 0, case.events, case.control.faults)
     sense(0.0, 0, case.control, case.system)

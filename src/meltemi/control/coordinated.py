@@ -25,6 +25,7 @@ from numpy import float64
 from numpy.typing import NDArray
 from pydantic import Field
 
+from meltemi.compiler import Table, crossed, kernel, number, part
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.load_control import LoadControl, LoadController, LoadControlState, individual, limit_warnings
 from meltemi.control.power_control.controller import power_settings, power_start, power_warnings
@@ -34,10 +35,7 @@ from meltemi.control.power_control.state import PowerControlState
 from meltemi.control.signals import Demands, Measurements
 from meltemi.control.yaw import YawControl, YawControlState, share, yaw_settings, yaw_step
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
-from meltemi.maths.generic import crossed
-from meltemi.maths.tables import Table, number, part
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine

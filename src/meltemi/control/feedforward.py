@@ -13,10 +13,9 @@ from __future__ import annotations
 
 from math import cos, exp, isfinite, log, sin
 
+from meltemi.compiler import Table, kernel, number
 from meltemi.control.multiblade import blade_angle
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Table, number
 
 
 class FeedforwardWeights(Table, title="feed-forward weights"):

@@ -22,9 +22,8 @@ from __future__ import annotations
 import cmath
 from math import isfinite, pi, tan
 
+from meltemi.compiler import Table, kernel, number
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Table, number
 
 
 class LowPass(Table, title="low-pass filter"):

@@ -14,12 +14,10 @@ from __future__ import annotations
 
 from math import cos, sin
 
+from meltemi.compiler import MAX_BLADES, Entries, Numbers, Table, blades, kernel, number, part, parts, whole
 from meltemi.control.filters import SecondOrder, band_pass
 from meltemi.control.integrator import Integrator, back_calculate, integrator
 from meltemi.control.multiblade import add_to_blades, to_fixed
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-from meltemi.maths.tables import MAX_BLADES, Entries, Numbers, Table, blades, number, part, parts
 
 
 class HarmonicState(Table, title="harmonic loop"):

@@ -18,10 +18,8 @@ from __future__ import annotations
 
 from math import exp, isfinite
 
+from meltemi.compiler import Table, crossed, kernel, number
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import crossed
-from meltemi.maths.tables import Table, number
 
 
 class Integrator(Table):

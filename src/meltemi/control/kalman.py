@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 
 Float = NDArray[np.float64]
 

@@ -13,10 +13,8 @@ from __future__ import annotations
 
 from math import floor, pi
 
+from meltemi.compiler import Numbers, Table, kernel, number, series, whole
 from meltemi.control.signals import Measurements
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-from meltemi.maths.tables import Numbers, Table, number, series
 
 
 class LidarSensor(Table, title="lidar"):

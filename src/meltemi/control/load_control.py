@@ -21,6 +21,20 @@ from numpy import float64
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from meltemi.compiler import (
+    MAX_BLADES,
+    MAX_FLAPS,
+    Entries,
+    Numbers,
+    Table,
+    blades,
+    crossed,
+    kernel,
+    number,
+    part,
+    parts,
+    whole,
+)
 from meltemi.control.baseline import BaselineState, motion_pitch, start_state
 from meltemi.control.baseline import law as collective_step
 from meltemi.control.controller import Controller, StartPoint
@@ -32,10 +46,7 @@ from meltemi.control.preview import PreviewState, preview_change, preview_settin
 from meltemi.control.sensors import Delay, Noise, delay, delay_start, noise, noise_start
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
 from meltemi.core.record import Record, Vector
-from meltemi.maths.generic import crossed, whole
-from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, Entries, Numbers, Table, blades, number, part, parts
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
 FEATURE = "load control"

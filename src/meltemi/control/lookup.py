@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-from meltemi.maths.tables import Numbers
+from meltemi.compiler import Numbers, kernel, whole
 
 
 @kernel

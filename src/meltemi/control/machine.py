@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Numbers
+from meltemi.compiler import Numbers, kernel
 
 Int = NDArray[np.int64]
 FROM, TO, LINE, FIRST = range(4)

@@ -12,9 +12,7 @@ Reference: docs/theory/control.md (C-60).
 
 from __future__ import annotations
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-from meltemi.maths.tables import Numbers, Table, number, series
+from meltemi.compiler import Numbers, Table, kernel, number, series, whole
 
 
 class MovingMean(Table):

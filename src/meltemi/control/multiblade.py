@@ -17,8 +17,7 @@ from __future__ import annotations
 
 from math import cos, pi, sin
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Numbers
+from meltemi.compiler import Numbers, kernel
 
 
 @kernel

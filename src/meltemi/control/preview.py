@@ -18,12 +18,10 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.compiler import Numbers, Table, kernel, number, part, series, whole
 from meltemi.control.filters import LowPass, low_pass
 from meltemi.control.lookup import linear
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-from meltemi.maths.tables import Numbers, Table, number, part, series
 
 Float = NDArray[float64]
 

@@ -14,10 +14,8 @@ from __future__ import annotations
 
 from math import cos, log, pi, sqrt
 
+from meltemi.compiler import Numbers, Table, kernel, number, series, whole
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-from meltemi.maths.tables import Numbers, Table, number, series
 
 
 class Noise(Table):

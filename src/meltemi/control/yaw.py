@@ -23,15 +23,13 @@ from numpy import float64
 from numpy.typing import NDArray
 from pydantic import Field
 
+from meltemi.compiler import Table, crossed, floor, kernel, number, part
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.load_control import LoadControl, LoadController, LoadControlState, limit_warnings, load_step
 from meltemi.control.sensors import Noise, noise, noise_start
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
-from meltemi.maths.generic import crossed, floor
-from meltemi.maths.tables import Table, number, part
 from meltemi.turbine.definition import YawDrive
 from meltemi.turbine.power_turbine import AnyTurbine
 

@@ -15,7 +15,7 @@ from meltemi.core.files import replacing
 from meltemi.core.physics import PHYSICS
 
 CORE = (
-    "core maths numbers environment turbine wind aero structure electrical control simulation postprocess controllers "
+    "core compiler maths environment turbine wind aero structure electrical control simulation postprocess controllers "
     "loadcases report app"
 ).split()
 """Packages of the simulator, on which all others stand."""

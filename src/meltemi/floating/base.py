@@ -10,12 +10,9 @@ from __future__ import annotations
 from math import atan2, sqrt
 from typing import NamedTuple
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import Array2, Array3, Constant, Numbers, Rot, Single, Table, Vec, Vectors, kernel, number, xyz
 from meltemi.floating.mooring import Moorings
-from meltemi.maths.algebra import Rot, Vec
-from meltemi.maths.records import Array2, Array3, Constant, Single
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
-from meltemi.maths.tables import Numbers, Table, Vectors, number, xyz
 from meltemi.maths.vectors import cross
 from meltemi.simulation.system import System
 from meltemi.structure.moving_base import MovingBase, base_motion, base_row

@@ -16,8 +16,8 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import Array3, Record, Rot, Sym, Table, Vec, View, by_record, kernel, whole
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
 from meltemi.floating.balance import check_balance, check_reach
 from meltemi.floating.base import (
     AGAINST_CURRENT,
@@ -60,13 +60,8 @@ from meltemi.floating.platform import Platform
 from meltemi.floating.potential import Coefficients
 from meltemi.floating.radiation import Radiation, fit_radiation
 from meltemi.floating.waves import HEADINGS, displaced_forces, mean_drift, wave_forces
-from meltemi.maths.algebra import Rot, Sym, Vec
-from meltemi.maths.generic import whole
-from meltemi.maths.records import Array3, Record
 from meltemi.maths.rotations import rotation
-from meltemi.maths.tables import Table, View
 from meltemi.maths.vectors import cross, dot
-from meltemi.numbers.dispatch import by_record
 from meltemi.sea.airy import GRAVITY
 from meltemi.sea.field import AHEAD, BEHIND
 from meltemi.sea.pile import Instant, at, cubic

@@ -16,15 +16,25 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import (
+    Numbers,
+    Record,
+    Single,
+    Sym,
+    Symmetrics,
+    Table,
+    Vec,
+    Vectors,
+    kernel,
+    number,
+    symmetric,
+    xyz,
+)
 from meltemi.floating.base import FloaterSystem, point_motion
 from meltemi.floating.catenary import span
 from meltemi.floating.floater import FloaterPart, add_mass, line_pull, settle_junctions, settle_points, static_pull
 from meltemi.floating.floater import part_of as static_part
 from meltemi.floating.mooring import NONE, dyad, hang_all, holds, inverse, is_held, line_of, pulls
-from meltemi.maths.algebra import Sym, Vec
-from meltemi.maths.records import Record, Single
-from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import DIVERGED, begin_parts_step, check_parts
 from meltemi.simulation.system import March

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
+from meltemi.compiler import package_folder, sources
 from meltemi.control.controller import Controller
 from meltemi.core.display import brief
 from meltemi.core.errors import InputError, Status
 from meltemi.core.fingerprint import fingerprint
-from meltemi.core.kernel import package_folder, sources
 from meltemi.core.representation import Card, badge
 from meltemi.core.shown import Shown
 from meltemi.core.stores import code_identity

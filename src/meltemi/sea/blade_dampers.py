@@ -17,12 +17,24 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import (
+    Constant,
+    Numbers,
+    Record,
+    Rot,
+    Rotations,
+    Single,
+    Table,
+    Vec,
+    Vectors,
+    View,
+    kernel,
+    number,
+    rotation,
+    whole,
+    xyz,
+)
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.algebra import Rot, Vec
-from meltemi.maths.generic import whole
-from meltemi.maths.records import Constant, Record, Single
-from meltemi.maths.tables import Numbers, Rotations, Table, Vectors, View, number, rotation, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.sea.mass_dampers import FAR, check_step, pull
 from meltemi.simulation.channels import Channel

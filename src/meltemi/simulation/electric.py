@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import Record, Table, kernel
 from meltemi.control.controller import LogEntry
 from meltemi.control.signals import Demands
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
 from meltemi.electrical.advance import electric_advance, electric_begin, electric_rates
 from meltemi.electrical.tables import (
     N_STATES,
@@ -23,8 +23,6 @@ from meltemi.electrical.tables import (
     electrical_array,
 )
 from meltemi.environment.conditions import Conditions
-from meltemi.maths.records import Record
-from meltemi.maths.tables import Table
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, channels_of_group
 from meltemi.simulation.parts import ParameterTables, Part, StateRows, Variable

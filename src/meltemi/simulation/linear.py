@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.aero import stall
 from meltemi.aero.stall.section import model_weight
 from meltemi.aero.tables import AeroNode, AeroOptions, BladeFlow, InflowState, StallState
+from meltemi.compiler import N_DERIVATIVES, Table, View
 from meltemi.control import actuator_models
 from meltemi.control.actuators import Actuators, FlapActuators
 from meltemi.core.display import quantity
@@ -34,8 +35,6 @@ from meltemi.core.representation import Card, Fold
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.maths.multiblade import TURNING, by_components, to_components
-from meltemi.maths.tables import Table, View
-from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, unit_of_coordinate
 from meltemi.simulation.model import Model, Stations

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from meltemi.compiler import Record, Table
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.maths.records import Record
-from meltemi.maths.tables import Table
 
 if TYPE_CHECKING:
     from meltemi.control.controller import LogEntry

@@ -14,7 +14,6 @@ from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint, steady_wind
 from meltemi.simulation.rotors import operating_point
 from meltemi.simulation.start import Start
-from meltemi.simulation.trim import rigid_point
 from meltemi.wind.fields import Wind
 
 KEEP = 32
@@ -51,6 +50,8 @@ def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> 
         if isinstance(start, Start):
             return _at_rest(start), words
         if isinstance(model.rotor, BladedRotor):
+            from meltemi.simulation.trim import rigid_point
+
             return _once(model, wind, ("rigid",), lambda: rigid_point(model, wind)), words
         speed, most = model.turbine.rated_rotor_speed, model.turbine.control.pitch.maximum
         point = _once(model, wind, ("held",), lambda: operating_point(model, wind, rotor_speed=speed, pitch=most))

@@ -15,11 +15,10 @@ from importlib.metadata import PackageNotFoundError, version
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol
 
-import llvmlite.binding
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import N_DERIVATIVES, Kind, Record, View, compile_seconds, processor, versions
 from meltemi.control import constant
 from meltemi.control.controller import Controller, Entry, LogEntry
 from meltemi.control.faults import Faults, apply_events
@@ -27,11 +26,7 @@ from meltemi.control.signals import Demands, Measurements
 from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
-from meltemi.core.kernel import compile_seconds
 from meltemi.core.log import LOG
-from meltemi.maths.records import Kind, Record
-from meltemi.maths.tables import View
-from meltemi.numbers.lanes import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.loop import Loop, loop_of
@@ -526,9 +521,9 @@ def describe(run: Simulation) -> dict[str, Any]:
         "events": [event.model_dump(mode="json", exclude_none=True) for event in run.events],
         "channels": [channel.name for channel in run.channels],
         "python": platform.python_version(),
-        "numba": numba.__version__,
+        "numba": versions()["numba"],
         "numpy": np.__version__,
         "machine": f"{platform.system()} {platform.machine()}",
-        "processor": llvmlite.binding.get_host_cpu_name(),
+        "processor": processor(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
     }

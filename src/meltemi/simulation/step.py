@@ -34,19 +34,15 @@ from collections.abc import Callable
 from math import atan2, sin, sqrt
 from typing import Any
 
-from numba import types
-from numba.extending import overload
 from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.aero.rotor import derivatives, disk_averages, loads, quasi_steady, relative_wind, settle
 from meltemi.aero.tower_flow import tower_load, tower_wind
+from meltemi.compiler import Vec, by_control, by_record, control_hook, hook, kernel, overload, types
 from meltemi.control.actuators import drive_advance, flap_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import apply_events, report
-from meltemi.core.kernel import kernel
 from meltemi.environment.conditions import conditions_now
-from meltemi.maths.algebra import Vec
-from meltemi.numbers.dispatch import by_control, by_record, control_hook, hook
 from meltemi.simulation.system import (
     AnySystem,
     Control,

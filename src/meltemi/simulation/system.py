@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from meltemi.aero.air import Air
 from meltemi.aero.tables import AeroParameters, FlapParameters, RotorFlow
+from meltemi.compiler import Array1, Array2, Constant, Ints, Record, Table, kernel
 from meltemi.control.actuators import Actuation
 from meltemi.control.signals import Demands
-from meltemi.core.kernel import kernel
 from meltemi.environment.conditions import Conditions
-from meltemi.maths.records import Array1, Array2, Constant, Ints, Record
-from meltemi.maths.tables import Table
 from meltemi.simulation.tables import Clock, Settings, Summary, Watch
 from meltemi.structure.equations import generator_row, torsion_row
 from meltemi.structure.tables import (

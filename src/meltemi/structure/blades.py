@@ -10,11 +10,9 @@ from __future__ import annotations
 
 from math import cos, pi, sin, sqrt
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import total
+from meltemi.compiler import by_record, kernel, total
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.vectors import Sym, Vec, about_x, about_y, about_z, cross, dot, turn
-from meltemi.numbers.dispatch import by_record
 from meltemi.structure.equations import angular_acceleration as core_angular_acceleration
 from meltemi.structure.equations import apex_acceleration, blade_row, inertia_about, resistance
 from meltemi.structure.tables import SectionLoads, Structure

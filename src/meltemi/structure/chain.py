@@ -15,7 +15,7 @@ chapter 6; docs/development/bodies.md.
 
 from __future__ import annotations
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.maths.solve import solve_arrow
 from meltemi.maths.vectors import Vec
 from meltemi.structure.blades import blade_frames, blade_implicit, blade_loads, blade_motion, station_loads

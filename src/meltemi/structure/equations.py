@@ -13,7 +13,7 @@ Reference: docs/theory/structure.md (S-10, S-25 to S-27, S-35); docs/theory/simu
 
 from __future__ import annotations
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.maths.vectors import Sym, Vec, cross, dot
 from meltemi.structure.tables import Coordinates, Structure
 

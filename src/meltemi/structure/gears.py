@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from math import exp, sqrt
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.maths.vectors import Sym, Vec, cross, dot
 from meltemi.structure.equations import generator_row, torsion_row, yaw_row
 from meltemi.structure.tables import SectionLoads, Structure

@@ -12,13 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.algebra import Rot, Sym, Vec
+from meltemi.compiler import Rot, Sym, Table, Vec, Vectors, View, by_record, kernel, number, symmetric, xyz
+from meltemi.compiler import rotation as matrix
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
-from meltemi.maths.tables import Table, Vectors, View, number, symmetric, xyz
-from meltemi.maths.tables import rotation as matrix
 from meltemi.maths.vectors import cross, dot, turn
-from meltemi.numbers.dispatch import by_record
 from meltemi.structure.members import Member
 from meltemi.structure.tables import SectionLoads, Structure
 from meltemi.structure.tower import (

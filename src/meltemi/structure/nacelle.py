@@ -5,7 +5,7 @@ Reference: docs/theory/structure.md (S-15, S-36, S-40, S-44).
 
 from __future__ import annotations
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.maths.vectors import Sym, Vec, about_y, about_z, cross, turn
 from meltemi.structure.equations import add_body, add_core, angular_acceleration, inertia_about, resistance, yaw_row
 from meltemi.structure.shaft import generator_moment

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from math import cos, sin, tanh
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.maths.vectors import Sym, Vec, about_x, about_y, cross, dot, turn
 from meltemi.structure.equations import (
     add_body,

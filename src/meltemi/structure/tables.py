@@ -5,9 +5,23 @@ The quantities that structure and aerodynamics exchange are in ``turbine.exchang
 
 from __future__ import annotations
 
-from meltemi.maths.algebra import Sym, Vec
-from meltemi.maths.records import Array1, Array2, Array3, Array4, Constant, Record
-from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
+from meltemi.compiler import (
+    Array1,
+    Array2,
+    Array3,
+    Array4,
+    Constant,
+    Numbers,
+    Record,
+    Sym,
+    Symmetrics,
+    Table,
+    Vec,
+    Vectors,
+    number,
+    symmetric,
+    xyz,
+)
 from meltemi.turbine.exchange import Exchange
 
 

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import by_record, kernel
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.vectors import Vec, cross
-from meltemi.numbers.dispatch import by_record
 from meltemi.structure.equations import add_core, resistance
 from meltemi.structure.tables import SectionLoads, Structure
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import View
 from meltemi.core.shown import Brief
 from meltemi.loadcases.batch import completed, simulate_batch
-from meltemi.maths.tables import View
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.palette import COLOURS

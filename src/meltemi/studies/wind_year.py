@@ -24,9 +24,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from meltemi.compiler import njit
 from meltemi.control.sensors import normal, philox
 from meltemi.control.signals import Measurements
 from meltemi.control.supervisor.threshold import YawProtection, YawThreshold, threshold

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
+from meltemi.compiler import MAX_FLAPS
 from meltemi.core.deferred import deferred
 from meltemi.core.record import Array, Record, Vector
-from meltemi.maths.tables import MAX_FLAPS
 from meltemi.turbine.checks import above_ground, angles, ordered, per_station, positive, stations
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.imbalance import Imbalance, deviations

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.step import equations
 from meltemi.structure.tables import BladeNode, GearModes, StructureParameters

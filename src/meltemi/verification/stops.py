@@ -14,10 +14,10 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import njit
 from meltemi.control.controller import Controller
 from meltemi.control.signals import Demands, Measurements
 from meltemi.control.supervisor.settings import Supervision
@@ -143,7 +143,7 @@ INERTIA = 4650.0
 """[kg m^2] of rotor and generator on the generator's shaft."""
 
 
-@numba.njit  # type: ignore[untyped-decorator]
+@njit  # type: ignore[untyped-decorator]
 def play(state: Float, measurements: Measurements, demands: Demands, dt: float) -> None:
     """Pitch and torque of the table; until the event with what a PI law of the generator speed adds."""
     rows = int(state[ROWS])

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import View
 from meltemi.control.controller import Controller
-from meltemi.maths.tables import View
 from meltemi.simulation.model import Model
 from meltemi.simulation.run import Run
 from meltemi.simulation.scene.air import sampled

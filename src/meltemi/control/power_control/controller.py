@@ -8,6 +8,7 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.compiler import kernel
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.integrator import integrator_settings
 from meltemi.control.power_control.law import power_step
@@ -17,7 +18,6 @@ from meltemi.control.power_control.state import PowerControlState
 from meltemi.control.power_control.tables import NUMBER
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
 from meltemi.core.units import rpm
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.electrical import nominal_frequency

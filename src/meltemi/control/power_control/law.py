@@ -12,15 +12,14 @@ from __future__ import annotations
 
 from math import exp, log, pi, sqrt
 
+from meltemi.compiler import crossed, kernel, whole
 from meltemi.control.integrator import integrator
 from meltemi.control.machine import TO, transition
 from meltemi.control.power_control import tables as t
 from meltemi.control.power_control.rotor import gain_at_pitch, power_coefficient, sensitivity
 from meltemi.control.power_control.state import PowerControlState
 from meltemi.control.signals import Demands, Measurements
-from meltemi.core.kernel import kernel
 from meltemi.environment.density import moist_air_density
-from meltemi.maths.generic import crossed, whole
 
 SPARED = 0.9
 """Share of the power at fine pitch that A3 may take below the lower speed after a held pitch; the rest brings the speed

@@ -18,11 +18,10 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.compiler import kernel, whole
 from meltemi.control.lookup import bilinear, linear
 from meltemi.control.power_control.state import PowerControlState
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
 from meltemi.turbine.performance import RotorPerformance
 
 Float = NDArray[float64]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from meltemi.compiler import Numbers, Table, number, numbers, part, series
 from meltemi.control.integrator import Integrator
 from meltemi.control.power_control.tables import CONDITIONS
-from meltemi.maths.tables import Numbers, Table, number, numbers, part, series
 
 
 class PowerControlState(Table, title="power control"):

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 
+from meltemi.compiler import Entries, Table, kernel, number, parts, whole
 from meltemi.control.controller import LogEntry
 from meltemi.control.supervisor.tables import CONDITIONS, DEGREES, KILOWATT, STATES, YAW_NUMBER, YAW_STATES
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-from meltemi.maths.tables import Entries, Table, number, parts
 
 
 class EntryRow(Table, title="log entry"):

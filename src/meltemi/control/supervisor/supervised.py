@@ -17,6 +17,7 @@ from math import exp, sqrt
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.compiler import MAX_BLADES, Numbers, Table, crossed, kernel, number, numbers, part, whole
 from meltemi.control.baseline import BaselineState, law_torque, parameters
 from meltemi.control.baseline import law as collective_step
 from meltemi.control.controller import Controller, StartPoint
@@ -36,9 +37,6 @@ from meltemi.control.supervisor.threshold import (
 )
 from meltemi.control.yaw import YawControl, YawControlState, yaw_settings, yaw_step
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import crossed, whole
-from meltemi.maths.tables import MAX_BLADES, Numbers, Table, number, numbers, part
 from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[float64]

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from meltemi.compiler import Table, number
 from meltemi.control.machine import Int, cells, machine, transitions
-from meltemi.maths.tables import Table, number
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,8 @@ from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import Numbers, Table, kernel, number, series, whole
 from meltemi.core.record import Record, Vector
-from meltemi.maths.generic import whole
-from meltemi.maths.tables import Numbers, Table, number, series
 
 Float = NDArray[float64]
 

@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroMemory, AeroNode, AeroParameters, BladeFlow, InflowState, StallState, TowerFlow
+from meltemi.compiler import WIDTH, Record, Table, members
 from meltemi.core.errors import InputError
-from meltemi.maths.records import Record, members
-from meltemi.maths.tables import Table
-from meltemi.numbers.lanes import WIDTH
 from meltemi.simulation.arena import aligned
 from meltemi.simulation.blades import BladeModel, blade_model
 from meltemi.simulation.channels import Channel, Contents, catalogue

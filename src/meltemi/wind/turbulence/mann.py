@@ -25,8 +25,7 @@ from math import atan2, cos, gamma, log, pi, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.elementary import exp
+from meltemi.compiler import exp, kernel
 from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.random import noise
 

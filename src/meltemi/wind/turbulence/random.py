@@ -14,11 +14,10 @@ from __future__ import annotations
 from math import pi, sqrt
 
 import numpy as np
-from numba import int64, uint64
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.elementary import (
+from meltemi.compiler import int64, kernel, uint64
+from meltemi.compiler.elementary import (
     COS_0,
     COS_1,
     COS_2,

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.core.threads import one_blas_thread
 from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.random import noise

@@ -30,8 +30,8 @@ from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
 from numba.extending import intrinsic, models, overload, register_model
 
-from meltemi.maths import elementary
-from meltemi.maths.generic import (
+from meltemi.compiler import elementary
+from meltemi.compiler.generic import (
     anywhere,
     beyond,
     crossed,
@@ -53,7 +53,7 @@ from meltemi.maths.generic import (
 WIDTH = 8
 """Lanes per number: a register of AVX-512, two of AVX2."""
 N_DERIVATIVES = WIDTH
-"""Derivatives of a dual number, see ``numbers.duals``."""
+"""Derivatives of a dual number, see ``duals``."""
 
 _F64, _I64, _I32, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(32), ir.IntType(1)
 _VF, _VI, _VM = (ir.VectorType(t, WIDTH) for t in (_F64, _I32, _BIT))

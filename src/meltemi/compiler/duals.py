@@ -25,7 +25,8 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.cpython import slicing
 from numba.extending import intrinsic, models, overload, register_model
 
-from meltemi.maths.generic import (
+from meltemi.compiler import record_types as records
+from meltemi.compiler.generic import (
     beyond,
     crossed,
     floor,
@@ -39,9 +40,8 @@ from meltemi.maths.generic import (
     whole,
     zero,
 )
-from meltemi.numbers import records
-from meltemi.numbers.lanes import N_DERIVATIVES as N_DERIVATIVES
-from meltemi.numbers.lanes import WIDTH, lanes, splat
+from meltemi.compiler.lanes import N_DERIVATIVES as N_DERIVATIVES
+from meltemi.compiler.lanes import WIDTH, lanes, splat
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF = ir.VectorType(_F64, WIDTH)

@@ -35,7 +35,7 @@ import numpy as np
 from numba.core import event, typeinfer
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, InTreeCacheLocator
 
-from meltemi.core import linking
+from meltemi.compiler import linking
 from meltemi.core.private import private_folder, signed, user_key, verified
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -279,7 +279,7 @@ def loose(function: F) -> F:
     return _compiled(function, cached=False)
 
 
-def kernels() -> list[Any]:
+def all_kernels() -> list[Any]:
     """Every kernel of this process, as Numba's dispatcher."""
     return list(_DISPATCHERS)
 

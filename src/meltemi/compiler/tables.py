@@ -25,8 +25,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
 
+from meltemi.compiler.algebra import Phasor, Rot, Sym, Vec
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.maths.algebra import Phasor, Rot, Sym, Vec
 
 if TYPE_CHECKING:
     import numpy as np

@@ -10,7 +10,7 @@
 The annotation of the argument ``m`` is the class of records of a variant. The same call works in plain Python and
 from the host.
 
-A *hook* calls the variants of all classes that a record joins (``maths.records.joined``) instead of the closest one:
+A *hook* calls the variants of all classes that a record joins (:func:`joined`) instead of the closest one:
 there the parts of a machine act.
 """
 
@@ -25,10 +25,10 @@ from typing import Any, Generic, ParamSpec, TypeVar, get_type_hints
 from numba import types
 from numba.core.typing.templates import AbstractTemplate, infer, infer_global
 
-from meltemi.core.kernel import in_turn
-from meltemi.core.linking import NARROWER
-from meltemi.maths.records import leading
-from meltemi.numbers.records import Record, RecordType
+from meltemi.compiler.kernels import in_turn
+from meltemi.compiler.linking import NARROWER
+from meltemi.compiler.record_types import Record, RecordType
+from meltemi.compiler.records import leading
 
 P = ParamSpec("P")
 R = TypeVar("R")

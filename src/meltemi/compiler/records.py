@@ -7,7 +7,7 @@
 
 The annotation is the type of the member: a table, or a plain array by its number of dimensions. Kernels receive the
 address of ``words``, which contain for each member the addresses of its numbers and of their derivatives, then the
-lengths of its axes (``numbers.records``). A record keeps its arrays alive; none of them is replaced in its lifetime.
+lengths of its axes (``record_types``). A record keeps its arrays alive; none of them is replaced in its lifetime.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args, get_o
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.maths.tables import Table
+from meltemi.compiler.tables import Table
 
 Float = NDArray[np.float64]
 T = TypeVar("T")
@@ -39,7 +39,7 @@ Array4 = Annotated[Float, 4]
 Ints = Annotated[NDArray[np.int64], 1, CONSTANT]
 Box = Annotated[NDArray[np.float32], 4, CONSTANT]
 LANES = 8
-"""Entries of a lane array per access; equal to ``numbers.lanes.WIDTH``."""
+"""Entries of a lane array per access; equal to ``lanes.WIDTH``."""
 
 
 class Member(NamedTuple):

@@ -24,12 +24,12 @@ from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
 from numba.extending import NativeValue, models, overload, register_model, typeof_impl, unbox
 
-from meltemi.maths.groups import GroupType, join, split
-from meltemi.maths.records import Member, leading, members
-from meltemi.maths.records import Record as Record
-from meltemi.maths.tables import Table
-from meltemi.maths.tables import TableType as TableClass
-from meltemi.numbers.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
+from meltemi.compiler.groups import GroupType, join, split
+from meltemi.compiler.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
+from meltemi.compiler.records import Member, leading, members
+from meltemi.compiler.records import Record as Record
+from meltemi.compiler.tables import Table
+from meltemi.compiler.tables import TableType as TableClass
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF, _VL = ir.VectorType(_F64, WIDTH), ir.VectorType(_I64, WIDTH)
@@ -53,7 +53,7 @@ class _Registered(dict[str, Numbers]):
         return self[kind]
 
 
-ELSEWHERE = {DUALS: "meltemi.numbers.duals"}
+ELSEWHERE = {DUALS: "meltemi.compiler.duals"}
 NUMBERS = _Registered(
     {
         FLOATS: Numbers(

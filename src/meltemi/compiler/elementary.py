@@ -31,8 +31,8 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import floor, split, two_to, where
+from meltemi.compiler.generic import floor, split, two_to, where
+from meltemi.compiler.kernels import kernel
 
 LOG2_E = 1.4426950408889634
 LN2_A = 0.6931471805598903  # the first 42 bits
