@@ -18,9 +18,9 @@ import pytest
 
 import meltemi
 from meltemi import Model, ModelOptions, Stations, SteadyWind, Turbine, simulate
+from meltemi.analyses.modes import natural_modes
 from meltemi.compiler import statistics
 from meltemi.core.stores import CORE
-from meltemi.simulation.modes import natural_modes
 
 ROOT = Path(__file__).parents[2]
 WIND = SteadyWind(speed=11.0)

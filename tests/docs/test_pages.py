@@ -19,8 +19,8 @@ import pytest
 
 import meltemi
 from meltemi.app.cli import main
+from meltemi.cases.case import read_case
 from meltemi.controllers import schemes, tuning
-from meltemi.loadcases.case import read_case
 from meltemi.loads.surrogate.model import LoadModel, Polynomials, Surrogate, write_surrogate
 from meltemi.loads.surrogate.space import site_space
 from meltemi.tuning import baseline_tuning
@@ -162,7 +162,7 @@ def test_a_file_format_is_one_module_and_one_row(
 ) -> None:
     """The modules and rows of the page are put in their places, then its examples run."""
     from meltemi.core.formats import FileFormat
-    from meltemi.wind.formats import WindFormat
+    from meltemi.wind_files.formats import WindFormat
 
     page = "docs/development/file-formats.md"
     for kind in ("wind", "postprocess"):
