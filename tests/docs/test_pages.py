@@ -165,10 +165,10 @@ def test_a_file_format_is_one_module_and_one_row(
     from meltemi.wind_files.formats import WindFormat
 
     page = "docs/development/file-formats.md"
-    for kind in ("wind", "postprocess"):
-        table, home = (import_module(f"meltemi.{kind}.{name}") for name in ("formats", "files"))
+    for kind, files in (("wind_files", "wind_files"), ("postprocess", "postprocess/files")):
+        table, home = import_module(f"meltemi.{kind}.formats"), import_module(f"meltemi.{files.replace('/', '.')}")
         ((name, code),) = re.findall(
-            rf'^```python title="{kind}/files/(\w+\.py)"\n(.*?)^```', text_of(page), re.MULTILINE | re.DOTALL
+            rf'^```python title="{files}/(\w+\.py)"\n(.*?)^```', text_of(page), re.MULTILINE | re.DOTALL
         )
         (row,) = blocks(page, f'python title="row in {kind}/formats.py"')
         (tmp_path / kind).mkdir()

@@ -43,6 +43,8 @@ UPDATE = types.void(_V, _V, _V, types.float64)
 """Signature of ``update(state, measurements, demands, dt)``."""
 ENTRY = EntryType(UPDATE)
 """The type through which every controller enters the time loop."""
+PRODUCING = ("connection", "maximum_power", "speed_limit", "power_limit")
+"""States of a supervisor in which the generator is connected."""
 
 
 @dataclass(frozen=True)

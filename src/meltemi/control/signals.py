@@ -65,8 +65,6 @@ N_BLADES, CALLBACK = Measurements.slots("n_blades callback")
 
 REQUESTS = ("none", "start", "normal_stop", "emergency_stop")
 """Operator requests; their numbers are their places."""
-PRODUCING = ("connection", "maximum_power", "speed_limit", "power_limit")
-"""States of a supervisor in which the generator is connected."""
 
 
 class Demands(Table):

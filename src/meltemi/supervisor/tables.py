@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.compiler import Table, number
-from meltemi.control.signals import PRODUCING
+from meltemi.control.controller import PRODUCING
 from meltemi.control_laws.machine import Int, cells, machine, transitions
 
 
