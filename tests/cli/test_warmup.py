@@ -62,7 +62,7 @@ def test_each_feature_that_compiles_long_is_announced_once(
 ) -> None:
     monkeypatch.setattr(kernels, "_FEATURES_TOLD", set())
     heard = kernels.Announcer(patience=0.1)
-    supervisor, node = _Compiling("meltemi.control.supervisor.supervised"), _Compiling("meltemi.aero.bem")
+    supervisor, node = _Compiling("meltemi.supervisor.supervised"), _Compiling("meltemi.aero.bem")
     dual = type("DualArrayType", (), {})()
     steps = ((node, 0.02), (supervisor, 0.2), (supervisor, 0.2), (_Compiling("meltemi.simulation.step", dual), 0.2))
     for what, seconds in steps:

@@ -9,7 +9,7 @@ import pytest
 
 import meltemi
 from meltemi import Environment, Model, ModelOptions, SteadyWind
-from meltemi.simulation.modes import natural_modes
+from meltemi.analyses.modes import natural_modes
 from meltemi.simulation.vibrations import derivative_matrix, time_step, vacuum_case
 
 OPTIONS: list[dict[str, Any]] = [{}, {"locked": ("torsion",)}, {"torsion_modes": 0}, {"torsion_modes": 2}]

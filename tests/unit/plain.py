@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from meltemi.compiler import Record, Variants, View
+from meltemi.compiler import Record, View
+from meltemi.compiler.dispatch import Variants
 
 R = TypeVar("R", bound=Record)
 T = TypeVar("T")

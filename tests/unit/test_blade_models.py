@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from meltemi import ModelOptions, SteadyWind, build, load_turbine
-from meltemi.compiler import Kind, RecordType, Variants
+from meltemi.compiler import Kind, RecordType
+from meltemi.compiler.dispatch import Variants
 from meltemi.simulation import system
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.case import Case

@@ -155,7 +155,7 @@ def test_a_turbine_file_with_ice(turbine: Turbine, tmp_path: Path) -> None:
 
 
 def test_a_case_with_ice(turbine: Turbine) -> None:
-    from meltemi.loadcases.case import case_turbine
+    from meltemi.cases.case import case_turbine
 
     case = meltemi.io.LoadCase(turbine="nrel5mw", wind={"kind": "steady", "speed": 9.0}, duration=1.0)
     assert case_turbine(case, Path()) == turbine

@@ -113,7 +113,7 @@ def _machine(turbine: str = "nrel5mw", **options: Any) -> tuple[Any, Any]:
 def _runs() -> None:
     """Trim, time loops, built-in controllers and controllers in plain Python."""
     from meltemi.control.controller import Controller
-    from meltemi.control.load_control import LoadController
+    from meltemi.control_laws.load_control import LoadController
     from meltemi.postprocess.cycles import bin_cycles, rainflow_cycles
     from meltemi.simulation.simulate import simulate
 
@@ -134,10 +134,10 @@ def _march(turbine: str = "nrel5mw", **options: Any) -> None:
 
 def _electrical() -> None:
     """Time loop of a turbine with an electrical system."""
+    from meltemi.electrical.system import size_electrical
     from meltemi.simulation.options import ModelOptions
     from meltemi.simulation.rotors import build
     from meltemi.simulation.simulate import simulate
-    from meltemi.turbine.electrical import size_electrical
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
 
@@ -151,7 +151,7 @@ def _electrical() -> None:
 def _turbulence() -> None:
     """Turbulent wind fields."""
     from meltemi.turbine.library import load_turbine
-    from meltemi.wind.turbulence.field import generate_field
+    from meltemi.turbulence.field import generate_field
     from meltemi.wind.turbulent import TurbulentWind
 
     generate_field(TurbulentWind(speed=12.0, intensity=0.1, spectrum="mann", points=5), load_turbine("nrel5mw"), 1.0)
@@ -183,10 +183,10 @@ def _stepping() -> None:
 
 def _derivatives() -> None:
     """Linear models and sensitivities, with dual numbers."""
+    from meltemi.analyses.linear import linearise
     from meltemi.analysis import operating_point, sensitivity
     from meltemi.control.dual_updates import dual_entry
-    from meltemi.control.load_control import LoadController
-    from meltemi.simulation.linear import linearise
+    from meltemi.control_laws.load_control import LoadController
 
     model, wind = _machine()
     start = operating_point(model, wind)

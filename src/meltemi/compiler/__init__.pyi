@@ -11,7 +11,6 @@ from meltemi.compiler.algebra import Phasor as Phasor
 from meltemi.compiler.algebra import Rot as Rot
 from meltemi.compiler.algebra import Sym as Sym
 from meltemi.compiler.algebra import Vec as Vec
-from meltemi.compiler.dispatch import Variants as Variants
 from meltemi.compiler.dispatch import by_control as by_control
 from meltemi.compiler.dispatch import by_record as by_record
 from meltemi.compiler.dispatch import control_hook as control_hook

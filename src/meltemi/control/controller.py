@@ -43,6 +43,8 @@ UPDATE = types.void(_V, _V, _V, types.float64)
 """Signature of ``update(state, measurements, demands, dt)``."""
 ENTRY = EntryType(UPDATE)
 """The type through which every controller enters the time loop."""
+PRODUCING = ("connection", "maximum_power", "speed_limit", "power_limit")
+"""States of a supervisor in which the generator is connected."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ class Controller:
       yaws: whether it asks the yaw drive for a rate; then the model's yaw has to be driven.
       uses_loads: whether it reads loads, accelerations or wind; a run is a little faster when it does not.
       state_names: of the entries of the state vector, for derivatives by them. In one of the name ``switches`` update
-        may sum what ``meltemi.compiler.generic.crossed`` gives for the distance from each of its switches.
+        may sum what ``meltemi.compiler.crossed`` gives for the distance from each of its switches.
       warnings: called with the state at the end of a run; its lines go into the result's ``warnings``.
       log: called with the state at the end of a run; gives what happened, in order, for the result's ``log``.
       fresh: gives the controller of one run. For those that keep something beside the state vector, such as a process;

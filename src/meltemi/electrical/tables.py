@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.compiler import Record, Table, dq, number
+from meltemi.electrical.system import RESERVE, ElectricalSystem
 from meltemi.maths.phasors import Phasor
-from meltemi.turbine.electrical import RESERVE, ElectricalSystem
 
 Float = NDArray[np.float64]
 

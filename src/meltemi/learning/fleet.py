@@ -19,6 +19,7 @@ from meltemi.controllers.specification import specification, uses_flaps
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
+from meltemi.iec.winds import ntm
 from meltemi.learning.kernels import (
     AGENT,
     COMMANDS,
@@ -43,10 +44,9 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.fields import WindBox
-from meltemi.wind.iec.winds import ntm
-from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]

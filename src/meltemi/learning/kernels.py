@@ -34,7 +34,7 @@ from meltemi.compiler import (
 )
 from meltemi.control.controller import ENTRY
 from meltemi.control.signals import Demands, Measurements
-from meltemi.control.yaw import wrap
+from meltemi.control_laws.yaw import wrap
 from meltemi.postprocess.counting import OpenCycles, count, damage_until_now
 from meltemi.simulation.tables import Clock
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections import deque
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -343,11 +344,10 @@ class Orbit:
     # result -------------------------------------------------------------------------------------
 
     def unstable(self) -> str:
-        """Result of ``modes.growing`` with blade 1 up."""
-        from meltemi.simulation.modes import growing
-
+        """Result of ``growing`` of ``meltemi.analyses.modes`` with blade 1 up."""
         self.prescribe(0.0)
-        return growing(self.case)
+        unstable: str = import_module("meltemi.analyses.modes").growing(self.case)
+        return unstable
 
     def finish(self, azimuth: float = 0.0, warnings: tuple[str, ...] = ()) -> OperatingPoint:
         """March one more revolution, average all signals, and store the state with blade 1 up.

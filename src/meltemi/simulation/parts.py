@@ -118,7 +118,7 @@ class Part:
 
 
 PARTS: dict[str, Callable[[Any, Any], bool]] = {
-    "meltemi.simulation.electric": lambda turbine, options: options.electrical != "ideal",
+    "meltemi.electrical.part": lambda turbine, options: options.electrical != "ideal",
     "meltemi.sea.mass_dampers": lambda turbine, _: any(d.span is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.blade_dampers": lambda turbine, _: any(d.height is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,

@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
+from importlib import import_module
 from typing import Any
 
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
@@ -73,10 +74,8 @@ def shared_point(model: Model[Any], wind: Wind) -> OperatingPoint:
 
 
 def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:
-    from meltemi.simulation.parked import parked_point
-
     def make() -> OperatingPoint:
-        return parked_point(
+        point: OperatingPoint = import_module("meltemi.analyses.parked").parked_point(
             model,
             steady_wind(wind, model.turbine.hub_height),
             rotor_speed=start.rotor_speed,
@@ -84,6 +83,7 @@ def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:
             azimuth=start.azimuth,
             generator_torque=start.generator_torque,
         )
+        return point
 
     return _once(model, wind, (repr(start),), make)
 

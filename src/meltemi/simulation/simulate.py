@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol
@@ -382,11 +383,12 @@ class Simulation:
         if self.controller.warnings is not None:
             found += controller_warnings(self.controller, self.case.controller_state)
         if (state := int(self.case.view("demands")["operating_state"])) and self.events:
-            from meltemi.control.supervisor.tables import STATES
             from meltemi.simulation.events import misplaced_events
 
+            states = import_module("meltemi.supervisor.tables").STATES
+
             happened = [event for event in self.events if event.at < self.time]
-            found += misplaced_events(happened, self.log(), STATES[state - 1].name.replace("_", " "))
+            found += misplaced_events(happened, self.log(), states[state - 1].name.replace("_", " "))
         return found + [str(Finding(**each)) for each in notices(self.case["watch"])]
 
     @property

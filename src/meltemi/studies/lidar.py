@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.compiler import Vec, kernel
-from meltemi.control.lidar import LidarSensor
-from meltemi.control.load_control import Preview
+from meltemi.control_laws.lidar import LidarSensor
+from meltemi.control_laws.load_control import Preview
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.simulation.bladed.rotor import BladedModel

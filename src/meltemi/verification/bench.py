@@ -33,14 +33,14 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.grid import WindGrid
 from meltemi.verification.env_bench import environment_rows
 from meltemi.verification.env_bench import timed_environments as timed_environments
 from meltemi.verification.measure import peak_memory
 from meltemi.verification.steps import needs
 from meltemi.verification.steps import timed_steps as timed_steps
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
 
 CHANNELS = (
@@ -248,9 +248,9 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
 
 def beyond() -> dict[str, float]:
     """[s] compile time of features that compile on first use, after a first run."""
-    from meltemi.control.load_control import LoadController
+    from meltemi.analyses.linear import linearise
+    from meltemi.control_laws.load_control import LoadController
     from meltemi.gradients.sensitivity import sensitivity
-    from meltemi.simulation.linear import linearise
 
     model, wind = _model(), SteadyWind(speed=12.0)
     simulate(model, wind, duration=1.0)
@@ -350,7 +350,7 @@ def timed_gradient(run: Run) -> dict[str, float]:
 
 def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
     """Time a step of CPFC (docs/guide/controllers.md), with flaps that the other runs do not have."""
-    from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController
+    from meltemi.control_laws.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController
     from meltemi.turbine.flaps import with_flaps
 
     degree = radians(1.0)
@@ -463,7 +463,7 @@ def timed_controllers(duration: float) -> dict[str, float]:
 
 def _observer_step(model: Any) -> float:
     """[us] of a step of an observer in a compiled controller."""
-    from meltemi.control.kalman import kalman_step
+    from meltemi.control_laws.kalman import kalman_step
     from meltemi.studies.observer import observer
 
     @njit

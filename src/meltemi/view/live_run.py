@@ -25,9 +25,9 @@ from meltemi.simulation.scene.motion import WIND_RATE
 from meltemi.simulation.scene.record import Scene, track_arrays
 from meltemi.simulation.simulate import Simulation
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbulence.field import generate_field
 from meltemi.view.sea_surface import surfaced
 from meltemi.wind.fields import WindBox
-from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulent import TurbulentWind
 from meltemi.wind.velocity import WindField, WindParameters
 

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.campbell import Campbell
+from meltemi.analyses.linear import PARTS
+from meltemi.analyses.modes import Mode
 from meltemi.core.errors import MeltemiError
 from meltemi.simulation.bladed.rotor import with_blades
-from meltemi.simulation.campbell import Campbell
 from meltemi.simulation.case import Case
-from meltemi.simulation.linear import PARTS
 from meltemi.simulation.model import Model, Rows
-from meltemi.simulation.modes import Mode
 from meltemi.simulation.scene.motion import blade_arrays, deformed
 from meltemi.simulation.scene.record import Scene
 from meltemi.simulation.scene.shape import machine, sections

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 import meltemi
+from meltemi.bladed_controllers.records import MESSAGE_SIZE, RECORDS
 from meltemi.compiler import CompilationError, is_compiled, last_line, object_code
-from meltemi.control.bladed.records import MESSAGE_SIZE, RECORDS
 from meltemi.control.controller import UPDATE, Controller, of_vectors
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
