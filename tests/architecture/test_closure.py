@@ -24,10 +24,10 @@ start = Start(rotor_speed=1.2, coordinates={})
 simulate(build(load_turbine("nrel5mw")), SteadyWind(speed=12.0), duration=0.01, start=start)
 """
 BY_REGISTRATION = (
-    "control.supervisor core.representation electrical environment.drops environment.rain numbers.duals "
-    "simulation.disk simulation.electric simulation.events simulation.flaps simulation.ice simulation.rain "
-    "simulation.scene structure.gear_train turbine.electrical turbine.gearbox turbine.icing turbine.power_turbine "
-    "wind.turbulence"
+    "aero.lifting_line control.supervisor core.representation electrical environment.drops environment.rain "
+    "numbers.duals simulation.disk simulation.electric simulation.events simulation.flaps simulation.ice "
+    "simulation.induction simulation.rain simulation.scene structure.gear_train turbine.electrical turbine.gearbox "
+    "turbine.icing turbine.power_turbine wind.turbulence"
 ).split()
 """Modules of the core that a plain simulation reaches by registration only, as all that stands on the core."""
 

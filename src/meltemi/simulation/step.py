@@ -39,7 +39,7 @@ from numba.extending import overload
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.aero.rotor import derivatives, disk_averages, loads, quasi_steady, relative_wind, settle
+from meltemi.aero.rotor import derivatives, disk_averages, induce, loads, relative_wind, settle
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control.actuators import drive_advance, flap_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import apply_events, report
@@ -145,6 +145,11 @@ def outer_section_loads(m: System, s: Outputs) -> None:
 
 
 @hook
+def settle_induction(m: System) -> None:
+    """Set the states of an induction model to their steady values for the last evaluation."""
+
+
+@hook
 def begin_parts_step(dt: float, m: AnySystem) -> None:
     """Predict the states of parts at the next instant, after those of the rotor."""
 
@@ -211,7 +216,7 @@ def equations(t: float, dt: float, m: System) -> None:
     tower_wind(t, m)
     relative_wind(t, m)
     disk_averages(m)
-    quasi_steady(m)
+    induce(t, m)
     loads(dt, m)
     tower_load(m)
     # equations of motion
@@ -246,6 +251,7 @@ def _(m: System, s: Outputs, everywhere: bool) -> None:
 @kernel
 def _(m: System) -> None:
     settle(m)
+    settle_induction(m)
 
 
 @inflow_rates.variant
