@@ -23,11 +23,12 @@ from meltemi.aero.tables import AeroNode, BladeFlow
 from meltemi.analysis import linearise, operating_point
 from meltemi.control import ConstantController
 from meltemi.gradients.adjoint import gradient
+from meltemi.gradients.sensitivity import sensitivity
 from meltemi.maths.records import members
 from meltemi.simulation.case import Case
 from meltemi.simulation.induction import InductionPart, InductionSystem
 from meltemi.simulation.run import Run
-from meltemi.simulation.simulate import Simulation
+from meltemi.simulation.simulate import Simulation, march
 
 pytestmark = pytest.mark.long  # machine code of a turbine with these parts
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="derivatives need compiled kernels")
@@ -37,6 +38,7 @@ OPTIONS = ModelOptions(
 )
 WIND = SteadyWind(speed=9.0, shear_exponent=0.1)
 LOADS = [BladeFlow.index(name) for name in ("normal_force", "driving_force", "pitching_moment")]
+THRUST = "rotor_aero_thrust"
 TURNING = Start(rotor_speed=1.0, coordinates={})
 
 
@@ -121,9 +123,7 @@ def test_the_loads_are_those_of_the_induced_velocity(model: Model[Any], turbine:
 
 def test_a_step_of_its_own_is_honoured(model: Model[Any]) -> None:
     """The state changes after every fourth step only, then by Euler's over all four, with the loads of the last."""
-    run = Run(
-        model, WIND, duration=1.3, start=TURNING, controller=ConstantController(), channels=("rotor_aero_thrust",)
-    )
+    run = Run(model, WIND, duration=1.3, start=TURNING, controller=ConstantController(), channels=(THRUST,))
     simulation = Simulation(run)
     case, times = simulation.case, round(STEP / DT)
     case["mean_velocity"][...] = 0.0  # far from steady
@@ -161,14 +161,14 @@ def test_steady_operation_has_the_steady_state_of_the_model(model: Model[Any]) -
     point.put(case)
     case.begin_parts(DT)
     assert velocity(case) == pytest.approx(GAIN * mean_circulation(case), rel=1e-6)
-    assert case.view("rotor")["thrust"] == pytest.approx(point["rotor_aero_thrust"], rel=0.01)
+    assert case.view("rotor")["thrust"] == pytest.approx(point[THRUST], rel=0.01)
 
 
 @compiled
 def test_states_with_rates_are_those_of_linear_models(model: Model[Any]) -> None:
     """The derivative by the state is that of central differences; dynamic inflow of momentum is no state."""
     point = operating_point(model, WIND, rotor_speed=1.0, pitch=0.0)
-    linear = linearise(model, point, ("wind_speed",), ("rotor_aero_thrust",), azimuth=0.0)
+    linear = linearise(model, point, ("wind_speed",), (THRUST,), azimuth=0.0)
     place = linear.states.index("mean induced velocity")
     assert not any(" inflow " in name for name in linear.states)
     case = Case(model, point.wind, numbers="floats")
@@ -184,6 +184,23 @@ def test_states_with_rates_are_those_of_linear_models(model: Model[Any]) -> None
     assert linear.A[place, place] == pytest.approx(slope, rel=1e-6)
     assert linear.C[0, place] == pytest.approx(by_thrust, rel=1e-6)
     assert slope < -1.0 / TIME  # more induction, less circulation
+
+
+@compiled
+def test_derivatives_of_a_run_pass_through_the_steps_of_the_model(model: Model[Any]) -> None:
+    def run(gain: float) -> Run:
+        other = model.with_parameters(**{"mean inflow.gain": gain})
+        return Run(other, WIND, duration=1.0, start=TURNING, controller=ConstantController(), channels=(THRUST,))
+
+    def series(one: Run) -> Any:
+        simulation = Simulation(one)
+        march(simulation)
+        return simulation.result()[THRUST]
+
+    h = 1e-5
+    low, high = (series(run(GAIN + change)) for change in (-h, h))
+    found = sensitivity(run(GAIN), ["mean inflow.gain"])
+    np.testing.assert_allclose(found.slopes[:, 0, 0], (high - low) / (2.0 * h), rtol=1e-5)
 
 
 @compiled

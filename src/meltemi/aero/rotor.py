@@ -4,16 +4,14 @@ Three passes over the nodes, because the rotor's averages stand between them:
 
 1. ``relative_wind``: wind at the nodes (tower influence included) minus their velocity, in strip axes;
    then ``disk_averages``: mean wind, skew, tip-speed ratio;
-2. ``induce``: by default ``quasi_steady``, the momentum balance at each node; then the mean induction and the time
-   constant of the inflow;
-3. ``loads``: induced velocity (by default with dynamic inflow and skewed wake), dynamic stall, coefficients, loads.
+2. ``induce``: the momentum balance at each node; then the mean induction and the time constant of the inflow;
+3. ``loads``: dynamic inflow, skewed wake, dynamic stall, coefficients, loads.
 
 Pass 3 advances the states of inflow and stall by the step that ends here (``dt``); with dt = 0 it
 evaluates the loads for the present states.
 
-Models of inflow, stall and tower influence are called by their number: see ``variants``. An induction model that needs
-the loads of all nodes is a part of the machine: its record has other variants of ``induce`` and ``induced_velocity``
-(``lifting_line``).
+Models of inflow, stall and tower influence are called by their number: see ``variants``. Induction models that need the
+loads of all nodes are parts: their records have variants of ``induce`` and ``induced_velocity`` (``lifting_line``).
 
 Reference: docs/theory/aerodynamics.md (A-1 to A-47).
 """
@@ -139,12 +137,7 @@ def induced_velocity(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tupl
 
 @induce.variant
 @kernel
-def _(t: float, m: Air) -> None:
-    quasi_steady(m)
-
-
-@kernel
-def quasi_steady(m: Air) -> None:
+def quasi_steady(t: float, m: Air) -> None:
     """Pass 2: momentum balance at every node, mean induction, time constant of the inflow."""
     options, nodes, flow, memory, rotor = m.aero_options, m.aero_nodes, m.flow, m.memory, m.rotor
     mean, worst = 0.0, 0.0
@@ -259,11 +252,7 @@ def _(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tuple[float, float]
 
 @kernel
 def induced_flow(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tuple[float, float]:
-    """Induction factors, inflow angle and speed at one node.
-
-    Returns:
-      Relative wind [m/s] with induction, normal to the strip and along it.
-    """
+    """Relative wind [m/s] with induction at one node, normal to the strip and along it, and what follows from it."""
     flow = m.flow
     vx, vy = flow.vx[b, n], flow.vy[b, n]
     wx, wy = induced_velocity(dt, m, sin_skew, b, n)

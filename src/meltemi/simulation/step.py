@@ -254,22 +254,9 @@ def _(m: System) -> None:
     settle_induction(m)
 
 
-@inflow_rates.variant
-@kernel
-def _(m: System) -> None:
-    derivatives(m)
-
-
-@begin_step.variant
-@kernel
-def _(dt: float, m: System) -> None:
-    gear_begin(dt, m)
-
-
-@end_step.variant
-@kernel
-def _(dt: float, m: System) -> None:
-    gear_end(dt, m)
+inflow_rates.variant(derivatives)
+begin_step.variant(gear_begin)
+end_step.variant(gear_end)
 
 
 @check_rotor.variant
