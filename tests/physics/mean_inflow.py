@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from meltemi.aero.lifting_line import circulation, induced_velocities
-from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Table, number
+from meltemi.compiler import Table, kernel, number
 from meltemi.simulation.induction import InductionPart, InductionSystem, advance_induction, induction_step
 from meltemi.simulation.parts import ParameterTables, StateRows
 from meltemi.simulation.step import part_rates, settle_induction

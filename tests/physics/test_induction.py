@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 from mean_inflow import MeanPart, MeanSystem, WithoutRates
@@ -21,17 +20,17 @@ from meltemi.aero.lifting_line import LineAir
 from meltemi.aero.rotor import induce, induced_velocity
 from meltemi.aero.tables import AeroNode, BladeFlow
 from meltemi.analysis import linearise, operating_point
+from meltemi.compiler import interpreted, members
 from meltemi.control import ConstantController
 from meltemi.gradients.adjoint import gradient
 from meltemi.gradients.sensitivity import sensitivity
-from meltemi.maths.records import members
 from meltemi.simulation.case import Case
 from meltemi.simulation.induction import InductionPart, InductionSystem
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 
 pytestmark = pytest.mark.long  # machine code of a turbine with these parts
-compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="derivatives need compiled kernels")
+compiled = pytest.mark.skipif(interpreted(), reason="derivatives need compiled kernels")
 GAIN, TIME, STEP, DT = 0.05, 3.0, 0.2, 0.05
 OPTIONS = ModelOptions(
     blade_nodes=6, tower_nodes=3, time_step=DT, stall="static", locked=("tower", "blades", "yaw", "drivetrain")

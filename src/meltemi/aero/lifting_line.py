@@ -20,12 +20,8 @@ from meltemi.aero.air import Air
 from meltemi.aero.polars import coefficient, locate, wrap
 from meltemi.aero.rotor import induce, induced_velocity, quotient
 from meltemi.aero.tables import AeroNode, BladeFlow, InflowState
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-from meltemi.maths.records import Array1, Constant, Single
-from meltemi.maths.tables import Table, Vectors, xyz
-from meltemi.maths.vectors import Vec, cross, dot
-from meltemi.numbers.dispatch import by_record
+from meltemi.compiler import Array1, Constant, Single, Table, Vec, Vectors, by_record, kernel, whole, xyz
+from meltemi.maths.vectors import cross, dot
 from meltemi.turbine.exchange import BladeMotion
 
 

@@ -17,11 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.lifting_line import LiftingLine, LineAir
+from meltemi.compiler import Record, Table, by_record, hook, kernel, number
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi.core.kernel import kernel
-from meltemi.maths.records import Record
-from meltemi.maths.tables import Table, number
-from meltemi.numbers.dispatch import by_record, hook
 from meltemi.simulation.bladed.rotor import BladedRotor
 from meltemi.simulation.parts import Part, StateRows
 from meltemi.simulation.step import begin_parts_step, settle_induction
