@@ -4,13 +4,14 @@ Three passes over the nodes, because the rotor's averages stand between them:
 
 1. ``relative_wind``: wind at the nodes (tower influence included) minus their velocity, in strip axes;
    then ``disk_averages``: mean wind, skew, tip-speed ratio;
-2. ``quasi_steady``: the momentum balance at each node; then the mean induction and the time constant of the inflow;
+2. ``induce``: the momentum balance at each node; then the mean induction and the time constant of the inflow;
 3. ``loads``: dynamic inflow, skewed wake, dynamic stall, coefficients, loads.
 
 Pass 3 advances the states of inflow and stall by the step that ends here (``dt``); with dt = 0 it
 evaluates the loads for the present states.
 
-Models of inflow, stall and tower influence are called by their number: see ``variants``.
+Models of inflow, stall and tower influence are called by their number: see ``variants``. Induction models that need the
+loads of all nodes are parts: their records have variants of ``induce`` and ``induced_velocity`` (``lifting_line``).
 
 Reference: docs/theory/aerodynamics.md (A-1 to A-47).
 """
@@ -25,7 +26,7 @@ from meltemi.aero.bem import LEAST_SKEW, MADSEN, MOST_SKEW, STILL, Strip, induct
 from meltemi.aero.flaps import equivalent_angle, flap_increment
 from meltemi.aero.polars import Coefficients, ramp, wrap
 from meltemi.aero.stall.section import CAMBER
-from meltemi.compiler import anywhere, kernel, largest, total, where, whole
+from meltemi.compiler import anywhere, by_record, kernel, largest, total, where, whole
 from meltemi.maths.vectors import Rot, Vec, cross, dot, norm
 from meltemi.wind.velocity import wind_velocity
 
@@ -121,8 +122,20 @@ def flapped(alpha: float, m: Air, b: int, n: int) -> tuple[Coefficients, float]:
     return added, angle
 
 
+@by_record
+def induce(t: float, m: Air) -> None:
+    """Pass 2: what the induced velocities follow from, for all nodes of the rotor."""
+
+
+@by_record
+def induced_velocity(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tuple[float, float]:
+    """Induced velocity [m/s] at one node: normal to the strip, upwind, and along it, towards the trailing edge."""
+    raise NotImplementedError
+
+
+@induce.variant
 @kernel
-def quasi_steady(m: Air) -> None:
+def quasi_steady(t: float, m: Air) -> None:
     """Pass 2: momentum balance at every node, mean induction, time constant of the inflow."""
     options, nodes, flow, memory, rotor = m.aero_options, m.aero_nodes, m.flow, m.memory, m.rotor
     mean, worst = 0.0, 0.0
@@ -187,7 +200,7 @@ def loads(dt: float, m: Air) -> None:
         sin_skew = dot(in_plane, rotor.skew_axis) / norm(in_plane)
         F_b, M_b = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
         for n in range(flow.nodes):
-            un, ut = induced_velocity(dt, m, sin_skew, b, n)
+            un, ut = induced_flow(dt, m, sin_skew, b, n)
             section_coefficients(dt, m, b, n)
             # loads per length in strip axes, then in blade axes on the node
             cb, sb = flow.cos_bend[b, n], flow.sin_bend[b, n]
@@ -217,15 +230,12 @@ def loads(dt: float, m: Air) -> None:
     rotor.torque = dot(moment, shaft)
 
 
+@induced_velocity.variant
 @kernel
-def induced_velocity(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tuple[float, float]:
-    """Dynamic inflow and skewed wake at one node: induction factors, inflow angle and speed (A-19 to A-28).
-
-    Returns:
-      Relative wind [m/s] with induction, normal to the strip and along it.
-    """
+def _(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tuple[float, float]:
+    """Dynamic inflow and skewed wake (A-19 to A-28)."""
     flow, rotor, options = m.flow, m.rotor, m.aero_options
-    vx, vy = flow.vx[b, n], flow.vy[b, n]
+    vx = flow.vx[b, n]
     inflow.advance(options.inflow, dt, m, b, n)
     V_x, V_y = m.inflow.x[b, n], m.inflow.y[b, n]
     # skewed wake: more induction on the downwind side (Glauert; Pitt & Peters)
@@ -235,7 +245,15 @@ def induced_velocity(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tupl
         lean = where(abs(chi) < 0.5 * pi, tan(0.5 * chi), 1.0)
         r_R = flow.radius[b, n] / rotor.tip_radius
         wx *= where(m.aero_nodes.end[b, n] > 0.0, 1.0, 1.0 + m.aero.skew_factor * lean * r_R * sin_skew)
-    wy = rotor.fade * V_y
+    return wx, rotor.fade * V_y
+
+
+@kernel
+def induced_flow(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tuple[float, float]:
+    """Relative wind [m/s] with induction at one node, normal to the strip and along it, and what follows from it."""
+    flow = m.flow
+    vx, vy = flow.vx[b, n], flow.vy[b, n]
+    wx, wy = induced_velocity(dt, m, sin_skew, b, n)
     un, ut = vx - wx, vy + wy
     phi = atan2(un, ut)
     flow.axial[b, n] = quotient(wx, vx)

@@ -297,8 +297,10 @@ def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) 
     places = [(array, *np.array(pairs).T) for array, pairs in shown.items()]
     for first in range(0, len(columns), N_DERIVATIVES):
         some = columns[first : first + N_DERIVATIVES]
-        if "memory" in slopes:
-            slopes["memory"][...] = 0.0  # the start value of the solver is not a variable
+        for name in {"memory", "flow"} & slopes.keys():
+            slopes[name][...] = (
+                0.0  # the start value of the solver and the loads of the last evaluation are no variables
+            )
         for k, column in enumerate(some):
             for (array, i), weight in column.moves:
                 slopes[array].reshape(-1, N_DERIVATIVES)[i, k] = weight
@@ -412,6 +414,7 @@ def _lagging(case: Case) -> NDArray[np.bool_]:
     """(blades, nodes) mask of the nodes with dynamic inflow."""
     options = case["aero_options"]
     none = options[AeroOptions.index("inflow")] == 0 or options[AeroOptions.index("wake")] == 0
+    none |= any(part.replaces_momentum for part in case.parts)
     return (case["aero_nodes"][AeroNode.index("end")] == 0.0) & (not none)
 
 

@@ -172,7 +172,7 @@ def _stepping() -> None:
 
     case = Case(*_machine())
     m, c = typeof(case.system), typeof(case.control)
-    late: Any = (loads, float64, m), (quasi_steady, m), (assemble, float64, m), (actuate, float64, c, m)
+    late: Any = (loads, float64, m), (quasi_steady, float64, m), (assemble, float64, m), (actuate, float64, c, m)
     for function, *kinds in late:
         compile_for_kernels(function, *kinds)
     ConstantController()

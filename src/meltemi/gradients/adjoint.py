@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from meltemi.compiler import OPTIONS, interpreted, is_ours, loose, njit, typeof, types
 from meltemi.control.controller import Controller, of_vectors, update_with_derivatives
-from meltemi.core.errors import InputError
+from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.shown import Brief
 from meltemi.gradients.reverse.compiled import Compiled
 from meltemi.gradients.reverse.memory import Memory
@@ -74,11 +74,14 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
 
     Raises:
       InputError: a parameter or channel is unknown, or the controller has no derivatives.
+      UnsupportedError: the turbine has an induction model.
       RunError: the run did not reach its end.
     """
     if interpreted():
         raise InputError("gradient: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     run, model, controller, start = settled(run)
+    if any(part.replaces_momentum for part in model.parts):
+        raise UnsupportedError("gradient: induction models have no derivatives in reverse; sensitivity has them")
     ways = directions(model, parameters, controller, start, {})
     before = _Before()
     simulation = Simulation(run, starting=before.take)

@@ -237,6 +237,8 @@ class Case:
         surroundings(0.0, self.control, self.system)
         if self.parts:
             begin_parts(dt, self.control, self.system)
+        for part in self.parts:
+            part.begin(self)
 
     def drive_rates(self) -> None:
         """Compute the time derivatives of parts of the drive, and their torque on the shaft, before an evaluation."""

@@ -29,7 +29,7 @@ from meltemi.simulation.case import Case
 from meltemi.simulation.loop import NUMBER
 from meltemi.simulation.model import Stations
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint
-from meltemi.simulation.step import ABSURD, equations
+from meltemi.simulation.step import ABSURD, equations, settle_induction
 from meltemi.simulation.system import System
 from meltemi.turbine.imbalance import deviations
 from meltemi.wind.fields import SteadyWind
@@ -77,6 +77,8 @@ def residuals_of(
         for j in range(q.shape[0]):
             q[j], v[j], a[j] = motion[0, i, j], motion[1, i, j], motion[2, i, j]
         equations(0.0, dt, m)
+        if dt > 0.0:
+            settle_induction(m)
         for j in range(core.shape[1]):
             core[i, j] = one.core_force[j]
             for k in range(core.shape[1]):

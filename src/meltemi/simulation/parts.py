@@ -72,8 +72,10 @@ class Part:
       system: the same of the turbine's system.
       signals: arrays that channels may record, by their tables; states are among them, so that they are saved.
       parameter_tables: table, array and names of scalar parameters, as of a rotor.
+      replaces_momentum: whether it computes the induced velocities in place of the momentum balance.
     """
 
+    replaces_momentum: ClassVar[bool] = False
     control: ClassVar[type[Record] | None] = None
     system: ClassVar[type[Record] | None] = None
     signals: ClassVar[dict[str, type[Table]]] = {}
@@ -91,6 +93,9 @@ class Part:
     def arrays(self) -> dict[str, Any]:
         """All other arrays of its records; a run writes into none that the part holds."""
         return {}
+
+    def begin(self, case: Any) -> None:
+        """Bring it into steady operation by evaluations of a case at the present motion, after ``step.begin_parts``."""
 
     def channels(self) -> Sequence[Channel]:
         """What a run can record of it."""

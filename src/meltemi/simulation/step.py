@@ -37,7 +37,7 @@ from typing import Any
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.aero.rotor import derivatives, disk_averages, loads, quasi_steady, relative_wind, settle
+from meltemi.aero.rotor import derivatives, disk_averages, induce, loads, relative_wind, settle
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.compiler import Vec, by_control, by_record, control_hook, hook, kernel, overload, types
 from meltemi.control.actuators import drive_advance, flap_advance, pitch_advance, yaw_advance
@@ -139,6 +139,11 @@ def outer_section_loads(m: System, s: Outputs) -> None:
 
 
 @hook
+def settle_induction(m: System) -> None:
+    """Set the states of an induction model to their steady values for the last evaluation."""
+
+
+@hook
 def begin_parts_step(dt: float, m: AnySystem) -> None:
     """Predict the states of parts at the next instant, after those of the rotor."""
 
@@ -201,7 +206,7 @@ def equations(t: float, dt: float, m: System) -> None:
     tower_wind(t, m)
     relative_wind(t, m)
     disk_averages(m)
-    quasi_steady(m)
+    induce(t, m)
     loads(dt, m)
     tower_load(m)
     # equations of motion
@@ -233,24 +238,12 @@ def _(m: System, s: Outputs, everywhere: bool) -> None:
 @kernel
 def _(m: System) -> None:
     settle(m)
+    settle_induction(m)
 
 
-@inflow_rates.variant
-@kernel
-def _(m: System) -> None:
-    derivatives(m)
-
-
-@begin_step.variant
-@kernel
-def _(dt: float, m: System) -> None:
-    gear_begin(dt, m)
-
-
-@end_step.variant
-@kernel
-def _(dt: float, m: System) -> None:
-    gear_end(dt, m)
+inflow_rates.variant(derivatives)
+begin_step.variant(gear_begin)
+end_step.variant(gear_end)
 
 
 @check_rotor.variant

@@ -37,7 +37,7 @@ def advance(dt: float, m: Air, b: int, n: int) -> None:
     x, y = state(m.inflow, b, n)
     x = inflow_advance(x, k, tau_1, tau_2, memory.induced_x[b, n], V_x, dt)
     y = inflow_advance(y, k, tau_1, tau_2, memory.induced_y[b, n], V_y, dt)
-    at_once = blocked(m, b, n)
+    at_once = m.aero_nodes.end[b, n] > 0.0  # the loss factor vanishes: momentum cannot balance a load there
     put(m.inflow, either(at_once, inflow_steady(k, V_x), x), either(at_once, inflow_steady(k, V_y), y), b, n)
     remember(m, b, n)
 
@@ -58,7 +58,7 @@ def derivative(m: Air, b: int, n: int) -> None:
     V_x, V_y = quasi_steady(m, b, n)
     x, y = state(m.inflow, b, n)
     x_rate, y_rate = inflow_derivative(x, k, tau_1, tau_2, V_x), inflow_derivative(y, k, tau_1, tau_2, V_y)
-    at_once, still = blocked(m, b, n), Inflow(0.0, 0.0)
+    at_once, still = m.aero_nodes.end[b, n] > 0.0, Inflow(0.0, 0.0)
     put(m.d_inflow, either(at_once, still, x_rate), either(at_once, still, y_rate), b, n)
 
 
@@ -75,12 +75,6 @@ def remember(m: Air, b: int, n: int) -> None:
     memory = m.memory
     memory.induced_x[b, n], memory.induced_y[b, n] = quasi_steady(m, b, n)
     memory.time[b, n] = m.rotor.inflow_time
-
-
-@kernel
-def blocked(m: Air, b: int, n: int) -> bool:
-    """Whether the loss factor vanishes at the node: momentum cannot balance a load there."""
-    return m.aero_nodes.end[b, n] > 0.0
 
 
 @kernel

@@ -77,17 +77,18 @@ def settle(flap: float, m: Air, b: int, n: int) -> None:
 def derivative(flap: float, m: Air, b: int, n: int) -> None:
     """Time derivative of the state of a node; zero where the model is off, since the state is set there."""
     x = section_flow(flap, m, b, n)
-    rate, on = stall_derivative(state(m.stall, b, n), x, m), x.weight > 0.0
-    put(
-        m.d_stall,
-        Stall(
-            where(on, rate.wake_1, 0.0),
-            where(on, rate.wake_2, 0.0),
-            where(on, rate.pressure, 0.0),
-            where(on, rate.attachment, 0.0),
-        ),
-        b,
-        n,
+    rate = stall_derivative(state(m.stall, b, n), x, m)
+    put(m.d_stall, either(x.weight > 0.0, rate, Stall(0.0, 0.0, 0.0, 0.0)), b, n)
+
+
+@kernel
+def either(condition: bool, yes: Stall, no: Stall) -> Stall:
+    """``yes`` where the condition holds, else ``no``."""
+    return Stall(
+        where(condition, yes.wake_1, no.wake_1),
+        where(condition, yes.wake_2, no.wake_2),
+        where(condition, yes.pressure, no.pressure),
+        where(condition, yes.attachment, no.attachment),
     )
 
 
@@ -160,13 +161,7 @@ def stall_advance(dt: float, y: Stall, old: StallInput, x: SectionFlow, m: Air) 
     after = Stall(x1, x2, x3, x4)
     off = (x.weight <= 0.0) & (dt > 0.0)
     if anywhere(off):
-        steady = stall_steady(x, m)
-        after = Stall(
-            where(off, steady.wake_1, x1),
-            where(off, steady.wake_2, x2),
-            where(off, steady.pressure, x3),
-            where(off, steady.attachment, x4),
-        )
+        after = either(off, stall_steady(x, m), after)
     return after, StallInput(driving, x.rate, new_pressure, new_attachment)
 
 
