@@ -256,7 +256,7 @@ def arrays() -> str:
         "turbine.exchange",
         "wind.velocity",
         "structure.tables",
-        "structure.section_loads",
+        "structure.moving_base",
         "aero.tables",
         "aero.flaps",
         "aero.coefficient",

@@ -186,7 +186,7 @@ def test_an_edited_callee_in_another_file_is_noticed(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "src" / "meltemi", package, ignore=shutil.ignore_patterns("__pycache__"))
     code = """
 from meltemi.maths.vectors import Sym, Vec
-from meltemi.structure.dynamics import inertia_about
+from meltemi.structure.equations import inertia_about
 print(inertia_about(Sym(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 1.0, Vec(0.0, 0.0, 0.0), Vec(3.0, 4.0, 0.0)).zz)
 """
     where = {"PYTHONPATH": str(package.parent), "MELTEMI_CACHE_DIR": str(tmp_path / "cache")}

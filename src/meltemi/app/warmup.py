@@ -168,7 +168,7 @@ def _stepping() -> None:
     from meltemi.control.faults import apply_events
     from meltemi.simulation.case import Case
     from meltemi.simulation.step import actuate, sense
-    from meltemi.structure.dynamics import assemble
+    from meltemi.structure.chain import assemble
 
     case = Case(*_machine())
     m, c = typeof(case.system), typeof(case.control)

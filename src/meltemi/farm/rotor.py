@@ -14,7 +14,7 @@ from meltemi.compiler import Table, by_record, kernel, number, xyz
 from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.simulation.disk.system import DiskSystem
 from meltemi.simulation.system import AnySystem, System
-from meltemi.structure.kinematics import YAW
+from meltemi.structure.equations import YAW
 
 Float = NDArray[float64]
 

@@ -50,8 +50,8 @@ from meltemi.simulation.step import (
     part_rates,
 )
 from meltemi.simulation.system import Control, Outputs, System
-from meltemi.structure.kinematics import blade_frames, blade_motion, nacelle_and_hub, tower_top
-from meltemi.structure.section_loads import station_place
+from meltemi.structure.blades import station_place
+from meltemi.structure.chain import motion
 from meltemi.structure.tables import BladePartial
 from meltemi.turbine.exchange import BladeMotion
 
@@ -236,10 +236,7 @@ def _(dt: float, c: BladeDamperControl, m: BladeDamperSystem) -> None:
     s = m.slide
     for i in range(s.sliders):
         s.velocity[i] = s.acceleration[i] = s.earlier[i] = s.held[i] = 0.0
-    tower_top(m)
-    nacelle_and_hub(m)
-    blade_frames(m)
-    blade_motion(m)
+    motion(m)
     for n in range(m.rider_load.dampers):
         # a run releases the masses; without one (trim, means) they rest in the blade
         m.rider_load.free[n] = 1.0 if dt > 0.0 else 0.0

@@ -18,7 +18,7 @@ from meltemi.core.variants import number
 from meltemi.environment.site import Environment
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import ParameterTables, Part
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
+from meltemi.structure.equations import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.wind.fields import Wind
 

@@ -21,9 +21,8 @@ from meltemi.compiler import rotation as matrix
 from meltemi.maths.rotations import angular_acceleration, rotation, rotation_vector, tangent
 from meltemi.maths.vectors import Rot, Vec, cross
 from meltemi.simulation import system
-from meltemi.structure.kinematics import blade_motion
+from meltemi.structure.blades import blade_motion, tip_deflection
 from meltemi.structure.members import Member, NodeLayout
-from meltemi.structure.section_loads import tip_deflection
 from meltemi.structure.tables import SectionLoads
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.exchange import BladeMotion

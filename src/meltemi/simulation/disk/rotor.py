@@ -20,7 +20,7 @@ from meltemi.simulation.model import Model, Stations, actuator_array
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import ParameterTables, parts_of
 from meltemi.simulation.system import COMMON_SIGNALS
-from meltemi.structure.kinematics import N_SHAFT
+from meltemi.structure.equations import N_SHAFT
 from meltemi.structure.tables import StructureParameters
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.fields import SharedTurbulence, Wind, WindBox

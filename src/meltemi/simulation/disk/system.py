@@ -22,7 +22,7 @@ from meltemi.simulation.step import (
     settle_inflow,
 )
 from meltemi.simulation.system import AnySystem, March, Outputs, rotor_azimuth, rotor_speed
-from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
+from meltemi.structure.equations import GENERATOR, TORSION, YAW
 from meltemi.structure.tables import MachineLoad
 from meltemi.wind.velocity import series_now, wind_velocity
 
