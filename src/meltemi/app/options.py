@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import asdict, dataclass
 from math import radians
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from meltemi.app.signatures import Range
 from meltemi.controllers.names import NAMES, controller_keys
 from meltemi.core.errors import InputError
+
+if TYPE_CHECKING:
+    from meltemi.turbine.definition import Turbine
 
 
 def completing(
@@ -54,36 +57,22 @@ CONTROLLER = "a name (baseline, supervised, ipc, cpfc, A2, rosco ...), a Python 
 """What an option of a controller takes (docs/guide/controller-names.md)."""
 CONTROLLERS = completing(lambda: NAMES)
 """Completion of a controller."""
-ControllerOption = Annotated[
-    str | None, typer.Option("--controller", help=f"Controller: {CONTROLLER}.", autocompletion=CONTROLLERS)
-]
-ControllerInputOption = Annotated[
-    Path | None,
-    typer.Option("--controller-input", help="Input file of a library, e.g. DISCON.IN; the same as LIBRARY@FILE."),
-]
+ControllerOption = Annotated[str | None, f"Controller: {CONTROLLER}.", CONTROLLERS]
+ControllerInputOption = Annotated[Path | None, "Input file of a library, e.g. DISCON.IN; the same as LIBRARY@FILE."]
 TURBINES = completing(turbine_names)
 """Completion of a turbine."""
-TurbineArgument = Annotated[str, typer.Argument(help="A turbine's name or YAML file.", autocompletion=TURBINES)]
+TurbineArgument = Annotated[str, "A turbine's name or YAML file.", TURBINES]
 ClassOption = Annotated[
     str | None,
-    typer.Option(
-        "--wind-class",
-        "--class",
-        help="Wind turbine class of IEC 61400-1, e.g. IIB.",
-        autocompletion=_one_of(*(f"{v}{i}" for v in ("I", "II", "III") for i in "ABC")),
-    ),
+    "--wind-class",
+    "--class",
+    "Wind turbine class of IEC 61400-1, e.g. IIB.",
+    _one_of(*(f"{v}{i}" for v in ("I", "II", "III") for i in "ABC")),
 ]
-DirectionOption = Annotated[
-    float | None, typer.Option("--direction", help="Wind direction [deg], clockwise from above; the nacelle stays [0].")
-]
-EditionOption = Annotated[int | None, typer.Option("--edition", help="Edition of IEC 61400-1: 2, 3, 4 [3].")]
+DirectionOption = Annotated[float | None, "Wind direction [deg], clockwise from above; the nacelle stays [0]."]
+EditionOption = Annotated[int | None, "Edition of IEC 61400-1: 2, 3, 4 [3]."]
 SpectrumOption = Annotated[
-    str | None,
-    typer.Option(
-        "--spectrum",
-        help="Of turbulence: kaimal, vonkarman, mann [kaimal].",
-        autocompletion=_one_of("kaimal", "vonkarman", "mann"),
-    ),
+    str | None, "Of turbulence: kaimal, vonkarman, mann [kaimal].", _one_of("kaimal", "vonkarman", "mann")
 ]
 
 
@@ -97,49 +86,40 @@ SeaOption = Annotated[
     ),
 ]
 
-WorkersOption = Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")]
-MOST_WORKERS = 1000
-
-
-def check_workers(workers: int | None) -> None:
-    """Refuse an impossible ``--workers`` before the work begins."""
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
-
-
+WorkersOption = Annotated[int | None, "Simultaneous runs [one per core].", Range(1, 1000)]
 IEC_MODELS = _one_of("NTM", "ETM", "EWM1", "EWM50", "NWP", "EOG", "EDC", "ECD", "ECG", "EWSH", "EWSV")
 """Completion of a wind model of IEC 61400-1."""
 
 
 @dataclass(frozen=True)
-class WindOptions:
-    """Options of a wind."""
-
-    wind_speed: Annotated[float | None, typer.Option(help="Mean wind speed at hub height [m/s].")] = None
-    turbulence: Annotated[
-        float | None, typer.Option(help="Turbulence intensity, e.g. 0.14; steady wind without it.")
-    ] = None
-    shear: Annotated[float | None, typer.Option(help="Power-law exponent [0 in steady wind, 0.2 in turbulence].")] = (
-        None
-    )
-    spectrum: SpectrumOption = None
-    iec: Annotated[
-        str | None,
-        typer.Option(
-            help="Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).", autocompletion=IEC_MODELS
-        ),
-    ] = None
-    ntm: Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")] = False
-    wind_class: ClassOption = None
-    edition: EditionOption = None
-    begin: Annotated[float | None, typer.Option(help="Begin of the gust of --iec [s] [60].")] = None
+class Options:
+    """Options of a command."""
 
     def given(self) -> dict[str, Any]:
         """The given options under their names on the command line."""
-        values = asdict(self)
-        if values.pop("ntm"):
-            values["iec"] = "NTM"
-        return {f"--{name.replace('_', '-')}": value for name, value in values.items() if value is not None}
+        return {f"--{name.replace('_', '-')}": value for name, value in asdict(self).items() if value is not None}
+
+
+@dataclass(frozen=True)
+class WindOptions(Options):
+    """Options of a wind."""
+
+    wind_speed: Annotated[float | None, "Mean wind speed at hub height [m/s]."] = None
+    turbulence: Annotated[float | None, "Turbulence intensity, e.g. 0.14; steady wind without it."] = None
+    shear: Annotated[float | None, "Power-law exponent [0 in steady wind, 0.2 in turbulence]."] = None
+    spectrum: SpectrumOption = None
+    iec: Annotated[str | None, "Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).", IEC_MODELS] = (
+        None
+    )
+    ntm: Annotated[bool, "The same as --iec NTM: normal turbulence."] = False
+    wind_class: ClassOption = None
+    edition: EditionOption = None
+    begin: Annotated[float | None, "Begin of the gust of --iec [s] [60]."] = None
+
+    def given(self) -> dict[str, Any]:
+        """The given options under their names on the command line."""
+        found = super().given()
+        return found | {"--iec": "NTM"} if found.pop("--ntm") else found
 
 
 CHANNELS = completing(channel_names, several=True)
@@ -150,52 +130,28 @@ CHANNELS = completing(channel_names, several=True)
 class RunOptions(WindOptions):
     """Options of a simulation that stand for keys of a case file."""
 
-    seed: Annotated[int | None, typer.Option(help="Seed of the turbulence [1].")] = None
+    seed: Annotated[int | None, "Seed of the turbulence [1]."] = None
     direction: DirectionOption = None
-    wind_file: Annotated[
-        Path | None, typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc.")
-    ] = None
+    wind_file: Annotated[Path | None, "--wind-file", "--bts", "--wnd", "Wind file: .bts, .wnd, .bin, .nc."] = None
     sea: SeaOption = None
     controller: ControllerOption = None
     controller_input: ControllerInputOption = None
-    duration: Annotated[
-        float | None, typer.Option(help="Duration of the simulation [s] [60; with a gust, 60 after its begin].")
-    ] = None
+    duration: Annotated[float | None, "Duration of the simulation [s] [60; with a gust, 60 after its begin]."] = None
     start: Annotated[
-        str | None,
-        typer.Option(help="operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating]."),
+        Literal["operating", "deck"] | None,
+        "operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating].",
     ] = None
     channels: Annotated[
-        str | None,
-        typer.Option(
-            help="Channels to record, separated by commas; 'all' records everything.", autocompletion=CHANNELS
-        ),
+        tuple[str, ...] | None, "Channels to record, separated by commas; 'all' records everything.", CHANNELS
     ] = None
 
 
-def with_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Decorator: the fields of a record of options that a command takes are options of the command."""
-    hints, taken = get_type_hints(command, include_extras=True), inspect.signature(command).parameters
-    records = {name: hints[name] for name in taken if is_dataclass(hints[name])}
-    shown: list[inspect.Parameter] = []
-    for name, parameter in taken.items():
-        if name in records:
-            kinds = get_type_hints(records[name], include_extras=True)
-            inner = inspect.signature(records[name]).parameters.values()
-            shown += [p.replace(kind=p.KEYWORD_ONLY, annotation=kinds[p.name]) for p in inner]
-        else:
-            shown.append(parameter.replace(kind=parameter.KEYWORD_ONLY, annotation=hints[name]))
+def load_aeroelastic(name: str, what: str) -> Turbine:
+    """A turbine by its name or file, which must have blades and a tower for ``what``."""
+    from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
 
-    def call(**values: Any) -> None:
-        made = {
-            name: record(**{f.name: values.pop(f.name) for f in fields(record)}) for name, record in records.items()
-        }
-        command(**made, **values)
-
-    call.__doc__, call.__name__ = command.__doc__, command.__name__
-    call.__annotations__ = {p.name: p.annotation for p in shown}
-    vars(call)["__signature__"] = inspect.Signature(shown)
-    return call
+    return aeroelastic(load_turbine(name), what)
 
 
 def is_case(path: Path) -> bool:

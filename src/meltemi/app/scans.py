@@ -1,8 +1,8 @@
-"""Scans over speeds: their arguments and the report of their failures."""
+"""Scans: their values from the command line, and the report of what failed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import typer
 
@@ -13,15 +13,26 @@ MOST = 1000
 """Largest number of values of a scan."""
 
 
-def finish(failures: Mapping[float, str], interrupted: bool = False, unit: str = "m/s") -> None:
-    """Report the failed points of a scan, and exit with status 1 if there are any."""
-    for value, why in failures.items():
-        say(f"failed at {value:.4g} {unit}: {why}")
+def finish(failed: Iterable[str], *, interrupted: bool = False) -> None:
+    """Print what failed to stderr, and exit with status 1 if anything did."""
+    failures = list(failed)
+    for words in failures:
+        say(words)
     if interrupted:
         say("interrupted; partial results are written")
         raise typer.Exit(130)
     if failures:
         raise typer.Exit(1)
+
+
+def at_speeds(failures: Mapping[float, str], unit: str = "m/s") -> list[str]:
+    """Messages on the failed points of a scan, for :func:`finish`."""
+    return [f"failed at {value:.4g} {unit}: {why}" for value, why in failures.items()]
+
+
+def cells(failures: Mapping[str, str]) -> list[str]:
+    """Messages on the failed runs of a study, for :func:`finish`."""
+    return [f"failed: {cell}: {why}" for cell, why in failures.items()]
 
 
 def values_of(text: str, option: str) -> list[float]:

@@ -25,49 +25,32 @@ DEL = "DEL: damage-equivalent load, 1 Hz, of the blade root out of plane (slope 
 
 
 def farm(
-    target: Annotated[
-        str, typer.Argument(help="YAML file of a farm, or a turbine for a row of them.", autocompletion=TURBINES)
-    ],
-    row: Annotated[int | None, typer.Option("--row", help="Turbines of a row, one behind the other [3].")] = None,
-    spacing: Annotated[float | None, typer.Option("--spacing", help="Between them, in rotor diameters [5].")] = None,
+    target: Annotated[str, "YAML file of a farm, or a turbine for a row of them.", TURBINES],
+    row: Annotated[int | None, "Turbines of a row, one behind the other [3]."] = None,
+    spacing: Annotated[float | None, "Between them, in rotor diameters [5]."] = None,
     layout: Annotated[
-        Path | None,
-        typer.Option("--layout", help="Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml)."),
+        Path | None, "Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml)."
     ] = None,
-    wind_speed: Annotated[float | None, typer.Option(help="Mean wind speed at hub height [m/s] [9].")] = None,
-    turbulence: Annotated[
-        float | None, typer.Option(help="Turbulence intensity [0.1]; 0 is a wind without turbulence.")
-    ] = None,
-    wind_file: Annotated[
-        Path | None, typer.Option("--wind-file", help="Wind file in place of these: .bts, .wnd, .bin, .nc.")
-    ] = None,
+    wind_speed: Annotated[float | None, "Mean wind speed at hub height [m/s] [9]."] = None,
+    turbulence: Annotated[float | None, "Turbulence intensity [0.1]; 0 is a wind without turbulence."] = None,
+    wind_file: Annotated[Path | None, "Wind file in place of these: .bts, .wnd, .bin, .nc."] = None,
     direction: Annotated[
-        float | None, typer.Option(help="Wind direction [deg], clockwise from above; turbines face it [0: along x].")
+        float | None, "Wind direction [deg], clockwise from above; turbines face it [0: along x]."
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the turbulence [1].")] = None,
-    duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [600].")] = None,
-    wakes: Annotated[
-        str | None, typer.Option("--wakes", help="Constants: fast.farm, curled, iec, madsen, keck, none [fast.farm].")
-    ] = None,
+    seed: Annotated[int | None, "Seed of the turbulence [1]."] = None,
+    duration: Annotated[float | None, "Duration of the simulation [s] [600]."] = None,
+    wakes: Annotated[str | None, "Constants: fast.farm, curled, iec, madsen, keck, none [fast.farm]."] = None,
     added_turbulence: Annotated[
-        bool | None,
-        typer.Option("--added-turbulence/--no-added-turbulence", help="Small-scale turbulence that wakes add [yes]."),
+        bool | None, "--added-turbulence/--no-added-turbulence", "Small-scale turbulence that wakes add [yes]."
     ] = None,
     yaw: Annotated[
-        str | None,
-        typer.Option(
-            "--yaw", help="Yaw of the turbines from the wind [deg], counter-clockwise from above, e.g. 20,0,0."
-        ),
+        str | None, "Yaw of the turbines from the wind [deg], counter-clockwise from above, e.g. 20,0,0."
     ] = None,
-    against: Annotated[
-        Path | None,
-        typer.Option("--against", help="Another run to compare with: output folder of a farm, or the file of one."),
-    ] = None,
+    against: Annotated[Path | None, "Another run to compare with: output folder of a farm, or the file of one."] = None,
     alone: Annotated[
-        bool | None,
-        typer.Option("--alone/--no-alone", help="Also simulate without wakes, to compare [unless --against]."),
+        bool | None, "--alone/--no-alone", "Also simulate without wakes, to compare [unless --against]."
     ] = None,
-    seen: Annotated[bool, typer.Option("--view", help="Also write the farm in three dimensions (HTML).")] = False,
+    seen: Annotated[bool, "--view", "Also write the farm in three dimensions (HTML)."] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate turbines in each other's wakes: power and loads by turbine, and what the wakes cost."""

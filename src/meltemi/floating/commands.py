@@ -22,15 +22,13 @@ SLOW = 1.0
 
 
 def rao(
-    turbine: Annotated[str, typer.Argument(help="Floating turbine: library name or file.")],
-    wind_speed: Annotated[float, typer.Option("--wind-speed", help="[m/s]; 0: rotor at rest, blades feathered.")] = 0.0,
-    direction: Annotated[float, typer.Option("--direction", help="Of the waves [deg], clockwise.")] = 0.0,
-    height: Annotated[float, typer.Option("--height", help="Significant, of the white-noise sea [m].")] = 2.0,
-    duration: Annotated[float, typer.Option("--duration", help="Of the run [s]; 0: linear model only.")] = 3600.0,
-    channels: Annotated[
-        str | None, typer.Option("--channels", help="Separated by commas [motions, tower base moment].")
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Of the waves.")] = 1,
+    turbine: Annotated[str, "Floating turbine: library name or file."],
+    wind_speed: Annotated[float, "[m/s]; 0: rotor at rest, blades feathered."] = 0.0,
+    direction: Annotated[float, "Of the waves [deg], clockwise."] = 0.0,
+    height: Annotated[float, "Significant, of the white-noise sea [m]."] = 2.0,
+    duration: Annotated[float, "Of the run [s]; 0: linear model only."] = 3600.0,
+    channels: Annotated[str | None, "Separated by commas [motions, tower base moment]."] = None,
+    seed: Annotated[int, "Of the waves."] = 1,
     out: OutOption = Path("out"),
 ) -> None:
     """Find motions and loads per wave amplitude, from the linear model and from a run in a white-noise sea."""

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-import typer
 
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, wrote
 from meltemi.core.errors import InputError
@@ -18,11 +17,11 @@ LISTED = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0)
 
 
 def hydro(
-    hull: Annotated[Path, typer.Argument(help="YAML file of the hull: depth, members, boxes.")],
-    panel: Annotated[float, typer.Option("--panel", help="Size of the panels [m]; 0: for about 1200 panels.")] = 0.0,
-    frequencies: Annotated[int, typer.Option("--frequencies", help="How many, equally spaced.")] = 50,
-    shortest: Annotated[float, typer.Option("--shortest-period", help="[s].")] = 2.5,
-    step: Annotated[float, typer.Option("--heading-step", help="Between directions of waves [deg].")] = 10.0,
+    hull: Annotated[Path, "YAML file of the hull: depth, members, boxes."],
+    panel: Annotated[float, "Size of the panels [m]; 0: for about 1200 panels."] = 0.0,
+    frequencies: Annotated[int, "How many, equally spaced."] = 50,
+    shortest: Annotated[float, "--shortest-period", "[s]."] = 2.5,
+    step: Annotated[float, "--heading-step", "Between directions of waves [deg]."] = 10.0,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute added mass, damping and excitation of a platform by Capytaine; writes files that coefficients: reads."""

@@ -25,27 +25,13 @@ STUDIES = {
 
 def reproduce(
     study: Annotated[
-        str,
-        typer.Argument(
-            help="Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()),
-            autocompletion=completing(lambda: STUDIES),
-        ),
+        str, "Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()), completing(lambda: STUDIES)
     ],
-    quick: Annotated[bool, typer.Option("--quick", help="Few, short runs, for a first impression only.")] = False,
-    rosco: Annotated[
-        bool, typer.Option("--rosco", help="he2018: only the comparison of its load control with ROSCO.")
-    ] = False,
-    beyond: Annotated[
-        str,
-        typer.Option("--beyond", help="Parts beyond palanimuthu2022 or wang2021, as gusts,budget, or all."),
-    ] = "",
+    quick: Annotated[bool, "Few, short runs, for a first impression only."] = False,
+    rosco: Annotated[bool, "he2018: only the comparison of its load control with ROSCO."] = False,
+    beyond: Annotated[str, "Parts beyond palanimuthu2022 or wang2021, as gusts,budget, or all."] = "",
     turbine: Annotated[
-        str | None,
-        typer.Option(
-            "--turbine",
-            help="Apply the paper's methods to another turbine: a page of its own, without claims.",
-            autocompletion=TURBINES,
-        ),
+        str | None, "Apply the paper's methods to another turbine: a page of its own, without claims.", TURBINES
     ] = None,
     workers: WorkersOption = None,
     out: OutOption = Path("out"),

@@ -6,8 +6,6 @@ from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from meltemi.app.options import sea_of_options
 from meltemi.app.terminal import OutOption, folder_for, print_table, suggest, wrote
 from meltemi.core.errors import InputError
@@ -17,15 +15,13 @@ if TYPE_CHECKING:
 
 
 def sea(
-    target: Annotated[str, typer.Argument(help="HEIGHT,PERIOD[,DIRECTION] in m, s, deg; or a YAML file of a sea.")],
-    depth: Annotated[float, typer.Option("--depth", help="Of the water [m].")] = 30.0,
-    duration: Annotated[float, typer.Option("--duration", help="Of the series [s].")] = 600.0,
-    regular: Annotated[bool, typer.Option("--regular", help="A regular wave of this height and period.")] = False,
-    seed: Annotated[int | None, typer.Option(help="Of the waves [1].")] = None,
-    spectrum: Annotated[
-        str | None, typer.Option("--spectrum", help="jonswap, pierson_moskowitz, white [jonswap].")
-    ] = None,
-    crest: Annotated[float | None, typer.Option("--crest", help="Height of an embedded crest [m], at 60 s.")] = None,
+    target: Annotated[str, "HEIGHT,PERIOD[,DIRECTION] in m, s, deg; or a YAML file of a sea."],
+    depth: Annotated[float, "Of the water [m]."] = 30.0,
+    duration: Annotated[float, "Of the series [s]."] = 600.0,
+    regular: Annotated[bool, "A regular wave of this height and period."] = False,
+    seed: Annotated[int | None, "Of the waves [1]."] = None,
+    spectrum: Annotated[str | None, "jonswap, pierson_moskowitz, white [jonswap]."] = None,
+    crest: Annotated[float | None, "Height of an embedded crest [m], at 60 s."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Make a sea; writes the series of its elevation and kinematics, a table and a plot."""

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from meltemi.app.options import TURBINES, SeaOption, is_case, sea_of_options
 from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, MeltemiError
@@ -17,28 +15,17 @@ if TYPE_CHECKING:
 
 
 def export(
-    turbine: Annotated[
-        str,
-        typer.Argument(
-            help="A turbine's name or YAML file, a case file, or a deck (.fst) to be rewritten.",
-            autocompletion=TURBINES,
-        ),
-    ],
-    wind_speed: Annotated[float | None, typer.Option("--wind-speed", help="Steady wind [m/s] [12].")] = None,
-    wind_file: Annotated[Path | None, typer.Option("--wind-file", help="TurbSim field (.bts) instead.")] = None,
+    turbine: Annotated[str, "A turbine's name or YAML file, a case file, or a deck (.fst) to be rewritten.", TURBINES],
+    wind_speed: Annotated[float | None, "Steady wind [m/s] [12]."] = None,
+    wind_file: Annotated[Path | None, "TurbSim field (.bts) instead."] = None,
     sea: SeaOption = None,
-    duration: Annotated[float | None, typer.Option("--duration", help="Duration of the simulation [s] [600].")] = None,
+    duration: Annotated[float | None, "Duration of the simulation [s] [600]."] = None,
     option: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--option", help="A model option: stall=static, flap_modes=1, locked=[yaw], time_step=0.005; repeatable."
-        ),
+        list[str] | None, "A model option: stall=static, flap_modes=1, locked=[yaw], time_step=0.005; repeatable."
     ] = None,
-    beamdyn: Annotated[bool, typer.Option("--beamdyn", help="BeamDyn computes the blades.")] = False,
-    library: Annotated[
-        str | None, typer.Option("--library", help="Bladed-style controller library, such as libdiscon.so.")
-    ] = None,
-    settings: Annotated[str, typer.Option("--settings", help="Input file of the library.")] = "DISCON.IN",
+    beamdyn: Annotated[bool, "BeamDyn computes the blades."] = False,
+    library: Annotated[str | None, "Bladed-style controller library, such as libdiscon.so."] = None,
+    settings: Annotated[str, "Input file of the library."] = "DISCON.IN",
     out: OutOption = Path("out"),
 ) -> None:
     """Export a turbine, or a case with its models, site and wind, as an OpenFAST 5 deck."""

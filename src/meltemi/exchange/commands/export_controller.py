@@ -5,18 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES
 from meltemi.app.terminal import print_table, say, simulation_bar, suggest, wrote
 
 
 def export_controller(
-    controller: Annotated[str, typer.Argument(help=f"Controller: {CONTROLLER}.", autocompletion=CONTROLLERS)],
-    turbine: Annotated[
-        str, typer.Option(help="The turbine that it controls: a name or YAML file.", autocompletion=TURBINES)
-    ],
-    out: Annotated[Path, typer.Option(help="Name of the library.")] = Path("libcontroller.so"),
+    controller: Annotated[str, f"Controller: {CONTROLLER}.", CONTROLLERS],
+    turbine: Annotated[str, "--turbine", "The turbine that it controls: a name or YAML file.", TURBINES],
+    out: Annotated[Path, "Name of the library."] = Path("libcontroller.so"),
 ) -> None:
     """Export a controller as a shared library (DISCON) for OpenFAST, Bladed, HAWC2; needs a C compiler."""
     import meltemi

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from meltemi.app.options import CHANNELS, TurbineArgument
 from meltemi.app.scans import speeds_of
 from meltemi.app.terminal import OutOption, folder_for, simulation_bar, suggest, wrote
@@ -14,12 +12,10 @@ from meltemi.app.terminal import OutOption, folder_for, simulation_bar, suggest,
 
 def export_linear(
     turbine: TurbineArgument,
-    wind_speeds: Annotated[str, typer.Option(help="Wind speeds [m/s], e.g. 4,6,8 or 4:24:2.")] = "4:24:2",
-    inputs: Annotated[str, typer.Option(help="Inputs, separated by commas.")] = "generator_torque,pitch,wind_speed",
-    outputs: Annotated[
-        str, typer.Option(help="Channels, separated by commas.", autocompletion=CHANNELS)
-    ] = "rotor_speed,tower_top_fore_aft",
-    out: Annotated[Path, typer.Option(help="The file, .mat or .nc.")] = Path("linear.mat"),
+    wind_speeds: Annotated[str, "Wind speeds [m/s], e.g. 4,6,8 or 4:24:2."] = "4:24:2",
+    inputs: Annotated[str, "Inputs, separated by commas."] = "generator_torque,pitch,wind_speed",
+    outputs: Annotated[str, "Channels, separated by commas.", CHANNELS] = "rotor_speed,tower_top_fore_aft",
+    out: Annotated[Path, "The file, .mat or .nc."] = Path("linear.mat"),
 ) -> None:
     """Export state-space models over wind speed for MATLAB (.mat) or Python (.nc)."""
     import meltemi
@@ -38,9 +34,7 @@ def export_linear(
 
 def export_rosco(
     turbine: TurbineArgument,
-    discon: Annotated[
-        Path | None, typer.Option(help="A DISCON.IN, from which one with the turbine's settings is made.")
-    ] = None,
+    discon: Annotated[Path | None, "A DISCON.IN, from which one with the turbine's settings is made."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Export the table of rotor coefficients, and a tuned DISCON.IN, for ROSCO."""

@@ -21,16 +21,11 @@ def export_fmu(
             autocompletion=TURBINES,
         ),
     ],
-    out: Annotated[Path, typer.Option(help="The file.")] = Path("turbine.fmu"),
-    fmi: Annotated[str, typer.Option(help="Version of the standard: 2.0 or 3.0.")] = "3.0",
-    controller: Annotated[
-        str | None,
-        typer.Option(help=f"Controller: {CONTROLLER}; fixed: the demands are inputs.", autocompletion=CONTROLLERS),
-    ] = None,
-    wind_speed: Annotated[float | None, typer.Option(help="Steady wind, at its start [m/s] [12].")] = None,
-    channels: Annotated[
-        str | None, typer.Option(help="Channels, separated by commas, that are outputs.", autocompletion=CHANNELS)
-    ] = None,
+    out: Annotated[Path, "The file."] = Path("turbine.fmu"),
+    fmi: Annotated[str, "Version of the standard: 2.0 or 3.0."] = "3.0",
+    controller: Annotated[str | None, f"Controller: {CONTROLLER}; fixed: the demands are inputs.", CONTROLLERS] = None,
+    wind_speed: Annotated[float | None, "Steady wind, at its start [m/s] [12]."] = None,
+    channels: Annotated[str | None, "Channels, separated by commas, that are outputs.", CHANNELS] = None,
 ) -> None:
     """Export a turbine, or a case with its models and wind, as a functional mock-up unit (FMU) for co-simulation."""
     from meltemi.core.yamlfile import validated

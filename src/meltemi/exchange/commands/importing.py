@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import typer
-
 from meltemi.app.options import TURBINES
 from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
@@ -18,35 +16,16 @@ SOURCES = {".yaml": "a windIO file", ".yml": "a windIO file", ".htc": "a HAWC2 m
 
 
 def import_(
-    source: Annotated[
-        Path,
-        typer.Argument(help="Main file of an OpenFAST deck (.fst) or HAWC2 model (.htc), or a windIO file (.yaml)."),
-    ],
-    blade: Annotated[
-        str, typer.Option("--blade", help="Sections of the blade: deck (those that it selects), elastodyn, beamdyn.")
-    ] = "deck",
-    fixed_base: Annotated[
-        bool, typer.Option("--fixed-base", help="Clamp the tower of a floating turbine at its base.")
-    ] = False,
-    momentum_wake: Annotated[
-        bool, typer.Option("--momentum-wake", help="Momentum theory in place of a vortex wake.")
-    ] = False,
-    discon: Annotated[
-        Path | None, typer.Option("--discon", help="Settings of ROSCO (DISCON.IN) in place of the deck's.")
-    ] = None,
-    control_of: Annotated[
-        str | None,
-        typer.Option(
-            "--control-of", help="Turbine whose control is taken, for other controllers.", autocompletion=TURBINES
-        ),
-    ] = None,
+    source: Annotated[Path, "Main file of an OpenFAST deck (.fst) or HAWC2 model (.htc), or a windIO file (.yaml)."],
+    blade: Annotated[str, "Sections of the blade: deck (those that it selects), elastodyn, beamdyn."] = "deck",
+    fixed_base: Annotated[bool, "Clamp the tower of a floating turbine at its base."] = False,
+    momentum_wake: Annotated[bool, "Momentum theory in place of a vortex wake."] = False,
+    discon: Annotated[Path | None, "Settings of ROSCO (DISCON.IN) in place of the deck's."] = None,
+    control_of: Annotated[str | None, "Turbine whose control is taken, for other controllers.", TURBINES] = None,
     start: Annotated[
-        str,
-        typer.Option("--start", help="Initial state: operating (steady operation), or deck (as in OpenFAST or HAWC2)."),
+        str, "Initial state: operating (steady operation), or deck (as in OpenFAST or HAWC2)."
     ] = "operating",
-    extra: Annotated[
-        Path | None, typer.Option("--extra", help="YAML file with overriding values: drivetrain: {stiffness: 8.7e8}.")
-    ] = None,
+    extra: Annotated[Path | None, "YAML file with overriding values: drivetrain: {stiffness: 8.7e8}."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Convert an OpenFAST deck (.fst), a HAWC2 model (.htc) or a windIO file (.yaml) to a turbine file, with a report.

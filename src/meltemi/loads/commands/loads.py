@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
 
 import typer
 
-from meltemi.app.commands import Group
+from meltemi.app.commands import CommandGroup
 from meltemi.app.options import (
     CONTROLLER,
     CONTROLLERS,
     TURBINES,
     ControllerInputOption,
     controller_of_options,
-    with_options,
 )
 from meltemi.app.scans import values_of
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, simulation_bar, suggest, wrote
@@ -32,76 +31,50 @@ if TYPE_CHECKING:
     from meltemi.loads.loadbase.timing import Cost
     from meltemi.wind.iec.classes import Edition
 
-BaseArgument = Annotated[Path, typer.Argument(help="Folder of a load base, as plan writes it.")]
+BaseArgument = Annotated[Path, "Folder of a load base, as plan writes it."]
 SettingsOption = Annotated[
-    Path | None, typer.Option("--settings", help="Settings of the evaluation (YAML), such as extrapolation: weibull.")
+    Path | None, "--settings", "Settings of the evaluation (YAML), such as extrapolation: weibull."
 ]
 REPORTED = 30.0
 """[s] between lines of progress where there is no terminal."""
 MOST_PROBLEMS = 20
 """Cases that status lists."""
 
-ABOUT = "Load bases: the design load cases of IEC 61400-1 on land, 61400-3-1 and 61400-3-2 at sea, for a turbine."
-
-loads = typer.Typer(
-    cls=Group,
-    help=ABOUT,
-    no_args_is_help=True,
-    rich_markup_mode=None,
+loads = CommandGroup(
+    "Load bases: the design load cases of IEC 61400-1 on land, 61400-3-1 and 61400-3-2 at sea, for a turbine."
 )
-
-
-@loads.callback()
-def group() -> None:
-    """Load bases."""
 
 
 @dataclass(frozen=True)
 class PlanOptions:
     """Options of a campaign; angles in degrees."""
 
-    wind_class: Annotated[
-        str | None, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1, e.g. IB.")
-    ] = None
-    edition: Annotated[int, typer.Option(help="Edition of IEC 61400-1: 3, 4.")] = 4
-    standard: Annotated[str, typer.Option(help="61400-1; in the sea 61400-3-1: fixed, 61400-3-2: floating.")] = (
-        "61400-1"
-    )
-    table: Annotated[Path | None, typer.Option(help="Changes of the table: YAML, or Excel as --excel writes it.")] = (
-        None
-    )
+    wind_class: Annotated[str | None, "--class", "--wind-class", "Wind turbine class of IEC 61400-1, e.g. IB."] = None
+    edition: Annotated[int, "Edition of IEC 61400-1: 3, 4."] = 4
+    standard: Annotated[str, "61400-1; in the sea 61400-3-1: fixed, 61400-3-2: floating."] = "61400-1"
+    table: Annotated[Path | None, "Changes of the table: YAML, or Excel as --excel writes it."] = None
     site: Annotated[
         Path | None,
-        typer.Option(
-            help="Site conditions (JSON form of IEC 61400-15-1) instead of a class; in the sea a YAML file or a name."
-        ),
+        "Site conditions (JSON form of IEC 61400-15-1) instead of a class; in the sea a YAML file or a name.",
     ] = None
-    site_turbine: Annotated[str | None, typer.Option(help="ID of the turbine in that form.")] = None
-    neighbours: Annotated[
-        str | None, typer.Option(help="With --site: distances of neighbours in rotor diameters, e.g. 5,5,7.")
-    ] = None
-    slope: Annotated[float | None, typer.Option(help="S-N slope of their effective turbulence [10].")] = None
-    quick: Annotated[bool, typer.Option("--quick", help="One seed, three speeds: for a first test.")] = False
-    seeds: Annotated[int | None, typer.Option(help="Number of turbulence seeds [6].")] = None
-    duration: Annotated[float | None, typer.Option(help="Evaluated duration [s] [600].")] = None
-    transient: Annotated[float | None, typer.Option(help="Initial transient [s] [60].")] = None
-    yaw_error: Annotated[float | None, typer.Option(help="Usual yaw error [deg] [8].")] = None
-    inclination: Annotated[float | None, typer.Option(help="Flow inclination [deg] [8].")] = None
-    rated_wind: Annotated[float | None, typer.Option(help="V_r [m/s] [from steady operation].")] = None
-    cut_in: Annotated[float | None, typer.Option(help="V_in [m/s] [that of the turbine].")] = None
-    cut_out: Annotated[float | None, typer.Option(help="V_out [m/s] [that of the turbine].")] = None
-    v_maint: Annotated[float | None, typer.Option(help="V_maint [m/s] [18].")] = None
-    idle_pitch: Annotated[float | None, typer.Option(help="Pitch when parked [deg] [feather].")] = None
-    extreme_wind: Annotated[
-        str | None, typer.Option(help="Extreme wind speed model: turbulent, steady [turbulent].")
-    ] = None
-    years: Annotated[float | None, typer.Option(help="Lifetime [years] [20].")] = None
+    site_turbine: Annotated[str | None, "ID of the turbine in that form."] = None
+    neighbours: Annotated[str | None, "With --site: distances of neighbours in rotor diameters, e.g. 5,5,7."] = None
+    slope: Annotated[float | None, "S-N slope of their effective turbulence [10]."] = None
+    quick: Annotated[bool, "One seed, three speeds: for a first test."] = False
+    seeds: Annotated[int | None, "Number of turbulence seeds [6]."] = None
+    duration: Annotated[float | None, "Evaluated duration [s] [600]."] = None
+    transient: Annotated[float | None, "Initial transient [s] [60]."] = None
+    yaw_error: Annotated[float | None, "Usual yaw error [deg] [8]."] = None
+    inclination: Annotated[float | None, "Flow inclination [deg] [8]."] = None
+    rated_wind: Annotated[float | None, "V_r [m/s] [from steady operation]."] = None
+    cut_in: Annotated[float | None, "V_in [m/s] [that of the turbine]."] = None
+    cut_out: Annotated[float | None, "V_out [m/s] [that of the turbine]."] = None
+    v_maint: Annotated[float | None, "V_maint [m/s] [18]."] = None
+    idle_pitch: Annotated[float | None, "Pitch when parked [deg] [feather]."] = None
+    extreme_wind: Annotated[str | None, "Extreme wind speed model: turbulent, steady [turbulent]."] = None
+    years: Annotated[float | None, "Lifetime [years] [20]."] = None
     controller: Annotated[
-        str | None,
-        typer.Option(
-            help=f"Controller: {CONTROLLER} [supervised; rosco for a turbine with its settings].",
-            autocompletion=CONTROLLERS,
-        ),
+        str | None, f"Controller: {CONTROLLER} [supervised; rosco for a turbine with its settings].", CONTROLLERS
     ] = None
     controller_input: ControllerInputOption = None
 
@@ -187,17 +160,12 @@ class PlanOptions:
 
 
 @loads.command("plan")
-@with_options
 def plan_(
     turbine: Annotated[
-        str,
-        typer.Argument(
-            help="A turbine's name or YAML file, an OpenFAST deck (.fst), or the folder of a load base.",
-            autocompletion=TURBINES,
-        ),
+        str, "A turbine's name or YAML file, an OpenFAST deck (.fst), or the folder of a load base.", TURBINES
     ],
     options: PlanOptions,
-    excel: Annotated[bool, typer.Option("--excel", help="Also write the table as table.xlsx.")] = False,
+    excel: Annotated[bool, "Also write the table as table.xlsx."] = False,
     out: OutOption = Path("base"),
 ) -> None:
     """List all cases of a load base; writes campaign.yaml and plan.csv."""
@@ -299,15 +267,11 @@ def metocean(
 class ExecutionOptions:
     """How missing runs are made."""
 
-    shard: Annotated[
-        str | None, typer.Option(help="Only every N-th case, beginning with the k-th: k/N, e.g. 3/16.")
-    ] = None
-    workers: Annotated[int | None, typer.Option(help="Threads [one for each core].")] = None
-    dask: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler, or: local (processes of this machine).")
-    ] = None
-    device: Annotated[str, typer.Option(help="cpu; cuda or cuda-single: a graphics card.")] = "cpu"
-    retry: Annotated[bool, typer.Option("--retry", help="Rerun failed cases.")] = False
+    shard: Annotated[str | None, "Only every N-th case, beginning with the k-th: k/N, e.g. 3/16."] = None
+    workers: Annotated[int | None, "Threads [one for each core]."] = None
+    dask: Annotated[str | None, "Address of a Dask scheduler, or: local (processes of this machine)."] = None
+    device: Annotated[str, "cpu; cuda or cuda-single: a graphics card."] = "cpu"
+    retry: Annotated[bool, "Rerun failed cases."] = False
 
     def given(self) -> dict[str, Any]:
         """Arguments of ``run_base`` and ``run_surrogate``."""
@@ -315,7 +279,6 @@ class ExecutionOptions:
 
 
 @loads.command("run")
-@with_options
 def run_(base: BaseArgument, options: ExecutionOptions) -> None:
     """Run the missing cases of a load base."""
     from meltemi.loads.loadbase.engine import run_base
@@ -403,9 +366,9 @@ def _show_status(found: BaseStatus, base: Path, plan: Plan) -> None:
 @loads.command()
 def show(
     base: BaseArgument,
-    case: Annotated[str, typer.Argument(help="Name of a case, e.g. dlc1.3-14-y0-s04.")],
-    plot: Annotated[bool, typer.Option("--plot", help="Also write a plot.")] = False,
-    out: Annotated[Path | None, typer.Option(help="Folder for the files [cases in that of the base].")] = None,
+    case: Annotated[str, "Name of a case, e.g. dlc1.3-14-y0-s04."],
+    plot: Annotated[bool, "Also write a plot."] = False,
+    out: Annotated[Path | None, "Folder for the files [cases in that of the base]."] = None,
 ) -> None:
     """Simulate a case of a load base again; writes its series."""
     from meltemi.loads.loadbase.engine import same_numbers, show_case
@@ -441,14 +404,13 @@ def show(
 @loads.command()
 def report(
     base: BaseArgument,
-    against: Annotated[Path | None, typer.Option(help="Another load base, to which utilisations refer.")] = None,
-    limits: Annotated[Path | None, typer.Option(help="Limits of loads (YAML), to which utilisations refer.")] = None,
+    against: Annotated[Path | None, "Another load base, to which utilisations refer."] = None,
+    limits: Annotated[Path | None, "Limits of loads (YAML), to which utilisations refer."] = None,
     settings: SettingsOption = None,
     project: Annotated[
-        Path | None,
-        typer.Option(help="Project, author, revision, date (YAML) [project.yaml in the base's folder]."),
+        Path | None, "Project, author, revision, date (YAML) [project.yaml in the base's folder]."
     ] = None,
-    word: Annotated[bool, typer.Option("--word", help="Also write report.docx, with the same content.")] = False,
+    word: Annotated[bool, "Also write report.docx, with the same content."] = False,
 ) -> None:
     """Write the report of a load base: one HTML file, its tables as Excel and CSV, on demand a Word file."""
     from meltemi.loads.loadbase.design import design_loads
@@ -475,7 +437,7 @@ def report(
 @loads.command()
 def compare(
     base: BaseArgument,
-    other: Annotated[Path, typer.Argument(help="Folder of the other load base, the reference.")],
+    other: Annotated[Path, "Folder of the other load base, the reference."],
     out: OutOption = Path("comparison"),
     settings: SettingsOption = None,
 ) -> None:

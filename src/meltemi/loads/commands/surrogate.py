@@ -6,10 +6,8 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from meltemi.app.commands import Group
-from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, controller_of_options, with_options
+from meltemi.app.commands import CommandGroup
+from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, controller_of_options
 from meltemi.app.scans import values_of
 from meltemi.app.terminal import (
     OutOption,
@@ -30,53 +28,32 @@ if TYPE_CHECKING:
     from meltemi.loads.surrogate.model import Surrogate
     from meltemi.loads.surrogate.site import SiteTable
 
-FolderArgument = Annotated[Path, typer.Argument(help="Folder of a surrogate campaign, as design writes it.")]
-FileArgument = Annotated[Path, typer.Argument(help="File of a surrogate, as fit writes it.")]
-ClassOption = Annotated[str, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1.")]
-TurbineOption = Annotated[
-    str | None,
-    typer.Option("--turbine", help="Refuse a surrogate of another turbine.", autocompletion=TURBINES),
-]
-EditionOption = Annotated[int, typer.Option("--edition", help="Edition of IEC 61400-1: 3, 4.")]
+FolderArgument = Annotated[Path, "Folder of a surrogate campaign, as design writes it."]
+FileArgument = Annotated[Path, "File of a surrogate, as fit writes it."]
+ClassOption = Annotated[str, "--class", "--wind-class", "Wind turbine class of IEC 61400-1."]
+TurbineOption = Annotated[str | None, "--turbine", "Refuse a surrogate of another turbine.", TURBINES]
+EditionOption = Annotated[int, "--edition", "Edition of IEC 61400-1: 3, 4."]
 MODEL = "surrogate.json"
 
-surrogate = typer.Typer(
-    cls=Group,
-    help="Load surrogates: equivalent loads as a function of site conditions.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-
-
-@surrogate.callback()
-def group() -> None:
-    """Load surrogates: equivalent loads as a function of site conditions."""
+surrogate = CommandGroup("Load surrogates: equivalent loads as a function of site conditions.")
 
 
 @surrogate.command()
 def design(
-    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.", autocompletion=TURBINES)],
-    variables: Annotated[
-        str | None, typer.Option("--variables", help="Site variables, e.g. speed,turbulence_intensity [six].")
-    ] = None,
-    bounds: Annotated[
-        str | None, typer.Option("--bounds", help="Constant bounds in SI units, e.g. air_density=0.9:1.3.")
-    ] = None,
-    loads: Annotated[
-        str | None, typer.Option("--loads", help="Loads with S-N slopes, e.g. tower_base_moment_fore_aft=4 [seven].")
-    ] = None,
-    method: Annotated[str, typer.Option("--method", help="Space-filling design: sobol, latin.")] = "sobol",
-    points: Annotated[int, typer.Option("--points", help="Points of the fit.")] = 256,
-    repeats: Annotated[int, typer.Option("--repeats", help="Points of the fit with several seeds.")] = 16,
-    checks: Annotated[int, typer.Option("--checks", help="Held-out points.")] = 32,
-    seeds: Annotated[int, typer.Option("--seeds", help="Seeds of repeated and held-out points.")] = 6,
-    duration: Annotated[float, typer.Option("--duration", help="Evaluated duration [s].")] = 600.0,
-    transient: Annotated[float, typer.Option("--transient", help="Initial transient [s].")] = 60.0,
+    turbine: Annotated[str, "A turbine's name or YAML file.", TURBINES],
+    variables: Annotated[str | None, "Site variables, e.g. speed,turbulence_intensity [six]."] = None,
+    bounds: Annotated[str | None, "Constant bounds in SI units, e.g. air_density=0.9:1.3."] = None,
+    loads: Annotated[str | None, "Loads with S-N slopes, e.g. tower_base_moment_fore_aft=4 [seven]."] = None,
+    method: Annotated[str, "Space-filling design: sobol, latin."] = "sobol",
+    points: Annotated[int, "Points of the fit."] = 256,
+    repeats: Annotated[int, "Points of the fit with several seeds."] = 16,
+    checks: Annotated[int, "Held-out points."] = 32,
+    seeds: Annotated[int, "Seeds of repeated and held-out points."] = 6,
+    duration: Annotated[float, "Evaluated duration [s]."] = 600.0,
+    transient: Annotated[float, "Initial transient [s]."] = 60.0,
     controller: ControllerOption = None,
     controller_input: ControllerInputOption = None,
-    realisation: Annotated[
-        int, typer.Option("--realisation", help="Number of the realisation: points and seeds follow from it.")
-    ] = 1,
+    realisation: Annotated[int, "Number of the realisation: points and seeds follow from it."] = 1,
     out: OutOption = Path("surrogate"),
 ) -> None:
     """Choose the points of a surrogate; writes surrogate.yaml and design.csv."""
@@ -139,7 +116,6 @@ def _numbers(text: str, option: str, n: int) -> list[float]:
 
 
 @surrogate.command()
-@with_options
 def run(folder: FolderArgument, options: ExecutionOptions) -> None:
     """Run the missing points of a surrogate."""
     from meltemi.loads.surrogate.campaign import read_surrogate_campaign, run_surrogate
@@ -155,10 +131,8 @@ def run(folder: FolderArgument, options: ExecutionOptions) -> None:
 @surrogate.command()
 def fit(
     folder: FolderArgument,
-    kind: Annotated[
-        str, typer.Option("--kind", help="polynomial (chaos expansion), gaussian (process).")
-    ] = "polynomial",
-    degree: Annotated[int, typer.Option("--degree", help="Largest degree of the polynomials.")] = 12,
+    kind: Annotated[str, "polynomial (chaos expansion), gaussian (process)."] = "polynomial",
+    degree: Annotated[int, "Largest degree of the polynomials."] = 12,
 ) -> None:
     """Fit a surrogate to the runs and validate it at held-out points; writes surrogate.json, a table and a plot."""
     from meltemi.loads.surrogate.campaign import surrogate_loads
@@ -204,10 +178,10 @@ def _next(made: Surrogate, file: Path, *words: object) -> None:
 @surrogate.command()
 def refine(
     folder: FolderArgument,
-    points: Annotated[int, typer.Option("--points", help="Number of further points.")] = 64,
+    points: Annotated[int, "Number of further points."] = 64,
     wind_class: ClassOption = "IB",
     edition: EditionOption = 4,
-    site: Annotated[Path | None, typer.Option("--site", help="Site (YAML, or JSON of IEC 61400-15-1).")] = None,
+    site: Annotated[Path | None, "Site (YAML, or JSON of IEC 61400-15-1)."] = None,
 ) -> None:
     """Add points where the error of the lifetime loads is largest; extends design.csv."""
     from meltemi.loads.surrogate.campaign import read_surrogate_campaign, surrogate_loads, write_surrogate_campaign
@@ -232,8 +206,8 @@ def refine(
 @surrogate.command()
 def evaluate(
     file: FileArgument,
-    at: Annotated[str, typer.Option("--at", help="Values in SI units, e.g. speed=10,turbulence_intensity=0.12.")],
-    clip: Annotated[bool, typer.Option("--clip", help="Take the nearest bound for values outside.")] = False,
+    at: Annotated[str, "--at", "Values in SI units, e.g. speed=10,turbulence_intensity=0.12."],
+    clip: Annotated[bool, "Take the nearest bound for values outside."] = False,
     turbine: TurbineOption = None,
 ) -> None:
     """Evaluate a surrogate at one point."""
@@ -249,15 +223,11 @@ def evaluate(
 @surrogate.command()
 def site(
     file: FileArgument,
-    conditions: Annotated[Path, typer.Argument(help="Site: YAML with sectors, or the JSON form of IEC 61400-15-1.")],
+    conditions: Annotated[Path, "Site: YAML with sectors, or the JSON form of IEC 61400-15-1."],
     wind_class: ClassOption = "IB",
     edition: EditionOption = 4,
-    site_turbine: Annotated[
-        str | None, typer.Option("--site-turbine", help="ID of the turbine in the JSON form.")
-    ] = None,
-    neighbours: Annotated[
-        str | None, typer.Option("--neighbours", help="Distances of neighbours in rotor diameters, e.g. 5,5,7.")
-    ] = None,
+    site_turbine: Annotated[str | None, "ID of the turbine in the JSON form."] = None,
+    neighbours: Annotated[str | None, "Distances of neighbours in rotor diameters, e.g. 5,5,7."] = None,
     turbine: TurbineOption = None,
     out: OutOption = Path("out"),
 ) -> None:

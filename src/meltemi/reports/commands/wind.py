@@ -16,7 +16,6 @@ from meltemi.app.options import (
     DirectionOption,
     EditionOption,
     SpectrumOption,
-    with_options,
 )
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
 from meltemi.core.errors import InputError
@@ -41,26 +40,22 @@ class IecOptions:
     """Options of a wind of IEC 61400-1, under the names of its settings."""
 
     wind_class: ClassOption = None
-    speed: Annotated[float | None, typer.Option("--speed", "--wind-speed", help="Mean at hub height [m/s].")] = None
-    seed: Annotated[int | None, typer.Option(help="Of the turbulence [1].")] = None
+    speed: Annotated[float | None, "--speed", "--wind-speed", "Mean at hub height [m/s]."] = None
+    seed: Annotated[int | None, "Of the turbulence [1]."] = None
     edition: EditionOption = None
-    intensity: Annotated[
-        float | None, typer.Option(help="Turbulence intensity, e.g. 0.14, in place of the class's.")
-    ] = None
+    intensity: Annotated[float | None, "Turbulence intensity, e.g. 0.14, in place of the class's."] = None
     spectrum: SpectrumOption = None
-    coherent: Annotated[str | None, typer.Option(help="Components coherent across the rotor: u, all [u].")] = None
-    shear_exponent: Annotated[float | None, typer.Option("--shear", help="Power-law exponent [that of the model].")] = (
-        None
-    )
+    coherent: Annotated[str | None, "Components coherent across the rotor: u, all [u]."] = None
+    shear_exponent: Annotated[float | None, "--shear", "Power-law exponent [that of the model]."] = None
     direction: DirectionOption = None
-    points: Annotated[int | None, typer.Option(help="Grid points across [25].")] = None
-    dt: Annotated[float | None, typer.Option(help="Between planes [s] [0.1].")] = None
-    periodic: Annotated[bool, typer.Option("--periodic", help="Periodic, as long as the simulation.")] = False
-    unscaled: Annotated[bool, typer.Option("--unscaled", help="Do not scale to the exact deviation.")] = False
-    sign: Annotated[int | None, typer.Option(help="Of a direction change or shear: 1, -1 [1].")] = None
-    begin: Annotated[float | None, typer.Option(help="Of a transient [s] [60].")] = None
-    years: Annotated[int | None, typer.Option(help="Of the gusts of edition 2: 1, 50.")] = None
-    steady: Annotated[bool, typer.Option("--steady", help="EWM: steady in place of turbulent.")] = False
+    points: Annotated[int | None, "Grid points across [25]."] = None
+    dt: Annotated[float | None, "Between planes [s] [0.1]."] = None
+    periodic: Annotated[bool, "Periodic, as long as the simulation."] = False
+    unscaled: Annotated[bool, "Do not scale to the exact deviation."] = False
+    sign: Annotated[int | None, "Of a direction change or shear: 1, -1 [1]."] = None
+    begin: Annotated[float | None, "Of a transient [s] [60]."] = None
+    years: Annotated[int | None, "Of the gusts of edition 2: 1, 50."] = None
+    steady: Annotated[bool, "EWM: steady in place of turbulent."] = False
 
     def settings(self) -> dict[str, Any]:
         """The given settings, in SI units."""
@@ -74,38 +69,28 @@ class IecOptions:
 class FieldOptions:
     """Options of a turbulent field."""
 
-    duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [600].")] = None
-    width: Annotated[float | None, typer.Option(help="Of the grid [m] [1.2 diameters].")] = None
-    hub_series: Annotated[
-        Path | None, typer.Option(help="CSV file with the wind at the hub, which the field reproduces.")
-    ] = None
-    gust: Annotated[
-        str | None, typer.Option(help="Gust superimposed on the turbulence: EOG, ECD, ECG, EDC, EWSH, EWSV.")
-    ] = None
+    duration: Annotated[float | None, "Duration of the simulation [s] [600]."] = None
+    width: Annotated[float | None, "Of the grid [m] [1.2 diameters]."] = None
+    hub_series: Annotated[Path | None, "CSV file with the wind at the hub, which the field reproduces."] = None
+    gust: Annotated[str | None, "Gust superimposed on the turbulence: EOG, ECD, ECG, EDC, EWSH, EWSV."] = None
 
     def given(self) -> list[str]:
         """The given options as on the command line."""
         return [_option(name) for name, value in asdict(self).items() if value is not None]
 
 
-@with_options
 def wind(
     *,
     model: Annotated[
         str | None,
         typer.Argument(help="NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH, EWSV.", autocompletion=IEC_MODELS),
     ] = None,
-    source: Annotated[
-        Path | None, typer.Option("--from", help=f"Evaluate a wind file instead: {suffixes(FORMATS)}.")
-    ] = None,
+    source: Annotated[Path | None, "--from", f"Evaluate a wind file instead: {suffixes(FORMATS)}."] = None,
     iec: IecOptions,
     field: FieldOptions,
-    turbine: Annotated[
-        str | None, typer.Option("--turbine", help="A turbine's name or YAML file [nrel5mw].", autocompletion=TURBINES)
-    ] = None,
+    turbine: Annotated[str | None, "A turbine's name or YAML file [nrel5mw].", TURBINES] = None,
     file_format: Annotated[
-        str | None,
-        typer.Option("--format", help=f"Of a field: {', '.join(FIELDS)} [bts]; of a series: {', '.join(SERIES)}."),
+        str | None, "--format", f"Of a field: {', '.join(FIELDS)} [bts]; of a series: {', '.join(SERIES)}."
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:

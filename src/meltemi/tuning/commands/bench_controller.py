@@ -13,29 +13,13 @@ from meltemi.app.terminal import OutOption, folder_for, made_by, print_table, sa
 
 
 def bench_controller(
-    controllers: Annotated[
-        list[str],
-        typer.Argument(
-            help=f"Controllers: {CONTROLLER}.",
-            autocompletion=CONTROLLERS,
-        ),
-    ],
-    turbine: Annotated[
-        str, typer.Option("--turbine", help="A turbine's name or YAML file.", autocompletion=TURBINES)
-    ] = ("nrel5mw"),
-    reference: Annotated[
-        str | None,
-        typer.Option("--reference", help="Controller against which changes are formed [baseline; with --power A1]."),
-    ] = None,
-    power: Annotated[
-        str | None,
-        typer.Option("--power", help="Power reference: a share of rated power, or a CSV file of time,share [none]."),
-    ] = None,
-    wind_class: Annotated[str, typer.Option("--wind-class", "--class", help="Class of IEC 61400-1, e.g. IIB.")] = "IB",
-    limits: Annotated[
-        Path | None, typer.Option("--limits", help="YAML file with other limits, e.g. over_speed: 1.2.")
-    ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Reduced suite, which takes about a minute.")] = False,
+    controllers: Annotated[list[str], f"Controllers: {CONTROLLER}.", CONTROLLERS],
+    turbine: Annotated[str, "A turbine's name or YAML file.", TURBINES] = "nrel5mw",
+    reference: Annotated[str | None, "Controller against which changes are formed [baseline; with --power A1]."] = None,
+    power: Annotated[str | None, "Power reference: a share of rated power, or a CSV file of time,share [none]."] = None,
+    wind_class: Annotated[str, "--wind-class", "--class", "Class of IEC 61400-1, e.g. IIB."] = "IB",
+    limits: Annotated[Path | None, "YAML file with other limits, e.g. over_speed: 1.2."] = None,
+    quick: Annotated[bool, "Reduced suite, which takes about a minute."] = False,
     workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:

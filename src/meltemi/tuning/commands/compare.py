@@ -16,7 +16,6 @@ from meltemi.app.options import (
     check_workers,
     completing,
     wind_of_options,
-    with_options,
 )
 from meltemi.app.terminal import OutOption, folder_for, made_by, print_table, say, simulation_bar, suggest, wrote
 from meltemi.controllers.names import NAMES, labelled
@@ -44,30 +43,21 @@ HELP = "\n".join(
 )
 
 
-@with_options
 def compare(
     turbine: TurbineArgument,
     options: WindOptions,
-    seeds: Annotated[int, typer.Option("--seeds", help="Number of wind fields.")] = 6,
-    seed: Annotated[int, typer.Option("--seed", help="First seed; the others follow.")] = 1,
-    duration: Annotated[float, typer.Option("--duration", help="Duration of each run [s].")] = 700.0,
-    transient: Annotated[float, typer.Option("--transient", help="Initial transient, not evaluated [s].")] = 100.0,
+    seeds: Annotated[int, "Number of wind fields."] = 6,
+    seed: Annotated[int, "First seed; the others follow."] = 1,
+    duration: Annotated[float, "Duration of each run [s]."] = 700.0,
+    transient: Annotated[float, "Initial transient, not evaluated [s]."] = 100.0,
     controllers: Annotated[
         str | None,
-        typer.Option(
-            "--controllers",
-            help="Controllers, separated by commas; changes are relative to the first [cpc,ipc,cpfc; before them rosco "
-            "for a turbine with settings of ROSCO].",
-            autocompletion=completing(lambda: NAMES, several=True),
-        ),
+        "Controllers, separated by commas; changes are relative to the first [cpc,ipc,cpfc; "
+        "before them rosco for a turbine with settings of ROSCO].",
+        completing(lambda: NAMES, several=True),
     ] = None,
-    pitch_actuator: Annotated[
-        str | None, typer.Option("--pitch-actuator", help="second_order, ideal [that of the turbine].")
-    ] = None,
-    power: Annotated[
-        str | None,
-        typer.Option("--power", help="Power reference: a share of rated power, or a CSV file of time,share [none]."),
-    ] = None,
+    pitch_actuator: Annotated[str | None, "second_order, ideal [that of the turbine]."] = None,
+    power: Annotated[str | None, "Power reference: a share of rated power, or a CSV file of time,share [none]."] = None,
     workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:

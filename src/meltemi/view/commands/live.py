@@ -6,8 +6,6 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from meltemi.app.options import CONTROLLER, CONTROLLERS, SeaOption, TurbineArgument, sea_of_options
 from meltemi.app.terminal import say, suggest
 from meltemi.core.errors import InputError, MeltemiError
@@ -26,20 +24,14 @@ SLOWEST, FASTEST = 0.25, 20.0
 
 def live(
     turbine: TurbineArgument,
-    wind_speed: Annotated[float, typer.Option(help="Mean wind speed at hub height at the start [m/s].")] = 10.0,
-    turbulence: Annotated[float, typer.Option(help="Turbulence intensity at the start.")] = 0.1,
-    seed: Annotated[int, typer.Option(help="Seed of the turbulence.")] = 1,
+    wind_speed: Annotated[float, "Mean wind speed at hub height at the start [m/s]."] = 10.0,
+    turbulence: Annotated[float, "Turbulence intensity at the start."] = 0.1,
+    seed: Annotated[int, "Seed of the turbulence."] = 1,
     sea: SeaOption = None,
-    controller: Annotated[
-        str,
-        typer.Option(
-            help=f"At the start: {CONTROLLER}.",
-            autocompletion=CONTROLLERS,
-        ),
-    ] = "supervised",
-    speed: Annotated[float, typer.Option(help="Simulated time over real time at the start, 0.25 to 20.")] = 1.0,
-    port: Annotated[int, typer.Option(help="Port on 127.0.0.1 [a free one].")] = 0,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+    controller: Annotated[str, f"At the start: {CONTROLLER}.", CONTROLLERS] = "supervised",
+    speed: Annotated[float, "Simulated time over real time at the start, 0.25 to 20."] = 1.0,
+    port: Annotated[int, "Port on 127.0.0.1 [a free one]."] = 0,
+    browser: Annotated[bool, "--browser/--no-browser", "Open the page in the browser."] = True,
     theme: ThemeOption = None,
 ) -> None:
     """Run a turbine in the browser in real time, with sliders for the wind, faults and a menu of controllers."""

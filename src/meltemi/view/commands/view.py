@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from meltemi.app.terminal import suggest, wrote
 from meltemi.core.errors import InputError
 
@@ -14,20 +12,15 @@ if TYPE_CHECKING:
     from meltemi.simulation.result import Result
     from meltemi.wind.fields import Wind
 
-ThemeOption = Annotated[str | None, typer.Option("--theme", help="light or dark [that of the reader's system].")]
+ThemeOption = Annotated[str | None, "--theme", "light or dark [that of the reader's system]."]
 
 
 def view(
     files: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Result (.nc) or output folder of a run or farm with --view; two to compare; or a wind file."
-        ),
+        list[Path], "Result (.nc) or output folder of a run or farm with --view; two to compare; or a wind file."
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", help="HTML file to write.")] = Path("turbine.html"),
-    channels: Annotated[
-        str | None, typer.Option("--channels", help="Channels to plot, separated by commas [main loads and signals].")
-    ] = None,
+    out: Annotated[Path, "--out", "-o", "HTML file to write."] = Path("turbine.html"),
+    channels: Annotated[str | None, "Channels to plot, separated by commas [main loads and signals]."] = None,
     theme: ThemeOption = None,
 ) -> None:
     """Show a result, two results or a wind in three dimensions, in one HTML file for any browser."""
