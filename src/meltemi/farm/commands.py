@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import TURBINES, controller_of_options, is_case, wind_of_options
+import meltemi
+from meltemi.app.options import TURBINES, Options, controller_of_options, is_case, wind_of_options
 from meltemi.app.scans import angles_of
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
+from meltemi.app.terminal import (
+    OutOption,
+    folder_for,
+    print_table,
+    simulation_bar,
+    suggest,
+    warn,
+    write_figure,
+    wrote,
+)
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,28 +35,35 @@ WIND = {"--wind-speed": SPEED, "--turbulence": INTENSITY, "--seed": 1}
 DEL = "DEL: damage-equivalent load, 1 Hz, of the blade root out of plane (slope 10) and the tower base fore-aft (4)"
 
 
-def farm(
-    target: Annotated[str, "YAML file of a farm, or a turbine for a row of them.", TURBINES],
-    row: Annotated[int | None, "Turbines of a row, one behind the other [3]."] = None,
-    spacing: Annotated[float | None, "Between them, in rotor diameters [5]."] = None,
-    layout: Annotated[
-        Path | None, "Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml)."
-    ] = None,
-    wind_speed: Annotated[float | None, "Mean wind speed at hub height [m/s] [9]."] = None,
-    turbulence: Annotated[float | None, "Turbulence intensity [0.1]; 0 is a wind without turbulence."] = None,
-    wind_file: Annotated[Path | None, "Wind file in place of these: .bts, .wnd, .bin, .nc."] = None,
-    direction: Annotated[
-        float | None, "Wind direction [deg], clockwise from above; turbines face it [0: along x]."
-    ] = None,
-    seed: Annotated[int | None, "Seed of the turbulence [1]."] = None,
-    duration: Annotated[float | None, "Duration of the simulation [s] [600]."] = None,
-    wakes: Annotated[str | None, "Constants: fast.farm, curled, iec, madsen, keck, none [fast.farm]."] = None,
+@dataclass(frozen=True)
+class RowOptions(Options):
+    """Options of a row, or of another layout; the file of a farm has all of them."""
+
+    row: Annotated[int | None, "Turbines of a row, one behind the other [3]."] = None
+    spacing: Annotated[float | None, "Between them, in rotor diameters [5]."] = None
+    layout: Annotated[Path | None, "Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml)."] = (
+        None
+    )
+    wind_speed: Annotated[float | None, "Mean wind speed at hub height [m/s] [9]."] = None
+    turbulence: Annotated[float | None, "Turbulence intensity [0.1]; 0 is a wind without turbulence."] = None
+    wind_file: Annotated[Path | None, "Wind file in place of these: .bts, .wnd, .bin, .nc."] = None
+    direction: Annotated[float | None, "Wind direction [deg], clockwise from above; turbines face it [0: along x]."] = (
+        None
+    )
+    seed: Annotated[int | None, "Seed of the turbulence [1]."] = None
+    duration: Annotated[float | None, "Duration of the simulation [s] [600]."] = None
+    wakes: Annotated[str | None, "Constants: fast.farm, curled, iec, madsen, keck, none [fast.farm]."] = None
     added_turbulence: Annotated[
         bool | None, "--added-turbulence/--no-added-turbulence", "Small-scale turbulence that wakes add [yes]."
-    ] = None,
+    ] = None
     yaw: Annotated[
         str | None, "Yaw of the turbines from the wind [deg], counter-clockwise from above, e.g. 20,0,0."
-    ] = None,
+    ] = None
+
+
+def farm(
+    target: Annotated[str, "YAML file of a farm, or a turbine for a row of them.", TURBINES],
+    options: RowOptions,
     against: Annotated[Path | None, "Another run to compare with: output folder of a farm, or the file of one."] = None,
     alone: Annotated[
         bool | None, "--alone/--no-alone", "Also simulate without wakes, to compare [unless --against]."
@@ -54,10 +72,7 @@ def farm(
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate turbines in each other's wakes: power and loads by turbine, and what the wakes cost."""
-    options: dict[str, Any] = {"--row": row, "--spacing": spacing, "--layout": layout, "--wind-speed": wind_speed}
-    options |= {"--turbulence": turbulence, "--wind-file": wind_file, "--direction": direction, "--seed": seed}
-    options |= {"--duration": duration, "--wakes": wakes, "--added-turbulence": added_turbulence, "--yaw": yaw}
-    given = {name: value for name, value in options.items() if value is not None}
+    given = options.given()
     case, folder = _case_of(target, given)
     if seen:
         case = case.replace(view=True)
@@ -82,8 +97,7 @@ def farm(
     wrote(*files)
     suggest(*_next(case, target, given, out))
     for i, each in enumerate(results[0].turbines):
-        for words in (*each.warnings, *map(str, each.findings)):
-            say(f"T{i + 1}: {words}")
+        warn((*each.warnings, *each.findings), f"T{i + 1}")
     if any(each.findings for each in results[0].turbines):
         raise typer.Exit(1)
 
@@ -126,29 +140,24 @@ def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
 
 def _report(result: FarmResult, before: FarmResult | None, case: FarmCase, out: Path) -> list[Path]:
     """Print and write what wakes cost; returns the files."""
-    from meltemi.farm.report import SHOWN, cost_rows, plot_farm
+    from meltemi.farm.report import SHOWN, cost_rows
     from meltemi.farm.stored import write_farm
-    from meltemi.report.plots import save
-    from meltemi.report.tables import write_csv
 
     head, rows = cost_rows(result, before)
     label = f"{case.turbine}, {case.wakes.words}: {result[0].meta['wind']}"
     print_table(label, *cost_rows(result, before, SHOWN), all_rows=(head, rows))
     print(f"{DEL}; %: change by the wakes" if before else DEL)
-    files = [*write_farm(result, out), write_csv(out / "farm.csv", head, rows)]
-    files.append(save(plot_farm(result, before, label), out / "farm.png"))
+    files = [*write_farm(result, out), meltemi.io.write_csv(out / "farm.csv", head, rows)]
+    files.append(write_figure(out / "farm.png", meltemi.plots.plot_farm(result, before, label)))
     if case.view:
-        from meltemi.plots import view
-
-        files.append(view({f"T{i + 1}": each for i, each in enumerate(result.turbines)}).write(out / "farm.html"))
+        seen = {f"T{i + 1}": each for i, each in enumerate(result.turbines)}
+        files.append(meltemi.plots.view(seen).write(out / "farm.html"))
     return files
 
 
 def _compare(result: FarmResult, other: FarmResult, name: str, out: Path) -> list[Path]:
     """Print and write what the run gains over another one, and the loads that it costs; returns the files."""
     from meltemi.farm.report import differences, plot_price, price, price_rows
-    from meltemi.report.plots import save
-    from meltemi.report.tables import write_csv
 
     found: Price = price(result, other)
     label = f"change against {name}"
@@ -156,8 +165,8 @@ def _compare(result: FarmResult, other: FarmResult, name: str, out: Path) -> lis
     print(f"%: change of mean power and of equivalent loads. {found.words()}")
     print(f"differs from {name} in: {', '.join(differences(result, other)) or 'nothing'}")
     return [
-        write_csv(out / "against.csv", *price_rows(found)),
-        save(plot_price(found, label), out / "against.png"),
+        meltemi.io.write_csv(out / "against.csv", *price_rows(found)),
+        write_figure(out / "against.png", plot_price(found, label)),
     ]
 
 
@@ -166,9 +175,8 @@ def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
     from meltemi.core.yamlfile import validated
     from meltemi.farm.layout import FarmCase
     from meltemi.farm.report import CHANNELS
-    from meltemi.turbine.library import load_turbine
 
-    positions, settings = _positions(given, load_turbine(target).rotor_diameter)
+    positions, settings = _positions(given, meltemi.load_turbine(target).rotor_diameter)
     wind: dict[str, Any] = {} if "--wind-file" in given else dict(WIND)
     wind |= {name: given[name] for name in (*WIND, "--wind-file", "--direction") if name in given}
     if not wind.get("--turbulence", True):
@@ -198,13 +206,10 @@ def _positions(given: dict[str, Any], diameter: float) -> tuple[Any, dict[str, A
     from meltemi.farm.layout import CLOSEST, MOST_TURBINES
 
     if "--layout" in given:
-        from meltemi.farm.sources import read_layout
-
         if other := sorted(given.keys() & {"--row", "--spacing"}):
             raise InputError(f"give one of {other[0]}, --layout")
-        found = read_layout(given["--layout"], diameter)
-        for words in found.notes:
-            say(f"{given['--layout']}: {words}")
+        found = meltemi.io.read_layout(given["--layout"], diameter)
+        warn(found.notes, str(given["--layout"]))
         return found.positions, found.wakes
     count, spacing = given.get("--row", 3), given.get("--spacing", 5.0)
     if not 1 <= count <= MOST_TURBINES:

@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import meltemi
 from meltemi.app.options import (
     IEC_MODELS,
     TURBINES,
     ClassOption,
     DirectionOption,
     EditionOption,
+    Options,
     SpectrumOption,
 )
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
-from meltemi.core.errors import InputError
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, write_figure, wrote
+from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.formats import suffixes
 from meltemi.wind.formats import FORMATS, WINDS
 
@@ -66,17 +68,13 @@ class IecOptions:
 
 
 @dataclass(frozen=True)
-class FieldOptions:
+class FieldOptions(Options):
     """Options of a turbulent field."""
 
     duration: Annotated[float | None, "Duration of the simulation [s] [600]."] = None
     width: Annotated[float | None, "Of the grid [m] [1.2 diameters]."] = None
     hub_series: Annotated[Path | None, "CSV file with the wind at the hub, which the field reproduces."] = None
     gust: Annotated[str | None, "Gust superimposed on the turbulence: EOG, ECD, ECG, EDC, EWSH, EWSV."] = None
-
-    def given(self) -> list[str]:
-        """The given options as on the command line."""
-        return [_option(name) for name, value in asdict(self).items() if value is not None]
 
 
 def wind(
@@ -108,11 +106,9 @@ def wind(
 
 def _evaluate(source: Path, turbine: str | None, file_format: str | None, out: Path) -> tuple[object, ...]:
     """Evaluate a wind file; returns the options of a run in it."""
-    from meltemi.turbine.library import load_turbine
-
     found = _read(source)
     _check_format(file_format, found)
-    described = load_turbine(turbine) if turbine else None
+    described = meltemi.load_turbine(turbine) if turbine else None
     folder_for(out)
     _look(found, described, out, file_format)
     whole = source.suffix.lower() != ".csv"  # a run takes no hub-height series
@@ -123,25 +119,21 @@ def _generate(
     name: str, settings: dict[str, Any], field: FieldOptions, turbine: str, file_format: str | None, out: Path
 ) -> tuple[object, ...]:
     """Generate a wind of IEC 61400-1; returns the options of a run in it."""
-    from meltemi.turbine.library import load_turbine
-    from meltemi.wind.fields import SteadyWind
-    from meltemi.wind.files import read_hub_csv
     from meltemi.wind.iec.models import MODELS, iec_wind
-    from meltemi.wind.turbulent import TurbulentWind
 
-    used = load_turbine(turbine)
+    used = meltemi.load_turbine(turbine)
     of_gust: tuple[str, ...] = () if field.gust is None else ("sign", "begin", "years")
     onto = {n: settings.pop(n) for n in of_gust if n in settings}
     if name in MODELS:  # otherwise the error reports it
         _check_options(MODELS[name], settings)
         if field.hub_series is not None and MODELS[name].kind == "turbulent" and "steady" not in settings:
-            settings["hub_series"] = read_hub_csv(field.hub_series)
+            settings["hub_series"] = meltemi.io.read_hub_csv(field.hub_series)
     made = iec_wind(name, turbine=used, **settings)
-    if field.given() and not isinstance(made, TurbulentWind):
-        raise InputError(f"{field.given()[0]}: {name} does not generate a turbulent field; remove the option")
+    if (given := [*field.given()]) and not isinstance(made, meltemi.TurbulentWind):
+        raise InputError(f"{given[0]}: {name} does not generate a turbulent field; remove the option")
     _check_format(file_format, made)
     seconds = 600.0 if field.duration is None else field.duration
-    if isinstance(made, TurbulentWind):
+    if isinstance(made, meltemi.TurbulentWind):
         added, kind = None, file_format or "bts"
         if field.gust is not None:
             onto |= {n: settings[n] for n in ("wind_class", "edition", "intensity") if n in settings}
@@ -155,7 +147,7 @@ def _generate(
         folder_for(out)
         _look(made, used, out, kind)
     file = out / f"wind{SUFFIXES[kind]}"
-    of_run = ("--wind-speed", f"{made.speed:g}") if isinstance(made, SteadyWind) else ("--wind-file", file)
+    of_run = ("--wind-speed", f"{made.speed:g}") if isinstance(made, meltemi.SteadyWind) else ("--wind-file", file)
     return (*of_run, "--duration", f"{seconds:g}")
 
 
@@ -190,14 +182,11 @@ def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | Tu
     """Check that the kind of wind can be written in this format, before the computation starts."""
     if name is None:
         return
-    from meltemi.core.errors import did_you_mean
-    from meltemi.wind.fields import SteadyWind, WindSeries
-
     if name not in SUFFIXES:
         raise InputError(f"--format {name}: {did_you_mean(name, SUFFIXES)}")
-    if isinstance(wind, SteadyWind):
+    if isinstance(wind, meltemi.SteadyWind):
         raise InputError(f"--format {name}: {wind.label} needs no file; leave it out")
-    what, valid = ("a series", SERIES) if isinstance(wind, WindSeries) else ("a field", FIELDS)
+    what, valid = ("a series", SERIES) if isinstance(wind, meltemi.WindSeries) else ("a field", FIELDS)
     if name not in valid:
         expected = " or ".join([", ".join(valid[:-1]), valid[-1]] if len(valid) > 1 else valid)
         raise InputError(f"--format {name}: {wind.label} is {what}; expected {expected}")
@@ -205,8 +194,6 @@ def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | Tu
 
 def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: float, periodic: bool) -> WindSeries:
     """The gust of ``--gust``, with the options that apply to it."""
-    from meltemi.core.errors import did_you_mean
-    from meltemi.wind.fields import WindSeries
     from meltemi.wind.iec.models import MODELS, SITUATION, iec_wind
 
     transients = [m.name for m in MODELS.values() if m.kind == "transient"]
@@ -218,7 +205,7 @@ def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: flo
     if periodic:
         raise InputError(f"--periodic: the field repeats, and --gust {name} would repeat; remove one of the two")
     found = iec_wind(name, turbine=turbine, **options)
-    assert isinstance(found, WindSeries)
+    assert isinstance(found, meltemi.WindSeries)
     if found.time[0] >= duration:
         raise InputError(f"--gust: {found.label} begins when the run of {duration:g} s is over; choose another --begin")
     return found
@@ -228,15 +215,11 @@ def _read(path: Path) -> WindBox | WindSeries:
     """Read any wind file; hub-height wind becomes a series."""
     import numpy as np
 
-    from meltemi.wind.fields import WindSeries
-    from meltemi.wind.files import read_hub_csv
-    from meltemi.wind.formats import read_wind
-
     if path.suffix.lower() != ".csv":
-        return read_wind(path)
-    hub = read_hub_csv(path)
+        return meltemi.read_wind(path)
+    hub = meltemi.io.read_hub_csv(path)
     v, w = (np.zeros_like(hub.u) if c is None else c for c in (hub.v, hub.w))
-    return WindSeries(
+    return meltemi.WindSeries(
         time=hub.time, speed=np.hypot(hub.u, v), direction=-np.arctan2(v, hub.u), vertical=w, source=path.name
     )
 
@@ -248,14 +231,10 @@ def _field(
     width: float | None,
     gust: WindSeries | None,
 ) -> WindBox:
-    from meltemi.wind.superposition import with_gust
-    from meltemi.wind.turbulence.field import generate_field
-    from meltemi.wind.turbulence.grid import wind_grid_for
-
-    grid = wind_grid_for(turbine, described.points, width=width)
+    grid = meltemi.wind.wind_grid_for(turbine, described.points, width=width)
     with progress_bar(described.label) as progress:
-        box = generate_field(described, grid, duration, progress)
-    return box if gust is None else with_gust(box, gust)
+        box = meltemi.wind.generate_field(described, grid, duration, progress)
+    return box if gust is None else meltemi.wind.with_gust(box, gust)
 
 
 def _look(
@@ -266,30 +245,25 @@ def _look(
     target: TurbulentWind | None = None,
 ) -> None:
     """Write the table, the figures and, if a format is given, the wind file."""
-    from meltemi.report.plots import save
-    from meltemi.report.tables import field_rows, series_rows, write_csv
-    from meltemi.reports.wind_plots import plot_wind
-    from meltemi.wind.fields import SteadyWind, WindBox
-    from meltemi.wind.formats import write_wind
-    from meltemi.wind.statistics import field_statistics, series_statistics
+    from meltemi.report.tables import field_rows, series_rows
 
     height = None if turbine is None else turbine.hub_height
-    if isinstance(found, WindBox):
-        head, rows = field_rows(field_statistics(found, height))
+    if isinstance(found, meltemi.WindBox):
+        head, rows = field_rows(meltemi.wind.field_statistics(found, height))
     else:
-        head, rows = series_rows(series_statistics(found))
-    figures = plot_wind(found, turbine, target=target)
+        head, rows = series_rows(meltemi.wind.series_statistics(found))
+    figures = meltemi.plots.plot_wind(found, turbine, target=target)
     files: list[Path] = []
-    if file_format is not None and not isinstance(found, SteadyWind):
-        files += write_wind(found, out / f"wind{SUFFIXES[file_format]}", file_format)
-    files.append(write_csv(out / "statistics.csv", head, rows))
+    if file_format is not None and not isinstance(found, meltemi.SteadyWind):
+        files += meltemi.io.write_wind(found, out / f"wind{SUFFIXES[file_format]}", file_format)
+    files.append(meltemi.io.write_csv(out / "statistics.csv", head, rows))
     for name in FIGURES:
         if name in figures:
-            files.append(save(figures[name], out / f"{name}.png"))
+            files.append(write_figure(out / f"{name}.png", figures[name]))
         else:
             (out / f"{name}.png").unlink(missing_ok=True)  # of another wind
     print_table(found.label, head, rows, text_columns=2)
-    if isinstance(found, WindBox):
+    if isinstance(found, meltemi.WindBox):
         print(_size(found))
     wrote(*files)
 

@@ -11,7 +11,6 @@ from meltemi.app.options import TURBINES, load_aeroelastic
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, warn, write_figure, wrote
 from meltemi.core.errors import InputError
-from meltemi.core.yamlfile import validated
 
 
 def observe(
@@ -31,6 +30,8 @@ def observe(
     pairs = [pair.partition("=") for pair in (names or "").split(",") if pair.strip()]
     if any(not (own.strip() and sign and channel.strip()) for own, sign, channel in pairs):
         raise InputError(f"--names {names!r}: expected COLUMN=CHANNEL, separated by commas")
+    from meltemi.core.yamlfile import validated
+
     described = load_aeroelastic(turbine, "meltemi observe")
     air = validated({} if density is None else {"air_density": density}, meltemi.Environment, "--density")
     if signals.suffix.lower() == ".csv":

@@ -11,7 +11,6 @@ from meltemi.app.options import TurbineArgument, load_aeroelastic
 from meltemi.app.scans import angles_of, at_speeds, finish, speeds_of
 from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, write_figure, wrote
 from meltemi.core.errors import InputError
-from meltemi.core.yamlfile import validated
 
 
 def flutter(
@@ -22,6 +21,8 @@ def flutter(
     out: OutOption = Path("out"),
 ) -> None:
     """Compute the damping of the modes over rotor speed, and the flutter limit: table, plot, CSV."""
+    from meltemi.core.yamlfile import validated
+
     described = load_aeroelastic(turbine, "meltemi flutter")
     turns = None
     if rotor_speeds is not None:
@@ -59,6 +60,8 @@ def parked(
     out: OutOption = Path("out"),
 ) -> None:
     """Compute the damping of a turbine at standstill over yaw misalignment and pitch: table, plot, CSV."""
+    from meltemi.core.yamlfile import validated
+
     described = load_aeroelastic(turbine, "meltemi parked")
     yaws, pitches = angles_of(yaw, "--yaw"), angles_of(pitch, "--pitch")
     wind = validated({"speed": wind_speed}, meltemi.SteadyWind, "--wind-speed")

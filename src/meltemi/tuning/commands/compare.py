@@ -5,30 +5,29 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import typer
-
+import meltemi
 from meltemi.app.options import (
     TurbineArgument,
     WindOptions,
     WorkersOption,
-    check_workers,
     completing,
+    load_aeroelastic,
     wind_of_options,
 )
-from meltemi.app.terminal import OutOption, folder_for, made_by, print_table, say, simulation_bar, suggest, wrote
+from meltemi.app.scans import finish
+from meltemi.app.signatures import Range
+from meltemi.app.terminal import OutOption, folder_for, made_by, print_table, say, simulation_bar, suggest, warn, wrote
 from meltemi.controllers.names import NAMES, labelled
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
     from meltemi.tuning.compare import Comparison
     from meltemi.turbine.definition import Turbine
     from meltemi.wind.turbulent import TurbulentWind
 
-MOST_SEEDS = 1000
-SCHEMES = "cpc,ipc,cpfc"
-ACTUATORS = ("second_order", "ideal")
+LAST_SEED = 2**63 - 1001
 HELP = "\n".join(
     [
         "Compare control schemes in the same wind fields.",
@@ -46,36 +45,36 @@ HELP = "\n".join(
 def compare(
     turbine: TurbineArgument,
     options: WindOptions,
-    seeds: Annotated[int, "Number of wind fields."] = 6,
-    seed: Annotated[int, "First seed; the others follow."] = 1,
+    seeds: Annotated[int, "Number of wind fields.", Range(1, 1000)] = 6,
+    seed: Annotated[int, "First seed; the others follow.", Range(0, LAST_SEED)] = 1,
     duration: Annotated[float, "Duration of each run [s]."] = 700.0,
     transient: Annotated[float, "Initial transient, not evaluated [s]."] = 100.0,
     controllers: Annotated[
-        str | None,
+        tuple[str, ...],
         "Controllers, separated by commas; changes are relative to the first [cpc,ipc,cpfc; "
         "before them rosco for a turbine with settings of ROSCO].",
         completing(lambda: NAMES, several=True),
+    ] = (),
+    pitch_actuator: Annotated[
+        Literal["second_order", "ideal"] | None, "second_order, ideal [that of the turbine]."
     ] = None,
-    pitch_actuator: Annotated[str | None, "second_order, ideal [that of the turbine]."] = None,
     power: Annotated[str | None, "Power reference: a share of rated power, or a CSV file of time,share [none]."] = None,
     workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare control schemes in the same wind fields."""
     given = options.given()
-    names = [name.strip() for name in (controllers or SCHEMES).split(",") if name.strip()]
+    names = list(controllers) or ["cpc", "ipc", "cpfc"]
     labelled(names)
-    _check_seeds(seed, seeds)
-    check_workers(workers)
     from meltemi.controllers.schemes import design_controllers, equipped, located
     from meltemi.controllers.specification import digest, specification
     from meltemi.controllers.trial import try_controllers
     from meltemi.tuning.turbine_controller import turbine_controller
-    from meltemi.turbine.library import load_turbine
-    from meltemi.turbine.power_turbine import aeroelastic
 
-    described = _with_actuator(aeroelastic(load_turbine(turbine), "meltemi compare"), pitch_actuator)
-    if controllers is None:
+    described = load_aeroelastic(turbine, "meltemi compare")
+    if pitch_actuator is not None:
+        described = described.replace(**{"pitch_actuator.kind": pitch_actuator})
+    if not controllers:
         own, note = turbine_controller(described, otherwise=names[0])
         names = list(dict.fromkeys((own, *names)))
         if note:
@@ -88,7 +87,6 @@ def compare(
 
         check_followers(names)
         grid = power_grid(power, described.rated_power)
-    from meltemi.simulation.rotors import build
     from meltemi.tuning import compare as study
     from meltemi.tuning import comparison_report as report
     from meltemi.tuning.run_store import run_store
@@ -102,7 +100,7 @@ def compare(
     with run_store(
         out, repr(("compare", transient, [digest(located(specification(name), described)) for name in names], grid))
     ):
-        model = build(described)
+        model = meltemi.build(described)
         with simulation_bar("tuning") as progress:
             designed = design_controllers(
                 model, names, shear_exponent=min(max(winds[0].shear_exponent, 0.0), 0.99), progress=progress
@@ -112,15 +110,9 @@ def compare(
         what, total = f"{len(names)} schemes, {seeds} winds, {duration:g} s", len(names) * seeds
         with simulation_bar(what, total, "runs") as progress:
             comparison = study.compare(
-                model,
-                designed.controllers,
-                winds,
-                duration=duration,
-                transient=transient,
-                grid=grid,
-                workers=workers,
-                progress=progress,
-            )
+                model, designed.controllers, winds, duration=duration, transient=transient, grid=grid,
+                workers=workers, progress=progress,
+            )  # fmt: skip
         ran = time.perf_counter()
         wind = _wind_label(given, winds[0])
         title = f"{described.name}: {', '.join(comparison.schemes)} in the same wind fields"
@@ -134,12 +126,8 @@ def compare(
     )
     wrote(*files)
     suggest("loads", "plan", turbine, "--class", given.get("--wind-class", "IB"), "--quick")
-    for warning in comparison.warnings():
-        say(f"warning: {warning}")
-    if comparison.failures:
-        for failure in comparison.failures:
-            say(f"excluded: {study.failure_line(failure)}")
-        raise typer.Exit(1)
+    warn(comparison.warnings())
+    finish(f"excluded: {study.failure_line(failure)}" for failure in comparison.failures)
 
 
 compare.__doc__ = HELP  # with the names of controllers
@@ -158,21 +146,6 @@ def _show(comparison: Comparison, title: str) -> None:
         what = "Ideal removal of 1P and 2P (a reference, not a bound)"
         title = f"{what}, and the share of its change reached by the schemes"
         print_table(title, *report.ceiling_rows(comparison), text_columns=3)
-
-
-def _check_seeds(first: int, n: int) -> None:
-    if not 1 <= n <= MOST_SEEDS:
-        raise InputError(f"--seeds {n}: expected a number of seeds from 1 to {MOST_SEEDS}")
-    if not 0 <= first < 2**63 - n:
-        raise InputError(f"--seed {first}: expected a number from 0 to {2**63 - n - 1}")
-
-
-def _with_actuator(turbine: Turbine, kind: str | None) -> Turbine:
-    if kind is None:
-        return turbine
-    if kind not in ACTUATORS:
-        raise InputError(f"--pitch-actuator {kind}: {did_you_mean(kind, ACTUATORS)}")
-    return turbine.replace(**{"pitch_actuator.kind": kind})
 
 
 def _winds(given: Mapping[str, Any], turbine: Turbine, duration: float, seeds: range) -> list[TurbulentWind]:
