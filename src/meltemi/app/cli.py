@@ -27,7 +27,7 @@ from meltemi.app.options import (
     ControllerOption,
     RunOptions,
     TurbineArgument,
-    controller_of_options,
+    controller_of,
     is_case,
     load_aeroelastic,
     sea_of_options,
@@ -260,7 +260,7 @@ def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
     case = read_case(path)
     changes: dict[str, Any] = {"start": given["--start"]} if "--start" in given else {}
     if given.keys() & {"--controller", "--controller-input"}:
-        changes["controller"] = controller_of_options(given)
+        changes["controller"] = controller_of(given.get("--controller"), given.get("--controller-input"))
     return _changed(case, given, changes)
 
 
@@ -283,7 +283,7 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
         say(words)
     own, note = meltemi.io.deck_controller(deck)
     if {"--controller", "--controller-input"} & given.keys():
-        own, note = controller_of_options(given), ""
+        own, note = controller_of(given.get("--controller"), given.get("--controller-input")), ""
     if note:
         say(f"note: {note}")
     case = meltemi.io.deck_case(deck, path.absolute(), started=given.get("--start") == "deck", controller=own)
@@ -309,7 +309,7 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     data: dict[str, Any] = {
         "turbine": str(path.absolute()) if path.is_file() else target,
         "wind": wind,
-        "controller": controller_of_options(given),
+        "controller": controller_of(given.get("--controller"), given.get("--controller-input")),
         "duration": _usual_duration(wind),
     }
     return validated(data | _run_of_options(given), LoadCase, "command line")
@@ -415,7 +415,7 @@ def power_curve(
 
     described = meltemi.load_turbine(turbine)
     wanted = speeds_of(speeds) if speeds is not None else None
-    named = None if controller is None else specification(controller_of_options({"--controller": controller}))
+    named = None if controller is None else specification(controller_of(controller))
     from meltemi.controllers.schemes import fitted
     from meltemi.report.tables import power_curve_rows
     from meltemi.simulation.power_curve import curve_size

@@ -10,7 +10,7 @@ An entry point is a function whose docstring is the help and whose arguments are
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import typer
 from typer.core import TyperGroup
@@ -19,6 +19,7 @@ from meltemi.app.signatures import with_options
 from meltemi.app.terminal import say
 from meltemi.core.errors import InputError, RunError, Status
 
+Function = TypeVar("Function", bound=Callable[..., None])
 GROUP = "meltemi.commands"
 SECTIONS = {
     "Simulate": "run power-curve campbell flutter parked farm yaw-limits live",
@@ -39,11 +40,11 @@ class CommandGroup(typer.Typer):
     def __init__(self, about: str, kind: type[TyperGroup] = TyperGroup, **settings: Any) -> None:
         super().__init__(cls=kind, help=about, no_args_is_help=True, rich_markup_mode=None, **settings)
 
-    def command(self, *names: Any, **settings: Any) -> Any:
+    def command(self, *names: Any, **settings: Any) -> Callable[[Function], Function]:
         """Decorator: a function is a command, see :func:`with_options`; it is returned as it is."""
         register = super().command(*names, **settings)
 
-        def decorate(function: Callable[..., None]) -> Callable[..., None]:
+        def decorate(function: Function) -> Function:
             register(with_options(function))
             return function
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def docs(
-    browser: Annotated[bool, "--browser/--no-browser", "Open the page in the browser."] = True,
+    browser: Annotated[bool, "Open the page in the browser."] = True,
     out: Annotated[Path | None, "Folder for the pages [the user's cache]."] = None,
 ) -> None:
     """Show the documentation in the browser until Ctrl-C; builds it first where its sources are newer."""

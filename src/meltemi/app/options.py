@@ -274,14 +274,13 @@ def sea_of_options(text: str) -> dict[str, Any]:
     return {"kind": kind or "irregular", "height": height, "period": period, "direction": radians(direction)}
 
 
-def controller_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The controller of a case from the options of a command, by option name.
+def controller_of(name: str | None = None, file: Path | None = None) -> dict[str, Any]:
+    """The controller of a case from ``--controller`` and ``--controller-input``; the baseline one without.
 
     Raises:
       InputError: no such controller or file, or there is an input file without a library.
     """
-    name, file = given.get("--controller", "baseline"), given.get("--controller-input")
-    keys: dict[str, Any] = controller_keys(name)
+    keys: dict[str, Any] = controller_keys("baseline" if name is None else name)
     if file is not None:
         if keys["kind"] != "bladed":
             raise InputError("--controller-input: requires --controller, the path of a library or rosco")

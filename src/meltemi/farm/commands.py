@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import meltemi
-from meltemi.app.options import TURBINES, Options, controller_of_options, is_case, wind_of_options
+from meltemi.app.options import TURBINES, Options, controller_of, is_case, wind_of_options
 from meltemi.app.scans import angles_of
 from meltemi.app.terminal import (
     OutOption,
@@ -190,7 +190,7 @@ def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
         "turbine": str(Path(target).absolute()) if Path(target).is_file() else target,
         "positions": positions,
         "wind": wind_of_options(wind),
-        "controller": controller_of_options({}),
+        "controller": controller_of(),
         "duration": duration,
         "transient": TRANSIENT if duration > 2.0 * TRANSIENT else 0.0,
         "channels": list(CHANNELS),

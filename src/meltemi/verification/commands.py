@@ -33,15 +33,9 @@ def verify(
     try:
         with simulation_bar("verification") as progress:
             verification(
-                quick=quick,
-                measured=measured,
-                at_sea=offshore,
-                models=hawc2,
-                reference=reference,
-                progress=progress,
-                say=say,
-                done=made.append,
-            )
+                quick=quick, measured=measured, at_sea=offshore, models=hawc2, reference=reference,
+                progress=progress, say=say, done=made.append,
+            )  # fmt: skip
     finally:  # after an interruption or an error, too
         report = report_of(made, measured, offshore, hawc2)
         for table in made:

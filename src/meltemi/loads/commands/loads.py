@@ -7,21 +7,33 @@ from dataclasses import asdict, dataclass
 from math import radians
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import typer
 
+import meltemi
 from meltemi.app.commands import CommandGroup
 from meltemi.app.options import (
     CONTROLLER,
     CONTROLLERS,
     TURBINES,
     ControllerInputOption,
-    controller_of_options,
+    controller_of,
 )
 from meltemi.app.scans import values_of
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, simulation_bar, suggest, wrote
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.app.terminal import (
+    OutOption,
+    folder_for,
+    print_table,
+    progress_bar,
+    say,
+    simulation_bar,
+    suggest,
+    warn,
+    write_figure,
+    wrote,
+)
+from meltemi.core.errors import InputError
 from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
@@ -32,9 +44,7 @@ if TYPE_CHECKING:
     from meltemi.wind.iec.classes import Edition
 
 BaseArgument = Annotated[Path, "Folder of a load base, as plan writes it."]
-SettingsOption = Annotated[
-    Path | None, "--settings", "Settings of the evaluation (YAML), such as extrapolation: weibull."
-]
+SettingsOption = Annotated[Path | None, "Settings of the evaluation (YAML), such as extrapolation: weibull."]
 REPORTED = 30.0
 """[s] between lines of progress where there is no terminal."""
 MOST_PROBLEMS = 20
@@ -51,7 +61,9 @@ class PlanOptions:
 
     wind_class: Annotated[str | None, "--class", "--wind-class", "Wind turbine class of IEC 61400-1, e.g. IB."] = None
     edition: Annotated[int, "Edition of IEC 61400-1: 3, 4."] = 4
-    standard: Annotated[str, "61400-1; in the sea 61400-3-1: fixed, 61400-3-2: floating."] = "61400-1"
+    standard: Annotated[
+        Literal["61400-1", "61400-3-1", "61400-3-2"], "61400-1; in the sea 61400-3-1: fixed, 61400-3-2: floating."
+    ] = "61400-1"
     table: Annotated[Path | None, "Changes of the table: YAML, or Excel as --excel writes it."] = None
     site: Annotated[
         Path | None,
@@ -80,18 +92,16 @@ class PlanOptions:
 
     def given(self, turbine: str) -> dict[str, Any]:
         """Settings of the campaign of a turbine that are given, angles in radians; the controller may be its own."""
-        plain = "duration transient seeds yaw_error rated_wind cut_in cut_out v_maint extreme_wind years".split()
-        found = {name: getattr(self, name) for name in (*plain, "inclination", "idle_pitch")}
-        found = {name: value for name, value in found.items() if value is not None}
-        found |= {name: round(radians(found[name]), 9) for name in ("inclination", "idle_pitch") if name in found}
-        named = {"--controller": self.controller, "--controller-input": self.controller_input}
-        if law := {option: value for option, value in named.items() if value is not None}:
-            found["controller"] = controller_of_options(law)
+        names = "duration transient seeds yaw_error rated_wind cut_in cut_out v_maint extreme_wind years".split()
+        names += ["inclination", "idle_pitch"]
+        found: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
+        found |= {name: round(radians(found[name]), 9) for name in names[-2:] if name in found}
+        if self.controller is not None or self.controller_input is not None:
+            found["controller"] = controller_of(self.controller, self.controller_input)
         else:
             from meltemi.tuning.turbine_controller import turbine_controller
-            from meltemi.turbine.library import load_turbine
 
-            own, note = turbine_controller(load_turbine(turbine), otherwise="supervised")
+            own, note = turbine_controller(meltemi.load_turbine(turbine), otherwise="supervised")
             found |= {"controller": own} if own == "rosco" else {}
             if note:
                 say(f"note: {note}")
@@ -99,13 +109,10 @@ class PlanOptions:
 
     def campaign(self, turbine: str) -> Campaign:
         """The campaign of a turbine."""
-        from meltemi.loads.loadbase.campaign import make_campaign
         from meltemi.loads.loadbase.changes import read_changes
         from meltemi.loads.loadbase.site import read_site
-        from meltemi.loads.loadbase.table import AT_SEA, Standard
+        from meltemi.loads.loadbase.table import AT_SEA
 
-        if self.standard not in get_args(Standard):
-            raise InputError(f"--standard {self.standard!r}: {did_you_mean(self.standard, get_args(Standard))}")
         if self.standard in AT_SEA:
             return self._at_sea(turbine)
         if (self.wind_class is None) == (self.site is None):
@@ -130,11 +137,10 @@ class PlanOptions:
         if self.table is not None:
             given["changes"] = read_changes(self.table, edition)
         with simulation_bar("operating points of the plan"):
-            return make_campaign(turbine, of_class, edition, **given)
+            return meltemi.loads.make_campaign(turbine, of_class, edition, **given)
 
     def _at_sea(self, turbine: str) -> Campaign:
         """The campaign of a turbine in the sea."""
-        from meltemi.loads.loadbase.campaign import make_campaign
         from meltemi.loads.loadbase.changes import read_changes
         from meltemi.loads.loadbase.metocean import list_metocean, read_metocean
 
@@ -154,7 +160,7 @@ class PlanOptions:
         if self.table is not None:
             given["changes"] = read_changes(self.table, self.standard)
         with simulation_bar("operating points of the plan"):
-            return make_campaign(
+            return meltemi.loads.make_campaign(
                 turbine, self.wind_class or site.wind_class, 4, standard=self.standard, metocean=site, **given
             )
 
@@ -170,19 +176,18 @@ def plan_(
 ) -> None:
     """List all cases of a load base; writes campaign.yaml and plan.csv."""
     from meltemi.core.usual import unusual_numbers
-    from meltemi.loads.loadbase.campaign import FILE, read_campaign, write_campaign
-    from meltemi.loads.loadbase.plan import plan, write_plan
+    from meltemi.loads.loadbase.campaign import FILE
+    from meltemi.loads.loadbase.plan import write_plan
     from meltemi.loads.loadbase.timing import finished_cost, timed_cost
 
     if (Path(turbine) / FILE).is_file():
         if options != PlanOptions(edition=options.edition, site_turbine=options.site_turbine):
             raise InputError(f"{turbine} is the folder of a load base; change its {FILE} instead of using options")
-        campaign, out = read_campaign(turbine), Path(turbine)
+        campaign, out = meltemi.loads.read_campaign(turbine), Path(turbine)
     else:
         campaign = options.campaign(turbine)
-    for words in unusual_numbers(campaign):
-        say(f"warning: {words}")
-    planned = plan(campaign)
+    warn(unusual_numbers(campaign))
+    planned = meltemi.loads.plan(campaign)
     _show(planned)
     _warn(planned)
     folder_for(out)
@@ -190,7 +195,7 @@ def plan_(
         cost = finished_cost(planned, out) or timed_cost(planned)
     if cost:
         print(f"{planned.hours:.0f} h of simulated time: {_duration_words(cost, planned.hours)}")
-    files = [write_campaign(campaign, out), write_plan(planned, out)]
+    files = [meltemi.loads.write_campaign(campaign, out), write_plan(planned, out)]
     if excel:
         from meltemi.loads.loadbase.excel import write_excel
 
@@ -281,20 +286,15 @@ class ExecutionOptions:
 @loads.command("run")
 def run_(base: BaseArgument, options: ExecutionOptions) -> None:
     """Run the missing cases of a load base."""
-    from meltemi.loads.loadbase.engine import run_base
-
     planned = _planned(base)
     folder_for(base, "load base")
     with simulation_bar("load cases", len(planned.cases), "cases") as bar:
-        found = run_base(planned, base, progress=told(bar), **options.given())
+        found = meltemi.loads.run_base(planned, base, progress=told(bar), **options.given())
     _show_status(found, base, planned)
 
 
 def _planned(base: Path) -> Plan:
-    from meltemi.loads.loadbase.campaign import read_campaign
-    from meltemi.loads.loadbase.plan import plan
-
-    found = plan(read_campaign(base))
+    found = meltemi.loads.plan(meltemi.loads.read_campaign(base))
     _warn(found)
     return found
 
@@ -303,8 +303,7 @@ def _warn(plan: Plan) -> None:
     """Say once what holds for all cases."""
     from meltemi.loads.loadbase.coverage import turbine_warnings
 
-    for words in turbine_warnings(plan):
-        say(f"warning: {words}")
+    warn(turbine_warnings(plan))
 
 
 def shard_of(text: str | None) -> tuple[int, int]:
@@ -336,10 +335,8 @@ def told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
 @loads.command()
 def status(base: BaseArgument) -> None:
     """Show the completed, failed and missing cases of a load base."""
-    from meltemi.loads.loadbase.engine import base_status
-
     planned = _planned(base)
-    _show_status(base_status(planned, base), base, planned)
+    _show_status(meltemi.loads.base_status(planned, base), base, planned)
 
 
 def _show_status(found: BaseStatus, base: Path, plan: Plan) -> None:
@@ -371,25 +368,20 @@ def show(
     out: Annotated[Path | None, "Folder for the files [cases in that of the base]."] = None,
 ) -> None:
     """Simulate a case of a load base again; writes its series."""
-    from meltemi.loads.loadbase.engine import same_numbers, show_case
-    from meltemi.postprocess.files import write_netcdf
+    from meltemi.loads.loadbase.engine import same_numbers
 
     planned = _planned(base)
     folder = folder_for(out or base / "cases")
     seconds = planned.case(case).duration + planned.case(case).transient
     with simulation_bar(case, seconds, "s") as progress:
-        result = show_case(planned, case, progress)
-    files = [write_netcdf(result, folder / f"{case}.nc")]
+        result = meltemi.loads.show_case(planned, case, progress)
+    files = [meltemi.io.write_netcdf(result, folder / f"{case}.nc")]
     if plot and len(result.time) > 1:
-        from meltemi.report.plots import plot as plot_result
-        from meltemi.report.plots import save
-
-        files.append(save(plot_result(result), folder / f"{case}.png"))
+        files.append(write_figure(folder / f"{case}.png", meltemi.plot(result)))
     print(f"{case}: {result.status}{f', {result.message}' if result.message else ''}")
     for entry in result.log:
         print(f"{entry.time:8.2f} s  {entry.what}{f': {entry.reason}' if entry.reason else ''}")
-    for warning in result.warnings:
-        say(f"warning: {warning}")
+    warn(result.warnings)
     same = same_numbers(planned, base, case, result)
     words = {
         None: "not in the load base",
@@ -413,9 +405,8 @@ def report(
     word: Annotated[bool, "Also write report.docx, with the same content."] = False,
 ) -> None:
     """Write the report of a load base: one HTML file, its tables as Excel and CSV, on demand a Word file."""
-    from meltemi.loads.loadbase.design import design_loads
     from meltemi.loads.loadbase.project import read_project
-    from meltemi.loads.loadbase.report import read_limits, write_report
+    from meltemi.loads.loadbase.report import read_limits
     from meltemi.loads.loadbase.settings import read_settings
 
     if against is not None and limits is not None:
@@ -423,11 +414,13 @@ def report(
     planned, given = _planned(base), None if limits is None else read_limits(limits)
     title = read_project(base, project)
     of = read_settings(settings)
-    other = None if against is None else (str(against), design_loads(_planned(against), against, of))
+    other = None if against is None else (str(against), meltemi.loads.design_loads(_planned(against), against, of))
     folder_for(base, "load base")
     with progress_bar("report"):
-        design = design_loads(planned, base, of)
-        files = write_report(planned, base, against=other, limits=given, design=design, project=title, word=word)
+        design = meltemi.loads.design_loads(planned, base, of)
+        files = meltemi.loads.write_report(
+            planned, base, against=other, limits=given, design=design, project=title, word=word
+        )
     wrote(*files)
     without = design.problems.index[design.problems["state"].isin(["missing", "failed", "unsupported"])]
     ran = next((case.name for case in planned.cases if case.name not in without), None)
@@ -442,13 +435,12 @@ def compare(
     settings: SettingsOption = None,
 ) -> None:
     """Compare two load bases: two controllers, two turbines, or a change."""
-    from meltemi.loads.loadbase.report_comparison import write_base_comparison
     from meltemi.loads.loadbase.settings import read_settings
 
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
     of = read_settings(settings)
     folder_for(out)
     with progress_bar("comparison"):
-        files = write_base_comparison(bases[0], bases[1], out, of)
+        files = meltemi.loads.write_base_comparison(bases[0], bases[1], out, of)
     wrote(*files)
     suggest("loads", "report", base, "--against", other)

@@ -6,9 +6,10 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any
 
-from meltemi.app.options import CONTROLLER, CONTROLLERS, SeaOption, TurbineArgument, sea_of_options
+from meltemi.app.options import CONTROLLER, CONTROLLERS, SeaOption, TurbineArgument, load_aeroelastic, sea_of_options
+from meltemi.app.signatures import Range
 from meltemi.app.terminal import say, suggest
-from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.errors import MeltemiError
 from meltemi.view.commands.view import ThemeOption
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ GRACE = 5.0
 """[s] after the page has closed, in which it may be opened again (reload), before the command ends."""
 PIECES = 10.0
 """[Hz] of the pieces that the page gets, at real time and faster."""
-SLOWEST, FASTEST = 0.25, 20.0
+SPEEDS = Range(0.25, 20)
 
 
 def live(
@@ -29,22 +30,16 @@ def live(
     seed: Annotated[int, "Seed of the turbulence."] = 1,
     sea: SeaOption = None,
     controller: Annotated[str, f"At the start: {CONTROLLER}.", CONTROLLERS] = "supervised",
-    speed: Annotated[float, "Simulated time over real time at the start, 0.25 to 20."] = 1.0,
+    speed: Annotated[float, "Simulated time over real time at the start, 0.25 to 20.", SPEEDS] = 1.0,
     port: Annotated[int, "Port on 127.0.0.1 [a free one]."] = 0,
-    browser: Annotated[bool, "--browser/--no-browser", "Open the page in the browser."] = True,
+    browser: Annotated[bool, "Open the page in the browser."] = True,
     theme: ThemeOption = None,
 ) -> None:
     """Run a turbine in the browser in real time, with sliders for the wind, faults and a menu of controllers."""
-    if theme not in (None, "light", "dark"):
-        raise InputError(f"--theme {theme!r}: expected light or dark")
-    if not SLOWEST <= speed <= FASTEST:
-        raise InputError(f"--speed must be from {SLOWEST:g} to {FASTEST:g}, found {speed:g}")
-    from meltemi.turbine.library import load_turbine
-    from meltemi.turbine.power_turbine import aeroelastic
     from meltemi.view.commands.live_server import LiveServer
     from meltemi.view.live_session import Session
 
-    machine = aeroelastic(load_turbine(turbine), "live")
+    machine = load_aeroelastic(turbine, "live")
     around = None
     if sea is not None:
         from meltemi.sea.kinds import sea_of
@@ -92,7 +87,9 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
             match message:
                 case {"opened": True}:
                     told = {}
-                case {"playing": bool(play), "speed": int(wanted) | float(wanted)} if SLOWEST <= wanted <= FASTEST:
+                case {"playing": bool(play), "speed": int(wanted) | float(wanted)} if (
+                    SPEEDS.least <= wanted <= SPEEDS.most
+                ):
                     playing, speed = play, float(wanted)
                 case _:
                     try:
