@@ -20,7 +20,7 @@ def test_wrong_input_is_refused_in_a_line(command: Command, tmp_path: Path) -> N
             "name of a shared library",
         ),
         (("export-fmu", "nrel5mw", "--out", tmp_path / "x.zip"), "expected the ending .fmu"),
-        (("export-fmu", "nrel5mw", "--fmi", "1.0", "--out", tmp_path / "x.fmu"), "expected '2.0' or '3.0'"),
+        (("export-fmu", "nrel5mw", "--fmi", "1.0", "--out", tmp_path / "x.fmu"), "--fmi '1.0': "),
         (("export-fmu", "nrel5mw", "--wind-speed", -3, "--out", tmp_path / "x.fmu"), "wind.speed"),
         (("export-fmu", "nrel5mw", "--channels", "RotSped", "--out", tmp_path / "x.fmu"), "RotSpeed"),
         (("export-linear", "nrel5mw", "--out", tmp_path / "x.txt"), "expected the ending .mat or .nc"),

@@ -455,7 +455,7 @@ def test_ctrl_c_ends_it() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--speed", "100"], "--speed must be from 0.25 to 20, found 100"),
+        (["--speed", "100"], "--speed 100: expected 0.25 to 20"),
         (["--wind-speed", "60"], "wind_speed must be from 3 to 25 m/s"),
         (["--theme", "red"], "expected light or dark"),
         (["--controller", "none"], "no"),

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ruamel.yaml import YAML
-from terminal import Command, Ran
+from terminal import Command, Ran, refused
 
 import meltemi
 from meltemi import Turbine, WindSeries
@@ -32,16 +32,6 @@ def wrote(ran: Ran, folder: Path, *names: str) -> None:
         assert path.suffix != ".png" or path.read_bytes().startswith(b"\x89PNG")
 
 
-def refused(ran: Ran, out: Path, *parts: str) -> None:
-    """One line says all these things, and there is not even a folder."""
-    assert (ran.status, ran.out) == (2, "")
-    assert re.fullmatch(r"error: [^\n]+\n", ran.err), ran.err
-    assert "pydantic" not in ran.err
-    for part in parts:
-        assert part in ran.err
-    assert not out.exists()
-
-
 def table(folder: Path) -> dict[tuple[str, ...], dict[str, str]]:
     """Rows of the statistics by their first column, or their first two in a field."""
     with (folder / "statistics.csv").open(newline="") as file:
@@ -53,7 +43,7 @@ def table(folder: Path) -> dict[tuple[str, ...], dict[str, str]]:
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures take most of the time; other tests look at them."""
-    monkeypatch.setattr("meltemi.reports.wind_plots.plot_wind", lambda *_, **__: {})
+    monkeypatch.setattr("meltemi.plots.plot_wind", lambda *_, **__: {})
 
 
 # fields
@@ -240,80 +230,6 @@ def test_no_picture_of_another_wind_is_left(command: Command, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ((), "specify either a model (such as NTM) or --from FILE"),
-        (("NTM", "--from", "a.bts"), "specify either a model (such as NTM) or --from FILE"),
-        (("NTN", "--class", "IIB", "--speed", 20), "unknown model 'NTN'; did you mean 'NTM'?"),
-        (("NTM", "--class", "IIB"), "NTM (normal turbulence model) needs --speed"),
-        (("EOG",), "EOG (extreme operating gust) needs --speed and --wind-class"),
-        (("NTM", "--speed", 20), "needs a wind_class (like 'IIB') or an intensity"),
-        (("NTM", "--class", "IIX", "--speed", 20), "found 'IIX'; did you mean 'IIA'"),
-        (("ECG", "--class", "IIX", "--speed", 20), "found 'IIX'; did you mean 'IIA'"),
-        (("NWP", "--speed", 12, "--edition", 7), "not in edition 7"),
-        (("ETM", "--class", "IIB", "--speed", 20, "--edition", 2), "not in edition 2; expected edition 3 or 4"),
-        (("NWP", "--speed", 12, "--turbine", "nrel5wm"), "did you mean 'nrel5mw'"),
-        (("NWP", "--speed", 0), "speed must be above 0"),
-        (("NWP", "--speed", "nan"), "speed must be above 0"),
-        (("NWP", "--speed", 12, "--seed", 3), "--seed is no option of NWP (normal wind profile); it has --speed"),
-        (("NWP", "--speed", 12, "--format", "bts"), "--format bts: steady wind 12 m/s, shear exponent 0.2 needs no"),
-        (("ECD", "--speed", 12, "--steady"), "--steady is no option of ECD"),
-        (("ECD", "--speed", 12, "--unscaled"), "--unscaled is no option of ECD"),
-        (("ECD", "--speed", 12, "--width", 200), "--width: ECD does not generate a turbulent field"),
-        (("ECD", "--speed", 12, "--duration", 60), "--duration: ECD does not generate a turbulent field"),
-        (("ECD", "--speed", 12, "--gust", "ECD"), "--gust: ECD does not generate a turbulent field"),
-        (("ECD", "--speed", 12, "--hub-series", "a.csv"), "--hub-series: ECD does not generate a turbulent field"),
-        (("ECD", "--speed", 12, "--sign", 2), "sign: expected +1 or -1, found 2"),
-        (("ECD", "--speed", 12, "--begin", -1), "begin must be zero or a positive time"),
-        (("ECD", "--speed", 12, "--begin", 1e300), "begin: expected at most 1e+06 s"),
-        (("ECD", "--speed", 12, "--format", "bts"), "is a series; expected uniform"),
-        (("EOG", "--class", "IIB", "--speed", 12, "--years", 50), "years applies to edition 2 only"),
-        (("EOG", "--class", "IIB", "--speed", 12, "--edition", 2, "--years", 3), "expected years 1 or 50"),
-        (("EWM50", "--class", "IIB", "--speed", 30), "--speed is no option of EWM50"),
-        (("EWM50", "--class", "IIB", "--steady", "--points", 5), "--points is no option of EWM50 --steady"),
-    ],
-)
-def test_models_and_their_options(command: Command, tmp_path: Path, arguments: tuple[Any, ...], said: str) -> None:
-    refused(command("wind", *arguments, "--out", tmp_path / "out"), tmp_path / "out", said)
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (("--intensity", -0.1), "intensity must be from 0 to less than 2"),
-        (("--spectrum", "man"), "spectrum: expected 'kaimal', 'vonkarman' or 'mann', found 'man'"),
-        (("--coherent", "v"), "coherent: expected 'u' or 'all', found 'v'"),
-        (("--format", "btss"), "--format btss: did you mean 'bts'?"),
-        (("--format", "uniform"), "is a field; expected bts, bladed, hawc2 or netcdf"),
-        (("--width", 100), "it is 100 m wide, the rotor needs 126.0 m"),
-        (("--width", "nan"), "it is nan m wide"),
-        (("--width", 1e9), "rows, expected at most 1001: make it narrower"),
-        (("--points", 2), "points: expected greater than or equal to 3, found 2"),
-        (("--points", 500), "points: expected less than or equal to 201, found 500"),
-        (("--dt", 0), "dt: expected greater than 0"),
-        (("--dt", 1e-9), "does not fit into memory"),
-        (("--duration", 1e9), "does not fit into memory"),
-        (("--duration", 0), "duration must be positive"),
-        (("--duration", "nan"), "duration must be positive"),
-        (("--seed", -1), "seed: expected greater than or equal to 0, found -1"),
-        (("--seed", 10**30), "seed: expected less than 9223372036854775808"),
-        (("--shear", 2), "shear_exponent: expected less than 1"),
-        (("--sign", 1), "--sign is no option of NTM (normal turbulence model); it has --speed"),
-        (("--years", 50), "--years is no option of NTM"),
-        (("--steady",), "--steady is no option of NTM"),
-        (("--hub-series", "nothing.csv"), "nothing.csv: cannot be read (No such file"),
-        (("--gust", "NTM"), "--gust: unknown gust 'NTM'; valid are: ECD, ECG, EDC, EOG, EWSH, EWSV"),
-        (("--gust", "ECC"), "--gust: unknown gust 'ECC'; did you mean 'EC"),
-        (("--gust", "ECD"), "begins when the run of 20 s is over; choose another --begin"),
-        (("--gust", "EOG", "--begin", 1, "--sign", 1), "--sign is no option of --gust EOG"),
-        (("--gust", "ECD", "--begin", 1, "--periodic"), "--periodic: the field repeats"),
-    ],
-)
-def test_settings_of_a_field(command: Command, tmp_path: Path, options: tuple[Any, ...], said: str) -> None:
-    refused(command(*NTM, *options, "--out", tmp_path / "out"), tmp_path / "out", said)
-
-
-@pytest.mark.parametrize(
     ("name", "content", "said"),
     [
         ("a.bts", b"", "a.bts: not a TurbSim .bts file (only 0 bytes)"),
@@ -371,7 +287,7 @@ def test_an_interrupted_field_leaves_nothing(command: Command, tmp_path: Path, m
     def interrupt(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("meltemi.wind.turbulence.field.generate_field", interrupt)
+    monkeypatch.setattr("meltemi.wind.generate_field", interrupt)
     ran = command(*NTM, "--out", tmp_path / "new" / "folder")
     assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
     assert list(tmp_path.iterdir()) == []

@@ -24,16 +24,19 @@ from meltemi.app.docs import docs
 from meltemi.app.options import (
     CHANNELS,
     TURBINES,
+    WIND,
+    YAML,
     ControllerOption,
     RunOptions,
     TurbineArgument,
     controller_of,
     is_case,
     load_aeroelastic,
+    of_options,
     sea_of_options,
+    turbine_key,
     wind_changed,
     wind_of_options,
-    wind_options,
 )
 from meltemi.app.scans import at_speeds, finish, speeds_of
 from meltemi.app.terminal import (
@@ -192,7 +195,7 @@ def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:
         return _case_of_deck(path, given), False
     if given.get("--start") == "deck":
         raise InputError("--start deck: only available for OpenFAST decks (.fst)")
-    if path.suffix in (".yaml", ".yml") and (is_case(path) or not (given or path.exists())):
+    if is_case(path) or (path.suffix in YAML and not (given or path.exists())):
         return _case_of_file(path, given), True
     return _case_of_options(target, given), False
 
@@ -255,9 +258,7 @@ def _named(path: Path | None) -> Iterator[None]:
 
 def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
     """The case of a file, with options overriding it."""
-    from meltemi.loadcases.case import read_case
-
-    case = read_case(path)
+    case = meltemi.io.read_case(path)
     changes: dict[str, Any] = {"start": given["--start"]} if "--start" in given else {}
     if given.keys() & {"--controller", "--controller-input"}:
         changes["controller"] = controller_of(given.get("--controller"), given.get("--controller-input"))
@@ -266,14 +267,12 @@ def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
 
 def _changed(case: LoadCase, given: dict[str, Any], changes: dict[str, Any]) -> LoadCase:
     """A case with the wind and the run that options name, and other changes."""
-    from meltemi.core.yamlfile import validated
-
     changes |= _run_of_options(given)
-    if wind := wind_options(given):
+    if wind := {name: given[name] for name in WIND & given.keys()}:
         changes["wind"] = wind_changed(wind, case.wind.model_dump(exclude_unset=True), type(case.wind).model_fields)
     if not changes:
         return case
-    return validated(case.model_dump(exclude_unset=True) | changes, type(case), "command line")
+    return of_options(case.model_dump(exclude_unset=True) | changes, type(case))
 
 
 def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
@@ -292,27 +291,19 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
 
 def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:
     """Keys of a case that describe the run, from options."""
-    found: dict[str, Any] = {"duration": given["--duration"]} if "--duration" in given else {}
-    if "--sea" in given:
-        found["sea"] = sea_of_options(given["--sea"])
-    if "--channels" in given:
-        found["channels"] = given["--channels"]
-    return found
+    found = {key: given[f"--{key}"] for key in ("duration", "sea", "channels") if f"--{key}" in given}
+    return found | ({"sea": sea_of_options(found["sea"])} if "sea" in found else {})
 
 
 def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
-    from meltemi.core.yamlfile import validated
-    from meltemi.loadcases.case import LoadCase
-
     wind = wind_of_options(given)
-    path = Path(target)
     data: dict[str, Any] = {
-        "turbine": str(path.absolute()) if path.is_file() else target,
+        "turbine": turbine_key(target),
         "wind": wind,
         "controller": controller_of(given.get("--controller"), given.get("--controller-input")),
         "duration": _usual_duration(wind),
     }
-    return validated(data | _run_of_options(given), LoadCase, "command line")
+    return of_options(data | _run_of_options(given), meltemi.io.LoadCase)
 
 
 def _usual_duration(wind: dict[str, Any]) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, dataclass
 from math import radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import typer
 
@@ -16,7 +16,10 @@ from meltemi.controllers.names import NAMES, controller_keys
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
+    from meltemi.core.record import Record
     from meltemi.turbine.definition import Turbine
+
+Kind = TypeVar("Kind", bound="Record")
 
 
 def completing(
@@ -72,10 +75,11 @@ ClassOption = Annotated[
 DirectionOption = Annotated[float | None, "Wind direction [deg], clockwise from above; the nacelle stays [0]."]
 EditionOption = Annotated[int | None, "Edition of IEC 61400-1: 2, 3, 4 [3]."]
 SpectrumOption = Annotated[
-    str | None, "Of turbulence: kaimal, vonkarman, mann [kaimal].", _one_of("kaimal", "vonkarman", "mann")
+    Literal["kaimal", "vonkarman", "mann"] | None, "Of turbulence: kaimal, vonkarman, mann [kaimal]."
 ]
 
-
+YAML = (".yaml", ".yml")
+"""Suffixes of case files and of other files that describe something."""
 SeaOption = Annotated[
     str | None,
     typer.Option(
@@ -108,9 +112,11 @@ class WindOptions(Options):
     turbulence: Annotated[float | None, "Turbulence intensity, e.g. 0.14; steady wind without it."] = None
     shear: Annotated[float | None, "Power-law exponent [0 in steady wind, 0.2 in turbulence]."] = None
     spectrum: SpectrumOption = None
-    iec: Annotated[str | None, "Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).", IEC_MODELS] = (
-        None
-    )
+    iec: Annotated[
+        str | None,
+        "Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).",
+        IEC_MODELS,
+    ] = None
     ntm: Annotated[bool, "The same as --iec NTM: normal turbulence."] = False
     wind_class: ClassOption = None
     edition: EditionOption = None
@@ -154,10 +160,24 @@ def load_aeroelastic(name: str, what: str) -> Turbine:
     return aeroelastic(load_turbine(name), what)
 
 
+def of_options(data: dict[str, Any], kind: type[Kind], where: str = "command line") -> Kind:
+    """A record of what options say, which stand in messages as ``where``."""
+    from meltemi.core.yamlfile import validated
+
+    return validated(data, kind, where)
+
+
+def turbine_key(target: str) -> str:
+    """The turbine of a case: a name in the library, or the whole path of a file."""
+    return str(Path(target).absolute()) if Path(target).is_file() else target
+
+
 def is_case(path: Path) -> bool:
     """Whether a file is a case file: only these have the key ``turbine`` at top level."""
     from meltemi.core.files import text_of
 
+    if path.suffix not in YAML:
+        return False
     try:
         text = text_of(path)
     except InputError:  # which the reader reports
@@ -165,16 +185,19 @@ def is_case(path: Path) -> bool:
     return re.search(r"""^(\{\s*)?(['"]?)(turbine|wind|duration)\2\s*:""", text, re.MULTILINE) is not None
 
 
-WIND = tuple(
-    f"--{name}"
-    for name in "wind-speed turbulence seed shear direction spectrum iec wind-class edition begin wind-file".split()
-)
+SPEED = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
+STANDARD = {"--wind-class": "wind_class", "--edition": "edition", "--begin": "begin"}
+FURTHER = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
+"""Options and keys of a wind; the last ones stand under ``turbulence`` in a wind of IEC 61400-1."""
+TURNED = {"--direction": "direction"}
+WIND = {*SPEED, *STANDARD, *FURTHER, *TURNED, "--iec", "--wind-file"}
 """Options of a wind."""
 
 
-def wind_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The wind options among the given options."""
-    return {name: given[name] for name in WIND if name in given}
+def _keyed(given: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
+    """The values of given options by their keys, a direction in radians."""
+    found = {key: given[name] for name, key in names.items() if name in given}
+    return found | ({"direction": radians(found["direction"])} if "direction" in found else {})
 
 
 def wind_changed(given: Mapping[str, Any], before: Mapping[str, Any], known: Collection[str]) -> dict[str, Any]:
@@ -190,27 +213,19 @@ def wind_changed(given: Mapping[str, Any], before: Mapping[str, Any], known: Col
     """
     steady, file = before["kind"] == "steady", "file" in before
     if file and given.keys() == {"--direction"}:
-        return {**before, "direction": radians(given["--direction"])}
+        return {**before, **_keyed(given, TURNED)}
     if file or given.keys() & {"--iec", "--wind-file"} or (steady and "--turbulence" in given):
         speed = before.get("speed") if not given.keys() & {"--wind-speed", "--wind-file"} else None
         return wind_of_options({**({} if speed is None else {"--wind-speed": speed}), **given})
-    further = {name: key for name, key in FURTHER.items() if name in given}
-    keys = {name: key for name, key in (SPEED | STANDARD).items() if name in given}
+    names, inner = SPEED | STANDARD | TURNED, {}
     if before["kind"] == "iec":
-        inner = {"turbulence": {**before.get("turbulence", {}), **{key: given[name] for name, key in further.items()}}}
+        inner = {"turbulence": {**before.get("turbulence", {}), **_keyed(given, FURTHER)}}
     else:
-        inner, keys = {}, keys | further
-    for name, key in keys.items():
-        if key not in known:
+        names |= FURTHER
+    for name, key in names.items():
+        if name in given and key not in known:
             raise InputError(f"{name}: the wind of the case, of kind {before['kind']}, has no {key.replace('_', ' ')}")
-    turned = {"direction": radians(given["--direction"])} if "--direction" in given else {}
-    return {**before, **{key: given[name] for name, key in keys.items()}, **inner, **turned}
-
-
-SPEED = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
-STANDARD = {"--wind-class": "wind_class", "--edition": "edition", "--begin": "begin"}
-FURTHER = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
-"""Options and keys of a wind; the last ones stand under ``turbulence`` in a wind of IEC 61400-1."""
+    return {**before, **_keyed(given, names), **inner}
 
 
 def wind_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -221,8 +236,8 @@ def wind_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
     """
 
     def only(*allowed: str, because: str) -> None:
-        for name in ("--turbulence", "--seed", "--shear", "--spectrum", "--wind-class", "--edition", "--direction"):
-            if name in given and name not in allowed:
+        for name in (*SPEED, *FURTHER, *STANDARD, *TURNED):
+            if name != "--wind-speed" and name in given and name not in allowed:
                 raise InputError(f"{name}: {because}")
 
     if "--begin" in given and "--iec" not in given:
@@ -232,24 +247,15 @@ def wind_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
             if name in given:
                 raise InputError(f"give one of {name}, --wind-file")
         only("--direction", because="a wind file defines shear and turbulence")
-        turned = {"direction": radians(given["--direction"])} if "--direction" in given else {}
-        return {"kind": "file", "file": str(given["--wind-file"].absolute())} | turned
-    wind = {key: given[name] for name, key in SPEED.items() if name in given}
-    if "--direction" in given:
-        wind["direction"] = radians(given["--direction"])
-    more = {key: given[name] for name, key in FURTHER.items() if name in given}
+        return {"kind": "file", "file": str(given["--wind-file"].absolute())} | _keyed(given, TURNED)
+    wind, more = _keyed(given, SPEED | TURNED), _keyed(given, FURTHER)
     if "--iec" in given:
-        wind |= {key: given[name] for name, key in STANDARD.items() if name in given}
-        return {"kind": "iec", "model": given["--iec"], **wind, "turbulence": more}
+        return {"kind": "iec", "model": given["--iec"], **wind, **_keyed(given, STANDARD), "turbulence": more}
     if "--wind-speed" not in given:
         raise InputError("give one of --wind-speed, --iec (or --ntm), --wind-file")
     if "--turbulence" in given:
-        only(
-            *("--turbulence", "--seed", "--shear", "--spectrum", "--edition", "--direction"),
-            because="add --iec (or --ntm)",
-        )
-        edition = {"edition": given["--edition"]} if "--edition" in given else {}
-        return {"kind": "turbulence", **wind, **more, **edition}
+        only(*SPEED, *FURTHER, *TURNED, "--edition", because="add --iec (or --ntm)")
+        return {"kind": "turbulence", **wind, **more, **_keyed(given, {"--edition": "edition"})}
     only("--shear", "--direction", because="steady wind has none; add --turbulence or --ntm")
     return {"kind": "steady", **wind, **more}
 

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import meltemi
-from meltemi.app.options import TURBINES, Options, controller_of, is_case, wind_of_options
+from meltemi.app.options import (
+    TURBINES,
+    YAML,
+    Options,
+    controller_of,
+    is_case,
+    of_options,
+    turbine_key,
+    wind_of_options,
+)
 from meltemi.app.scans import angles_of
 from meltemi.app.terminal import (
     OutOption,
@@ -41,15 +50,17 @@ class RowOptions(Options):
 
     row: Annotated[int | None, "Turbines of a row, one behind the other [3]."] = None
     spacing: Annotated[float | None, "Between them, in rotor diameters [5]."] = None
-    layout: Annotated[Path | None, "Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml)."] = (
-        None
-    )
+    layout: Annotated[
+        Path | None,
+        "Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml).",
+    ] = None
     wind_speed: Annotated[float | None, "Mean wind speed at hub height [m/s] [9]."] = None
     turbulence: Annotated[float | None, "Turbulence intensity [0.1]; 0 is a wind without turbulence."] = None
     wind_file: Annotated[Path | None, "Wind file in place of these: .bts, .wnd, .bin, .nc."] = None
-    direction: Annotated[float | None, "Wind direction [deg], clockwise from above; turbines face it [0: along x]."] = (
-        None
-    )
+    direction: Annotated[
+        float | None,
+        "Wind direction [deg], clockwise from above; turbines face it [0: along x].",
+    ] = None
     seed: Annotated[int | None, "Seed of the turbulence [1]."] = None
     duration: Annotated[float | None, "Duration of the simulation [s] [600]."] = None
     wakes: Annotated[str | None, "Constants: fast.farm, curled, iec, madsen, keck, none [fast.farm]."] = None
@@ -108,7 +119,7 @@ def _case_of(target: str, given: dict[str, Any]) -> tuple[FarmCase, Path]:
     from meltemi.farm.layout import FarmCase
 
     path = Path(target)
-    if path.suffix in (".yaml", ".yml") and (is_case(path) or not path.exists()):
+    if is_case(path) or (path.suffix in YAML and not path.exists()):
         if given:
             words = ", ".join(word for word in map(str, _words(given)) if word.startswith("--"))
             raise InputError(f"{path} is the file of a farm, which defines its own run; remove {words}")
@@ -131,7 +142,7 @@ def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
         found = read_farm(path)
         check_counts(count, len(found), f"--against {path}")
         return found
-    if not (path.suffix in (".yaml", ".yml") and path.is_file()):
+    if not (path.suffix in YAML and path.is_file()):
         raise InputError(f"--against {path}: expected the output folder of meltemi farm, or the file of a farm (.yaml)")
     case = read_record(path, FarmCase)
     check_counts(count, len(case.positions), f"--against {path}")
@@ -172,7 +183,6 @@ def _compare(result: FarmResult, other: FarmResult, name: str, out: Path) -> lis
 
 def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
     """A row of turbines, one behind the other."""
-    from meltemi.core.yamlfile import validated
     from meltemi.farm.layout import FarmCase
     from meltemi.farm.report import CHANNELS
 
@@ -187,7 +197,7 @@ def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
         settings["added_turbulence"] = given["--added-turbulence"]
     duration = given.get("--duration", DURATION)
     data: dict[str, Any] = {
-        "turbine": str(Path(target).absolute()) if Path(target).is_file() else target,
+        "turbine": turbine_key(target),
         "positions": positions,
         "wind": wind_of_options(wind),
         "controller": controller_of(),
@@ -198,7 +208,7 @@ def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
     }
     if "--yaw" in given:
         data["yaw"] = [f"{angle:g} deg" for angle in angles_of(given["--yaw"], "--yaw")]
-    return validated(data, FarmCase, "command line")
+    return of_options(data, FarmCase)
 
 
 def _positions(given: dict[str, Any], diameter: float) -> tuple[Any, dict[str, Any]]:
@@ -264,7 +274,7 @@ def _next(case: FarmCase, target: str, given: dict[str, Any], out: Path) -> tupl
     count = len(case.positions)
     if count == 1:
         return ("run", target, "--wind-speed", SPEED, "--turbulence", INTENSITY)
-    if given.keys() & {"--yaw", "--row", "--layout"} or Path(target).suffix in (".yaml", ".yml"):
+    if given.keys() & {"--yaw", "--row", "--layout"} or Path(target).suffix in YAML:
         return ("diff", out / "turbine_1.nc", out / "turbine_2.nc", "--out", out)
     steered = ("--yaw", "20" + ",0" * (count - 1), "--against", out, "--out", f"{out}-yawed")
     return ("farm", target, *_words(given), *steered)

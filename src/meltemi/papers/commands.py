@@ -26,7 +26,9 @@ def reproduce(
     ],
     quick: Annotated[bool, "Few, short runs, for a first impression only."] = False,
     rosco: Annotated[bool, "he2018: only the comparison of its load control with ROSCO."] = False,
-    beyond: Annotated[tuple[str, ...], "Parts beyond palanimuthu2022 or wang2021, as gusts,budget, or all."] = (),
+    beyond: Annotated[
+        tuple[str, ...] | None, "Parts beyond palanimuthu2022 or wang2021, as gusts,budget, or all."
+    ] = None,
     turbine: Annotated[
         str | None, "Apply the paper's methods to another turbine: a page of its own, without claims.", TURBINES
     ] = None,
@@ -36,14 +38,14 @@ def reproduce(
     """Reproduce a published study: comparison of all claims, figures and page."""
     if study not in STUDIES:
         raise InputError(f"no study {study!r}: {did_you_mean(study, STUDIES)}")
-    if turbine is not None and (rosco or beyond):
+    if turbine is not None and (rosco or beyond is not None):
         raise InputError(f"--turbine runs all of {study} that applies to another turbine: without --rosco and --beyond")
     if rosco:
         if study != "he2018":
             raise InputError(f"--rosco belongs to he2018; {study} has no such part")
         _duel(quick, workers, out)
         return
-    parts = _parts(study, beyond) if beyond else ()
+    parts = () if beyond is None else _parts(study, beyond)
     from meltemi.papers import study as skeleton
 
     page = import_module(f"meltemi.papers.{study}.page")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import meltemi
-from meltemi.app.options import TURBINES, SeaOption, is_case, sea_of_options
+from meltemi.app.options import TURBINES, SeaOption, is_case, of_options, sea_of_options
 from meltemi.app.signatures import POSITIVE
 from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, MeltemiError
@@ -31,7 +31,6 @@ def export(
     out: OutOption = Path("out"),
 ) -> None:
     """Export a turbine, or a case with its models, site and wind, as an OpenFAST 5 deck."""
-    from meltemi.core.yamlfile import validated
     from meltemi.loadcases.case import FileCase, StartCase, case_turbine, case_wind
     from meltemi.turbine.power_turbine import aeroelastic
 
@@ -39,10 +38,10 @@ def export(
         raise InputError("give one of --wind-speed, --wind-file")
     case, folder = case_of(turbine)
     described = aeroelastic(case_turbine(case, folder), "meltemi export")
-    options = validated(_options(case.options.content(), option or []), meltemi.ModelOptions, "--option")
+    options = of_options(_options(case.options.content(), option or []), meltemi.ModelOptions, "--option")
     start = case.start if isinstance(case.start, StartCase) else None
     if wind_speed is not None:
-        steady = validated({"speed": wind_speed}, meltemi.SteadyWind, "--wind-speed")
+        steady = of_options({"speed": wind_speed}, meltemi.SteadyWind, "--wind-speed")
         case = case.replace(wind={"kind": "steady"} | steady.content())
     elif wind_file is not None:
         case = case.replace(wind={"kind": "file", "file": str(wind_file.absolute())})
@@ -98,18 +97,16 @@ def _operation(turbine: Any, options: Any, case: LoadCase, folder: Path) -> tupl
 
 def case_of(target: str) -> tuple[LoadCase, Path]:
     """The case of a turbine, case file or deck, and the folder to which its paths are relative."""
-    from meltemi.core.yamlfile import validated
-
     path = Path(target)
     if path.suffix.lower() == ".fst":
         deck = meltemi.io.read_deck(path)
         for title, head, rows in deck.tables():
             print_table(title, head, rows, text_columns=3)
         return meltemi.io.deck_case(deck, path.absolute(), started=True), Path()
-    if path.suffix in (".yaml", ".yml") and is_case(path):
+    if is_case(path):
         return meltemi.io.read_case(path), path.parent
     data = {"turbine": target, "wind": {"kind": "steady", "speed": 12.0}, "duration": 600.0}
-    return validated(data, meltemi.io.LoadCase, "command line"), Path()
+    return of_options(data, meltemi.io.LoadCase), Path()
 
 
 def _options(content: dict[str, Any], texts: Sequence[str]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 import meltemi
-from meltemi.app.options import CHANNELS, CONTROLLER, CONTROLLERS, TURBINES, controller_of
+from meltemi.app.options import CHANNELS, CONTROLLER, CONTROLLERS, TURBINES, controller_of, of_options
 from meltemi.app.terminal import simulation_bar, suggest, wrote
 from meltemi.exchange.commands.export import case_of
 
@@ -29,8 +29,6 @@ def export_fmu(
     channels: Annotated[tuple[str, ...] | None, "Channels, separated by commas, that are outputs.", CHANNELS] = None,
 ) -> None:
     """Export a turbine, or a case with its models and wind, as a functional mock-up unit (FMU) for co-simulation."""
-    from meltemi.core.yamlfile import validated
-
     case, folder = case_of(target)
     given: dict[str, Any] = {}
     if controller is not None:
@@ -39,7 +37,7 @@ def export_fmu(
         given["wind"] = {"kind": "steady", "speed": wind_speed}
     if channels is not None:
         given["channels"] = channels
-    case = validated(case.content() | given, meltemi.io.LoadCase, "command line")
+    case = of_options(case.content() | given, meltemi.io.LoadCase)
     with simulation_bar("export"):
         wrote(meltemi.io.export_fmu(case, out, fmi=fmi, folder=folder))
     suggest("run", target, *(() if wind_speed is None else ("--wind-speed", wind_speed)), "--out", "out")

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from meltemi.loads.loadbase.engine import BaseStatus, Progress
     from meltemi.loads.loadbase.plan import Plan
     from meltemi.loads.loadbase.timing import Cost
-    from meltemi.wind.iec.classes import Edition
+    from meltemi.wind.iec.classes import Edition, WindClass
 
 BaseArgument = Annotated[Path, "Folder of a load base, as plan writes it."]
 SettingsOption = Annotated[Path | None, "Settings of the evaluation (YAML), such as extrapolation: weibull."]
@@ -110,38 +110,39 @@ class PlanOptions:
     def campaign(self, turbine: str) -> Campaign:
         """The campaign of a turbine."""
         from meltemi.loads.loadbase.changes import read_changes
-        from meltemi.loads.loadbase.site import read_site
         from meltemi.loads.loadbase.table import AT_SEA
 
-        if self.standard in AT_SEA:
-            return self._at_sea(turbine)
+        at_sea = self.standard in AT_SEA
+        of_class, settings = self._at_sea() if at_sea else self._on_land()
+        settings |= self.given(turbine)
+        if self.table is not None:
+            settings["changes"] = read_changes(self.table, self.standard if at_sea else self.edition)
+        with simulation_bar("operating points of the plan"):
+            return meltemi.loads.make_campaign(turbine, of_class, self.edition, **settings)
+
+    def _on_land(self) -> tuple[str | WindClass, dict[str, Any]]:
+        """Class and site of a campaign on land."""
+        from meltemi.loads.loadbase.site import read_site
+
         if (self.wind_class is None) == (self.site is None):
             raise InputError("give either --class (for instance --class IB) or --site FILE")
-        if self.site is None and self.site_turbine is not None:
-            raise InputError("--site-turbine needs --site")
-        if self.neighbours is not None and self.site is None:
-            raise InputError("--neighbours needs --site: the ambient turbulence that their wakes add to")
         if self.slope is not None and self.neighbours is None:
             raise InputError("--slope needs --neighbours")
-        given, edition = self.given(turbine), cast("Edition", self.edition)  # which is checked with the campaign
-        of_class: Any = self.wind_class
-        if self.site is not None:
-            found = read_site(self.site, self.site_turbine)
+        if self.wind_class is not None:
+            if self.site_turbine is not None:
+                raise InputError("--site-turbine needs --site")
             if self.neighbours is not None:
-                slope = found.slope if self.slope is None else self.slope
-                near = tuple(values_of(self.neighbours, "--neighbours"))
-                found = found.replace(neighbours=near, slope=slope)
-            given["site"] = found
-            given.setdefault("inclination", found.inclination)
-            of_class = found.wind_class(edition)
-        if self.table is not None:
-            given["changes"] = read_changes(self.table, edition)
-        with simulation_bar("operating points of the plan"):
-            return meltemi.loads.make_campaign(turbine, of_class, edition, **given)
+                raise InputError("--neighbours needs --site: the ambient turbulence that their wakes add to")
+            return self.wind_class, {}
+        found = read_site(cast("Path", self.site), self.site_turbine)
+        if self.neighbours is not None:
+            slope = found.slope if self.slope is None else self.slope
+            found = found.replace(neighbours=tuple(values_of(self.neighbours, "--neighbours")), slope=slope)
+        # the edition is checked with the campaign
+        return found.wind_class(cast("Edition", self.edition)), {"site": found, "inclination": found.inclination}
 
-    def _at_sea(self, turbine: str) -> Campaign:
-        """The campaign of a turbine in the sea."""
-        from meltemi.loads.loadbase.changes import read_changes
+    def _at_sea(self) -> tuple[str | WindClass, dict[str, Any]]:
+        """Class and site of a campaign in the sea."""
         from meltemi.loads.loadbase.metocean import list_metocean, read_metocean
 
         if self.neighbours is not None or self.slope is not None:
@@ -156,13 +157,8 @@ class PlanOptions:
             raise InputError(
                 f"--edition {self.edition}: the table of IEC {self.standard} begins with edition 4; leave it out"
             )
-        given, site = self.given(turbine), read_metocean(self.site)
-        if self.table is not None:
-            given["changes"] = read_changes(self.table, self.standard)
-        with simulation_bar("operating points of the plan"):
-            return meltemi.loads.make_campaign(
-                turbine, self.wind_class or site.wind_class, 4, standard=self.standard, metocean=site, **given
-            )
+        site = read_metocean(self.site)
+        return self.wind_class or site.wind_class, {"standard": self.standard, "metocean": site}
 
 
 @loads.command("plan")
@@ -228,15 +224,14 @@ def spoken(seconds: float) -> str:
 
 def _show(plan: Plan) -> None:
     """Print the rows of the plan, totals, and what cannot run."""
-    c, rows = plan.campaign, []
-    for row in plan.summary():
-        cannot = str(row.unsupported) if row.unsupported else ""
-        rows.append(
-            [row.name, row.situation, row.wind, row.type, row.factor, str(row.cases), f"{row.hours:.1f}", cannot]
-        )
-    all_hours = sum(row.hours for row in plan.summary())
-    lacking = sum(row.unsupported for row in plan.summary())
-    rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{all_hours:.1f}", str(lacking or "")])
+    c, summary = plan.campaign, plan.summary()
+    rows = [
+        [each.name, each.situation, each.wind, each.type, each.factor, str(each.cases), f"{each.hours:.1f}",
+         str(each.unsupported or "")]
+        for each in summary
+    ]  # fmt: skip
+    hours, lacking = sum(row.hours for row in summary), sum(row.unsupported for row in summary)
+    rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{hours:.1f}", str(lacking or "")])
     head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours", "cannot run"]
     title = f"{c.turbine_name}: {plan.table.title}, {c.where}"
     print_table(title, head, rows, text_columns=4)

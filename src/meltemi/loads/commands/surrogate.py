@@ -9,7 +9,15 @@ from warnings import catch_warnings, simplefilter
 
 import meltemi
 from meltemi.app.commands import CommandGroup
-from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, TurbineArgument, controller_of
+from meltemi.app.options import (
+    TURBINES,
+    ControllerInputOption,
+    ControllerOption,
+    TurbineArgument,
+    controller_of,
+    of_options,
+    turbine_key,
+)
 from meltemi.app.scans import values_of
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import (
@@ -62,11 +70,9 @@ def design(
 ) -> None:
     """Choose the points of a surrogate; writes surrogate.yaml and design.csv."""
     from meltemi.core.usual import unusual_numbers
-    from meltemi.core.yamlfile import validated
     from meltemi.loads.surrogate.space import UNITS
 
-    path = Path(turbine)
-    given: dict[str, Any] = {"turbine": str(path.absolute()) if path.is_file() else turbine, "method": method}
+    given: dict[str, Any] = {"turbine": turbine_key(turbine), "method": method}
     given |= {"points": points, "repeats": repeats, "checks": checks, "seeds": seeds, "realisation": realisation}
     given |= {"duration": duration, "transient": transient}
     if variables is not None:
@@ -77,7 +83,7 @@ def design(
         given["loads"] = {name: _numbers(text, "--loads", 1)[0] for name, text in _pairs(loads, "--loads")}
     if controller is not None or controller_input is not None:
         given["controller"] = controller_of(controller, controller_input)
-    campaign = validated(given, meltemi.loads.SurrogateCampaign, "meltemi surrogate design")
+    campaign = of_options(given, meltemi.loads.SurrogateCampaign, "meltemi surrogate design")
     warn(unusual_numbers(campaign))
     planned = meltemi.loads.surrogate_design(campaign)
     folder_for(out)

@@ -18,23 +18,23 @@ def diff(
     ours: Annotated[Path, f"First result: {suffixes(FORMATS)}."],
     theirs: Annotated[Path, "Second result, the reference."],
     channels: Annotated[
-        tuple[str, ...], "Channels, separated by commas; node_6_alpha_1=B1N1Alpha pairs names [all common]."
-    ] = (),
+        tuple[str, ...] | None, "Channels, separated by commas; node_6_alpha_1=B1N1Alpha pairs names [all common]."
+    ] = None,
     begin: Annotated[float | None, "Start of the compared interval [s]."] = None,
     end: Annotated[float | None, "End of the compared interval [s]."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare two results channel by channel; writes a table and a plot."""
-    first, second, wanted = meltemi.read_result(ours), meltemi.read_result(theirs), channels or None
+    first, second = meltemi.read_result(ours), meltemi.read_result(theirs)
     with progress_bar("differences") as progress:
-        found = meltemi.analysis.compare_results(first, second, wanted, begin=begin, end=end, progress=progress)
+        found = meltemi.analysis.compare_results(first, second, channels, begin=begin, end=end, progress=progress)
     from meltemi.studies.difference_plots import difference_rows, short_difference_rows
 
     labels = _labels(ours, theirs)
     folder_for(out)
     files = [
         meltemi.io.write_csv(out / "differences.csv", *difference_rows(found, labels)),
-        write_figure(out / "differences.png", meltemi.plots.plot_differences(found, wanted, labels=labels)),
+        write_figure(out / "differences.png", meltemi.plots.plot_differences(found, channels, labels=labels)),
     ]
     title, every = f"{labels[0]} against {labels[1]}", difference_rows(found, labels)
     print_table(title, *short_difference_rows(found), text_columns=2, all_rows=every)
@@ -51,7 +51,9 @@ def diff(
             print(f"only in {label}: {', '.join(names[:LISTED])}{more}")
     wrote(*files)
     name = max(found.channels, key=lambda c: c.distance if c.distance == c.distance else 0.0).channel.name
-    suggest(*(("channels", "--explain", name) if wanted else ("diff", ours, theirs, "--channels", name, "--out", out)))
+    suggest(
+        *(("channels", "--explain", name) if channels else ("diff", ours, theirs, "--channels", name, "--out", out))
+    )
 
 
 def _labels(ours: Path, theirs: Path) -> tuple[str, str]:

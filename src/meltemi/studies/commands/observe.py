@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import meltemi
-from meltemi.app.options import TURBINES, load_aeroelastic
+from meltemi.app.options import TURBINES, load_aeroelastic, of_options
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, warn, write_figure, wrote
 from meltemi.core.errors import InputError
@@ -30,10 +30,8 @@ def observe(
     pairs = [pair.partition("=") for pair in (names or "").split(",") if pair.strip()]
     if any(not (own.strip() and sign and channel.strip()) for own, sign, channel in pairs):
         raise InputError(f"--names {names!r}: expected COLUMN=CHANNEL, separated by commas")
-    from meltemi.core.yamlfile import validated
-
     described = load_aeroelastic(turbine, "meltemi observe")
-    air = validated({} if density is None else {"air_density": density}, meltemi.Environment, "--density")
+    air = of_options({} if density is None else {"air_density": density}, meltemi.Environment, "--density")
     if signals.suffix.lower() == ".csv":
         measured = meltemi.io.read_signals(signals, {own.strip(): channel.strip() for own, _, channel in pairs})
     elif pairs:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import meltemi
-from meltemi.app.options import TurbineArgument, load_aeroelastic
+from meltemi.app.options import TurbineArgument, load_aeroelastic, of_options
 from meltemi.app.scans import angles_of, at_speeds, finish, speeds_of
 from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, write_figure, wrote
 from meltemi.core.errors import InputError
@@ -21,8 +21,6 @@ def flutter(
     out: OutOption = Path("out"),
 ) -> None:
     """Compute the damping of the modes over rotor speed, and the flutter limit: table, plot, CSV."""
-    from meltemi.core.yamlfile import validated
-
     described = load_aeroelastic(turbine, "meltemi flutter")
     turns = None
     if rotor_speeds is not None:
@@ -30,7 +28,7 @@ def flutter(
         if turns != sorted(set(turns)):
             raise InputError(f"--rotor-speeds {rotor_speeds!r}: expected increasing speeds")
     angle = None if pitch is None else radians(angles_of(f"{pitch:g}", "--pitch")[0])
-    wind = validated({"speed": wind_speed}, meltemi.SteadyWind, "--wind-speed")
+    wind = of_options({"speed": wind_speed}, meltemi.SteadyWind, "--wind-speed")
     from meltemi.report.tables import number
     from meltemi.studies.stability import flutter_rows, limit_text
 
@@ -60,13 +58,11 @@ def parked(
     out: OutOption = Path("out"),
 ) -> None:
     """Compute the damping of a turbine at standstill over yaw misalignment and pitch: table, plot, CSV."""
-    from meltemi.core.yamlfile import validated
-
     described = load_aeroelastic(turbine, "meltemi parked")
     yaws, pitches = angles_of(yaw, "--yaw"), angles_of(pitch, "--pitch")
-    wind = validated({"speed": wind_speed}, meltemi.SteadyWind, "--wind-speed")
-    wind = validated({"speed": wind_speed, "shear_exponent": shear}, meltemi.SteadyWind, "--shear")
-    options = validated({"deep_stall": deep_stall}, meltemi.ModelOptions, "--deep-stall")
+    wind = of_options({"speed": wind_speed}, meltemi.SteadyWind, "--wind-speed")
+    wind = of_options({"speed": wind_speed, "shear_exponent": shear}, meltemi.SteadyWind, "--shear")
+    options = of_options({"deep_stall": deep_stall}, meltemi.ModelOptions, "--deep-stall")
     from meltemi.report.tables import number
     from meltemi.studies.stability import parked_rows
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 import meltemi
-from meltemi.app.options import TurbineArgument, WorkersOption, load_aeroelastic
+from meltemi.app.options import TurbineArgument, WorkersOption, load_aeroelastic, of_options, turbine_key
 from meltemi.app.scans import angles_of, cells, finish, speeds_of
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, write_figure, wrote
@@ -42,7 +42,7 @@ def yaw_limits(
     out: OutOption = Path("out"),
 ) -> None:
     """Find the yaw errors that load limits allow over wind speed: table, plot, a case with these settings."""
-    from meltemi.core.yamlfile import validated, write_record
+    from meltemi.core.yamlfile import write_record
     from meltemi.wind.iec.classes import as_class
 
     described = load_aeroelastic(turbine, "meltemi yaw-limits")
@@ -54,7 +54,7 @@ def yaw_limits(
 
     limit = None if load_limits is None else _limits(load_limits)
     settings = {"strategy": strategy, "recheck_time": recheck}
-    validated(settings, meltemi.control.YawProtection, "--strategy, --recheck")
+    of_options(settings, meltemi.control.YawProtection, "--strategy, --recheck")
     folder_for(out)
     model = meltemi.build(described, meltemi.ModelOptions(yaw="held"))
     with (
@@ -74,9 +74,9 @@ def yaw_limits(
         print(f"no limit is reached at {free} m/s: {most:g} deg is the largest of --yaw-errors")
     if over := _listed(found.speeds[found.use[:, 0] > 1.0]):
         say(f"warning: at {over} m/s loads exceed their limits at {least:g} deg already: no yaw error is allowed")
-    name = turbine if turbine in meltemi.list_turbines() else str(Path(turbine).resolve())
+    name = turbine_key(turbine)
     case = _case(name, described.cut_out, *found.base_points, settings)
-    write_record(validated(case, meltemi.io.LoadCase, "yaw_limits.yaml"), out / "yaw_limits.yaml")
+    write_record(of_options(case, meltemi.io.LoadCase, "yaw_limits.yaml"), out / "yaw_limits.yaml")
     wrote(
         meltemi.io.write_csv(out / "yaw_limits.csv", head, rows),
         write_figure(out / "yaw_limits.png", study.plot_limits(found)),

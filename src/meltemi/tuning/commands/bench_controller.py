@@ -37,14 +37,10 @@ def bench_controller(
     bounds = None if limits is None else read_record(limits, meltemi.analysis.BenchLimits)
 
     described = load_aeroelastic(turbine, "meltemi bench-controller")
-    grid = None
-    if power is not None:
-        from meltemi.tuning.power_reference import check_followers, power_grid
-
-        check_followers(names)
-        grid = power_grid(power, described.rated_power)
     from meltemi.tuning.controller_bench.study import one_name
+    from meltemi.tuning.power_reference import followed_grid
 
+    grid = followed_grid(power, names, described.rated_power)
     names = list(dict.fromkeys(one_name(names, described)))
     labels = list(labelled(names))
     laws = [(name, digest(located(specification(name), described))) for name in names]

@@ -14,6 +14,7 @@ from meltemi.app.options import (
     WorkersOption,
     completing,
     load_aeroelastic,
+    of_options,
     wind_of_options,
 )
 from meltemi.app.scans import finish
@@ -50,11 +51,11 @@ def compare(
     duration: Annotated[float, "Duration of each run [s]."] = 700.0,
     transient: Annotated[float, "Initial transient, not evaluated [s]."] = 100.0,
     controllers: Annotated[
-        tuple[str, ...],
+        tuple[str, ...] | None,
         "Controllers, separated by commas; changes are relative to the first [cpc,ipc,cpfc; "
         "before them rosco for a turbine with settings of ROSCO].",
         completing(lambda: NAMES, several=True),
-    ] = (),
+    ] = None,
     pitch_actuator: Annotated[
         Literal["second_order", "ideal"] | None, "second_order, ideal [that of the turbine]."
     ] = None,
@@ -64,7 +65,7 @@ def compare(
 ) -> None:
     """Compare control schemes in the same wind fields."""
     given = options.given()
-    names = list(controllers) or ["cpc", "ipc", "cpfc"]
+    names = ["cpc", "ipc", "cpfc"] if controllers is None else list(controllers)
     labelled(names)
     from meltemi.controllers.schemes import design_controllers, equipped, located
     from meltemi.controllers.specification import digest, specification
@@ -74,19 +75,16 @@ def compare(
     described = load_aeroelastic(turbine, "meltemi compare")
     if pitch_actuator is not None:
         described = described.replace(**{"pitch_actuator.kind": pitch_actuator})
-    if not controllers:
+    if controllers is None:
         own, note = turbine_controller(described, otherwise=names[0])
         names = list(dict.fromkeys((own, *names)))
         if note:
             say(f"note: {note}")
     bare, described = described, equipped(described, names)
     winds = _winds(given, described, duration, range(seed, seed + seeds))
-    grid = None
-    if power is not None:
-        from meltemi.tuning.power_reference import check_followers, power_grid
+    from meltemi.tuning.power_reference import followed_grid
 
-        check_followers(names)
-        grid = power_grid(power, described.rated_power)
+    grid = followed_grid(power, names, described.rated_power)
     from meltemi.tuning import compare as study
     from meltemi.tuning import comparison_report as report
     from meltemi.tuning.run_store import run_store
@@ -150,14 +148,12 @@ def _show(comparison: Comparison, title: str) -> None:
 
 def _winds(given: Mapping[str, Any], turbine: Turbine, duration: float, seeds: range) -> list[TurbulentWind]:
     """The wind with each seed."""
-    from meltemi.core.yamlfile import validated
-    from meltemi.loadcases.case import LoadCase, case_wind
-    from meltemi.wind.turbulent import TurbulentWind
+    from meltemi.loadcases.case import case_wind
 
     described = wind_of_options(given)
     data = {"turbine": turbine.name, "wind": described, "duration": duration}
-    found = case_wind(validated(data, LoadCase, "command line"), turbine, Path())
-    if not isinstance(found, TurbulentWind):
+    found = case_wind(of_options(data, meltemi.io.LoadCase), turbine, Path())
+    if not isinstance(found, meltemi.TurbulentWind):
         raise InputError(f"{found.label} is not turbulent, so seeds do not apply: use --ntm, --iec ETM or --turbulence")
     return [found.replace(seed=each) for each in seeds]
 
