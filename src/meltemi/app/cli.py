@@ -41,7 +41,6 @@ from meltemi.app.options import (
 from meltemi.app.scans import at_speeds, finish, speeds_of
 from meltemi.app.terminal import (
     OutOption,
-    folder_for,
     print_table,
     progress_bar,
     remove_empty_folders,
@@ -149,7 +148,6 @@ def run(
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None):
-        folder_for(out)
         described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
         if not written:
             described, case = _recorded(described, case)
@@ -414,7 +412,6 @@ def power_curve(
 
     warn(meltemi.turbine.plausibility_warnings(described))
     points, failures, interrupted, size = [], {}, False, curve_size(described, wanted)
-    folder_for(out)
     model = meltemi.build(described if named is None else fitted(described, named))
     law = None if named is None else meltemi.control.make_controller(named, model)
     with simulation_bar("operating points", size, "points") as progress:
@@ -467,7 +464,6 @@ def campbell(
     from meltemi.simulation.power_curve import whole_speeds
 
     winds = winds or whole_speeds(described)
-    folder_for(out)
     with simulation_bar("Campbell diagram", len(turns or winds), "points") as progress:
         model = meltemi.build(described)
         diagram = meltemi.analysis.campbell(

@@ -11,8 +11,9 @@ A parameter without a default is an argument of the command, one with a default 
     ) -> None:
 
 After the type stand the help, other names of the option, which begin with ``-``, the completion of its values in a
-shell, and its range. Choices (``Literal``) and ranges are checked before the function is called. A record (data class)
-in place of an option has one for each of its fields. Whatever Typer takes is passed on as it is.
+shell, and its range. Choices (``Literal``) and ranges are checked before the function is called, and the folder of an
+``OutOption`` is there and can be written. A record (data class) in place of an option has one for each of its fields.
+Whatever Typer takes is passed on as it is.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 import typer
 from typer.models import ParameterInfo
 
-from meltemi.app.terminal import output
+from meltemi.app.terminal import Folder, folder_for, output
 from meltemi.core.errors import InputError, closest, did_you_mean
 
 JSON = inspect.Parameter(
@@ -101,7 +102,7 @@ class _Option:
         self.range = next((mark for mark in marks if isinstance(mark, Range)), None)
         inner = next(each for each in (*_of_union(kind), kind) if each is not type(None))
         self.choices = tuple(map(str, get_args(inner))) if get_origin(inner) is Literal else ()
-        self.several = inner == tuple[str, ...]
+        self.several, self.folder = inner == tuple[str, ...], any(isinstance(mark, Folder) for mark in marks)
         if self.choices or self.several:
             kind = str if default else str | None
             default = ",".join(default) or None if isinstance(default, tuple) else default
@@ -123,7 +124,7 @@ class _Option:
         """The value of what is given.
 
         Raises:
-          InputError: it is none of the choices, or out of range.
+          InputError: it is none of the choices, or out of range, or the folder cannot be written.
         """
         if given is None:
             return self.default if self.several else None
@@ -134,6 +135,8 @@ class _Option:
             near = closest(given, self.choices)
             hint = did_you_mean(given, self.choices) if near else f"expected {', '.join(words)}"
             raise InputError(f"{self.option} {given!r}: {hint}")
+        if self.folder:
+            return folder_for(given, self.option)
         if self.range:
             self.range.check(self.option, given)
         return given

@@ -20,7 +20,12 @@ import typer
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.files import check_name
 
-OutOption = Annotated[Path, "Folder for the results."]
+
+class Folder:
+    """Marks an option whose folder is there, and can be written, when the command begins (:func:`folder_for`)."""
+
+
+OutOption = Annotated[Path, "Folder for the results.", Folder()]
 
 
 @contextmanager

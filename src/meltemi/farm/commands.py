@@ -23,7 +23,6 @@ from meltemi.app.options import (
 from meltemi.app.scans import angles_of
 from meltemi.app.terminal import (
     OutOption,
-    folder_for,
     print_table,
     simulation_bar,
     suggest,
@@ -94,7 +93,6 @@ def farm(
     bare = len(runs) > 1
     if isinstance(other, tuple):
         runs.append(other)
-    folder_for(out)
     results = _simulated(runs)
     files = _report(results[0], results[1] if bare else None, case, out)
     if other is not None:

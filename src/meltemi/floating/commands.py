@@ -10,7 +10,7 @@ import numpy as np
 
 import meltemi
 from meltemi.app.signatures import POSITIVE, Range
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, progress_bar, suggest, write_figure, wrote
 
 if TYPE_CHECKING:
     from meltemi.floating.rao import Operators
@@ -48,7 +48,6 @@ def rao(
                 progress=progress,
             )  # fmt: skip
         both.append(("run", run, coherence))
-    folder_for(out)
     files = [write_columns(out / f"rao_{label}.csv", *columns(found, coherence)) for label, found, coherence in both]
     files.append(write_figure(out / "rao.png", plot_operators(turbine, both)))
     platform = floater_of(model)

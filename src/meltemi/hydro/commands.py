@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from meltemi.app.signatures import POSITIVE, Range
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, progress_bar, say, write_figure, wrote
 
 PANELS = 1200
 """Panels by default, about."""
@@ -46,7 +46,6 @@ def hydro(
     say(f"{len(panels.faces)} panels of {size:.3g} m, {frequencies} periods from {shortest:g} s")
     with progress_bar("potential flow") as progress:
         c = coefficients_of(found, panels, frequency, heading, stiffness, progress)
-    folder_for(out)
     files = []
     for end, text in wamit_texts(c).items():
         files.append(out / f"{hull.stem}{end}")

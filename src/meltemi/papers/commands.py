@@ -9,7 +9,7 @@ from typing import Annotated
 
 from meltemi.app.options import TURBINES, WorkersOption, completing, load_aeroelastic
 from meltemi.app.scans import cells, finish
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, warn, wrote
+from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, warn, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import need, skipped
 
@@ -55,7 +55,6 @@ def reproduce(
     need(f"reproduce {study}", *chosen.needs)
     for words in skipped(chosen.parts_need).values() if turbine is None else ():
         say(words)
-    folder_for(out)
     with simulation_bar(study) as progress:
         found = skeleton.reproduce(
             chosen, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
@@ -89,7 +88,6 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
     from meltemi.tuning.run_store import run_store
 
     find_rosco()
-    folder_for(out)
     with run_store(out, f"duel, quick {quick}", "meltemi.papers"):
         from meltemi.papers.he2018.duel import brief, chapter, duel, duel_tables, findings
         from meltemi.papers.he2018.runs import QUICK, Setup

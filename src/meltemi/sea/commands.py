@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import meltemi
 from meltemi.app.options import sea_of_options
 from meltemi.app.signatures import POSITIVE
-from meltemi.app.terminal import OutOption, folder_for, print_table, suggest, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, suggest, write_figure, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ def sea(
     from meltemi.sea.statistics import SeaSeries, sea_series, sea_statistics
 
     series: SeaSeries = sea_series(found, depth, duration)
-    folder_for(out)
     head, rows = sea_statistics(series)
     columns = [("time", "s"), ("elevation", "m")]
     columns += [(f"{name} at {z:g} m", unit) for z in series.height for name, unit in (("u", "m/s"), ("a", "m/s^2"))]

@@ -25,7 +25,6 @@ def verify(
     out: OutOption = Path("out"),
 ) -> None:
     """Compare with closed forms, OpenFAST, HAWC2 and measurements."""
-    out = folder_for(out)
     from meltemi.verification.verification import report_of, verification
 
     made: list[Comparison] = []

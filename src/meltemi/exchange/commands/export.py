@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import meltemi
 from meltemi.app.options import TURBINES, SeaOption, is_case, of_options, sea_of_options
 from meltemi.app.signatures import POSITIVE
-from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, wrote
+from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
@@ -52,7 +52,6 @@ def export(
         from meltemi.sea.kinds import sea_of
 
         waves = sea_of(sea_of_options(sea), "--sea")
-    folder_for(out)
     with simulation_bar("export"):
         rotor_speed, pitch = None, None
         if start is not None:

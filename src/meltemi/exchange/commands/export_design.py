@@ -8,7 +8,7 @@ from typing import Annotated
 import meltemi
 from meltemi.app.options import CHANNELS, TurbineArgument
 from meltemi.app.scans import speeds_of
-from meltemi.app.terminal import OutOption, folder_for, simulation_bar, suggest, wrote
+from meltemi.app.terminal import OutOption, simulation_bar, suggest, wrote
 from meltemi.core.errors import InputError
 
 
@@ -39,7 +39,6 @@ def export_rosco(
     out: OutOption = Path("out"),
 ) -> None:
     """Export the table of rotor coefficients, and a tuned DISCON.IN, for ROSCO."""
-    folder_for(out)
     with simulation_bar("rotor coefficients"):
         files = meltemi.io.export_rosco(meltemi.load_turbine(turbine), out, discon)
     wrote(*files)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import meltemi
 from meltemi.app.options import TURBINES, load_aeroelastic
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, warn, wrote
+from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, warn, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -106,7 +106,6 @@ def _write(imported: ImportedTurbine, source: Path, out: Path) -> str | None:
     """Write turbine and report, and settings of ROSCO, whose name is returned."""
     from meltemi.core.files import write_text
 
-    folder_for(out)
     turbine = imported.turbine
     if turbine.platform is not None and turbine.platform.coefficients:
         from meltemi.floating.coefficients import read_coefficients, write_coefficients

@@ -168,7 +168,7 @@ def plan_(
     ],
     options: PlanOptions,
     excel: Annotated[bool, "Also write the table as table.xlsx."] = False,
-    out: OutOption = Path("base"),
+    out: Annotated[Path, "Folder for the results."] = Path("base"),
 ) -> None:
     """List all cases of a load base; writes campaign.yaml and plan.csv."""
     from meltemi.core.usual import unusual_numbers
@@ -248,7 +248,7 @@ def _show(plan: Plan) -> None:
 @loads.command()
 def metocean(
     site: Annotated[str, typer.Argument(help="A site of the package: iea22, weis; or template.")] = "template",
-    out: OutOption = Path("metocean.yaml"),
+    out: Annotated[Path, "File to write."] = Path("metocean.yaml"),
 ) -> None:
     """Write the conditions of a site in the sea as a file, to be edited."""
     from meltemi.core.files import replacing
@@ -434,7 +434,6 @@ def compare(
 
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
     of = read_settings(settings)
-    folder_for(out)
     with progress_bar("comparison"):
         files = meltemi.loads.write_base_comparison(bases[0], bases[1], out, of)
     wrote(*files)

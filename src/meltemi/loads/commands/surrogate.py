@@ -86,7 +86,6 @@ def design(
     campaign = of_options(given, meltemi.loads.SurrogateCampaign, "meltemi surrogate design")
     warn(unusual_numbers(campaign))
     planned = meltemi.loads.surrogate_design(campaign)
-    folder_for(out)
     files = meltemi.loads.write_surrogate_campaign(campaign, planned, out)
     low, high = planned.values.min(axis=0), planned.values.max(axis=0)
     rows = []
@@ -234,7 +233,6 @@ def site(
         table = table.replace(neighbours=tuple(values_of(neighbours, "--neighbours")))
     found = meltemi.loads.site_suitability(made, table, meltemi.loads.class_table(wind_class, edition))
     head, rows = suitability_rows(found)
-    folder_for(out)
     files = [
         meltemi.io.write_csv(out / "suitability.csv", head, rows),
         write_figure(out / "suitability.png", meltemi.plots.plot_suitability(found)),

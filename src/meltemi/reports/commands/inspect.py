@@ -6,13 +6,12 @@ from pathlib import Path
 
 import meltemi
 from meltemi.app.options import TurbineArgument
-from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, warn, wrote
+from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, warn, wrote
 
 
 def inspect(turbine: TurbineArgument, out: OutOption = Path("out")) -> None:
     """Write a summary page of a turbine: figures, main data, power curve, modes."""
     described = meltemi.load_turbine(turbine)
-    folder_for(out)
     from meltemi.reports.turbine_facts import fact_rows
 
     with simulation_bar(described.name) as progress:

@@ -19,7 +19,7 @@ from meltemi.app.options import (
     Options,
     SpectrumOption,
 )
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, progress_bar, suggest, write_figure, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.formats import suffixes
 from meltemi.wind.formats import FORMATS, WINDS
@@ -109,7 +109,6 @@ def _evaluate(source: Path, turbine: str | None, file_format: str | None, out: P
     found = _read(source)
     _check_format(file_format, found)
     described = meltemi.load_turbine(turbine) if turbine else None
-    folder_for(out)
     _look(found, described, out, file_format)
     whole = source.suffix.lower() != ".csv"  # a run takes no hub-height series
     return ("--wind-file", source) if whole else ("--wind-speed", 12, "--turbulence", 0.14)
@@ -139,12 +138,10 @@ def _generate(
             onto |= {n: settings[n] for n in ("wind_class", "edition", "intensity") if n in settings}
             onto["speed"] = made.speed
             added = _gust(field.gust.upper(), used, onto, seconds, "periodic" in settings)
-        folder_for(out)
         box = _field(made, used, seconds, field.width, added)
         _look(replace(box, source=f"{name}, {box.label}"), used, out, kind, made if added is None else None)
     else:
         kind = "uniform"
-        folder_for(out)
         _look(made, used, out, kind)
     file = out / f"wind{SUFFIXES[kind]}"
     of_run = ("--wind-speed", f"{made.speed:g}") if isinstance(made, meltemi.SteadyWind) else ("--wind-file", file)

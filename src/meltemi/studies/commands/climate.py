@@ -11,7 +11,7 @@ import meltemi
 from meltemi.app.options import TurbineArgument, WorkersOption, load_aeroelastic
 from meltemi.app.scans import cells, finish
 from meltemi.app.signatures import Range
-from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, write_figure, wrote
 from meltemi.core.errors import InputError
 
 
@@ -53,7 +53,6 @@ def climate(
     extent = Setup(
         speeds=speeds, seeds=tuple(range(1, seeds + 1)), length=duration, states=states, wind_class=wind_class
     )
-    folder_for(out)
     with run_store(out, repr(("climate", described.content_hash(), extent))) as book:
         with simulation_bar("climate") as progress:
             response = respond(described, extent, workers=workers, progress=lambda share, what: progress(share))

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import meltemi
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, warn, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, progress_bar, suggest, warn, write_figure, wrote
 from meltemi.core.formats import suffixes
 from meltemi.postprocess.formats import FORMATS
 
@@ -31,7 +31,6 @@ def diff(
     from meltemi.studies.difference_plots import difference_rows, short_difference_rows
 
     labels = _labels(ours, theirs)
-    folder_for(out)
     files = [
         meltemi.io.write_csv(out / "differences.csv", *difference_rows(found, labels)),
         write_figure(out / "differences.png", meltemi.plots.plot_differences(found, channels, labels=labels)),

@@ -9,7 +9,7 @@ from typing import Annotated
 import meltemi
 from meltemi.app.options import TURBINES, load_aeroelastic, of_options
 from meltemi.app.signatures import Range
-from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, warn, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, warn, write_figure, wrote
 from meltemi.core.errors import InputError
 
 
@@ -43,7 +43,6 @@ def observe(
     measured = replace(measured, meta=measured.meta | {"transient": float(measured.time[0]) + transient})
     from meltemi.studies.observer_plots import estimate_rows, load_rows
 
-    folder_for(out)
     with simulation_bar(f"observer of {described.name}") as progress:
         model, turbulence = meltemi.build(described, environment=air), meltemi.analysis.ExpectedTurbulence(intensity)
         made = meltemi.analysis.observer(model, turbulence=turbulence, shear_exponent=shear, progress=progress)

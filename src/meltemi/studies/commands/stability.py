@@ -9,7 +9,7 @@ from typing import Annotated
 import meltemi
 from meltemi.app.options import TurbineArgument, load_aeroelastic, of_options
 from meltemi.app.scans import angles_of, at_speeds, finish, speeds_of
-from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_bar, suggest, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, write_figure, wrote
 from meltemi.core.errors import InputError
 
 
@@ -32,7 +32,6 @@ def flutter(
     from meltemi.report.tables import number
     from meltemi.studies.stability import flutter_rows, limit_text
 
-    folder_for(out)
     with simulation_bar("flutter", len(turns or ()), "points") as progress:
         found = meltemi.analysis.flutter(described, turns, wind=wind, pitch=angle, progress=progress)
     rows = [
@@ -66,7 +65,6 @@ def parked(
     from meltemi.report.tables import number
     from meltemi.studies.stability import parked_rows
 
-    folder_for(out)
     with simulation_bar("parked", len(yaws) * len(pitches), "points") as progress:
         axes = ([radians(angle) for angle in angles] for angles in (yaws, pitches))
         found = meltemi.analysis.parked_stability(described, *axes, wind=wind, options=options, progress=progress)

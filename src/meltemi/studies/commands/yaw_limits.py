@@ -12,7 +12,7 @@ import meltemi
 from meltemi.app.options import TurbineArgument, WorkersOption, load_aeroelastic, of_options, turbine_key
 from meltemi.app.scans import angles_of, cells, finish, speeds_of
 from meltemi.app.signatures import Range
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, write_figure, wrote
 from meltemi.core.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -55,7 +55,6 @@ def yaw_limits(
     limit = None if load_limits is None else _limits(load_limits)
     settings = {"strategy": strategy, "recheck_time": recheck}
     of_options(settings, meltemi.control.YawProtection, "--strategy, --recheck")
-    folder_for(out)
     model = meltemi.build(described, meltemi.ModelOptions(yaw="held"))
     with (
         run_store(out, repr(("yaw-limits", described.content_hash()))) as book,

@@ -10,7 +10,7 @@ import typer
 
 import meltemi
 from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, WorkersOption, load_aeroelastic
-from meltemi.app.terminal import OutOption, folder_for, made_by, print_table, say, simulation_bar, suggest, wrote
+from meltemi.app.terminal import OutOption, made_by, print_table, say, simulation_bar, suggest, wrote
 
 
 def bench_controller(
@@ -49,7 +49,6 @@ def bench_controller(
     from meltemi.tuning.run_store import run_store
 
     began = time.perf_counter()
-    folder_for(out)
     with run_store(out, inputs):
         with simulation_bar(f"{len(labels)} controllers") as progress:
             bench = meltemi.analysis.bench_controllers(

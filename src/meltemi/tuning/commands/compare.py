@@ -19,7 +19,7 @@ from meltemi.app.options import (
 )
 from meltemi.app.scans import finish
 from meltemi.app.signatures import Range
-from meltemi.app.terminal import OutOption, folder_for, made_by, print_table, say, simulation_bar, suggest, warn, wrote
+from meltemi.app.terminal import OutOption, made_by, print_table, say, simulation_bar, suggest, warn, wrote
 from meltemi.controllers.names import NAMES, labelled
 from meltemi.core.errors import InputError
 
@@ -94,7 +94,6 @@ def compare(
         source = described.blade.flaps[0].source
         say(f"note: {bare.name} has no flaps; those of the scheme are added, their increments assumed: {source}")
     began = time.perf_counter()
-    folder_for(out)
     with run_store(
         out, repr(("compare", transient, [digest(located(specification(name), described)) for name in names], grid))
     ):
