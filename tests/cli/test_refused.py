@@ -81,7 +81,7 @@ REFUSED = [
     ("export nrel5mw --option advanced.stall_fit=hanson", "did you mean 'hansen'"),
     ("export nrel5mw --option stall=hanson", "did you mean 'hansen'"),
     ("yaw-limits nrel5mw --load-limits tower-base=3", "no load 'tower-base': did you mean 'tower-base-bending'"),
-    ("yaw-limits nrel5mw --load-limits tower-base-bending", "'tower-base-bending': expected tower-base-bending=number"),
+    ("yaw-limits nrel5mw --load-limits tower-base-bending", "--load-limits 'tower-base-bending': expected name=number"),
     ("yaw-limits nrel5mw --load-limits tower-base-bending=-1", "expected a positive number"),
     ("yaw-limits nrel5mw --load-limits tip-clearence=3", "no load 'tip-clearence': did you mean 'tip-clearance'"),
     ("yaw-limits nrel5mw --wind-speeds 10", "--wind-speeds: expected at least two increasing values"),

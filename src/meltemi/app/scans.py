@@ -56,6 +56,26 @@ def values_of(text: str, option: str) -> list[float]:
     return [first + i * step for i in range(int((last - first) / step + 1e-9) + 1)]
 
 
+def pairs_of(text: str, option: str, expected: str = "NAME=VALUE") -> dict[str, str]:
+    """Values by name from text such as a=1,b=2:3.
+
+    Raises:
+      InputError: it is something else.
+    """
+    found = [part.partition("=") for part in text.split(",") if part.strip()]
+    if not found or any(not (name.strip() and sign and value.strip()) for name, sign, value in found):
+        raise InputError(f"{option} {text!r}: expected {expected}, separated by commas")
+    return {name.strip(): value.strip() for name, _, value in found}
+
+
+def numbers_of(text: str, option: str, expected: str = "NAME=NUMBER") -> dict[str, float]:
+    """Numbers by name from text, as :func:`pairs_of`."""
+    try:
+        return {name: float(value) for name, value in pairs_of(text, option, expected).items()}
+    except ValueError:
+        raise InputError(f"{option} {text!r}: expected {expected}, separated by commas") from None
+
+
 def angles_of(text: str, option: str) -> list[float]:
     """Angles [deg] from text, as :func:`values_of`, none beyond half a turn."""
     found = values_of(text, option)

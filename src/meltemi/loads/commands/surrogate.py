@@ -18,7 +18,7 @@ from meltemi.app.options import (
     of_options,
     turbine_key,
 )
-from meltemi.app.scans import values_of
+from meltemi.app.scans import numbers_of, pairs_of, values_of
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import (
     OutOption,
@@ -78,9 +78,9 @@ def design(
     if variables is not None:
         given["variables"] = variables
     if bounds is not None:
-        given["bounds"] = {name: _numbers(text, "--bounds", 2) for name, text in _pairs(bounds, "--bounds")}
+        given["bounds"] = {name: _interval(text) for name, text in pairs_of(bounds, "--bounds").items()}
     if loads is not None:
-        given["loads"] = {name: _numbers(text, "--loads", 1)[0] for name, text in _pairs(loads, "--loads")}
+        given["loads"] = numbers_of(loads, "--loads", "NAME=VALUE")
     if controller is not None or controller_input is not None:
         given["controller"] = controller_of(controller, controller_input)
     campaign = of_options(given, meltemi.loads.SurrogateCampaign, "meltemi surrogate design")
@@ -101,21 +101,12 @@ def design(
         say(f"to run it needs {words}")
 
 
-def _pairs(text: str, option: str) -> list[tuple[str, str]]:
-    found = [part.partition("=") for part in text.split(",") if part.strip()]
-    if not found or any(not (name.strip() and sign and value.strip()) for name, sign, value in found):
-        raise InputError(f"{option} {text!r}: expected NAME=VALUE, separated by commas")
-    return [(name.strip(), value.strip()) for name, _, value in found]
-
-
-def _numbers(text: str, option: str, n: int) -> list[float]:
+def _interval(text: str) -> list[float]:
     try:
-        found = [float(part) for part in text.split(":")]
+        low, high = map(float, text.split(":"))
     except ValueError:
-        found = []
-    if len(found) != n:
-        raise InputError(f"{option}: {text!r}: expected {'a number' if n == 1 else 'two numbers, LOW:HIGH'}")
-    return found
+        raise InputError(f"--bounds: {text!r}: expected two numbers, LOW:HIGH") from None
+    return [low, high]
 
 
 @surrogate.command()
@@ -208,8 +199,7 @@ def evaluate(
     from meltemi.loads.surrogate.report import value_rows
 
     made = _loaded(file, turbine)
-    values = {name: _numbers(text, "--at", 1)[0] for name, text in _pairs(at, "--at")}
-    found = made(outside="clip" if clip else "error", **values)
+    found = made(outside="clip" if clip else "error", **numbers_of(at, "--at", "NAME=VALUE"))
     print_table(f"{made.turbine}: equivalent loads at 1 Hz", *value_rows(made, found), 2)
     _next(made, file, "surrogate", "site", file, "SITE.yaml", "--class", "IB")
 

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import meltemi
 from meltemi.app.options import TURBINES, load_aeroelastic, of_options
+from meltemi.app.scans import pairs_of
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, warn, write_figure, wrote
 from meltemi.core.errors import InputError
@@ -27,13 +28,11 @@ def observe(
     out: OutOption = Path("out"),
 ) -> None:
     """Estimate wind and loads from speed, power, pitch and tower-top acceleration; writes tables and a plot."""
-    pairs = [pair.partition("=") for pair in (names or "").split(",") if pair.strip()]
-    if any(not (own.strip() and sign and channel.strip()) for own, sign, channel in pairs):
-        raise InputError(f"--names {names!r}: expected COLUMN=CHANNEL, separated by commas")
+    pairs = pairs_of(names, "--names", "COLUMN=CHANNEL") if names else {}
     described = load_aeroelastic(turbine, "meltemi observe")
     air = of_options({} if density is None else {"air_density": density}, meltemi.Environment, "--density")
     if signals.suffix.lower() == ".csv":
-        measured = meltemi.io.read_signals(signals, {own.strip(): channel.strip() for own, _, channel in pairs})
+        measured = meltemi.io.read_signals(signals, pairs)
     elif pairs:
         raise InputError(f"--names: only for CSV files, and {signals} is none")
     else:

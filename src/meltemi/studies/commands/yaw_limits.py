@@ -10,7 +10,7 @@ import numpy as np
 
 import meltemi
 from meltemi.app.options import TurbineArgument, WorkersOption, load_aeroelastic, of_options, turbine_key
-from meltemi.app.scans import angles_of, cells, finish, speeds_of
+from meltemi.app.scans import angles_of, cells, finish, numbers_of, speeds_of
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, write_figure, wrote
 from meltemi.core.errors import InputError, did_you_mean
@@ -73,8 +73,7 @@ def yaw_limits(
         print(f"no limit is reached at {free} m/s: {most:g} deg is the largest of --yaw-errors")
     if over := _listed(found.speeds[found.use[:, 0] > 1.0]):
         say(f"warning: at {over} m/s loads exceed their limits at {least:g} deg already: no yaw error is allowed")
-    name = turbine_key(turbine)
-    case = _case(name, described.cut_out, *found.base_points, settings)
+    case = _case(turbine_key(turbine), described.cut_out, *found.base_points, settings)
     write_record(of_options(case, meltemi.io.LoadCase, "yaw_limits.yaml"), out / "yaw_limits.yaml")
     wrote(
         meltemi.io.write_csv(out / "yaw_limits.csv", head, rows),
@@ -118,15 +117,10 @@ def _limits(text: str) -> dict[str, float]:
     from meltemi.studies.yaw_limits import UNITS
 
     names = {name.replace(" ", "-"): name for name in UNITS}
-    found = {}
-    for part in text.split(","):
-        name, _, value = part.strip().partition("=")
+    found = numbers_of(text, "--load-limits", "name=number")
+    for name, value in found.items():
         if name not in names:
             raise InputError(f"--load-limits: no load {name!r}: {did_you_mean(name, names)}")
-        try:
-            found[names[name]] = float(value)
-        except ValueError:
-            raise InputError(f"--load-limits {part.strip()!r}: expected {name}=number") from None
-        if not 0.0 < found[names[name]] < float("inf"):
-            raise InputError(f"--load-limits {part.strip()!r}: expected a positive number")
-    return found
+        if not 0.0 < value < float("inf"):
+            raise InputError(f"--load-limits {name}={value:g}: expected a positive number")
+    return {names[name]: value for name, value in found.items()}
