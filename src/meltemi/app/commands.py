@@ -97,17 +97,18 @@ class Commands(TyperGroup):
 
 def _command(entry: Any) -> Any:
     """The registered command, or one that reports why it cannot be loaded."""
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
     try:
         function = entry.load()
+        if isinstance(function, typer.Typer):
+            return typer.main.get_group(function)
+        alone.command(entry.name)(with_options(function))
     except Exception as error:
         why = f"{entry.name}: {entry.value}, which a package registers, cannot be loaded: {error}"
 
-        def function() -> None:
+        def fail() -> None:
+            """Cannot be loaded."""
             raise InputError(why)
 
-        function.__doc__ = "Cannot be loaded."
-    if isinstance(function, typer.Typer):
-        return typer.main.get_group(function)
-    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-    alone.command(entry.name)(with_options(function))
+        alone.command(entry.name)(with_options(fail))
     return typer.main.get_command(alone)

@@ -101,7 +101,7 @@ class _Option:
         self.option = (named[0] if named else f"--{self.name.replace('_', '-')}").partition("/")[0]
         self.range = next((mark for mark in marks if isinstance(mark, Range)), None)
         inner = next(each for each in (*_of_union(kind), kind) if each is not type(None))
-        self.choices = tuple(map(str, get_args(inner))) if get_origin(inner) is Literal else ()
+        self.choices: tuple[str, ...] = get_args(inner) if get_origin(inner) is Literal else ()
         self.several, self.folder = inner == tuple[str, ...], any(isinstance(mark, Folder) for mark in marks)
         if self.choices or self.several:
             kind = str if default else str | None
