@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from terminal import STEADY, Command, Ran
+from terminal import STEADY, Command, succeeded
 
 import meltemi
 from meltemi import InputError, Model, Simulation, Status, SteadyWind
@@ -50,15 +50,6 @@ COMMANDS = (
     "bench",
     "template",
 )
-
-
-def succeeded(ran: Ran, folder: Path, *names: str) -> None:
-    """The command ended well and wrote exactly these files, which it names."""
-    assert ran.status == 0, ran
-    assert ran.err == ""
-    assert sorted(ran.files) == sorted(folder / name for name in names)
-    assert sorted(folder.iterdir()) == sorted(ran.files)
-    assert all(path.stat().st_size > 0 for path in ran.files)
 
 
 RUN = ("result.nc", "statistics.csv", "result.png", "case.yaml")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ruamel.yaml import YAML
-from terminal import Command, Ran, refused
+from terminal import Command, refused, succeeded
 
 import meltemi
 from meltemi import Turbine, WindSeries
@@ -20,16 +20,6 @@ FIELD = ("--points", 5, "--dt", 0.25, "--duration", 20)
 """A field that is made in no time."""
 NTM = ("wind", "NTM", "--class", "IIB", "--speed", 20, *FIELD)
 FIGURES = ("series.png", "spectra.png", "coherence.png", "section.png", "profile.png")
-
-
-def wrote(ran: Ran, folder: Path, *names: str) -> None:
-    """The command ended well and wrote exactly these files, which it names."""
-    assert (ran.status, ran.err) == (0, ""), ran
-    assert sorted(ran.files) == sorted(folder / name for name in names)
-    assert sorted(folder.iterdir()) == sorted(ran.files)
-    assert all(path.stat().st_size > 0 for path in ran.files)
-    for path in ran.files:
-        assert path.suffix != ".png" or path.read_bytes().startswith(b"\x89PNG")
 
 
 def table(folder: Path) -> dict[tuple[str, ...], dict[str, str]]:
@@ -53,7 +43,7 @@ def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_field_of_the_standard(command: Command, tmp_path: Path, turbine: Turbine) -> None:
     out = tmp_path / "new" / "folder"
     ran = command(*NTM, "--seed", 1, "--out", out)
-    wrote(ran, out, "wind.bts", "statistics.csv", *FIGURES)
+    succeeded(ran, out, "wind.bts", "statistics.csv", *FIGURES)
     assert "NTM, Kaimal turbulence 20 m/s, intensity 14.4 %, shear exponent 0.2, seed 1" in ran.out
     assert "planes every 0.25 s" in ran.out
     assert "5 rows from 1.8 m to 178.2 m, 5 columns across 151.2 m, carried at 20 m/s" in ran.out
@@ -87,8 +77,8 @@ def test_a_written_field_has_the_same_statistics(
     command: Command, tmp_path: Path, file_format: str, files: tuple[str, ...], read: str
 ) -> None:
     a, b = tmp_path / "a", tmp_path / "b"
-    wrote(command(*NTM, "--format", file_format, "--out", a), a, *files, "statistics.csv")
-    wrote(command("wind", "--from", a / read, "--turbine", "nrel5mw", "--out", b), b, "statistics.csv")
+    succeeded(command(*NTM, "--format", file_format, "--out", a), a, *files, "statistics.csv")
+    succeeded(command("wind", "--from", a / read, "--turbine", "nrel5mw", "--out", b), b, "statistics.csv")
     made, again = table(a), table(b)
     assert made.keys() == again.keys()
     for key, row in made.items():
@@ -101,7 +91,7 @@ def test_a_written_field_has_the_same_statistics(
 def test_a_turbsim_file_needs_no_turbine(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     out = tmp_path / "out"
     ran = command("wind", "--from", bts(), "--format", "netcdf", "--out", out)
-    wrote(ran, out, "wind.nc", "statistics.csv", *FIGURES)
+    succeeded(ran, out, "wind.nc", "statistics.csv", *FIGURES)
     assert "field.bts" in ran.out
     # 1 m/s for half of the time
     assert float(table(out)["hub", "u"]["mean [m/s]"]) == pytest.approx(10.5, abs=0.01)
@@ -121,7 +111,7 @@ def test_a_turbsim_file_needs_no_turbine(command: Command, tmp_path: Path, bts: 
 @pytest.mark.usefixtures("no_pictures")
 def test_turbulent_models(command: Command, tmp_path: Path, options: tuple[Any, ...], said: str) -> None:
     ran = command("wind", *options, *FIELD, "--out", tmp_path)
-    wrote(ran, tmp_path, "wind.bts", "statistics.csv")
+    succeeded(ran, tmp_path, "wind.bts", "statistics.csv")
     assert said in ran.out
 
 
@@ -158,7 +148,7 @@ def test_a_field_through_a_measured_series(command: Command, tmp_path: Path) -> 
 @pytest.mark.usefixtures("no_pictures")
 def test_a_gust_on_turbulence(command: Command, tmp_path: Path, options: tuple[Any, ...], said: str) -> None:
     ran = command(*NTM, *options, "--out", tmp_path)
-    wrote(ran, tmp_path, "wind.bts", "statistics.csv")
+    succeeded(ran, tmp_path, "wind.bts", "statistics.csv")
     assert said in " ".join(ran.out.split())
 
 
@@ -182,13 +172,13 @@ def test_transients(
     command: Command, tmp_path: Path, options: tuple[Any, ...], column: str, lowest: float, highest: float
 ) -> None:
     a, b = tmp_path / "a", tmp_path / "b"
-    wrote(command("wind", *options, "--speed", 12, "--out", a), a, "wind.wnd", "statistics.csv")
+    succeeded(command("wind", *options, "--speed", 12, "--out", a), a, "wind.wnd", "statistics.csv")
     found = table(a)
     assert float(found[(column,)]["min"]) == pytest.approx(lowest, abs=0.006)
     assert float(found[(column,)]["max"]) == pytest.approx(highest, abs=0.006)
     assert found[("exponent",)]["std"] == "0"  # no rounding errors
     assert isinstance(meltemi.read_wind(a / "wind.wnd"), WindSeries)
-    wrote(command("wind", "--from", a / "wind.wnd", "--out", b), b, "statistics.csv")
+    succeeded(command("wind", "--from", a / "wind.wnd", "--out", b), b, "statistics.csv")
     again = table(b)
     for key, row in found.items():
         for name in ("mean", "std", "min", "max"):
@@ -205,7 +195,7 @@ def test_transients(
     ],
 )
 def test_steady_winds(command: Command, tmp_path: Path, options: tuple[Any, ...], speed: float) -> None:
-    wrote(command("wind", *options, "--out", tmp_path), tmp_path, "statistics.csv", "profile.png")
+    succeeded(command("wind", *options, "--out", tmp_path), tmp_path, "statistics.csv", "profile.png")
     assert float(table(tmp_path)[("hub speed",)]["mean"]) == pytest.approx(speed, abs=0.01)
 
 
@@ -213,7 +203,7 @@ def test_wind_at_the_hub(command: Command, tmp_path: Path) -> None:
     (tmp_path / "mast.csv").write_text("time [s],u [m/s],v [m/s],w [m/s]\n0,3,-4,1\n10,3,-4,1\n")
     out = tmp_path / "out"
     ran = command("wind", "--from", tmp_path / "mast.csv", "--format", "uniform", "--out", out)
-    wrote(ran, out, "wind.wnd", "statistics.csv", "series.png")
+    succeeded(ran, out, "wind.wnd", "statistics.csv", "series.png")
     found = table(out)
     assert found[("hub speed",)]["mean"] == "5"
     assert float(found[("direction",)]["mean"]) == pytest.approx(53.13, abs=0.01)  # to the right: clockwise
@@ -223,7 +213,7 @@ def test_wind_at_the_hub(command: Command, tmp_path: Path) -> None:
 def test_no_picture_of_another_wind_is_left(command: Command, tmp_path: Path) -> None:
     assert command("wind", "NWP", "--speed", 12, "--out", tmp_path).status == 0
     ran = command("wind", "ECD", "--speed", 12, "--out", tmp_path)
-    wrote(ran, tmp_path, "wind.wnd", "statistics.csv", "series.png")
+    succeeded(ran, tmp_path, "wind.wnd", "statistics.csv", "series.png")
 
 
 # what is wrong

@@ -49,6 +49,7 @@ from meltemi.app.terminal import (
     suggest,
     warn,
     write_figure,
+    write_results,
     wrote,
 )
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
@@ -429,8 +430,7 @@ def power_curve(
     points.sort(key=lambda point: point.wind.speed)
     head, rows = power_curve_rows(points, failures)
     print_table(f"{described.name}: steady operation", head, rows, 0)
-    wrote(meltemi.io.write_csv(out / "power_curve.csv", head, rows))
-    wrote(write_figure(out / "power_curve.png", meltemi.plots.plot_power_curve(points, model)))
+    wrote(*write_results(out / "power_curve", (head, rows), meltemi.plots.plot_power_curve(points, model)))
     further = ("campbell", turbine) if isinstance(described, meltemi.Turbine) else ("run", turbine, "--wind-speed", 12)
     suggest(*further, "--out", out)
     finish(at_speeds(failures), interrupted=interrupted)
@@ -493,8 +493,8 @@ def campbell(
     )
     if len(shown) <= last:
         print(f"{len(shown)} of {last + 1} operating points; campbell.csv has all of them")
-    wrote(meltemi.io.write_csv(out / "campbell.csv", *campbell_rows(diagram)))
-    wrote(write_figure(out / "campbell.png", meltemi.plots.plot_campbell(diagram, described.name)))
+    drawn = meltemi.plots.plot_campbell(diagram, described.name)
+    wrote(*write_results(out / "campbell", campbell_rows(diagram), drawn))
     if seen:
         wrote(meltemi.plots.modes_view(model, diagram).write(out / "modes.html"))
     suggest("flutter", turbine, "--out", out)

@@ -173,6 +173,13 @@ def write_figure(file: Path, figure: Any) -> Path:
     return save(figure, file)
 
 
+def write_results(name: Path, rows: Rows, figure: Any) -> list[Path]:
+    """Write a table as ``name``.csv and a figure of Matplotlib as ``name``.png."""
+    from meltemi.report.tables import write_csv
+
+    return [write_csv(name.with_suffix(".csv"), *rows), write_figure(name.with_suffix(".png"), figure)]
+
+
 def suggest(*words: object) -> None:
     """Set the command that the output ends with, as it is typed after ``meltemi``."""
     _OUTPUT[-1].next = shlex.join(["meltemi", *map(str, words)])

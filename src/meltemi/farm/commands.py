@@ -27,7 +27,7 @@ from meltemi.app.terminal import (
     simulation_bar,
     suggest,
     warn,
-    write_figure,
+    write_results,
     wrote,
 )
 from meltemi.core.errors import InputError
@@ -156,8 +156,8 @@ def _report(result: FarmResult, before: FarmResult | None, case: FarmCase, out: 
     label = f"{case.turbine}, {case.wakes.words}: {result[0].meta['wind']}"
     print_table(label, *cost_rows(result, before, SHOWN), all_rows=(head, rows))
     print(f"{DEL}; %: change by the wakes" if before else DEL)
-    files = [*write_farm(result, out), meltemi.io.write_csv(out / "farm.csv", head, rows)]
-    files.append(write_figure(out / "farm.png", meltemi.plots.plot_farm(result, before, label)))
+    drawn = meltemi.plots.plot_farm(result, before, label)
+    files = [*write_farm(result, out), *write_results(out / "farm", (head, rows), drawn)]
     if case.view:
         seen = {f"T{i + 1}": each for i, each in enumerate(result.turbines)}
         files.append(meltemi.plots.view(seen).write(out / "farm.html"))
@@ -173,10 +173,7 @@ def _compare(result: FarmResult, other: FarmResult, name: str, out: Path) -> lis
     print_table(label, *price_rows(found, values=False), all_rows=price_rows(found))
     print(f"%: change of mean power and of equivalent loads. {found.words()}")
     print(f"differs from {name} in: {', '.join(differences(result, other)) or 'nothing'}")
-    return [
-        meltemi.io.write_csv(out / "against.csv", *price_rows(found)),
-        write_figure(out / "against.png", plot_price(found, label)),
-    ]
+    return write_results(out / "against", price_rows(found), plot_price(found, label))
 
 
 def _row_case(target: str, given: dict[str, Any]) -> FarmCase:

@@ -31,6 +31,7 @@ from meltemi.app.terminal import (
     suggest,
     warn,
     write_figure,
+    write_results,
     wrote,
 )
 from meltemi.core.errors import InputError
@@ -223,10 +224,7 @@ def site(
         table = table.replace(neighbours=tuple(values_of(neighbours, "--neighbours")))
     found = meltemi.loads.site_suitability(made, table, meltemi.loads.class_table(wind_class, edition))
     head, rows = suitability_rows(found)
-    files = [
-        meltemi.io.write_csv(out / "suitability.csv", head, rows),
-        write_figure(out / "suitability.png", meltemi.plots.plot_suitability(found)),
-    ]
+    files = write_results(out / "suitability", (head, rows), meltemi.plots.plot_suitability(found))
     print_table(f"{made.turbine}: {table.name or 'site'} over class {wind_class}", head, rows)
     for name, share in found.outside.items():
         say(f"{name} is outside the surrogate for {100.0 * share:.3g} % of the site's time: the nearest bound counts")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import meltemi
-from meltemi.app.terminal import OutOption, print_table, progress_bar, suggest, warn, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, progress_bar, suggest, warn, write_results, wrote
 from meltemi.core.formats import suffixes
 from meltemi.postprocess.formats import FORMATS
 
@@ -31,11 +31,9 @@ def diff(
     from meltemi.studies.difference_plots import difference_rows, short_difference_rows
 
     labels = _labels(ours, theirs)
-    files = [
-        meltemi.io.write_csv(out / "differences.csv", *difference_rows(found, labels)),
-        write_figure(out / "differences.png", meltemi.plots.plot_differences(found, channels, labels=labels)),
-    ]
     title, every = f"{labels[0]} against {labels[1]}", difference_rows(found, labels)
+    drawn = meltemi.plots.plot_differences(found, channels, labels=labels)
+    files = write_results(out / "differences", every, drawn)
     print_table(title, *short_difference_rows(found), text_columns=2, all_rows=every)
     print(
         "mean, std, DEL: of the second result, and change of the first in percent; a mean near 0: in percent of the std"

@@ -9,7 +9,7 @@ from typing import Annotated
 import meltemi
 from meltemi.app.options import TurbineArgument, load_aeroelastic, of_options
 from meltemi.app.scans import angles_of, at_speeds, finish, speeds_of
-from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, write_results, wrote
 from meltemi.core.errors import InputError
 
 
@@ -41,8 +41,7 @@ def flutter(
     title = f"{described.name}: least damped blade mode, wind {found.wind_speed:g} m/s"
     print_table(title, ["rotor rpm", "damping %"], rows, 0, all_rows=flutter_rows(found))
     print(limit_text(found))
-    wrote(meltemi.io.write_csv(out / "flutter.csv", *flutter_rows(found)))
-    wrote(write_figure(out / "flutter.png", meltemi.plots.plot_flutter(found, described.name)))
+    wrote(*write_results(out / "flutter", flutter_rows(found), meltemi.plots.plot_flutter(found, described.name)))
     suggest("parked", turbine, "--out", out)
     finish(at_speeds({speed * 30.0 / pi: why for speed, why in found.failures.items()}, "rpm"))
 
@@ -71,9 +70,8 @@ def parked(
     rows = [[number(angle), *(number(100.0 * d) for d in row)] for angle, row in zip(yaws, found.damping, strict=True)]
     title = f"{described.name} at standstill, {wind.speed:g} m/s: smallest damping ratio [%] over yaw and pitch [deg]"
     print_table(title, ["yaw", *(f"pitch {number(angle)}" for angle in pitches)], rows, 0, all_rows=parked_rows(found))
-    wrote(meltemi.io.write_csv(out / "parked.csv", *parked_rows(found)))
     print(f"{(found.damping < 0.0).sum()} of {found.damping.size} points have a mode with negative damping (unstable)")
-    wrote(write_figure(out / "parked.png", meltemi.plots.plot_parked(found, described.name)))
+    wrote(*write_results(out / "parked", parked_rows(found), meltemi.plots.plot_parked(found, described.name)))
     suggest("loads", "plan", turbine, "--class", "IB", "--quick")
     finish(
         f"failed at a yaw of {degrees(where):g} deg and a pitch of {degrees(angle):g} deg: {why}"

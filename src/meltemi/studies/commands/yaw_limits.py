@@ -12,7 +12,7 @@ import meltemi
 from meltemi.app.options import TurbineArgument, WorkersOption, load_aeroelastic, of_options, turbine_key
 from meltemi.app.scans import angles_of, cells, finish, numbers_of, speeds_of
 from meltemi.app.signatures import Range
-from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, write_results, wrote
 from meltemi.core.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -75,11 +75,7 @@ def yaw_limits(
         say(f"warning: at {over} m/s loads exceed their limits at {least:g} deg already: no yaw error is allowed")
     case = _case(turbine_key(turbine), described.cut_out, *found.base_points, settings)
     write_record(of_options(case, meltemi.io.LoadCase, "yaw_limits.yaml"), out / "yaw_limits.yaml")
-    wrote(
-        meltemi.io.write_csv(out / "yaw_limits.csv", head, rows),
-        write_figure(out / "yaw_limits.png", study.plot_limits(found)),
-        out / "yaw_limits.yaml",
-    )
+    wrote(*write_results(out / "yaw_limits", (head, rows), study.plot_limits(found)), out / "yaw_limits.yaml")
     suggest("run", out / "yaw_limits.yaml", "--out", out / "run")
     finish(cells(failed))
 
