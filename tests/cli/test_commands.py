@@ -30,8 +30,8 @@ from meltemi.simulation.channels import DEFAULT
 
 WITHOUT_FILES = ("turbines", "channels", "warmup", "bench")
 WITH_FILES = (
-    "run power-curve wind compare climate bench-controller diff observe reproduce campbell farm flutter parked yaw-limits "
-    "verify template"
+    "run power-curve wind compare climate bench-controller diff observe reproduce campbell farm flutter parked "
+    "yaw-limits verify template"
 ).split()
 COMMANDS = (*WITH_FILES, *WITHOUT_FILES)
 
