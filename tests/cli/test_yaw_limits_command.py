@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from terminal import Command
 
+from meltemi.cases.case import LoadCase
 from meltemi.core.yamlfile import read_record
-from meltemi.loadcases.case import LoadCase
 
 FEW = ("--wind-speeds", "12,20", "--yaw-errors", "0,45", "--seeds", 1, "--duration", 10)
 

@@ -55,7 +55,7 @@ from meltemi.app.terminal import (
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 
 if TYPE_CHECKING:
-    from meltemi.loadcases.case import LoadCase
+    from meltemi.cases.case import LoadCase
     from meltemi.simulation.result import Result
     from meltemi.simulation.run import Run
 
@@ -131,9 +131,9 @@ def run(
     case, written = _case(target, options.given())
     path = Path(target)
     folder = path.parent if written else Path()
+    from meltemi.cases.case import case_run, case_turbine, self_contained
     from meltemi.core.usual import unusual_numbers
     from meltemi.core.yamlfile import write_record
-    from meltemi.loadcases.case import case_run, case_turbine, self_contained
     from meltemi.simulation.simulate import march
 
     own = {} if transient is None else {"transient": f"{transient:g}"}
@@ -307,8 +307,8 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
 
 def _usual_duration(wind: dict[str, Any]) -> float:
     """[s] a minute, which begins with the gust if there is one."""
-    from meltemi.wind.iec.gusts import BEGIN
-    from meltemi.wind.iec.models import MODELS
+    from meltemi.iec.gusts import BEGIN
+    from meltemi.iec.models import MODELS
 
     model = MODELS.get(wind.get("model", ""))
     return 60.0 + (wind.get("begin", BEGIN) if model and model.kind == "transient" else 0.0)
@@ -406,10 +406,10 @@ def power_curve(
     described = meltemi.load_turbine(turbine)
     wanted = speeds_of(speeds) if speeds is not None else None
     named = None if controller is None else specification(controller_of(controller))
+    from meltemi.analyses.power_curve import curve_size
+    from meltemi.analyses.power_curve import power_curve as points_of
     from meltemi.controllers.schemes import fitted
     from meltemi.report.tables import power_curve_rows
-    from meltemi.simulation.power_curve import curve_size
-    from meltemi.simulation.power_curve import power_curve as points_of
 
     warn(meltemi.turbine.plausibility_warnings(described))
     points, failures, interrupted, size = [], {}, False, curve_size(described, wanted)
@@ -460,8 +460,8 @@ def campbell(
     if rotor_speeds is not None:
         turns = [w * pi / 30.0 for w in speeds_of(rotor_speeds, "--rotor-speeds", "rpm", zero=True)]
     winds = speeds_of(speeds) if speeds is not None else None
+    from meltemi.analyses.power_curve import whole_speeds
     from meltemi.report.tables import campbell_rows, number
-    from meltemi.simulation.power_curve import whole_speeds
 
     winds = winds or whole_speeds(described)
     with simulation_bar("Campbell diagram", len(turns or winds), "points") as progress:
@@ -535,7 +535,7 @@ def template(
 
     from meltemi.core.files import write_text
 
-    places = {"case": ("meltemi.loadcases", "template.yaml", "run"), "farm": ("meltemi.farm", "template.yaml", "farm")}
+    places = {"case": ("meltemi.cases", "template.yaml", "run"), "farm": ("meltemi.farm", "template.yaml", "farm")}
     places["turbine"] = ("meltemi.turbine", "data/nrel5mw.yaml", "inspect")
     if what not in places:
         raise InputError(f"template {what!r}: {did_you_mean(what, list(places))}")

@@ -84,7 +84,7 @@ def _parts(study: str, names: tuple[str, ...]) -> Sequence[str]:
 
 
 def _duel(quick: bool, workers: int | None, out: Path) -> None:
-    from meltemi.control.bladed.rosco import find_rosco
+    from meltemi.bladed_controllers.rosco import find_rosco
     from meltemi.tuning.run_store import run_store
 
     find_rosco()

@@ -13,7 +13,7 @@ from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
-    from meltemi.loadcases.case import LoadCase
+    from meltemi.cases.case import LoadCase
 
 
 def export(
@@ -31,7 +31,7 @@ def export(
     out: OutOption = Path("out"),
 ) -> None:
     """Export a turbine, or a case with its models, site and wind, as an OpenFAST 5 deck."""
-    from meltemi.loadcases.case import FileCase, StartCase, case_turbine, case_wind
+    from meltemi.cases.case import FileCase, StartCase, case_turbine, case_wind
     from meltemi.turbine.power_turbine import aeroelastic
 
     if wind_speed is not None and wind_file is not None:
@@ -84,7 +84,7 @@ def export(
 
 def _operation(turbine: Any, options: Any, case: LoadCase, folder: Path) -> tuple[float | None, float | None]:
     """Rotor speed [rad/s] and pitch [rad] of steady operation in the mean of the wind; None where nothing turns."""
-    from meltemi.loadcases.case import case_wind
+    from meltemi.cases.case import case_wind
 
     try:
         model = meltemi.build(turbine, options, case.environment)

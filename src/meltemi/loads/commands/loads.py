@@ -37,11 +37,11 @@ from meltemi.core.errors import InputError
 from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
+    from meltemi.iec.classes import Edition, WindClass
     from meltemi.loads.loadbase.campaign import Campaign
     from meltemi.loads.loadbase.engine import BaseStatus, Progress
     from meltemi.loads.loadbase.plan import Plan
     from meltemi.loads.loadbase.timing import Cost
-    from meltemi.wind.iec.classes import Edition, WindClass
 
 BaseArgument = Annotated[Path, "Folder of a load base, as plan writes it."]
 SettingsOption = Annotated[Path | None, "Settings of the evaluation (YAML), such as extrapolation: weibull."]

@@ -22,12 +22,12 @@ from meltemi.app.options import (
 from meltemi.app.terminal import OutOption, print_table, progress_bar, suggest, write_figure, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.formats import suffixes
-from meltemi.wind.formats import FORMATS, WINDS
+from meltemi.wind_files.formats import FORMATS, WINDS
 
 if TYPE_CHECKING:
+    from meltemi.iec.models import IecModel
     from meltemi.turbine.power_turbine import AnyTurbine
     from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
-    from meltemi.wind.iec.models import IecModel
     from meltemi.wind.turbulent import TurbulentWind
 
 SUFFIXES = {f.name: f.suffix for f in WINDS}
@@ -118,7 +118,7 @@ def _generate(
     name: str, settings: dict[str, Any], field: FieldOptions, turbine: str, file_format: str | None, out: Path
 ) -> tuple[object, ...]:
     """Generate a wind of IEC 61400-1; returns the options of a run in it."""
-    from meltemi.wind.iec.models import MODELS, iec_wind
+    from meltemi.iec.models import MODELS, iec_wind
 
     used = meltemi.load_turbine(turbine)
     of_gust: tuple[str, ...] = () if field.gust is None else ("sign", "begin", "years")
@@ -160,7 +160,7 @@ def _option(name: str) -> str:
 
 def _check_options(model: IecModel, options: dict[str, Any], of: str = "") -> None:
     """Raise an error for options that do not apply to a model, and for missing required options."""
-    from meltemi.wind.iec.models import SITUATION
+    from meltemi.iec.models import SITUATION
 
     steady = "steady" in options and model.make_steady is not None
     takes = model.takes(steady=steady)
@@ -191,7 +191,7 @@ def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | Tu
 
 def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: float, periodic: bool) -> WindSeries:
     """The gust of ``--gust``, with the options that apply to it."""
-    from meltemi.wind.iec.models import MODELS, SITUATION, iec_wind
+    from meltemi.iec.models import MODELS, SITUATION, iec_wind
 
     transients = [m.name for m in MODELS.values() if m.kind == "transient"]
     if name not in transients:

@@ -30,8 +30,8 @@ def climate(
     out: OutOption = Path("out"),
 ) -> None:
     """Compute energy and loads of a year of weather against standard air: tables, plot, hourly or monthly CSV."""
+    from meltemi.iec.classes import as_class
     from meltemi.studies.climate.weather import periods
-    from meltemi.wind.iec.classes import as_class
 
     described = load_aeroelastic(turbine, "meltemi climate")
     as_class(wind_class, None)

@@ -43,7 +43,7 @@ def yaw_limits(
 ) -> None:
     """Find the yaw errors that load limits allow over wind speed: table, plot, a case with these settings."""
     from meltemi.core.yamlfile import write_record
-    from meltemi.wind.iec.classes import as_class
+    from meltemi.iec.classes import as_class
 
     described = load_aeroelastic(turbine, "meltemi yaw-limits")
     as_class(wind_class, None)
@@ -95,7 +95,7 @@ def _case(turbine: str, cut_out: float, speeds: Float, thresholds: Float, settin
 
     It begins at the highest of their wind speeds from which that is so, at the lowest if there is none.
     """
-    from meltemi.wind.iec.gusts import COHERENT_GUST
+    from meltemi.iec.gusts import COHERENT_GUST
 
     speed = max((v for v in speeds if v + COHERENT_GUST <= cut_out), default=speeds[0])
     protection = settings | {"wind_speeds": speeds.tolist(), "thresholds": thresholds.round(4).tolist()}

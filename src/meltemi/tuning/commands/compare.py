@@ -147,7 +147,7 @@ def _show(comparison: Comparison, title: str) -> None:
 
 def _winds(given: Mapping[str, Any], turbine: Turbine, duration: float, seeds: range) -> list[TurbulentWind]:
     """The wind with each seed."""
-    from meltemi.loadcases.case import case_wind
+    from meltemi.cases.case import case_wind
 
     described = wind_of_options(given)
     data = {"turbine": turbine.name, "wind": described, "duration": duration}

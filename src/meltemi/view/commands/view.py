@@ -72,7 +72,7 @@ def _read(path: Path) -> Result | Wind:
     Raises:
       InputError: it is neither.
     """
-    from meltemi.wind.formats import FORMATS
+    from meltemi.wind_files.formats import FORMATS
 
     path = path / "result.nc" if path.is_dir() else path
     suffixes = {f.suffix for f in FORMATS} - {".csv"}
