@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, folder_for, print_table, print_values, say, simulation_bar, suggest, wrote
 
 if TYPE_CHECKING:
@@ -14,25 +15,16 @@ if TYPE_CHECKING:
 
 
 def verify(
-    quick: Annotated[bool, typer.Option("--quick", help="Only what takes less than two minutes.")] = False,
-    measured: Annotated[
-        bool, typer.Option("--measured", help="Only the comparison with measured loads of a rotor in a wind tunnel.")
-    ] = False,
-    offshore: Annotated[
-        bool, typer.Option("--offshore", help="Only the comparisons of turbines at sea with OpenFAST.")
-    ] = False,
+    quick: Annotated[bool, "Only what takes less than two minutes."] = False,
+    measured: Annotated[bool, "Only the comparison with measured loads of a rotor in a wind tunnel."] = False,
+    offshore: Annotated[bool, "Only the comparisons of turbines at sea with OpenFAST."] = False,
     hawc2: Annotated[
-        Path | None,
-        typer.Option("--hawc2", help="Folder with models of HAWC2: only the comparisons with its results for them."),
+        Path | None, "Folder with models of HAWC2: only the comparisons with its results for them."
     ] = None,
-    reference: Annotated[
-        Path | None,
-        typer.Option("--reference", help="Folder with complete reference series: adds 10 min of turbulence."),
-    ] = None,
+    reference: Annotated[Path | None, "Folder with complete reference series: adds 10 min of turbulence."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare with closed forms, OpenFAST, HAWC2 and measurements."""
-    out = folder_for(out)
     from meltemi.verification.verification import report_of, verification
 
     made: list[Comparison] = []
@@ -40,15 +32,9 @@ def verify(
     try:
         with simulation_bar("verification") as progress:
             verification(
-                quick=quick,
-                measured=measured,
-                at_sea=offshore,
-                models=hawc2,
-                reference=reference,
-                progress=progress,
-                say=say,
-                done=made.append,
-            )
+                quick=quick, measured=measured, at_sea=offshore, models=hawc2, reference=reference,
+                progress=progress, say=say, done=made.append,
+            )  # fmt: skip
     finally:  # after an interruption or an error, too
         report = report_of(made, measured, offshore, hawc2)
         for table in made:
@@ -61,12 +47,10 @@ def verify(
 
 
 def bench(
-    duration: Annotated[float, typer.Option("--duration", help="Length of the timed runs [s].")] = 600.0,
-    page: Annotated[
-        Path | None, typer.Option("--page", help="Write the benchmark page of the docs to this file.")
-    ] = None,
-    loads: Annotated[bool, typer.Option("--loads", help="Only a sample of a load base.")] = False,
-    cases: Annotated[int, typer.Option("--cases", help="Cases of that sample.", min=1)] = 40,
+    duration: Annotated[float, "Length of the timed runs [s]."] = 600.0,
+    page: Annotated[Path | None, "Write the benchmark page of the docs to this file."] = None,
+    loads: Annotated[bool, "Only a sample of a load base."] = False,
+    cases: Annotated[int, "Cases of that sample.", Range(1)] = 40,
 ) -> None:
     """Measure compile time, run time, memory."""
     if loads:
