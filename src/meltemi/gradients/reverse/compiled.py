@@ -21,7 +21,7 @@ from meltemi.core.intermediate_code import linked_code
 from meltemi.core.kernel import cache_folder
 from meltemi.core.private import signed, user_key, verified
 from meltemi.gradients.reverse.memory import Memory
-from meltemi.gradients.reverse.transform import Transformed
+from meltemi.gradients.reverse.transform import Code, transformed
 from meltemi.numbers.lanes import REVERSE
 from meltemi.numbers.records import RecordType
 
@@ -32,7 +32,7 @@ class Compiled:
     Args:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers and functions, then records.
-      arrays, wanted: see :class:`Transformed`.
+      arrays, wanted: see :func:`transformed`.
       name: for the cache, if all sources of function and records are those of meltemi; otherwise their code tells.
 
     Attributes:
@@ -51,11 +51,11 @@ class Compiled:
         wanted: frozenset[str] | None,
         name: str = "",
     ) -> None:
-        text, top = ("", "") if name else code_of(function, kinds)
+        code = None if name else code_of(function, kinds)
         others = repr(
             (sorted(arrays.items()), wanted and sorted(wanted), llvm.get_host_cpu_name(), llvm.llvm_version_info)
         )
-        key = hashlib.sha256((name or text).encode() + sources() + others.encode()).hexdigest()
+        key = hashlib.sha256((name if code is None else code.text).encode() + sources() + others.encode()).hexdigest()
         folder = cache_folder()
         file = None if folder is None else folder / f"adjoint-{key[:32]}.o"
         machine = llvm.Target.from_default_triple().create_target_machine(
@@ -65,14 +65,13 @@ class Compiled:
         if kept is None:
             records = {2 + i: kind.cls for i, kind in enumerate(kinds) if isinstance(kind, RecordType)}
             with event.trigger_event("numba:compile", {"dispatcher": SimpleNamespace(py_func=function), "args": ()}):
-                text, top = (text, top) if text else code_of(function, kinds)
-                made = Transformed(text, top, records, arrays, wanted)
-                kept = made.used, _machine_code(made.text, machine)
+                text, used = transformed(code or code_of(function, kinds), records, arrays, wanted)
+                kept = used, _machine_code(text, machine)
             _keep(file, *kept)
-        self.used, code = kept
+        self.used, machine_code = kept
         module = llvm.parse_assembly("")
         self._engine = llvm.create_mcjit_compiler(module, machine)
-        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(machine_code))
         self._engine.finalize_object()
         made_of = [ctypes.c_void_p if isinstance(kind, RecordType) else ctypes.c_int64 for kind in kinds]
         prototype = ctypes.CFUNCTYPE(ctypes.c_int32, *[ctypes.c_void_p] * 3, *made_of)
@@ -104,10 +103,10 @@ def sources() -> bytes:
     return b"".join(path.read_bytes() for path in (here.parent / "adjoint.py", *sorted(here.glob("*.py"))))
 
 
-def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
-    """Optimised LLVM code of a function with all that it calls, with names that no address is part of; its name."""
-    code, name = linked_code(function, kinds)
-    text = _folded(code)
+def code_of(function: Any, kinds: Sequence[Any]) -> Code:
+    """Optimised LLVM code of a function with all that it calls, with names that no address is part of."""
+    linked, name = linked_code(function, kinds)
+    text = _folded(linked)
     names: dict[str, str] = {}
 
     def renamed(match: re.Match[str]) -> str:
@@ -115,7 +114,17 @@ def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
 
     text = re.sub(r"^(?:; |!\d+ = |source_filename).*$| +; preds = .*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"(?<![-\w.$])_ZN[-\w.$]+", renamed, text)  # of functions, and of blocks where one was inlined
-    return text, "@" + names[name]
+    return Code(text, "@" + names[name], {short: _readable(mangled) for mangled, short in names.items()})
+
+
+def _readable(mangled: str) -> str:
+    """Name in Python of a kernel: Numba writes its parts behind their lengths."""
+    parts, rest = [], mangled.removeprefix("_ZN")
+    while length := re.match(r"\d+", rest):
+        end = length.end() + int(length[0])
+        parts.append(rest[length.end() : end])
+        rest = rest[end:]
+    return ".".join(parts)
 
 
 def _folded(text: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.gradients.reverse.blocks import SHADOW
+from meltemi.gradients.reverse.tape import SHADOW
 from meltemi.maths.records import Record, members
 
 _PAGE = 4096
