@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroMemory, StallState
-from meltemi.control.controller import Controller, Entry, StartPoint
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.control.entry import Entry
 from meltemi.control.faults import healthy
 from meltemi.control.signals import MOST_FLAP, MOST_PITCH, MOST_REACTIVE, MOST_TORQUE, REPORTS, Demands, Measurements
 from meltemi.core.kernel import announce

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control import constant
-from meltemi.control.controller import Controller, Entry, LogEntry
+from meltemi.control.controller import Controller, LogEntry
+from meltemi.control.entry import CALLED_BACK
 from meltemi.control.faults import Faults, apply_events
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.calls import arguments_of
@@ -31,19 +32,14 @@ from meltemi.core.kernel import compile_seconds
 from meltemi.core.log import LOG
 from meltemi.maths.records import Kind, Record
 from meltemi.maths.tables import View
-from meltemi.numbers.lanes import N_DERIVATIVES
-from meltemi.simulation import step
-from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
-from meltemi.simulation.loop import Loop, loop_of
-from meltemi.simulation.plan import Plan, controller_of, first_point, planned, wind_of
-from meltemi.simulation.points import initial_state
+from meltemi.simulation import stages, step
+from meltemi.simulation.case import Case
+from meltemi.simulation.operating_point import OperatingPoint
+from meltemi.simulation.plan import planned
 from meltemi.simulation.result import Finding, Result
-from meltemi.simulation.rotors import kind_of
 from meltemi.simulation.run import Run
-from meltemi.simulation.start import Start, begin
-from meltemi.simulation.unsteady import wind_log
+from meltemi.simulation.start import Start
 from meltemi.simulation.validity import notices, violations
-from meltemi.wind.fields import Wind
 
 if TYPE_CHECKING:
     from meltemi.simulation.events import BaseEvent
@@ -85,7 +81,7 @@ def march(
     def heard(frame: FrameType | None) -> None:
         run.interrupted = True
         # an exception in a controller that compiled code calls would be lost: the chunk is completed
-        if frame is None or frame.f_globals.get("__name__") != Entry.__module__:
+        if frame is None or frame.f_globals.get("__name__") != CALLED_BACK:
             raise KeyboardInterrupt
 
     chunk = 100
@@ -148,76 +144,29 @@ class Simulation:
     ) -> None:
         plan = planned(run)
         began, compiled = clock_time.perf_counter(), compile_seconds()
-        wind, self._noticed = wind_of(run, plan)
-        controller, every_control = controller_of(run, plan, wind)
-        try:
-            start, words = initial_state(plan.model, wind, run.start() if callable(run.start) else run.start)
-        except InputError as error:  # what is implausible may be why
-            raise InputError("; note: ".join([str(error), *self._noticed])) from None
-        self._noticed += words
-        self.events, self._acted = plan.events.given, list[tuple[int, LogEntry]]()
-        self._planned = (*plan.events.log, *wind_log(wind, run.duration, plan.dt))
-        case = _prepared(run, plan, wind, numbers)
-        entry = case.bind(controller, first_point(plan.model, wind, start))
+        around = stages.surroundings(run, plan)
+        bound = stages.bound(run, plan, around, numbers)
+        case = bound.case
         if case.controller.close is not None:
             weakref.finalize(self, case.controller.close)  # for a run that is never finished
         if prepare is not None:
             prepare(case)
-        unsettled = isinstance(start, Start)
-        start.set(case) if isinstance(start, Start) else start.put(case)
-        if starting is not None:
-            starting(case, unsettled)
-        if unsettled:
-            case.settle(0.0)
-        case.begin_parts(plan.dt)
-        begin(case)
-        clock, settings = case.clock, case.settings
-        clock.every_output, clock.every_control, settings.time_step = plan.every_output, every_control, plan.dt
-        # an instant stands for half a step before and after it: what is held between calls and jumps there would lead
-        settings.held_share = 0.0 if controller.sample_time is None else 0.5
-        self.model, self.wind, self.case, self.controller = plan.model, wind, case, case.controller
-        self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
-        self.start = {
-            "kind": type(start).__name__,
-            "rotor_speed": float(start.rotor_speed),
-            "pitch": float(start.pitch),
-            "generator_torque": float(start.generator_torque),
-        }
-        self.dt, self.n_steps, self.duration, self.transient = plan.dt, plan.n_steps, run.duration, run.transient
-        self.channels, self.recorder, self.grid, self.sea = plan.channels, plan.recorder, run.grid, run.sea
-        self.interrupted = False
-        self.output_step = plan.every_output * plan.dt
+        at_start = stages.started(plan, around, bound, starting)
         self.held_steps, self.sink = held_steps or plan.n_steps, None
-        self.loop = self._compiled(entry, plan, numbers)
-        self.moving = (
-            case.signals.vector,
-            case.aero_state.vector,
-            case.measured,
-            case.v_old,
-            case.a_old,
-            case.clock.array,
-            case.controller_state,
-            case["faults"],
-            case["watch"],
-            case["weights"],
-        )
-        self._begin = tuple(array.copy() for array in self.moving)
+        self.loop = stages.compiled(plan, at_start, self.held_steps, numbers)
+        self.moving, self._begin = at_start.moving, at_start.begin
+        self.model, self.wind, self.case, self.controller = plan.model, around.wind, case, case.controller
+        self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
+        self.start = _summary(around.start)
+        self.dt, self.n_steps, self.duration, self.transient = plan.dt, plan.n_steps, run.duration, run.transient
+        self.output_step = plan.every_output * plan.dt
+        self.channels, self.recorder, self.grid, self.sea = plan.channels, plan.recorder, run.grid, run.sea
+        self.events, self._noticed, self._planned = plan.events.given, around.noticed, around.log
+        self._acted: list[tuple[int, LogEntry]] = []
+        self.interrupted = False
         self.compile_seconds = compile_seconds() - compiled
         self.prepare_seconds = clock_time.perf_counter() - began - self.compile_seconds
         self.run_seconds = 0.0
-
-    def _compiled(self, entry: Entry, plan: Plan, numbers: Kind) -> Loop:
-        """The time loop of the run, with room for what it holds of its output."""
-        case = self.case
-        places = np.array([case.place(channel) for channel in plan.channels], dtype=np.int64)
-        if plan.recorder:
-            places = np.concatenate([places, plan.recorder.places(case)])
-        samples = (plan.n_steps - 1) // plan.every_output + 1
-        output = np.full((min(samples, (self.held_steps - 1) // plan.every_output + 1), len(places)), np.nan)
-        if numbers == "duals":
-            case.slopes["output"] = np.zeros((*output.shape, N_DERIVATIVES))
-        records = (case.run(places, output), case.control, case.system, case.one, case.plain, case.sections)
-        return loop_of(entry.function, records, output)
 
     @property
     def time(self) -> float:
@@ -430,18 +379,13 @@ class Simulation:
         )
 
 
-def _prepared(run: Run, plan: Plan, wind: Wind, numbers: Kind) -> Case:
-    """The case of a run, with what depends on its time step."""
-    model, turbine, kind = plan.model, plan.model.turbine, kind_of(plan.model)
-    case = Case(model, wind, plan.stations, numbers=numbers, grid=run.grid, parts=plan.parts, origin=run.origin)
-    if plan.events.rows is not None:
-        case.events = plan.events.rows
-    case["weights"][:2] = kind.step_weights(model, plan.dt)
-    # dry friction acts over a speed that a step of full braking cannot cross: as a damper on the generator
-    # it has h c / J = 0.4, below the bound of 0.5 with a margin for the shaft (docs/theory/simulation.md, M-7)
-    brake_step = turbine.drivetrain.brake_torque * plan.dt / kind.brake_inertia(turbine)
-    case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.5 * brake_step)
-    return case
+def _summary(start: OperatingPoint | Start) -> dict[str, Any]:
+    return {
+        "kind": type(start).__name__,
+        "rotor_speed": float(start.rotor_speed),
+        "pitch": float(start.pitch),
+        "generator_torque": float(start.generator_torque),
+    }
 
 
 @cache
