@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from meltemi.control.filters import response
 from meltemi.controllers.tuning import margins
-from meltemi.papers.he2018.claims import change, edgewise, likelihood, percent
 from meltemi.papers.he2018.designs import ADDED, DECAY, LOST, SLOW
+from meltemi.papers.he2018.measures import change, edgewise, likelihood, percent
 from meltemi.papers.he2018.runs import (
     ALL_SPEEDS,
     CLASS_B,
