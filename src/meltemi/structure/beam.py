@@ -259,11 +259,16 @@ class Modes:
 
     def at(self, z: Float) -> Float:
         """(k, m, 6) shapes at coordinates ``z`` (m,), interpolated linearly between the mesh's nodes."""
-        result = np.empty((len(self.shape), len(z), 6))
-        for k in range(len(self.shape)):
-            for c in range(6):
-                result[k, :, c] = np.interp(z, self.z, self.shape[k, :, c])
-        return result
+        return interpolated(z, self.z, self.shape)
+
+
+def interpolated(z: Float, nodes: Float, values: Float) -> Float:
+    """(..., m, c) values at coordinates ``z`` (m,), linear between those (..., n, c) at nodes (n,)."""
+    result = np.empty((*values.shape[:-2], len(z), values.shape[-1]))
+    for i in np.ndindex(values.shape[:-2]):
+        for c in range(values.shape[-1]):
+            result[*i, :, c] = np.interp(z, nodes, values[*i, :, c])
+    return result
 
 
 def natural_modes(
