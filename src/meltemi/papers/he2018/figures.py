@@ -17,7 +17,7 @@ from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import ABOVE, heading, new_figure, panel
 from meltemi.reports.panels import Panel, channel, series
 from meltemi.reports.spectra_plots import plot_spectra
-from meltemi.tuning.compare import hub_moments
+from meltemi.tuning.quantities import hub_moments
 from meltemi.tuning.tuning_plots import plot_tuning
 from meltemi.turbine.flaps import DEFLECTION, naca64618_flap
 from meltemi.turbine.flaps import LIFT as LIFT_TABLE
