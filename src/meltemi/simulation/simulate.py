@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 from meltemi.control import constant
 from meltemi.control.controller import Controller, LogEntry
 from meltemi.control.entry import CALLED_BACK
-from meltemi.control.faults import Faults, apply_events
+from meltemi.control.faults import apply_events
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.calls import arguments_of
-from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.errors import InputError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds
 from meltemi.core.log import LOG
@@ -34,11 +34,9 @@ from meltemi.maths.records import Kind, Record
 from meltemi.maths.tables import View
 from meltemi.simulation import stages, step
 from meltemi.simulation.case import Case
-from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.plan import planned
 from meltemi.simulation.result import Finding, Result
 from meltemi.simulation.run import Run
-from meltemi.simulation.start import Start
 from meltemi.simulation.validity import notices, violations
 
 if TYPE_CHECKING:
@@ -145,19 +143,21 @@ class Simulation:
         plan = planned(run)
         began, compiled = clock_time.perf_counter(), compile_seconds()
         around = stages.surroundings(run, plan)
-        bound = stages.bound(run, plan, around, numbers)
-        case = bound.case
+        case = stages.bound(run, plan, around, numbers)
         if case.controller.close is not None:
             weakref.finalize(self, case.controller.close)  # for a run that is never finished
         if prepare is not None:
             prepare(case)
-        at_start = stages.started(plan, around, bound, starting)
+        at_start = stages.started(plan, around, case, starting)
         self.held_steps, self.sink = held_steps or plan.n_steps, None
         self.loop = stages.compiled(plan, at_start, self.held_steps, numbers)
         self.moving, self._begin = at_start.moving, at_start.begin
         self.model, self.wind, self.case, self.controller = plan.model, around.wind, case, case.controller
         self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
-        self.start = _summary(around.start)
+        numbers_of_start = ("rotor_speed", "pitch", "generator_torque")
+        self.start = {"kind": type(around.start).__name__} | {
+            name: float(getattr(around.start, name)) for name in numbers_of_start
+        }
         self.dt, self.n_steps, self.duration, self.transient = plan.dt, plan.n_steps, run.duration, run.transient
         self.output_step = plan.every_output * plan.dt
         self.channels, self.recorder, self.grid, self.sea = plan.channels, plan.recorder, run.grid, run.sea
@@ -230,17 +230,9 @@ class Simulation:
         Raises:
           InputError: the turbine lacks what the event concerns, or events of the run are still to come.
         """
-        from meltemi.simulation.events import check_parts
+        from meltemi.simulation.events import act
 
-        check_parts(event, "event", self.model.turbine)
-        clock, faults = self.case.clock, self.case["faults"]
-        if clock.next_event < len(self.case.events):
-            raise InputError(f"{event.what}: events of the run are still to come")
-        for name, on, off in event.changes():
-            faults[Faults.index(name)] = off if ended else on
-        clock.next_event = max(int(clock.next_event), 1)  # from now on sensors report faults and requests
-        entry = LogEntry(self.time, "event", f"{event.what}: over" if ended else event.what)
-        self._acted.append((int(clock.step), entry))
+        self._acted.append(act(event, self.case, self.time, ended=ended))
 
     def close(self) -> None:
         """Release what the controller holds besides its state; a run that has ended has done so."""
@@ -346,8 +338,12 @@ class Simulation:
     @property
     def message(self) -> str:
         """Why the run has ended early or is doubtful; empty if neither."""
-        findings = (str(Finding(**each)) for each in violations(self.case["watch"]))
-        return "; ".join(filter(None, [explain(self.case, self.status, self.time, self.dt), *findings]))
+        found = [str(Finding(**each)) for each in violations(self.case["watch"])]
+        if not (status := self.status).complete:
+            from meltemi.simulation.failure import explain
+
+            found = [explain(self.case, status, self.time, self.dt), *found]
+        return "; ".join(found)
 
     def result(self) -> Result:
         """Result up to now."""
@@ -379,52 +375,9 @@ class Simulation:
         )
 
 
-def _summary(start: OperatingPoint | Start) -> dict[str, Any]:
-    return {
-        "kind": type(start).__name__,
-        "rotor_speed": float(start.rotor_speed),
-        "pitch": float(start.pitch),
-        "generator_torque": float(start.generator_torque),
-    }
-
-
 @cache
 def _demand_rows(name: str) -> int | slice:
     return View(Demands, Demands.zeros()).rows(name)
-
-
-def explain(case: Case, status: Status, t: float, dt: float) -> str:
-    """Reason for the end of a run, with time, state and a hint."""
-    if status.complete:
-        return ""
-    name = case.controller.name
-    if status is Status.DIVERGED:
-        if reasons := [why for part in case.parts if (why := part.why(case))]:
-            return f"at t = {t:.3f} s {reasons[0]}"
-        # once one coordinate is NaN all are, within a step: the last velocities show which diverged first
-        last = np.where(np.isfinite(case["v"]), case["v"], case.v_old)
-        size = np.nan_to_num(np.abs(case["q"]), posinf=np.inf) + np.abs(last)
-        worst = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
-        return (
-            f"at t = {t:.3f} s {status.message} "
-            f"(worst: {case.model.coordinates[worst]!r}, q = {case['q'][worst]:.3g}, dq/dt = {case['v'][worst]:.3g}; "
-            f"time step {dt:g} s)"
-        )
-    if status is Status.CONTROLLER_RAISED:
-        error = case.entry.exception
-        if isinstance(error, MeltemiError):
-            return f"at t = {t:.3f} s the controller {name!r} failed: {error}"
-        what = f"{type(error).__name__}: {error}" if error is not None else "an exception in compiled code"
-        return f"at t = {t:.3f} s the controller {name!r} raised {what}"
-    if status is Status.CONTROLLER_DEMAND:
-        demands = case.view("demands")
-        bad = [
-            f"{n} = {demands.array[i]:g} (limit {case.limits[i]:g})"
-            for i, n in enumerate(demands.table.names)
-            if not abs(demands.array[i]) <= case.limits[i]
-        ]
-        return f"at t = {t:.3f} s the controller {name!r} returned {', '.join(bad)}"
-    return f"at t = {t:.3f} s: {status.message}"
 
 
 def controller_warnings(controller: Controller, state: Any) -> list[str]:

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller, LogEntry
-from meltemi.control.entry import Entry
 from meltemi.core.errors import InputError
 from meltemi.maths.records import Kind
 from meltemi.numbers.lanes import N_DERIVATIVES
@@ -48,14 +47,6 @@ class Surroundings:
 
 
 @dataclass(frozen=True)
-class Bound:
-    """The arrays of a run, and its controller as the time loop calls it."""
-
-    case: Case
-    entry: Entry
-
-
-@dataclass(frozen=True)
 class Started:
     """A case at its first instant.
 
@@ -65,7 +56,6 @@ class Started:
     """
 
     case: Case
-    entry: Entry
     moving: tuple[NDArray[np.float64], ...]
     begin: tuple[NDArray[np.float64], ...]
 
@@ -86,8 +76,8 @@ def surroundings(run: Run, plan: Plan) -> Surroundings:
     return Surroundings(wind, controller, every_control, start, (*noticed, *words), log)
 
 
-def bound(run: Run, plan: Plan, around: Surroundings, numbers: Kind) -> Bound:
-    """The case of a run with its controller, and with what depends on its time step."""
+def bound(run: Run, plan: Plan, around: Surroundings, numbers: Kind) -> Case:
+    """The arrays of a run with its controller, and with what depends on its time step."""
     model, turbine, kind = plan.model, plan.model.turbine, kind_of(plan.model)
     case = Case(model, around.wind, plan.stations, numbers=numbers, grid=run.grid, parts=plan.parts, origin=run.origin)
     if plan.events.rows is not None:
@@ -97,14 +87,15 @@ def bound(run: Run, plan: Plan, around: Surroundings, numbers: Kind) -> Bound:
     # it has h c / J = 0.4, below the bound of 0.5 with a margin for the shaft (docs/theory/simulation.md, M-7)
     brake_step = turbine.drivetrain.brake_torque * plan.dt / kind.brake_inertia(turbine)
     case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.5 * brake_step)
-    return Bound(case, case.bind(around.controller, first_point(model, around.wind, around.start)))
+    case.bind(around.controller, first_point(model, around.wind, around.start))
+    return case
 
 
 def started(
-    plan: Plan, around: Surroundings, bound: Bound, starting: Callable[[Case, bool], None] | None = None
+    plan: Plan, around: Surroundings, case: Case, starting: Callable[[Case, bool], None] | None = None
 ) -> Started:
     """The case at the start of the run; ``starting``: see :class:`Simulation`."""
-    case, start, unsettled = bound.case, around.start, isinstance(around.start, Start)
+    start, unsettled = around.start, isinstance(around.start, Start)
     start.set(case) if isinstance(start, Start) else start.put(case)
     if starting is not None:
         starting(case, unsettled)
@@ -128,7 +119,7 @@ def started(
         case["watch"],
         case["weights"],
     )
-    return Started(case, bound.entry, moving, tuple(array.copy() for array in moving))
+    return Started(case, moving, tuple(array.copy() for array in moving))
 
 
 def compiled(plan: Plan, started: Started, held_steps: int, numbers: Kind) -> Loop:
@@ -142,4 +133,4 @@ def compiled(plan: Plan, started: Started, held_steps: int, numbers: Kind) -> Lo
     if numbers == "duals":
         case.slopes["output"] = np.zeros((*output.shape, N_DERIVATIVES))
     records = (case.run(places, output), case.control, case.system, case.one, case.plain, case.sections)
-    return loop_of(started.entry.function, records, output)
+    return loop_of(case.entry.function, records, output)

@@ -1,13 +1,12 @@
 """Blade and tower as modal members, from section data to the arrays of the kernels.
 
 In the order of the file: a member is made of the sections of a description (``blade_beam``, ``tower_beam``), finite
-elements between the nodes of its layout, natural or given modes of these, and their damping. The elements are those of
-``beam.py``. Host side, NumPy and SciPy. A missing stiffness (torsion, stretch, shear) counts as rigid.
+elements between the nodes of its layout, their natural modes or given ones (``given_modes.py``), and their damping. The
+elements are those of ``beam.py``. NumPy and SciPy. A missing stiffness (torsion, stretch, shear) counts as rigid.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -24,6 +23,7 @@ from meltemi.structure.beam import (
     energy_shares,
     interpolated,
     natural_modes,
+    ordinal,
     residual_modes,
     second_order,
     section_axes,
@@ -108,16 +108,9 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
     beam = blade_beam(blade)
     mesh = _mesh(beam, layout)
     if given:
-        if blade.mode_shapes is None or blade.flap_stiffness is None or blade.edge_stiffness is None:
-            raise UnsupportedError(
-                "mode_shapes 'given': the blade has no mode_shapes (with classical section properties)"
-            )
-        directions = {
-            "flap": (blade.mode_shapes.flap, blade.flap_stiffness, np.cos(blade.twist), -np.sin(blade.twist)),
-            "edge": (blade.mode_shapes.edge, blade.edge_stiffness, np.sin(blade.twist), np.cos(blade.twist)),
-            "torsion": ((), blade.flap_stiffness, blade.twist, blade.twist),
-        }
-        modes, names = _given_modes(beam, mesh, counts, directions)
+        from meltemi.structure.given_modes import given_blade_modes
+
+        modes, names = given_blade_modes(blade, beam, mesh, counts)
         return _member(modes, names, beam, blade.damping or blade.damping_time)
     modes = natural_modes(mesh, 12 + 4 * (sum(counts.values()) - residual))
     picked, names = pick_modes(
@@ -127,7 +120,7 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
         picked = residual_modes(mesh, picked, _static_loads(mesh, beam)[:, :residual])
         kind = np.argmax(energy_shares(picked, mesh.mass), axis=1)
         picked = picked.scaled(np.where(np.arange(len(kind)) < len(names), 1.0, _to_unit_motion(picked, kind)))
-        names += [f"{_ordinal(i + 1)} residual {DIRECTIONS[k]}" for i, k in enumerate(kind[len(names) :])]
+        names += [f"{ordinal(i + 1)} residual {DIRECTIONS[k]}" for i, k in enumerate(kind[len(names) :])]
     return _member(picked, names, beam, blade.damping or blade.damping_time)
 
 
@@ -156,16 +149,11 @@ def tower_member(
     beam = tower_beam(tower)
     mesh = _mesh(beam, layout)
     if given:
-        if tower.mode_shapes is None or springs is not None:
-            raise UnsupportedError("mode_shapes 'given': the tower has no mode_shapes, or has a foundation")
-        one, zero = np.ones(len(tower.position)), np.zeros(len(tower.position))
-        directions = {
-            "fore-aft": (tower.mode_shapes.fore_aft, tower.fore_aft_stiffness, one, zero),
-            "side-side": (tower.mode_shapes.side_side, tower.side_side_stiffness, zero, one),
-            "torsion": ((), tower.fore_aft_stiffness, zero, zero),
-        }
-        named = {name.replace("_", "-"): count for name, count in counts.items()}
-        modes, names = _given_modes(beam, mesh, named, directions)
+        if springs is not None:
+            raise UnsupportedError("mode_shapes 'given': the tower has a foundation")
+        from meltemi.structure.given_modes import given_tower_modes
+
+        modes, names = given_tower_modes(tower, beam, mesh, counts)
         return on_foundation(_member(modes, names, beam, tower.damping), mesh, foundation)
     modes = natural_modes(
         mesh,
@@ -294,7 +282,7 @@ def pick_modes(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> 
         if len(found) < count:
             raise UnsupportedError(f"only {len(found)} {name} modes were found, {count} are requested")
         which += found.tolist()
-        names += [f"{_ordinal(i + 1)} {name}" for i in range(count)]
+        names += [f"{ordinal(i + 1)} {name}" for i in range(count)]
     picked = modes.pick(which)
     return picked.scaled(_to_unit_motion(picked, kind[which])), names
 
@@ -329,54 +317,6 @@ def _static_loads(mesh: Mesh, beam: Beam) -> Float:
     load[:, :, 4] = (mesh.mass @ along.reshape(-1)).reshape(along.shape)
     flat: Float = load.reshape(-1, MOST_RESIDUAL)
     return flat / np.abs(flat).sum(axis=0)
-
-
-def _given_modes(
-    beam: Beam,
-    mesh: Mesh,
-    counts: dict[str, int],
-    directions: Mapping[str, tuple[Sequence[Sequence[float]], Float, Float, Float]],
-) -> tuple[Modes, list[str]]:
-    """Modes from polynomials: bending curvature phi'' along a direction that rotates with the section.
-
-    Args:
-      directions: for each kind the coefficients of x^2, x^3, ... over the span, the stiffness at the
-        stations, and the direction's x and y components there.
-    """
-    names: list[str] = []
-    z = mesh.z
-    length = z[-1]
-    middle, step = 0.5 * (z[1:] + z[:-1]), np.diff(z)
-    q, weights = beam.pieces(z)
-    weight = weights.sum(axis=1)
-    shapes: list[Float] = []
-    curvature: list[Float] = []
-    for kind, (polynomials, stiffness, x, y) in directions.items():
-        if counts[kind] > len(polynomials):
-            raise UnsupportedError(
-                f"{counts[kind]} {kind} modes are requested, but {len(polynomials)} shapes are given"
-            )
-        for i, coefficients in enumerate(polynomials[: counts[kind]]):
-            names.append(f"{_ordinal(i + 1)} {kind}")
-            second = np.polynomial.Polynomial([0.0, 0.0, *coefficients]).deriv(2)
-            shape = np.zeros((len(z), 6))
-            for component, rotation, sign, part in ((0, 4, 1.0, x), (1, 3, -1.0, y)):
-                bent = second(middle / length) / length**2 * np.interp(middle, beam.position, part)
-                slope = np.concatenate([[0.0], np.cumsum(bent * step)])
-                shape[:, rotation] = sign * slope
-                shape[1:, component] = np.cumsum(0.5 * (slope[1:] + slope[:-1]) * step)
-            shapes.append(shape)
-            curvature.append(second(q / length) / length**2 * np.sqrt(np.interp(q, beam.position, stiffness)))
-    shape_array, curved = np.array(shapes).reshape(-1, len(z), 6), np.array(curvature).reshape(-1, len(q))
-    same = np.array([[a.split(" ", 1)[1] == b.split(" ", 1)[1] for a in names] for b in names], dtype=float)
-    K = (curved * weight) @ curved.T * same.reshape(len(names), len(names))
-    flat = shape_array.reshape(len(names), 6 * len(z))
-    alone = flat @ mesh.mass @ flat.T
-    return Modes(z, mesh.points, shape_array, K, alone, alone), names
-
-
-def _ordinal(n: int) -> str:
-    return f"{n}{({1: 'st', 2: 'nd', 3: 'rd'}).get(n, 'th')}"
 
 
 # damping, and what members carry ----------------------------------------------------------------
