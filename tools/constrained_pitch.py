@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi.controllers.tuning import tune_ipc
 from meltemi.core.files import write_text
+from meltemi.iec.winds import ntm
 from meltemi.postprocess.ensemble import lifetime_del, rayleigh_weights
 from meltemi.report.plots import save
 from meltemi.reports.blocks import Table
@@ -26,7 +27,6 @@ from meltemi.studies.constrained_pitch import FULL, NONE, Norm, Trade, controlle
 from meltemi.tuning.compare import Comparison, compare
 from meltemi.tuning.quantities import BLADE_SLOPE
 from meltemi.tuning.run_store import run_store
-from meltemi.wind.iec.winds import ntm
 
 PAGE = Path(__file__).parents[1] / "docs" / "guide" / "constrained-pitch.md"
 PICTURE = PAGE.parents[1] / "images" / "constrained-pitch.png"

@@ -8,10 +8,10 @@ from __future__ import annotations
 import ctypes
 from typing import Any
 
-import numba
 import numpy as np
 
-from meltemi.control.controller import UPDATE, Controller, EntryPoint, Vector, compiled_entry
+from meltemi.compiler import EntryPoint, interpreted, is_compiled
+from meltemi.control.controller import UPDATE, Controller, Vector, compiled_entry
 from meltemi.control.signals import CALLBACK, Demands, Measurements
 
 CALLED_BACK = "meltemi.control.plain_updates"
@@ -32,13 +32,13 @@ class Entry:
         self.exception: BaseException | None = None
         self._callback: Any = None
         update: Any = controller.update
-        if numba.config.DISABLE_JIT:
+        if interpreted():
             self.function = lambda x, measured, wanted, dt: update(x, Measurements(measured), Demands(wanted), dt)
         elif duals:
             from meltemi.control.dual_updates import dual_entry, update_of_duals
 
             self.function = EntryPoint(dual_entry(controller), update_of_duals())
-        elif isinstance(update, numba.core.dispatcher.Dispatcher):
+        elif is_compiled(update):
             self.function = EntryPoint(compiled_entry(update), UPDATE)
         else:
             from meltemi.control.plain_updates import call_python, callback

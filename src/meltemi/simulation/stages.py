@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import N_DERIVATIVES, Kind
 from meltemi.control.controller import Controller, LogEntry
 from meltemi.core.errors import InputError
-from meltemi.maths.records import Kind
-from meltemi.numbers.lanes import N_DERIVATIVES
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.loop import Loop, loop_of
 from meltemi.simulation.operating_point import OperatingPoint

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from meltemi.compiler import members
 from meltemi.gradients.reverse.code import Function, Instruction
-from meltemi.maths.records import members
 
 Root = tuple[str, str] | str
 """Where an address leads: a member of a record, by class and name, or one of these."""

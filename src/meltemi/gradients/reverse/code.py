@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
-import llvmlite.binding as llvm
-
+from meltemi.compiler import llvm_version
 from meltemi.core.errors import MeltemiError
 
 LOCAL = re.compile(r'%(?:"[^"]*"|[-\w.$]+)')
@@ -120,10 +119,9 @@ class Function:
 
 def no_rule(text: str, kernel: str) -> MeltemiError:
     """The error for an instruction that the adjoint does not know."""
-    version = ".".join(map(str, llvm.llvm_version_info))
     return MeltemiError(
-        f"gradient: the kernel {kernel!r}, compiled by LLVM {version}, has an instruction without a rule for its "
-        f"adjoint: {text[:120]!r}; write the kernel without it, or use sensitivity, which does not need the rule"
+        f"gradient: the kernel {kernel!r}, compiled by LLVM {llvm_version()}, has an instruction without a rule for "
+        f"its adjoint: {text[:120]!r}; write the kernel without it, or use sensitivity, which does not need the rule"
     )
 
 
