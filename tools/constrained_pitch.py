@@ -24,7 +24,8 @@ from meltemi.reports.blocks import Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.reports.markdown import table_lines
 from meltemi.studies.constrained_pitch import FULL, NONE, Norm, Trade, controllers, plot_trades, trades
-from meltemi.tuning.compare import BLADE_SLOPE, Comparison, compare
+from meltemi.tuning.compare import Comparison, compare
+from meltemi.tuning.quantities import BLADE_SLOPE
 from meltemi.tuning.run_store import run_store
 
 PAGE = Path(__file__).parents[1] / "docs" / "guide" / "constrained-pitch.md"

@@ -20,7 +20,7 @@ from meltemi.app.cli import app
 from meltemi.core.errors import Status
 from meltemi.core.yamlfile import write_record
 from meltemi.papers.commands import STUDIES
-from meltemi.papers.he2018.claims import harmonic_amplitude, percent
+from meltemi.papers.he2018.measures import harmonic_amplitude, percent
 from meltemi.papers.study import Contents, Study
 from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.channels import catalogue

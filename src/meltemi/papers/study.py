@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import meltemi
 from meltemi.core.files import write_text
 from meltemi.core.physics import PHYSICS
-from meltemi.papers.claim import UNJUDGED
+from meltemi.papers.verdict import UNJUDGED
 from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
 from meltemi.reports.blocks import Block, Document, Picture, Section, Table

@@ -16,7 +16,7 @@ from meltemi.bladed_controllers.controller import BladedController
 from meltemi.bladed_controllers.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
 from meltemi.controllers.names import SCHEMES
-from meltemi.papers.he2018.claims import change, percent
+from meltemi.papers.he2018.measures import change, percent
 from meltemi.papers.he2018.runs import CLASS_B, PAPER, READINGS, SPEED, Bench, Setup, bench, paper_turbine, wind_of
 from meltemi.papers.study import Progress
 from meltemi.reports.blocks import Section, Table

@@ -9,22 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.controllers.names import SCHEMES
-from meltemi.papers.claim import UNJUDGED, Claim, brief, claims_table, reason_lines
+from meltemi.papers.claim import Claim, brief, claims_table, reason_lines
 from meltemi.papers.he2018 import beyond, search
-from meltemi.papers.he2018.claims import (
-    CEILINGS,
-    change,
-    claims,
-    likelihood,
-    not_detuned,
-    percent,
-    reached,
-    reasons,
-)
+from meltemi.papers.he2018.claims import claims, not_detuned
 from meltemi.papers.he2018.figures import FIGURES, bode, over_speeds
+from meltemi.papers.he2018.measures import CEILINGS, change, likelihood, percent, reached
+from meltemi.papers.he2018.reasons import reasons
 from meltemi.papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, Runs, run_all
 from meltemi.papers.he2018.verdicts import counts_words, verdicts_table
 from meltemi.papers.study import Contents, Draw, Study, applied, tabled, worded
+from meltemi.papers.verdict import UNJUDGED
 from meltemi.reports.blocks import Block, Part, Section, Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.tuning.compare import WHOLE

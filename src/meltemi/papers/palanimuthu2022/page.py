@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from meltemi.papers.claim import FEWEST_SEEDS, Claim, brief, claims_table, count_held, reason_lines
+from meltemi.papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi.papers.palanimuthu2022 import beyond
 from meltemi.papers.palanimuthu2022.beyond.coordination import bench, bench_chapter
 from meltemi.papers.palanimuthu2022.claims import BLADES_IN_RAIN, RAIN, REASONS, formula_claims
@@ -28,6 +28,7 @@ from meltemi.papers.palanimuthu2022.run_claims import (
 )
 from meltemi.papers.palanimuthu2022.runs import PHYSICAL, PLAIN, QUICK, SMALL, Reading, Runs, Setup, run_all
 from meltemi.papers.study import Contents, Draw, Progress, Study, applied, span, tabled, worded
+from meltemi.papers.verdict import FEWEST_SEEDS
 from meltemi.reports.blocks import Section, Table
 from meltemi.studies.climate.tables import energy_table
 from meltemi.studies.power_schemes.coordination import ENERGY, PITCH, PROPOSAL, ROOT_LOAD, TOWER_LOAD, TURNED, Bench
