@@ -62,9 +62,6 @@ def verify(
 
 def bench(
     duration: Annotated[float, typer.Option("--duration", help="Length of the timed runs [s].")] = 600.0,
-    page: Annotated[
-        Path | None, typer.Option("--page", help="Write the benchmark page of the docs to this file.")
-    ] = None,
     loads: Annotated[bool, typer.Option("--loads", help="Only a sample of a load base.")] = False,
     cases: Annotated[int, typer.Option("--cases", help="Cases of that sample.", min=1)] = 40,
 ) -> None:
@@ -75,14 +72,7 @@ def bench(
         print_values("figures", load_benchmark(cases=cases, say=say), load_lines)
         suggest("loads", "plan", "nrel5mw", "--class", "IB", "--quick")
         return
-    from meltemi.core.files import write_text
     from meltemi.verification import bench as study
 
-    if page is not None:
-        folder_for(page.parent, "--page")  # minutes before it is written
-    figures = study.benchmark(duration=duration, say=say)
-    if page is not None:
-        write_text(page, study.page(figures))
-        wrote(page)
-    print_values("figures", figures, study.report_lines)
+    print_values("figures", study.benchmark(duration=duration, say=say), study.report_lines)
     suggest("bench", "--loads")
