@@ -663,7 +663,6 @@ def test_ice_that_cannot_be(command: Command, tmp_path: Path, icing: str, words:
     ("arguments", "reason"),
     [
         (("power-curve", "nrel5mw", "--wind-speeds", "0.1"), "no steady operation"),
-        (("verify", "--reference", "/dev/null"), "no folder 'openfast' in it"),
         (("campbell", "pmsg20mw", "--wind-speeds", "5"), "pmsg20mw"),
     ],
 )

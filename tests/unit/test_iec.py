@@ -18,9 +18,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import meltemi
+from comparisons import reference_table
 from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, UnsupportedError, WindBox, WindSeries
 from meltemi.maths.vectors import Vec
-from meltemi.verification.table import reference_table
 from meltemi.wind import WindClass
 from meltemi.wind.fields import Wind, wind_field
 from meltemi.wind.iec.classes import CLASSES, extreme_speed, sigma_etm, sigma_ntm, wind_class

@@ -18,16 +18,9 @@ def verify(
     measured: Annotated[
         bool, typer.Option("--measured", help="Only the comparison with measured loads of a rotor in a wind tunnel.")
     ] = False,
-    offshore: Annotated[
-        bool, typer.Option("--offshore", help="Only the comparisons of turbines at sea with OpenFAST.")
-    ] = False,
     hawc2: Annotated[
         Path | None,
         typer.Option("--hawc2", help="Folder with models of HAWC2: only the comparisons with its results for them."),
-    ] = None,
-    reference: Annotated[
-        Path | None,
-        typer.Option("--reference", help="Folder with complete reference series: adds 10 min of turbulence."),
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -36,21 +29,19 @@ def verify(
     from meltemi.verification.verification import report_of, verification
 
     made: list[Comparison] = []
-    suggest(*(("verify", "--out", out) if quick or measured or offshore or hawc2 else ("bench",)))
+    suggest(*(("verify", "--out", out) if quick or measured or hawc2 else ("bench",)))
     try:
         with simulation_bar("verification") as progress:
             verification(
                 quick=quick,
                 measured=measured,
-                at_sea=offshore,
                 models=hawc2,
-                reference=reference,
                 progress=progress,
                 say=say,
                 done=made.append,
             )
     finally:  # after an interruption or an error, too
-        report = report_of(made, measured, offshore, hawc2)
+        report = report_of(made, measured, hawc2)
         for table in made:
             print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
         if made:

@@ -18,6 +18,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons import reference_table, source_of, thinned
 from meltemi.control.controller import Controller
 from meltemi.control.signals import Demands, Measurements
 from meltemi.control.supervisor.settings import Supervision
@@ -33,8 +34,7 @@ from meltemi.simulation.start import Start
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.steady import deck_model
-from meltemi.verification.table import Comparison, Row, reference_table, source_of
-from meltemi.verification.turbulent import thinned
+from meltemi.verification.table import Comparison, Row
 from meltemi.wind.fields import SteadyWind, Wind, WindSeries
 from meltemi.wind.files import read_bts
 from meltemi.wind.iec.gusts import Sign, ecd, edc, eog, ews_horizontal, ews_vertical
