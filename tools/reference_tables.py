@@ -28,7 +28,7 @@ from comparisons.floating import CHANNELS as FLOAT_CHANNELS
 from comparisons.floating import STEP as FLOAT_STEP
 from comparisons.floating import WIND_CHANNELS as FLOAT_WIND_CHANNELS
 from comparisons.floating import WINDS as FLOAT_WINDS
-from comparisons.measure import extremes
+from comparisons.measure import decay, extremes, harmonic, undershoot
 from comparisons.offshore import CASES as SEA_CASES
 from comparisons.offshore import CHANNELS as SEA_CHANNELS
 from comparisons.offshore import STEP as SEA_STEP
@@ -40,7 +40,6 @@ from comparisons.turbulent import CHANNELS, SHORT
 from meltemi.exchange.openfast.text import key, number, read_input, split
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation.channels import standard
-from meltemi.verification.measure import decay, harmonic, undershoot
 from meltemi.wind.fields import WindBox
 from meltemi.wind.files import read_bts
 
@@ -51,7 +50,10 @@ SOURCE = (
 ROOT = Path(__file__).parents[1]
 DATA, TESTS = ROOT / "src/meltemi/verification/data", ROOT / "tests"
 RUNS = TESTS / "comparisons/data"
-OF_RUNS = "gust gust_wind step stops parked parked_cases parked_vibration parked_amplitude".split()
+OF_RUNS = (
+    "azimuth decay fixed pitch_step spin yaw gust gust_wind step stops parked parked_cases parked_vibration "
+    "parked_amplitude"
+).split()
 """Tables that belong to stored runs."""
 WINDS = ("4", "6", "8", "10", "11.4", "12", "13", "15", "18", "20", "22", "24")
 STEADY = (

@@ -8,6 +8,49 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 
+def decay(time: Float, x: Float, begin: float = 10.0) -> tuple[float, float]:
+    """Frequency [Hz] and damping ratio of a free decay from its positive peaks after ``begin``."""
+    x = x - x[time >= begin].mean()
+    inside = np.flatnonzero((x[1:-1] > x[:-2]) & (x[1:-1] >= x[2:]) & (x[1:-1] > 0.0)) + 1
+    # parabola through three points
+    a, b, c = x[inside - 1], x[inside], x[inside + 1]
+    shift = 0.5 * (a - c) / (a - 2.0 * b + c)
+    at, peak = time[inside] + shift * (time[1] - time[0]), b - 0.25 * (a - c) * shift
+    keep = at >= begin
+    at, peak = at[keep], peak[keep]
+    # small peaks of other modes between the large ones
+    large = peak > 0.5 * np.interp(at, at, np.maximum.accumulate(peak[::-1])[::-1])
+    at, peak = at[large], peak[large]
+    period = float(np.polyfit(np.arange(len(at)), at, 1)[0])
+    rate = -float(np.polyfit(at, np.log(peak), 1)[0])
+    omega = np.hypot(2.0 * np.pi / period, rate)
+    return 1.0 / period, rate / float(omega)
+
+
+def harmonic(psi: Float, x: Float) -> tuple[float, float, float]:
+    """Mean, amplitude and phase [rad] of the first harmonic x = mean + amplitude cos(psi - phase)."""
+    columns = [np.ones_like(psi), *(f(n * psi) for n in (1, 2, 3) for f in (np.cos, np.sin))]
+    c = np.linalg.lstsq(np.stack(columns, axis=1), x, rcond=None)[0]
+    return float(c[0]), float(np.hypot(c[1], c[2])), float(np.arctan2(c[2], c[1]))
+
+
+def undershoot(time: Float, x: Float, step_at: float) -> tuple[float, float, float, float]:
+    """Value before a step, lowest after it, final value, and seconds from the lowest value until 63.2 % of the
+    undershoot are made good (0 without undershoot)."""
+    before = float(x[(time > step_at - 1.0) & (time < step_at - 1e-6)].mean())
+    final = float(x[-20:].mean())
+    late = time >= step_at
+    t, y = time[late], x[late]
+    i = int(y.argmin())
+    lowest = float(y[i])
+    if final - lowest < 0.01 * abs(final):
+        return before, lowest, final, 0.0
+    target = lowest + 0.632 * (final - lowest)
+    j = i + int(np.flatnonzero(y[i:] > target)[0])
+    reached = t[j - 1] + (target - y[j - 1]) / (y[j] - y[j - 1]) * (t[j] - t[j - 1])
+    return before, lowest, final, float(reached - t[i])
+
+
 def extremes(time: Float, x: Float) -> tuple[float, float, float, float]:
     """Minimum and its time, maximum and its time; of extremes that differ by rounding the first."""
     low, high = x.min(), x.max()

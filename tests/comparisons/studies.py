@@ -5,11 +5,31 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from comparisons import floating, offshore, offshore_wind, parked, stops, transient, turbulent
+from comparisons import (
+    decays,
+    elastodyn_blade,
+    floating,
+    offshore,
+    offshore_wind,
+    parked,
+    periodic,
+    rigid,
+    stops,
+    transient,
+    turbulent,
+    yaw,
+)
 from meltemi.verification.table import Study
 from meltemi.verification.verification import WINDIO
 
 QUICK: tuple[Study, ...] = (
+    Study(2.0, decays.decays),
+    Study(1.0, elastodyn_blade.discretisation),
+    Study(3.0, rigid.fixed_rotor),
+    Study(1.0, rigid.spin),
+    Study(2.0, rigid.pitch_steps),
+    Study(3.0, partial(periodic.periodic, "A", ("shear_8", "shear_12", "shear_20", "yaw20_10"))),
+    Study(1.0, partial(yaw.yawed, "A")),
     Study(2.0, transient.gust),
     Study(2.0, transient.step),
     Study(4.0, stops.gusts),
@@ -20,7 +40,12 @@ QUICK: tuple[Study, ...] = (
     Study(2.0, parked.stalled),
     Study(1.0, parked.turbulent),
 )
-LAND: tuple[Study, ...] = (*QUICK, Study(5.0, parked.discretised))
+LAND: tuple[Study, ...] = (
+    *QUICK,
+    Study(2.0, partial(periodic.periodic, "B", ("shear_12", "yaw20_10"))),
+    Study(1.0, partial(yaw.yawed, "B")),
+    Study(5.0, parked.discretised),
+)
 
 
 def on_land(reference: Path | None) -> list[Study]:

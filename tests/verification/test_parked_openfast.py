@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 from comparisons import reference_table
+from comparisons.elastodyn_blade import elastodyn_model
 from comparisons.measure import vibration
 from comparisons.parked import EDGEWISE, deck_blades, run, settings
 from meltemi.aero.tables import AeroNode
 from meltemi.simulation.options import BEDDOES
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.elastodyn_blade import elastodyn_model
 from meltemi.verification.openfast_deck import deck_turbine
 
 pytestmark = pytest.mark.slow

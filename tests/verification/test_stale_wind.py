@@ -16,7 +16,8 @@ import pytest
 
 import comparisons
 from comparisons import stops
-from comparisons.measure import extremes
+from comparisons.measure import extremes, harmonic
+from comparisons.periodic import PERIODIC, PSI
 from comparisons.transient import CHANNELS, gust_wind, step_wind
 from comparisons.turbulent import SHORT, short_series, short_wind
 from meltemi import Result, Simulation
@@ -26,8 +27,7 @@ from meltemi.postprocess.statistics import azimuth_bins, means_over_revolutions
 from meltemi.simulation.bladed.aerodynamics import INFLOW_LEAD
 from meltemi.simulation.run import Run
 from meltemi.turbine.exchange import BladeFrame
-from meltemi.verification.measure import harmonic
-from meltemi.verification.steady import PERIODIC, PSI, deck_model
+from meltemi.verification.steady import deck_model
 from meltemi.verification.table import reference_table
 
 pytestmark = pytest.mark.slow

@@ -27,7 +27,7 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.measure import peak_memory
+from meltemi.verification.memory import peak_memory
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulent import TurbulentWind

@@ -11,11 +11,6 @@ ELASTODYN = (
     "ElastoDyn cuts the blade into 17 elements and sums by half elements, so its blades are 1 to 2 % more flexible "
     "flapwise; with these sums in place of our finite elements the deviation vanishes (table 'discretisation')"
 )
-STALE_WIND = (
-    "OpenFAST's dynamic inflow takes the wind of one instant for both ends of a step (OpenFAST issue 3447), so the "
-    "lead of its filter misses changes of the wind; with the same defect in our filter the deviation falls below 1 % "
-    "(tests/verification/test_stale_wind.py)"
-)
 TOWER_SHAPE = (
     "FAST's first fore-aft polynomial is no natural mode of the section data and makes its tower 3 % too stiff; with "
     "that polynomial we have FAST's frequency (table 'modes'), without it ADAMS, which needs no shapes, is 1.8 % away"
@@ -90,10 +85,6 @@ KNOWN = (
     Known("uae attached", "normal coefficient", "30 % *", 12.0, ROOT),
     Known("steady *", "IPDefl1", "*", 9.0, ELASTODYN),
     Known("steady *", "OoPDefl1", "*", 4.0, ELASTODYN),
-    Known("periodic *", "OoPDefl1 mean", "*", 4.0, ELASTODYN),
-    Known("spin", "*", "OoPDefl1", 3.5, ELASTODYN),
-    Known("spin", "*", "IPDefl1", 3.5, ELASTODYN),
-    Known("periodic B", "OoPDefl1 amplitude", "shear_12", 6.0, STALE_WIND),
     Known("iea15mw", "aerodynamic power*", "5 m/s", 11.0, HAWC2_INDUCTION),
     Known("iea15mw", "aerodynamic power*", "*", 3.5, EARLIER_BLADE),
     Known("iea15mw", "thrust*", "*", 7.0, EARLIER_BLADE),

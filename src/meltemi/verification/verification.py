@@ -9,17 +9,15 @@ from meltemi.core.errors import InputError
 from meltemi.core.extras import skipped
 from meltemi.verification import (
     closed_form,
-    elastodyn_blade,
     far_bending,
     hawc2,
     iea,
     modes,
     momentum,
     published,
-    rigid,
+    rotor,
     steady,
     uae,
-    yaw,
 )
 from meltemi.verification.known import KNOWN
 from meltemi.verification.table import Comparison, Known, Report, Study
@@ -31,17 +29,10 @@ QUICK: tuple[Study, ...] = (
     Study(8.0, published.report_steady),
     Study(1.0, published.report_modes),
     Study(1.0, modes.linearised),
-    Study(2.0, modes.decays),
-    Study(1.0, elastodyn_blade.discretisation),
-    Study(1.0, rigid.performance),
-    Study(3.0, rigid.fixed_rotor),
-    Study(1.0, rigid.spin),
-    Study(2.0, rigid.pitch_steps),
+    Study(1.0, rotor.performance),
     Study(4.0, lambda: steady.steady("A")),
     Study(2.0, lambda: steady.spanwise("A")),
-    Study(3.0, lambda: steady.periodic("A", ("shear_8", "shear_12", "shear_20", "yaw20_10"))),
-    Study(1.0, lambda: yaw.yawed("A")),
-    Study(2.0, yaw.power_in_yaw),
+    Study(2.0, rotor.power_in_yaw),
 )
 FULL: tuple[Study, ...] = (
     *QUICK,
@@ -49,8 +40,6 @@ FULL: tuple[Study, ...] = (
     Study(20.0, far_bending.far_bending, "large deflections of the IEA blades", WINDIO),
     Study(12.0, lambda: steady.steady("B")),
     Study(2.0, lambda: steady.spanwise("B")),
-    Study(2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),
-    Study(1.0, lambda: yaw.yawed("B")),
     Study(1.0, iea.frequencies, "frequencies of the IEA turbines", WINDIO),
     Study(8.0, iea.steady_15mw, "IEA 15 MW, steady operation", WINDIO),
     Study(5.0, iea.steady_22mw, "IEA 22 MW, steady operation", WINDIO),
