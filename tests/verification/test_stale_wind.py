@@ -28,7 +28,6 @@ from meltemi.simulation.bladed.aerodynamics import INFLOW_LEAD
 from meltemi.simulation.run import Run
 from meltemi.turbine.exchange import BladeFrame
 from meltemi.verification.steady import deck_model
-from meltemi.verification.table import reference_table
 
 pytestmark = pytest.mark.slow
 
@@ -81,7 +80,7 @@ def test_largest_average_of_a_revolution_after_the_wind_step() -> None:
 def test_amplitude_of_the_tip_deflection_in_shear() -> None:
     """5 % become less than 1 %."""
     result = simulate_with_stale_wind(PERIODIC["shear_12"], 90.0, ["azimuth", "OoPDefl1"]).between(30.0, 90.0)
-    table = reference_table("azimuth", case="B_shear_12", channel="OoPDefl1")
+    table = comparisons.reference_table("azimuth", case="B_shear_12", channel="OoPDefl1")
     _, amplitude, _ = harmonic(PSI, np.array([float(r["value"]) for r in table]))
     _, ours, _ = harmonic(PSI, azimuth_bins(result, "OoPDefl1"))
     assert ours == pytest.approx(amplitude, rel=0.01)
