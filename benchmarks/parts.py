@@ -8,8 +8,7 @@ from dataclasses import replace
 from math import cos, radians, sin
 from typing import Any
 
-import numba
-
+from meltemi.compiler import njit
 from meltemi.control.baseline import BaselineController
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
@@ -20,11 +19,11 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.grid import WindGrid
 from meltemi.verification.bench import CHANNELS, REPEATS, nrel5mw, timed, turbulence
 from meltemi.verification.memory import peak_memory
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
 
 LOAD_CONTROL = "one flap a blade, load control (CPFC)"
@@ -56,9 +55,9 @@ FIELD_SECONDS, FIELD_STEP = 700.0, 0.05
 
 def beyond() -> dict[str, float]:
     """[s] compile time of features that compile on first use, after a first run."""
-    from meltemi.control.load_control import LoadController
+    from meltemi.analyses.linear import linearise
+    from meltemi.control_laws.load_control import LoadController
     from meltemi.gradients.sensitivity import sensitivity
-    from meltemi.simulation.linear import linearise
 
     model, wind = nrel5mw(), SteadyWind(speed=12.0)
     simulate(model, wind, duration=1.0)
@@ -69,7 +68,7 @@ def beyond() -> dict[str, float]:
         work()
         found[name] = round(time.perf_counter() - began, 2)
 
-    fast = Controller(numba.njit(_individual_pitch), init=lambda start: [start.generator_torque, start.pitch])
+    fast = Controller(njit(_individual_pitch), init=lambda start: [start.generator_torque, start.pitch])
     measured("a compiled controller of 30 lines", lambda: simulate(model, wind, duration=1.0, controller=fast))
     slow = Controller(_nothing)
     measured(
@@ -128,7 +127,7 @@ def timed_gradient(run: Run) -> dict[str, float]:
 
 def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
     """Time a step of CPFC (docs/guide/controllers.md), with flaps that the other runs do not have."""
-    from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController
+    from meltemi.control_laws.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController
     from meltemi.turbine.flaps import with_flaps
 
     degree = radians(1.0)
@@ -206,7 +205,7 @@ def timed_controllers(duration: float) -> dict[str, float]:
     with_loads = timed(model, wind, duration, controller=replace(law, uses_loads=True))["us_per_step"]
     update = law.update
 
-    @numba.njit
+    @njit
     def compiled(state: Any, measurements: Any, demands: Any, dt: float) -> None:
         update(state, measurements, demands, dt)
         moment = measurements.out_of_plane_moment
@@ -241,10 +240,10 @@ def timed_controllers(duration: float) -> dict[str, float]:
 
 def _observer_step(model: Any) -> float:
     """[us] of a step of an observer in a compiled controller."""
-    from meltemi.control.kalman import kalman_step
+    from meltemi.control_laws.kalman import kalman_step
     from meltemi.studies.observer import observer
 
-    @numba.njit
+    @njit
     def steps(count: int, memory: Any, inputs: Any, measured: Any) -> None:
         for _ in range(count):
             kalman_step(memory, inputs, measured)

@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi.control.controller import Controller
-from meltemi.control.load_control import HarmonicLoop
+from meltemi.control_laws.load_control import HarmonicLoop
 from meltemi.controllers.tuning import tune_ipc
 from meltemi.core.files import write_text
+from meltemi.iec.winds import ntm
 from meltemi.postprocess.ensemble import MeanEstimate, lifetime_del, mean_interval, rayleigh_weights
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import heading, new_figure, save
@@ -33,7 +34,6 @@ from meltemi.studies.constrained_pitch import FULL, NONE, Norm, constrained_pitc
 from meltemi.tuning.compare import BLADE_SLOPE, Comparison, compare
 from meltemi.tuning.run_store import run_store
 from meltemi.turbine.definition import Turbine
-from meltemi.wind.iec.winds import ntm
 
 PAGE = Path(__file__).parents[1] / "docs" / "guide" / "constrained-pitch.md"
 PICTURE = PAGE.parents[1] / "images" / "constrained-pitch.png"

@@ -21,7 +21,7 @@ from reference_tables import ABOUT_WIND, pack, thin, write
 from comparisons.measure import amplitudes, vibration
 from comparisons.parked import CHANNELS, EDGEWISE, FLAPWISE, MEASURES, SHORT
 from meltemi.postprocess.files.openfast import si_unit
-from meltemi.wind.files import read_bts
+from meltemi.wind_files import read_bts
 
 SOURCE = "OpenFAST v5.0.0, NREL 5 MW land-based, deck of the ROSCO test cases (Apache-2.0), parked: no controller"
 SUFFIXES = {

@@ -41,7 +41,7 @@ from meltemi.exchange.openfast.text import key, number, read_input, split
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation.channels import standard
 from meltemi.wind.fields import WindBox
-from meltemi.wind.files import read_bts
+from meltemi.wind_files import read_bts
 
 SOURCE = (
     "OpenFAST v5.0.0, NREL 5 MW land-based, deck of the ROSCO test cases (Apache-2.0) with the baseline controller "

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from comparisons.rigid import spinning
 from meltemi.aero.tables import AeroNode
+from meltemi.analyses.modes import natural_modes
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.rotors import build
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine

@@ -26,7 +26,7 @@ from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.table import Comparison, Row, difference, relative
 from meltemi.wind.fields import SteadyWind, WindBox
-from meltemi.wind.files import read_bts
+from meltemi.wind_files import read_bts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from comparisons import reference_table, source_of
 from comparisons.measure import harmonic, undershoot
+from meltemi.analyses.performance import RIGID
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
 from meltemi.control.signals import Demands, Measurements
@@ -17,7 +18,6 @@ from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
-from meltemi.simulation.performance import RIGID
 from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start

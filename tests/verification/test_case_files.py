@@ -10,14 +10,14 @@ import pytest
 
 from comparisons import stops, thinned
 from comparisons.transient import gust_wind, step_wind
+from meltemi.cases.case import LoadCase, case_controller, case_run, case_turbine, case_wind, read_case
 from meltemi.core.yamlfile import write_record
-from meltemi.loadcases.case import LoadCase, case_controller, case_run, case_turbine, case_wind, read_case
 from meltemi.sea.given import ComponentSea
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.turbine.library import write_turbine
 from meltemi.wind.fields import WindSeries
-from meltemi.wind.formats import write_wind
+from meltemi.wind_files.formats import write_wind
 
 STEADY: dict[str, Any] = {"kind": "steady", "speed": 12.0}
 PLAYED = """from comparisons.stops import playback, reference_run

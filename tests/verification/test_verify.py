@@ -16,7 +16,7 @@ from meltemi.app.cli import main
 from meltemi.turbine.library import _from_library
 from meltemi.verification.table import Comparison, Known, Report, Row, Study, Verdict, relative
 from meltemi.verification.verification import FULL, QUICK
-from meltemi.wind.files import read_bts, read_wnd
+from meltemi.wind_files import read_bts, read_wnd
 
 ALL = (*QUICK, *stored.QUICK, *FULL[len(QUICK) :], *stored.LAND[len(stored.QUICK) :])
 N_QUICK = len(QUICK) + len(stored.QUICK)

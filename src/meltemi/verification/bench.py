@@ -15,11 +15,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import numba
-
+from meltemi.compiler import Kind, processor, statistics, versions
 from meltemi.core.errors import InputError, MeltemiError
-from meltemi.core.kernel import statistics
-from meltemi.maths.records import Kind
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
@@ -27,9 +24,9 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
+from meltemi.turbulence.field import generate_field
 from meltemi.verification.memory import peak_memory
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulent import TurbulentWind
 
 CHANNELS = (
@@ -110,19 +107,17 @@ def machine() -> dict[str, str]:
     import platform
     from datetime import UTC, datetime
 
-    import llvmlite
-    import llvmlite.binding
     import numpy
 
     import meltemi
 
     return {
-        "processor": llvmlite.binding.get_host_cpu_name(),
+        "processor": processor(),
         "cores": str(os.cpu_count()),
         "system": f"{platform.system()} {platform.machine()}",
         "versions": (
-            f"meltemi {meltemi.__version__}, Python {platform.python_version()}, Numba {numba.__version__}, "
-            f"llvmlite {llvmlite.__version__}, NumPy {numpy.__version__}"
+            f"meltemi {meltemi.__version__}, Python {platform.python_version()}, Numba {versions()['numba']}, "
+            f"llvmlite {versions()['llvmlite']}, NumPy {numpy.__version__}"
         ),
         "date": datetime.now(UTC).date().isoformat(),
     }

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from meltemi.analyses.modes import natural_modes
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.rotors import build
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine

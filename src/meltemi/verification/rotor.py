@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from meltemi.analyses.performance import rotor_performance
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
-from meltemi.simulation.performance import rotor_performance
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine

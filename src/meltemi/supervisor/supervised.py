@@ -1,0 +1,663 @@
+"""Supervised controller: start, stop, protection and derating around load control.
+
+Each call: means of the wind and the yaw control; the quantities; the conditions, each with the time for which it has
+held; the machine of yaw protection, then that of operation; then what the state asks for. In production load control
+is unchanged while nothing limits the power. The supervisor sets parameters of the collective law: its
+reference speed (which rises during a start), its lowest pitch, its pitch rate, and its rated power, which is the
+set-point. Stops pitch each blade from where it stands; a start sets the law's integral so that nothing jumps. One
+module, in the order of a call.
+
+Reference: docs/theory/control.md (C-60 to C-68).
+"""
+
+from __future__ import annotations
+
+from math import exp, sqrt
+
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.compiler import MAX_BLADES, Numbers, Table, crossed, kernel, number, numbers, part, whole
+from meltemi.control.baseline import BaselineState, law_torque, parameters
+from meltemi.control.baseline import law as collective_step
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.control.signals import REQUESTS, Demands, Measurements
+from meltemi.control_laws.load_control import (
+    PITCH,
+    LoadControl,
+    LoadController,
+    LoadControlState,
+    limit_warnings,
+    load_step,
+)
+from meltemi.control_laws.machine import FIRST, FROM, LINE, TO, Int, transition
+from meltemi.control_laws.moving_mean import MovingMean, mean_start, moving_mean
+from meltemi.control_laws.yaw import YawControl, YawControlState, yaw_settings, yaw_step
+from meltemi.core.errors import InputError
+from meltemi.supervisor import tables as t
+from meltemi.supervisor.log import LOG_ROOM, Log, log_entries, new_entry
+from meltemi.supervisor.settings import Supervision, limits
+from meltemi.supervisor.threshold import (
+    STRATEGIES,
+    YawProtection,
+    YawThreshold,
+    threshold,
+    threshold_settings,
+)
+from meltemi.turbine.power_turbine import AnyTurbine
+
+Float = NDArray[float64]
+
+
+class MachineState(Table):
+    """State of a machine."""
+
+    state: float = number("-", "state: number")
+    since: float = number("-", "state: calls in this state")
+
+
+class SupervisorState(Table, title="supervisor"):
+    """Settings and state."""
+
+    reference: float = number("rad/s", "of the pitch loop, of the generator")
+    minimum_pitch: float = number("rad", "of the collective law")
+    rate: Numbers = numbers("rad/s", "of the pitch", t.RATES)
+    rated_power: float = number("W", "mechanical, of the law")
+    efficiency: float = number("-", "of the generator")
+    gear_ratio: float = number("-", "generator speed over rotor speed")
+    connect_speed: float = number("rad/s", "at which the generator connects, and below which a stop leaves no torque")
+    start_acceleration: float = number("rad/s^2", "of the reference")
+    start_pitch: float = number("rad", "lowest at standstill")
+    start_ratio: float = number("rad/m", "generator speed over wind speed from which the pitch may be the law's lowest")
+    connect_time: float = number("s", "in which the torque is allowed")
+    feather: float = number("rad", "pitch at rest")
+    brake: float = number("-", "share of the full brake")
+    brake_speed: float = number("rad/s", "below which it is applied")
+    emergency_torque: float = number("-", "1: the generator brakes at an emergency stop")
+    derate_rate: float = number("W/s", "of the set-point, for the operator")
+    auto_start: float = number("-", "1: starts by itself")
+    latching: float = number("-", "1: stops for protection last")
+    strategy: float = number("-", "of yaw protection: 0 ignore, 1 stop, 2 derate")
+    yaw_latching: float = number("-", "1: its stops last")
+    yaw_power: float = number("W", "mechanical, while derated for yaw")
+    yaw_rate: float = number("W/s", "of its set-point")
+    recheck_time: float = number("s", "of yaw protection")
+    follow: float = number("-", "1: the yaw drive is demanded")
+    operation: MachineState = part(MachineState, "operation", prefix="")
+    protection: MachineState = part(MachineState, "yaw protection", prefix="yaw")
+    operator_power: float = number("W", "state: set-point for the operator")
+    protected_power: float = number("W", "state: set-point for yaw protection")
+    share: float = number("-", "state: of the largest torque that is allowed")
+    lowering: float = number("-", "state: 1 while a start lowers the pitch, before the law has it")
+    stop_torque: float = number("N m", "state: when the stop began")
+    stop_speed: float = number("rad/s", "state: of the generator, when the stop began")
+    latched: float = number("-", "state: 1 while a stop lasts")
+    word: float = number("-", "state: last operator request")
+    fresh: float = number("-", 'state: 1 if the operator said "start" since the last stop')
+    last_speed: float = number("rad/s", "state: of the generator at the last call")
+    last_rotor: float = number("rad/s", "state: of the rotor at the last call")
+    frozen: float = number("s", "state: for which the generator's speed has not changed")
+    derates: float = number("-", "state: how often yaw protection derated")
+    threshold: float = number("rad", "state: of the yaw error")
+    gust: float = number("m/s", "state: short mean of the wind")
+    wind: float = number("m/s", "state: mean of the wind")
+    mean_wind: float = number("m/s", "state: long mean of the wind")
+    protection_wind: float = number("m/s", "state: mean of the wind for the threshold")
+
+    limit: Numbers = numbers("-", "limits of the conditions", t.CONDITION)
+    hold: Numbers = numbers("s", "for which a condition has to hold", t.CONDITION)
+    count: Numbers = numbers("-", "calls for which a condition has held", t.CONDITION)
+    holds: Numbers = numbers("-", "1 where a condition holds, for as long as it has to", t.CONDITION)
+    now: t.Quantities = part(t.Quantities, "what conditions compare")
+    log: Log = part(Log, "transitions")
+
+
+class SupervisedState(Table, title="supervised controller"):
+    """State of the supervisor, of load control and of yaw control."""
+
+    supervisor: SupervisorState = part(SupervisorState, "supervisor")
+    yaw: YawControlState = part(YawControlState, "yaw control")
+    load: LoadControlState = part(LoadControlState, "in production", prefix="")
+    protection: YawThreshold = part(YawThreshold, "against yaw errors")
+    gust_mean: MovingMean = part(MovingMean, "short mean of the wind")
+    wind_mean: MovingMean = part(MovingMean, "mean of the wind")
+    long_mean: MovingMean = part(MovingMean, "long mean of the wind")
+    protection_mean: MovingMean = part(MovingMean, "mean of the wind for the threshold")
+
+
+ROOMS = (240, 2400, 600, 2400)
+"""Blocks of the means: gust, wind, long, yaw protection; at 80 calls a second samples of 3 and 30 s."""
+
+STANDBY, START_UP, CONNECTION, MAXIMUM_POWER, SPEED_LIMIT, POWER_LIMIT, NORMAL_STOP, EMERGENCY_STOP, IDLING = range(
+    1, 10
+)
+assert [a.name.upper() for a in t.STATES] == (
+    "STANDBY START_UP CONNECTION MAXIMUM_POWER SPEED_LIMIT POWER_LIMIT NORMAL_STOP EMERGENCY_STOP IDLING".split()
+)
+NORMAL, DERATED, SHUTDOWN = (t.YAW_NUMBER[name] for name in ("normal", "derated", "shutdown"))
+YAW_EXCEEDED = t.CONDITION["yaw_exceeded"]
+YAW_STOP = t.CONDITION["yaw_shutdown"]
+TORQUE_NONE, TORQUE_LAW, TORQUE_JOIN, TORQUE_FALL = range(len(t.TORQUES))
+PITCH_LAW, PITCH_SPEED, PITCH_FEATHER = range(len(t.PITCHES))
+RATE_LAW = t.RATES.index("law")
+OPERATION, YAW_PROTECTION = range(2)
+"""Machines, as the log numbers them."""
+M_TORQUE, M_PITCH, M_RATE, M_BRAKE, M_YAW = range(t.MODES.shape[1])
+WORD_START, WORD_STOP, WORD_EMERGENCY = (REQUESTS.index(word) for word in ("start", "normal_stop", "emergency_stop"))
+N_CONDITIONS, N_YAW = len(t.CONDITIONS), t.YAW_CONDITIONS
+NEVER = 1e30
+"""In the place of an infinite limit."""
+AHEAD = 5.0
+"""[s] of the start's acceleration by which the reference may be ahead of the speed."""
+
+
+@kernel
+def samples(time: float, dt: float) -> int:
+    """Number of calls after which a time [s] has passed."""
+    n = whole(time / dt)
+    return n if n * dt >= time * (1.0 - 1e-9) else n + 1
+
+
+@kernel
+def evaluate_conditions(own: SupervisorState, first: int, last: int, dt: float) -> None:
+    """Evaluate conditions first to last - 1, with the time for which they have held (C-63)."""
+    for c in range(first, last):
+        value, limit = own.now.array[t.COMPARED[c, 0]], own.limit[c]
+        true = not (value <= limit) if t.COMPARED[c, 1] > 0 else value < limit
+        if true:
+            own.count[c] += 1.0
+        else:
+            own.count[c] = 0.0
+        own.holds[c] = 0.0
+        if true and whole(own.count[c]) > samples(own.hold[c], dt):
+            own.holds[c] = 1.0
+
+
+@kernel
+def switches_near(own: SupervisorState, state: int) -> float:
+    """Number of conditions that end a state within the difference step of a parameter, in derivative runs."""
+    found = 0.0
+    for row in range(t.MACHINE.shape[0]):
+        if t.MACHINE[row, FROM] == state and t.REPORTED[t.MACHINE[row, LINE]] == 0:
+            c = abs(t.MACHINE[row, FIRST]) - 1
+            found += crossed(own.now.array[t.COMPARED[c, 0]] - own.limit[c])
+    return found
+
+
+@kernel
+def log_transition(own: SupervisorState, machine: Int, row: int, which: int, time: float) -> None:
+    """Log a transition with value and limit of its first condition."""
+    n = new_entry(own.log)
+    if n < 0:
+        return
+    entry, c = own.log.entry[n], abs(machine[row, FIRST]) - 1
+    entry.time, entry.machine = time, float(which)
+    entry.source, entry.target = float(machine[row, FROM]), float(machine[row, TO])
+    entry.condition, entry.holds = float(c), float(machine[row, FIRST])
+    entry.value, entry.limit = own.now.array[t.COMPARED[c, 0]], own.limit[c]
+
+
+@kernel
+def step_machine(own: SupervisorState, at: MachineState, machine: Int, which: int, time: float) -> int:
+    """Step of a machine: the row of the transition that it takes, -1 for none (C-63)."""
+    at.since += 1.0
+    row = transition(machine, whole(at.state), own.holds)
+    if row >= 0:
+        log_transition(own, machine, row, which, time)
+        at.state, at.since = float(machine[row, TO]), 0.0
+    return row
+
+
+@kernel
+def set_collective(x: LoadControlState, pitch: float, speed: float) -> None:
+    """Set the collective law to a pitch [rad] and a generator speed [rad/s], without a jump at its next call (C-66)."""
+    law = x.collective
+    schedule = 1.0 / (1.0 + pitch / law.gain_halving_pitch)
+    law.speed, law.pitch = speed, pitch
+    integral = (pitch / schedule - law.proportional_gain * (speed - law.reference_speed)) / law.integral_gain
+    low, high = law.minimum_pitch / (schedule * law.integral_gain), law.maximum_pitch / (schedule * law.integral_gain)
+    law.integral = min(max(integral, low), high)
+    for b in range(MAX_BLADES):
+        x.group[PITCH].last[b] = pitch
+
+
+@kernel
+def reset_loops(x: LoadControlState) -> None:
+    """Reset the integrals of the load loops for a new start."""
+    for k in range(whole(x.loop_count)):
+        x.loop[k].tilt_axis.integral = 0.0
+        x.loop[k].yaw_axis.integral = 0.0
+
+
+@kernel
+def region(law: BaselineState) -> float:
+    """Region of the collective law: 3 power limit, 2 speed limit, 1 below (C-67)."""
+    speed, setpoint = law.speed, law.rated_power
+    if speed >= law.rated_speed or (law.pitch >= law.power_pitch and law.pitch > law.minimum_pitch):
+        return 3.0
+    if law.torque * speed >= 0.999 * setpoint:
+        return 3.0
+    return 2.0 if speed >= law.transition_speed else 1.0
+
+
+@kernel
+def quantities(  # noqa: C901 - one line of conditions after the other
+    x: SupervisedState, speed: float, twin: float, measured: Measurements, demands: Demands, dt: float
+) -> None:
+    """Quantities of the conditions from the measurements, with the state of yaw protection before this call."""
+    own, law, now = x.supervisor, x.load.collective, x.supervisor.now
+    state, blades = whole(own.operation.state), whole(measured.n_blades)
+    now.yaw_error = abs(x.yaw.filtered)
+    own.limit[YAW_EXCEEDED] = own.threshold
+    now.producing = float(t.CONNECTED[state - 1])
+    now.derate, now.stop = 0.0, 0.0
+    if whole(own.strategy) == 2:
+        now.derate = 1.0
+    if whole(own.strategy) == 1:
+        now.stop = 1.0
+    now.time_over, now.standing_by = 0.0, 0.0
+    if whole(own.protection.since) + 1 >= samples(own.recheck_time, dt):
+        now.time_over = 1.0
+    if state == STANDBY:
+        now.standing_by = 1.0
+    word = whole(measured.request)
+    if word != whole(own.word):
+        if word == WORD_START:
+            own.fresh = 1.0
+        own.word = float(word)
+    now.emergency_word, now.stop_word, now.may_start = 0.0, 0.0, 0.0
+    if word == WORD_EMERGENCY:
+        now.emergency_word = 1.0
+    elif word == WORD_STOP:
+        now.stop_word = 1.0
+    elif own.fresh > 0.5 or (own.latched < 0.5 and own.auto_start > 0.5):
+        now.may_start = 1.0
+    now.grid = measured.grid
+    now.speed = speed
+    if twin > speed:
+        now.speed = twin
+    now.difference = abs(measured.generator_speed - own.gear_ratio * measured.rotor_speed)
+    if measured.generator_speed == own.last_speed and measured.rotor_speed != own.last_rotor:
+        own.frozen += dt
+    else:
+        own.frozen = 0.0
+    own.last_speed, own.last_rotor = measured.generator_speed, measured.rotor_speed
+    now.frozen = own.frozen
+    now.pitch_gap = 0.0
+    now.feathered = demands.pitch[0]
+    for b in range(blades):
+        gap = abs(demands.pitch[b] - measured.pitch[b])
+        if not (gap <= now.pitch_gap):
+            now.pitch_gap = gap
+        if demands.pitch[b] < now.feathered:
+            now.feathered = demands.pitch[b]
+    now.power = measured.power
+    along, aside = measured.fore_aft_acceleration, measured.side_side_acceleration
+    now.acceleration = sqrt(along * along + aside * aside)
+    now.gust, now.wind, now.mean_wind = own.gust, own.wind, own.mean_wind
+    now.start_time = own.operation.since * dt
+    now.share = 0.0
+    if law.speed >= law.rated_speed or law.pitch < law.power_pitch or law.pitch <= law.minimum_pitch:
+        now.share = own.share
+    now.region = region(law)
+
+
+@kernel
+def approach(value: float, target: float, step: float) -> float:
+    """The value moved towards a target by at most a step."""
+    return min(max(target, value - step), value + step)
+
+
+@kernel
+def set_point(own: SupervisorState, law: BaselineState, measured: Measurements, dt: float) -> None:
+    """Set-points of the power for operator and yaw protection, each with its own rate (C-65)."""
+    rated = own.rated_power
+    wanted = min(rated, max(measured.power_limit, 0.0) / own.efficiency)
+    own.operator_power = approach(own.operator_power, wanted, own.derate_rate * dt)
+    wanted = rated
+    if whole(own.protection.state) == DERATED:
+        wanted = min(rated, own.yaw_power)
+    own.protected_power = approach(own.protected_power, wanted, own.yaw_rate * dt)
+    power = min(own.operator_power, own.protected_power)
+    # written where it differs, so that derivatives by the law's own entries stay
+    if power != law.rated_power:
+        law.rated_power = power
+
+
+@kernel
+def begin_state(x: SupervisedState, state: int, speed: float, demands: Demands, blades: int) -> None:
+    """Actions at the entry of a state of operation."""
+    own, law = x.supervisor, x.load.collective
+    if state == START_UP:
+        own.share, law.torque, own.latched, own.fresh = 0.0, 0.0, 0.0, 0.0
+        mean = 0.0
+        for b in range(blades):
+            mean = mean + demands.pitch[b] / blades
+        law.reference_speed = min(max(speed, 0.0), own.reference)
+        set_collective(x.load, mean, speed)
+        own.lowering = 1.0
+        reset_loops(x.load)
+    if state == CONNECTION:
+        law.torque = 0.0
+    if state in (NORMAL_STOP, EMERGENCY_STOP):
+        own.stop_torque, own.stop_speed, own.fresh = demands.generator_torque, speed, 0.0
+    if state == STANDBY:
+        own.latched = 0.0
+
+
+@kernel
+def start_law(x: SupervisedState, state: int, speed: float, dt: float) -> None:
+    """Parameters of the collective law during start-up: reference and minimum pitch follow the speed (C-66)."""
+    own, law = x.supervisor, x.load.collective
+    step = own.start_acceleration * dt
+    ahead = max(speed, 0.0) + AHEAD * own.start_acceleration
+    law.reference_speed = min(max(min(law.reference_speed + step, ahead), 0.0), own.reference)
+    fine = min(own.connect_speed, own.start_ratio * max(own.wind, 1.0))
+    left = min(max(1.0 - speed / fine, 0.0), 1.0)
+    law.minimum_pitch = own.minimum_pitch + left * max(own.start_pitch - own.minimum_pitch, 0.0)
+    law.pitch_rate = own.rate[t.MODES[state - 1, M_RATE]]
+
+
+@kernel
+def lower_pitch(x: SupervisedState, speed: float, measured: Measurements, demands: Demands, dt: float) -> None:
+    """Lower the pitch to its minimum or until the rotor reaches its reference speed; then the law takes over (C-66)."""
+    own, law = x.supervisor, x.load.collective
+    pitch = max(law.pitch - law.pitch_rate * dt, law.minimum_pitch)
+    if speed >= law.reference_speed or pitch <= law.minimum_pitch:
+        own.lowering = 0.0
+    set_collective(x.load, pitch, speed)
+    for b in range(whole(measured.n_blades)):
+        demands.pitch[b] = pitch
+
+
+@kernel
+def restore_law(x: SupervisedState, dt: float) -> None:
+    """Restore the parameters of the collective law; written only where they differ."""
+    own, law = x.supervisor, x.load.collective
+    if law.reference_speed < own.reference:
+        law.reference_speed = min(law.reference_speed + own.start_acceleration * dt, own.reference)
+    if law.minimum_pitch != own.minimum_pitch:
+        law.minimum_pitch = own.minimum_pitch
+    if law.pitch_rate != own.rate[RATE_LAW]:
+        law.pitch_rate = own.rate[RATE_LAW]
+
+
+@kernel
+def limit_torque(law: BaselineState, most: float, demands: Demands) -> None:
+    """Limit the torque demand and the torque state of the law [N m]."""
+    law.switches += crossed(law.torque - most)
+    law.torque = min(law.torque, most)
+    demands.generator_torque = law.torque
+
+
+@kernel
+def produce(x: SupervisedState, state: int, measured: Measurements, demands: Demands, dt: float) -> None:
+    """States with the pitch of the collective law."""
+    own, law = x.supervisor, x.load.collective
+    mode = t.MODES[state - 1, M_TORQUE]
+    if mode == TORQUE_LAW:
+        restore_law(x, dt)
+        load_step(x.load, measured, demands, dt)
+        if law.rated_power < own.rated_power:
+            limit_torque(law, law.rated_power / max(law.speed, 1e-3), demands)
+        return
+    speed = measured.generator_speed
+    start_law(x, state, law.speed, dt)
+    if own.lowering > 0.5 and mode == TORQUE_NONE:
+        lower_pitch(x, speed, measured, demands, dt)
+    else:
+        collective_step(law, speed, measured, demands, dt)
+    for b in range(MAX_BLADES):
+        x.load.group[PITCH].last[b] = law.pitch
+    if mode == TORQUE_JOIN:
+        own.share = min(own.share + dt / own.connect_time, 1.0)
+        # below rated speed the torque of the regions: held power would stop the rotor that is to speed up
+        most = min(law_torque(law, law.speed), law.rated_power / max(law.speed, 1e-3))
+        limit_torque(law, min(own.share * law.maximum_torque, most), demands)
+    else:
+        law.torque = 0.0
+        demands.generator_torque = 0.0
+
+
+@kernel
+def shut_down(
+    x: SupervisedState, state: int, speed: float, twin: float, measured: Measurements, demands: Demands, dt: float
+) -> None:
+    """States that pitch to feather: torque falls with speed, or is zero (C-68).
+
+    Of the two sensors of speed the lower one counts for the torque, the higher one for the brake: one that is stuck can
+    neither drive the rotor backwards nor brake it at full speed.
+    """
+    own, law = x.supervisor, x.load.collective
+    mode, blades = t.MODES[state - 1, M_TORQUE], whole(measured.n_blades)
+    keep = 1.0 - exp(-dt * law.filter_frequency)
+    law.speed = law.speed + keep * (speed - law.speed)
+    wanted = 0.0
+    if mode == TORQUE_FALL and own.stop_speed > own.connect_speed:
+        share = (min(speed, twin) - own.connect_speed) / (own.stop_speed - own.connect_speed)
+        wanted = own.stop_torque * min(max(share, 0.0), 1.0)
+    if state == EMERGENCY_STOP and own.emergency_torque < 0.5:
+        wanted = 0.0
+    law.torque = approach(demands.generator_torque, wanted, law.torque_rate * dt)
+    demands.generator_torque = law.torque
+    step, mean = own.rate[t.MODES[state - 1, M_RATE]] * dt, 0.0
+    for b in range(blades):
+        demands.pitch[b] = approach(demands.pitch[b], own.feather, step)
+        mean = mean + demands.pitch[b] / blades
+    law.pitch = mean
+    demands.brake = 0.0
+    if t.MODES[state - 1, M_BRAKE] > 0 and max(speed, twin) < own.brake_speed:
+        demands.brake = own.brake
+
+
+@kernel
+def protect(own: SupervisorState, time: float, dt: float) -> None:
+    """One step of the machine of yaw protection (C-64)."""
+    evaluate_conditions(own, 0, N_YAW, dt)
+    row = step_machine(own, own.protection, t.YAW_MACHINE, YAW_PROTECTION, time)
+    if row >= 0 and t.YAW_MACHINE[row, TO] == DERATED:
+        own.derates += 1.0
+    own.now.yaw_state = own.protection.state
+
+
+@kernel
+def operate(x: SupervisedState, speed: float, demands: Demands, blades: int, time: float, dt: float) -> None:
+    """One step of the machine of operation (C-63)."""
+    own = x.supervisor
+    evaluate_conditions(own, N_YAW, N_CONDITIONS, dt)
+    x.load.collective.switches += switches_near(own, whole(own.operation.state))
+    row = step_machine(own, own.operation, t.MACHINE, OPERATION, time)
+    if row < 0:
+        return
+    state = t.MACHINE[row, TO]
+    begin_state(x, state, speed, demands, blades)
+    if state in (NORMAL_STOP, EMERGENCY_STOP):
+        c = abs(t.MACHINE[row, FIRST]) - 1
+        lasting = own.yaw_latching if c == YAW_STOP else own.latching * t.LATCHES[c]
+        own.latched = max(own.latched, lasting)
+
+
+@kernel
+def update(state: Float, measurements: Float, demands: Float, dt: float) -> None:
+    """One call of the supervised controller (C-60 to C-68)."""
+    supervise(SupervisedState(state), Measurements(measurements), Demands(demands), dt)
+
+
+@kernel
+def supervise(x: SupervisedState, measured: Measurements, demands: Demands, dt: float) -> None:
+    """Means of the wind, yaw control, machines, demands of the state (C-60 to C-68)."""
+    own, law, blades, time = x.supervisor, x.load.collective, whole(measured.n_blades), measured.time
+    # a sensor that gives no number is lost: its twin stands in for it until the stop that follows
+    speed, twin = measured.generator_speed, own.gear_ratio * measured.rotor_speed
+    lost = speed != speed
+    if lost:
+        speed = twin
+    wind = measured.wind_speed
+    own.gust = moving_mean(x.gust_mean, wind, dt)
+    own.wind = moving_mean(x.wind_mean, wind, dt)
+    own.mean_wind = moving_mean(x.long_mean, wind, dt)
+    yaw_rate = yaw_step(x.yaw, measured, dt)
+    protected = x.protection.points > 0.0
+    own.threshold = NEVER
+    if protected:
+        own.protection_wind = moving_mean(x.protection_mean, wind, dt)
+        own.threshold = threshold(x.protection, own.protection_wind)
+    quantities(x, speed, twin, measured, demands, dt)
+    protect(own, time, dt)
+    operate(x, speed, demands, blades, time, dt)
+    set_point(own, law, measured, dt)
+    if lost:
+        measured.generator_speed = speed
+    state = whole(own.operation.state)
+    if t.MODES[state - 1, M_PITCH] == PITCH_FEATHER:
+        shut_down(x, state, speed, twin, measured, demands, dt)
+    else:
+        produce(x, state, measured, demands, dt)
+        demands.brake = 0.0
+    if measured.grid < 0.5:
+        law.torque = 0.0
+        demands.generator_torque = 0.0
+    demands.yaw_rate = 0.0
+    if own.follow > 0.5 and t.MODES[state - 1, M_YAW] > 0 and measured.grid > 0.5:
+        demands.yaw_rate = yaw_rate
+    demands.operating_state = own.operation.state
+    demands.power_setpoint = law.rated_power * own.efficiency
+    demands.yaw_error = x.yaw.filtered
+    demands.yaw_threshold = 0.0
+    if protected:
+        demands.yaw_threshold = own.threshold
+    law.switches += x.yaw.switches
+    x.yaw.switches = 0.0
+
+
+def SupervisedController(
+    turbine: AnyTurbine,
+    settings: Supervision | None = None,
+    *,
+    load: LoadControl | None = None,
+    yaw: YawControl | None = None,
+    protection: YawProtection | None = None,
+    sample_time: float | None = None,
+    name: str = "supervised",
+) -> Controller:
+    """Controller with start, stop, protection, derating and yaw control.
+
+    Args:
+      turbine: gives the collective law, cut-in and cut-out, and the limits of the actuators.
+      settings: of the supervisor; by default those that follow from the turbine.
+      load: of the load controller that works in production; none leaves the collective law.
+      yaw: of the yaw control; without it the nacelle is not turned. The model then needs ``yaw="driven"``.
+      protection: against yaw errors; none by default.
+      sample_time: [s] between calls; by default every time step.
+      name: for messages.
+
+    Returns:
+      The controller. ``Result.log`` has its transitions, channel ``operating_state`` the number of its state.
+
+    Raises:
+      InputError: settings that contradict each other or the turbine.
+    """
+    settings = settings or Supervision()
+    found = limits(turbine, settings)
+    work = LoadController(turbine, load, sample_time=sample_time, name=name)
+    template = _settings(turbine, settings, found, yaw is not None, protection)
+    vane = yaw_settings(yaw or YawControl(), turbine.yaw)
+    if protection is not None:
+        vane.filter_time = protection.filter_time
+    points = YawThreshold.of() if protection is None else threshold_settings(protection)
+
+    def init(start: StartPoint) -> SupervisedState:
+        mean = start.wind_speed if start.mean_wind is None else start.mean_wind
+        x = SupervisedState.of(
+            supervisor=template,
+            yaw=vane,
+            load=work.init(start),
+            protection=points,
+            gust_mean=mean_start(found["gust_window"], ROOMS[0], before=mean),
+            wind_mean=mean_start(found["wind_window"], ROOMS[1], before=mean),
+            long_mean=mean_start(found["mean_window"], ROOMS[2], before=mean),
+            protection_mean=mean_start(30.0 if protection is None else protection.window, ROOMS[3], before=mean),
+        )
+        own = x.supervisor
+        own.operation.state = _first_state(turbine, settings, found, start)
+        own.latched = float(settings.begin == "idling")
+        own.share = float(own.operation.state >= CONNECTION)
+        own.word = -1.0
+        return x
+
+    anywhere = StartPoint(wind_speed=0.0, generator_speed=0.0, pitch=0.0, generator_torque=0.0)
+    return Controller(
+        update=update,
+        init=init,
+        sample_time=sample_time,
+        name=name,
+        yaws=yaw is not None,
+        state_names=SupervisedState.names_of(init(anywhere).array) if work.state_names else (),
+        warnings=lambda x: [*limit_warnings(SupervisedState(x).load), *_crowded(SupervisedState(x).supervisor.log)],
+        log=lambda x: log_entries(SupervisedState(x).supervisor.log),
+    )
+
+
+def _crowded(log: Log) -> list[str]:
+    written = int(log.written)
+    if written <= LOG_ROOM:
+        return []
+    return [f"supervisor: {written} transitions, of which the log has the first {LOG_ROOM}: limits that lie too close?"]
+
+
+def _first_state(turbine: AnyTurbine, settings: Supervision, numbers: dict[str, float], start: StartPoint) -> int:
+    """Number of the initial state."""
+    torque = turbine.control.torque
+    if settings.begin != "automatic":
+        return t.NUMBER[settings.begin]
+    if start.generator_speed < 0.9 * numbers["connect_speed"]:
+        return STANDBY
+    if start.generator_speed >= torque.rated_speed or start.pitch >= max(torque.power_pitch, 1e-3):
+        return POWER_LIMIT
+    return SPEED_LIMIT if start.generator_speed >= parameters(turbine.control).transition_speed else MAXIMUM_POWER
+
+
+def _settings(
+    turbine: AnyTurbine, settings: Supervision, found: dict[str, float], follow: bool, protection: YawProtection | None
+) -> SupervisorState:
+    """Initial state of the supervisor, without that of operation."""
+    control, drivetrain = turbine.control, turbine.drivetrain
+    rated = control.torque.rated_power
+    same = "connect_speed start_acceleration start_pitch connect_time feather brake brake_speed".split()
+    x = SupervisorState.of(
+        **{name: found[name] for name in same},
+        reference=control.pitch.reference_speed,
+        minimum_pitch=control.pitch.minimum,
+        rate=[control.pitch.rate_limit, *(found[f"{name}_rate"] for name in t.RATES if name != "law")],
+        rated_power=rated,
+        operator_power=rated,
+        protected_power=rated,
+        efficiency=drivetrain.generator_efficiency,
+        gear_ratio=drivetrain.gear_ratio,
+        start_ratio=settings.start_ratio * drivetrain.gear_ratio / turbine.rotor_radius,
+        emergency_torque=settings.emergency_torque,
+        derate_rate=settings.derate_rate * rated,
+        auto_start=settings.auto_start,
+        latching=settings.latched,
+        follow=follow,
+        protection=MachineState.of(state=NORMAL),
+        yaw_rate=settings.derate_rate * rated,
+        limit=[0.0 if c.limit == "yaw_threshold" else _number(c.limit, found) for c in t.CONDITIONS],
+        hold=[_number(c.hold, found) for c in t.CONDITIONS],
+    )
+    if protection is not None:
+        most = turbine.rated_power if protection.power_limit is None else protection.power_limit
+        share = 2.0 / 3.0 if protection.power_limit is None else 1.0
+        if protection.power_limit is not None and most >= found["rated_power"]:
+            raise InputError(
+                f"yaw protection: power_limit {most:g} W is no limit for a turbine of {found['rated_power']:g} W"
+            )
+        x.strategy = STRATEGIES.index(protection.strategy)
+        x.yaw_latching = protection.latched
+        x.yaw_power = share * most / drivetrain.generator_efficiency
+        x.yaw_rate, x.recheck_time = protection.derate_rate * rated, protection.recheck_time
+    return x
+
+
+def _number(text: str, found: dict[str, float]) -> float:
+    return found[text] if text in found else float(text)
