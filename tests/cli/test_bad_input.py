@@ -404,16 +404,6 @@ def test_the_length_of_a_bench_is_looked_at_first(
     refused(command("bench", "--duration", duration), tmp_path, "duration")
 
 
-def test_the_page_of_a_bench_is_looked_at_first(
-    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("meltemi.verification.bench.subprocess.run", lambda *_, **__: pytest.fail("began"))
-    (tmp_path / "file").touch()
-    ran = command("bench", "--page", tmp_path / "file" / "page.md")
-    assert ran.status == 2
-    assert f"--page {tmp_path / 'file'}" in ran.err
-
-
 # winds
 
 
@@ -625,7 +615,6 @@ def test_ice_that_cannot_be(command: Command, tmp_path: Path, icing: str, words:
     ("arguments", "reason"),
     [
         (("power-curve", "nrel5mw", "--wind-speeds", "0.1"), "no steady operation"),
-        (("verify", "--reference", "/dev/null"), "no folder 'openfast' in it"),
         (("campbell", "pmsg20mw", "--wind-speeds", "5"), "pmsg20mw"),
     ],
 )
