@@ -14,7 +14,7 @@ import meltemi
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.exchange.hawc2 import model
 from meltemi.exchange.hawc2.bodies import DAMPING
-from meltemi.exchange.hawc2.htc import Block, Command, Row, Treatment, rows, treatments
+from meltemi.exchange.hawc2.htc import Block, Command, CommandRule, Treatment, rows, treatments
 from meltemi.exchange.report import ImportedModel, Kind
 
 MAIN = "htc/toy.htc"
@@ -226,7 +226,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Command, Kind, str]
     return found
 
 
-def variants_of(row: Row) -> list[list[tuple[str, str]]]:
+def variants_of(row: CommandRule) -> list[list[tuple[str, str]]]:
     """Edits of the toy model that give it the commands of a row."""
     leaf = row.path.rpartition("/")[2]
     library = re.search(r"type2_dll:(\w+)", row.path)
@@ -246,7 +246,9 @@ IDS = [f"{r.path.removeprefix('new_htc_structure/')} {'|'.join(r.values)}" for r
 
 
 @pytest.mark.parametrize("row", READ, ids=IDS)
-def test_what_is_called_used_is_used(row: Row, seen: list[tuple[str, Command, Kind, str]], tmp_path: Path) -> None:
+def test_what_is_called_used_is_used(
+    row: CommandRule, seen: list[tuple[str, Command, Kind, str]], tmp_path: Path
+) -> None:
     """Each command of a row, in each block of the model that has it, changes the imported model by itself."""
     tried = 0
     for n, edits in enumerate(variants_of(row)):

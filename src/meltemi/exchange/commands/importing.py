@@ -58,7 +58,7 @@ def import_(
     from meltemi.exchange.hawc2 import import_hawc2
     from meltemi.exchange.openfast import read_deck
     from meltemi.exchange.windio import import_windio
-    from meltemi.exchange.windio.gains import with_own_gains
+    from meltemi.exchange.windio.gains import with_tuned_gains
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
 
@@ -70,10 +70,10 @@ def import_(
     if kind == "a windIO file":
         imported = import_windio(source, extra)
         paths = flat(read_mapping(extra)) if extra else {}
-        own = {path.removeprefix("control."): x for path, x in paths.items() if path.startswith("control.")}
-        if "pitch.proportional_gain" not in own:
+        control_values = {path.removeprefix("control."): x for path, x in paths.items() if path.startswith("control.")}
+        if "pitch.proportional_gain" not in control_values:
             with simulation_bar("pitch gains with margins"):
-                imported = with_own_gains(imported, own)
+                imported = with_tuned_gains(imported, control_values)
         _show(imported)
         _write(imported, source, out)
         wrote(out / "turbine.yaml", out / "report.md")
@@ -105,7 +105,7 @@ def import_(
 
 
 def _kind(source: Path, of_decks: dict[str, bool], of_models: dict[str, bool]) -> str:
-    """What the file is; raises an error if an option is used that others have (options and whether they are used)."""
+    """The format of the source file; raises an error if an option of another format is used."""
     kind = SOURCES.get(source.suffix.lower(), "an OpenFAST deck")
     for option, used in {**of_decks, **(of_models if kind == "a windIO file" else {})}.items():
         if used and kind != "an OpenFAST deck":
@@ -115,7 +115,7 @@ def _kind(source: Path, of_decks: dict[str, bool], of_models: dict[str, bool]) -
 
 
 def _show(imported: ImportedTurbine) -> None:
-    """Print approximated and ignored data, the number of notes, and implausible values."""
+    """Print approximated and ignored data, the number of notes and implausible values."""
     from meltemi.exchange.report import KINDS
     from meltemi.turbine.plausibility import plausibility_warnings
 
@@ -127,7 +127,7 @@ def _show(imported: ImportedTurbine) -> None:
 
 
 def _write(imported: ImportedTurbine, source: Path, out: Path) -> str | None:
-    """Write turbine and report, and settings of ROSCO, whose name is returned."""
+    """Write the turbine, the report and the ROSCO settings; return the name of the settings file."""
     from meltemi.core.files import write_text
     from meltemi.exchange.report import report_text
     from meltemi.turbine.library import write_turbine
@@ -150,7 +150,7 @@ def _write(imported: ImportedTurbine, source: Path, out: Path) -> str | None:
 
 
 def _settings(source: Path, out: Path) -> str:
-    """Copy settings of ROSCO, and the table of coefficients that they name; returns the name of the copy."""
+    """Copy the ROSCO settings and the table of coefficients that they name; return the name of the copy."""
     import shutil
 
     from meltemi.control.bladed.rosco import edit_discon
@@ -180,7 +180,7 @@ def flat(data: Any, path: str = "") -> dict[str, Any]:
     """Flatten nested keys to key paths: ``{"drivetrain": {"stiffness": 1.0}}`` is ``{"drivetrain.stiffness": 1.0}``."""
     if not isinstance(data, dict) or not data:
         return {path: data}
-    found: dict[str, Any] = {}
+    flattened: dict[str, Any] = {}
     for name, value in data.items():
-        found |= flat(value, f"{path}.{name}" if path else str(name))
-    return found
+        flattened |= flat(value, f"{path}.{name}" if path else str(name))
+    return flattened
