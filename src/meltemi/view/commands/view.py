@@ -36,13 +36,13 @@ def view(
     if len(files) > 2:
         raise InputError(f"a view shows one or two results, found {len(files)}")
     if len(files) == 1 and (turbines := sorted(files[0].glob("turbine_*.nc"), key=_number)):
-        files = turbines  # of a farm
+        files = turbines  # results of a farm
     from meltemi.simulation.result import Result
     from meltemi.view.view import Look, result_view, wind_view
 
-    look, found = Look(theme=theme or ""), [_read(path) for path in files]
-    results = {name: r for name, r in zip(_names(files), found, strict=True) if isinstance(r, Result)}
-    if len(results) == len(found):
+    look, inputs = Look(theme=theme or ""), [_read(path) for path in files]
+    results = {name: r for name, r in zip(_names(files), inputs, strict=True) if isinstance(r, Result)}
+    if len(results) == len(inputs):
         wanted = [name.strip() for name in (channels or "").split(",") if name.strip()]
         wrote(result_view(results, wanted, look).write(out))
         if len(files) == 2:
@@ -52,9 +52,9 @@ def view(
         else:
             suggest("view", files[0], "--channels", "RootMyc1,TwrBsMyt", "--out", out)
         return
-    winds = [r for r in found if not isinstance(r, Result)]
-    if len(found) > 1:
-        raise InputError(f"{files[found.index(winds[0])]}: a wind is viewed alone; leave the other file out")
+    winds = [r for r in inputs if not isinstance(r, Result)]
+    if len(inputs) > 1:
+        raise InputError(f"{files[inputs.index(winds[0])]}: a wind is viewed alone; leave the other file out")
     if channels:
         raise InputError("--channels: only available for results; leave it out")
     wrote(wind_view(winds[0], look).write(out))
@@ -67,7 +67,7 @@ def _number(path: Path) -> int:
 
 
 def _names(files: list[Path]) -> list[str]:
-    """Names of the results: of the files; where these are equal, of their folders, or both."""
+    """Names of the results: those of the files or, where these are equal, of their folders, or both."""
     names = [path.stem for path in files]
     if len(set(names)) < len(names):
         names = [(path if path.is_dir() else path.absolute().parent).name for path in files]
@@ -77,10 +77,10 @@ def _names(files: list[Path]) -> list[str]:
 
 
 def _read(path: Path) -> Result | Wind:
-    """A result, or the wind of a file that is none.
+    """Read a result or a wind file.
 
     Raises:
-      InputError: it is neither.
+      InputError: the file is neither.
     """
     from meltemi.postprocess.formats import read_result
     from meltemi.wind.formats import FORMATS, read_wind
