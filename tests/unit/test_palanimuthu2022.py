@@ -35,9 +35,9 @@ from meltemi.papers.palanimuthu2022.runs import (
     PLAIN,
     SMALL,
     TURBULENT,
+    PowerControlRuns,
+    PowerControlSetup,
     Reading,
-    Runs,
-    Setup,
     Steps,
     staircase,
 )
@@ -294,7 +294,7 @@ def test_what_turns_backwards_is_no_result() -> None:
         same = {"generator_power": np.array(15e6), "wind_x": np.array(11.0), "pitch_1": 0.001 * time}
         found[BLADES, SMALL, f"{TURBULENT} 1", scheme] = recorded(time, rotor_speed=speed, **same)
     none = Steps("M1", 0.0, SMALL, {}, (), 0.0)
-    table = schemes_table(Runs(Setup(seeds=(1,), inertias=(SMALL,)), {}, none, {}, found))
+    table = schemes_table(PowerControlRuns(PowerControlSetup(seeds=(1,), inertias=(SMALL,)), {}, none, {}, found))
     assert [row[1] for row in table.rows] == ["A0", "A1", "A2", "A3: no result, turns backwards"]
 
 

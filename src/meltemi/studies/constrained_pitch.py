@@ -1,9 +1,9 @@
-"""Output-constrained individual pitch control: no more pitch travel than a limit of the load needs.
+"""Output-constrained individual pitch control: only the pitch travel that a limit of the load requires.
 
-The 1P part of the blades' root moments is driven to a reference instead of to zero: to the part that it would have
-without individual pitch, cut to a limit. Below the limit the demand fades out. A limit of zero is individual pitch
-control as it is known, an infinite one is none, and between them lies the trade of load for travel. The loop is that
-of the load controller; only the moments that it sees are less the reference.
+The 1P component of the blade root moments is controlled to a reference instead of to zero: the component without
+individual pitch, limited to a maximum. Below the limit the demand vanishes. A limit of zero is conventional individual
+pitch control, an infinite one is none; in between load is traded for travel. The loop is that of the load
+controller; its input is the moments minus the reference.
 
 Reference: Hummel, Kober, Mulders (2025), Wind Energ. Sci. 10, 2005-2025; docs/guide/constrained-pitch.md.
 """
@@ -78,9 +78,9 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
         tilt, yaw = kept * tilt, kept * yaw
     else:
         tilt, yaw = min(max(tilt, -x.limit), x.limit), min(max(yaw, -x.limit), x.limit)
-    seen = measurements.copy()
-    add_to_blades(Measurements(seen).out_of_plane_moment, blades, -tilt, -yaw, azimuth, 1, 0.0)
-    load_control.update(state[OWN:], seen, demands, dt)
+    constrained = measurements.copy()
+    add_to_blades(Measurements(constrained).out_of_plane_moment, blades, -tilt, -yaw, azimuth, 1, 0.0)
+    load_control.update(state[OWN:], constrained, demands, dt)
     tilt, yaw = to_fixed(Demands(demands).pitch, blades, azimuth, 1)
     share = min(ESTIMATE * dt, 1.0)
     x.tilt += share * (tilt - x.tilt)
@@ -93,11 +93,11 @@ def constrained_pitch(
     """Collective pitch of the turbine's file and output-constrained individual pitch at 1P.
 
     Args:
-      turbine: to be controlled.
-      loop: of 1P pitch, such as that of :func:`meltemi.controllers.tuning.tune_ipc`.
+      turbine: controlled turbine.
+      loop: loop of 1P pitch, such as that of :func:`meltemi.controllers.tuning.tune_ipc`.
       plant: [N m/rad] response of the root moments to the pitch demand at 1P (C-32), such as that of its points.
-      limit: [N m] of the moment at 1P; 0 is full individual pitch control, ``inf`` none.
-      norm: of what it is a limit.
+      limit: [N m] limit of the moment at 1P; 0 is full individual pitch control, ``inf`` none.
+      norm: norm of the moments that is limited.
 
     Raises:
       InputError: the loop is not of 1P pitch, or the limit is negative.
@@ -130,14 +130,14 @@ def controllers(
 
 @dataclass(frozen=True)
 class Trade:
-    """A controller between no and full individual pitch: means over seeds with 95 % intervals.
+    """Load and pitch travel of a controller between no and full individual pitch: means over seeds, 95 % intervals.
 
     Attributes:
-      name: of the controller.
+      name: name of the controller.
       travel: pitch travel over that without individual pitch.
-      load: change of the load, a share.
-      actuation: share of the travel that full individual pitch adds.
-      reduction: share of the load that full individual pitch takes.
+      load: relative change of the load.
+      actuation: additional travel over that of full individual pitch.
+      reduction: load reduction over that of full individual pitch.
     """
 
     name: str
@@ -151,33 +151,33 @@ def trades(c: Comparison, quantity: str = "RootMyc1 DEL") -> list[Trade]:
     """Trade of a load for travel by all controllers of :func:`controllers`, formed seed by seed.
 
     Args:
-      c: all of them in the same winds.
-      quantity: load that is traded.
+      c: comparison of all controllers in the same winds.
+      quantity: name of the load.
     """
-    found = []
+    trade_list = []
     travel0, travel1 = (c.values("pitch travel", name) for name in (NONE, FULL))
     load0, load1 = (c.values(quantity, name) for name in (NONE, FULL))
     for name in c.schemes:
         travel, load = c.values("pitch travel", name), c.values(quantity, name)
         shares = (travel - travel0) / (travel1 - travel0), (load - load0) / (load1 - load0)
-        found.append(Trade(name, *map(mean_interval, (travel / travel0, load / load0 - 1.0, *shares))))
-    return found
+        trade_list.append(Trade(name, *map(mean_interval, (travel / travel0, load / load0 - 1.0, *shares))))
+    return trade_list
 
 
 def plot_trades(
-    found: Mapping[str, Sequence[Trade]], published: Mapping[str, tuple[float, float]] | None = None
+    curves: Mapping[str, Sequence[Trade]], published: Mapping[str, tuple[float, float]] | None = None
 ) -> Figure:
     """Share of the reduction over share of the actuation [%], a curve for each set of trades, and published points."""
     figure, axes = new_figure(1, size=(7.4, 4.6))
     ax = axes[0, 0]
     ax.plot([0.0, 100.0], [0.0, 100.0], color=INK, linewidth=0.8, linestyle=":", label="load in proportion to travel")
-    for colour, (label, each) in zip(COLOURS, found.items(), strict=False):
+    for colour, (label, each) in zip(COLOURS, curves.items(), strict=False):
         ordered = sorted(each, key=lambda trade: trade.actuation.mean)
         x, y = ([100.0 * getattr(trade, name).mean for trade in ordered] for name in ("actuation", "reduction"))
         width = [100.0 * trade.reduction.half_width for trade in ordered]
         ax.errorbar(x, y, yerr=width, color=colour, marker="o", markersize=4, capsize=2, label=label)
-    for label, (added, taken) in (published or {}).items():
-        ax.plot(100.0 * added, 100.0 * taken, color=INK, marker="D", linestyle="", label=label)
+    for label, (added, reduced) in (published or {}).items():
+        ax.plot(100.0 * added, 100.0 * reduced, color=INK, marker="D", linestyle="", label=label)
     ax.set_xlabel("share of the travel that full individual pitch adds [%]")
     ax.set_ylabel("[%]")
     ax.legend(loc="lower right")

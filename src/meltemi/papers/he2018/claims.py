@@ -33,7 +33,7 @@ from meltemi.papers.he2018.runs import (
     SHORT,
     SPEED,
     THREE,
-    Runs,
+    LoadControlRuns,
 )
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.spectra import decibels, spectral_peak
@@ -93,7 +93,7 @@ def edgewise(c: Comparison, scheme: str) -> float:
     return sqrt(float(s.density[inside].sum()) * s.resolution)
 
 
-def claims(runs: Runs, readings: Mapping[str, Comparison] | None = None) -> list[Claim]:
+def claims(runs: LoadControlRuns, readings: Mapping[str, Comparison] | None = None) -> list[Claim]:
     """All claims of ``claims.csv``, judged in all readings of model and wind.
 
     Args:
@@ -112,7 +112,7 @@ def not_detuned(readings: Mapping[str, Comparison]) -> dict[str, Comparison]:
     return {name: replace(c, runs={**c.runs, "cpfc": c.runs[ADDED]}) for name, c in readings.items()}
 
 
-def _judged(runs: Runs, readings: Mapping[str, Comparison], stated: Stated) -> list[Claim]:
+def _judged(runs: LoadControlRuns, readings: Mapping[str, Comparison], stated: Stated) -> list[Claim]:
     of, tolerance = KINDS[stated["kind"]]
     if isinstance(of, _Once):
         ours, verdict = of.judge(runs, stated)
@@ -144,7 +144,7 @@ Kind = Callable[[Comparison, Stated], tuple[str, str]]
 class _Once:
     """What needs no runs in turbulence: ours and the verdict."""
 
-    judge: Callable[[Runs, Stated], tuple[str, str]]
+    judge: Callable[[LoadControlRuns, Stated], tuple[str, str]]
 
 
 def _change(c: Comparison, stated: Stated, window: str = WHOLE) -> Float:
@@ -266,7 +266,7 @@ def share_at(x: Float, time: Float, frequency: float, half_width: float = 0.5) -
     return float(power[distance < half_width * frequency].sum() / max(power.sum(), 1e-300))
 
 
-def _absolute(runs: Runs, stated: Stated) -> tuple[str, str]:
+def _absolute(runs: LoadControlRuns, stated: Stated) -> tuple[str, str]:
     c = runs.readings[CLASS_B]
     units = {q.name: (q.unit, q.factor) for q in c.quantities}
     told = []
@@ -278,7 +278,7 @@ def _absolute(runs: Runs, stated: Stated) -> tuple[str, str]:
     return "; ".join(told) + f" ({CLASS_B})", UNCHECKED + f"because {stated['why']}"
 
 
-def _turbine(runs: Runs, stated: Stated) -> tuple[str, str]:
+def _turbine(runs: LoadControlRuns, stated: Stated) -> tuple[str, str]:
     turbine = runs.bench.model.turbine
     models = {FAST: build(turbine, FAST_MODEL), FULL: runs.bench.model}
     pitch = {name: float(np.degrees(operating_point(model, SPEED).pitch)) for name, model in models.items()}
@@ -308,7 +308,7 @@ def flap_slopes() -> tuple[float, float]:
     return float(lift / sides), float(moment / sides)
 
 
-def _flap(runs: Runs, stated: Stated) -> tuple[str, str]:
+def _flap(runs: LoadControlRuns, stated: Stated) -> tuple[str, str]:
     (lift, moment), (ideal, ideal_moment) = flap_slopes(), thin_airfoil(naca64618_flap().chord_fraction)
     ours = (
         f"{lift * pi / 180:.4f} per deg, {lift / ideal:.2f} of thin-airfoil theory ({ideal * pi / 180:.4f}); moment "
@@ -347,7 +347,7 @@ def reached(c: Comparison, scheme: str, quantity: Literal["std", "load"]) -> Mea
     return mean_interval(change(c, name, scheme) / (100.0 * np.array(removed)))
 
 
-def reasons(runs: Runs) -> dict[str, str]:
+def reasons(runs: LoadControlRuns) -> dict[str, str]:
     """Reasons for differences, by key, each with the experiment that shows it."""
     c = runs.readings[CLASS_B]
     calm, less = ({FAST: runs.study(f"{FAST}, {name}"), FULL: runs.study(name)} for name in (CALM, LESS))
