@@ -37,11 +37,11 @@ UPDATE = types.void(_V, _V, _V, types.float64)
 
 
 class EntryType(types.FunctionType):  # type: ignore[misc]
-    """Numba's type of functions, whose addresses are found once, not in each call: 25 us less."""
+    """Numba type of functions whose addresses are looked up once instead of in each call, which saves 25 us."""
 
 
 class EntryPoint:
-    """A compiled update, as the time loop takes it.
+    """Compiled update for the time loop.
 
     Args:
       function: compiled for the signature.
@@ -49,11 +49,11 @@ class EntryPoint:
     """
 
     def __init__(self, function: Any, signature: Any) -> None:
-        found = function.get_compile_result(signature)
+        compiled = function.get_compile_result(signature)
         self.function, self.type = function, EntryType(signature)
         self.wrapper, self.code = (
-            found.library.get_pointer_to_function(name)
-            for name in (found.fndesc.llvm_cfunc_wrapper_name, found.fndesc.llvm_func_name)
+            compiled.library.get_pointer_to_function(name)
+            for name in (compiled.fndesc.llvm_cfunc_wrapper_name, compiled.fndesc.llvm_func_name)
         )
 
     def __call__(self, *arguments: Any) -> None:
@@ -73,13 +73,13 @@ def _typeof(value: EntryPoint, context: Any) -> Any:
 
 @unbox(EntryType)  # type: ignore[untyped-decorator]
 def _unbox(kind: Any, value: Any, c: Any) -> Any:
-    made = cgutils.create_struct_proxy(kind)(c.context, c.builder)
-    made.py_addr = c.builder.bitcast(value, made.py_addr.type)
+    entry = cgutils.create_struct_proxy(kind)(c.context, c.builder)
+    entry.py_addr = c.builder.bitcast(value, entry.py_addr.type)
     for field, name in (("c_addr", "wrapper"), ("jit_addr", "code")):
         number = c.pyapi.object_getattr_string(value, name)
-        setattr(made, field, c.pyapi.long_as_voidptr(number))
+        setattr(entry, field, c.pyapi.long_as_voidptr(number))
         c.pyapi.decref(number)
-    return NativeValue(made._getvalue())
+    return NativeValue(entry._getvalue())
 
 
 @dataclass(frozen=True)
@@ -106,10 +106,10 @@ class LogEntry:
     """Entry of the log of a run.
 
     Attributes:
-      time: [s].
+      time: [s] time of the entry.
       source: "supervisor", "yaw protection" or "event".
       what: e.g. ``"power limit -> normal stop"``.
-      reason: why, e.g. ``"wind above cut-out"``.
+      reason: reason, e.g. ``"wind above cut-out"``.
     """
 
     time: float
@@ -125,18 +125,18 @@ class Controller:
     Attributes:
       update: ``update(state, measurements, demands, dt)``, changes state, a vector, and demands in place; see
         ``Measurements`` and ``Demands`` of ``meltemi.control.signals`` for the names.
-      init: gives the state vector for a start point; by default one zero.
-      sample_time: [s] between calls; None calls it every time step.
-      name: for messages.
-      yaws: whether it asks the yaw drive for a rate; then the model's yaw has to be driven.
+      init: returns the state vector for a start point; by default one zero.
+      sample_time: [s] time between calls; None for every time step.
+      name: name for messages.
+      yaws: whether it demands a yaw rate; then the model needs a yaw drive.
       uses_loads: whether it reads loads, accelerations or wind; a run is a little faster when it does not.
       state_names: of the entries of the state vector, for derivatives by them. In one of the name ``switches`` update
         may sum what ``meltemi.maths.generic.crossed`` gives for the distance from each of its switches.
       warnings: called with the state at the end of a run; its lines go into the result's ``warnings``.
-      log: called with the state at the end of a run; gives what happened, in order, for the result's ``log``.
-      fresh: gives the controller of one run. For those that keep something beside the state vector, such as a process;
-        then every run, also of a batch, has its own.
-      close: called once or more when a run has ended, however it ended.
+      log: called with the state at the end of a run; returns the log entries in order for the result's ``log``.
+      fresh: returns the controller of one run, for controllers with resources beside the state vector, such as a
+        process; then every run, also of a batch, has a separate one.
+      close: called once or more after the end of a run, regardless of its status.
     """
 
     update: Update
@@ -179,8 +179,8 @@ class Entry:
     """Controller bound to the vectors of one case, for the time loop.
 
     Attributes:
-      function: what the loop calls.
-      exception: what a plain Python controller raised, if it did.
+      function: function that the loop calls.
+      exception: exception of a plain Python controller, if any.
     """
 
     def __init__(
@@ -244,7 +244,7 @@ def compiled_entry(update: Any) -> Any:
         return update
     if update not in _ENTRIES:
         try:
-            cached = not isinstance(update._cache, NullCache)  # as its author asked
+            cached = not isinstance(update._cache, NullCache)  # with the options of its author
             _ENTRIES[update] = compiled_for(update, UPDATE, cached=cached)
         except (numba.core.errors.NumbaError, TypeError) as error:
             first = str(error).strip().splitlines()

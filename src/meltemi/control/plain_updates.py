@@ -17,7 +17,7 @@ from meltemi.core.kernel import kernel_for
 
 
 def callback(entry: Entry, update: Any, state: Vector, measurements: Vector, demands: Vector) -> Any:
-    """C function that calls a plain update on the vectors of a case, and keeps in its entry what it raises."""
+    """C function that calls a plain update on the vectors of a case, and stores its exceptions in the entry."""
     measured, wanted = Measurements(measurements), Demands(demands)
     known = set(vars(wanted))
 

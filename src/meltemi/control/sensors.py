@@ -45,7 +45,7 @@ def philox(count: int, stream: int, seed: int) -> tuple[int, int]:
     """Two random 32-bit numbers of an address of two, under a key (Philox 2x32-10)."""
     left, right, key = count & _MASK, stream & _MASK, seed & _MASK
     for _ in range(_ROUNDS):
-        # a product beyond 63 bits wraps, which leaves the 64 bits that are used as they are
+        # a product beyond 63 bits wraps around, which does not change the 64 bits in use
         product = left * _MULTIPLIER
         left, right = ((product >> 32) & _MASK) ^ key ^ right, product & _MASK
         key = (key + _KEY_STEP) & _MASK
@@ -76,8 +76,8 @@ def noise_start(seed: int, stream: int = 0) -> Noise:
     """Initial state of a noise.
 
     Args:
-      seed: of a run, from 0 to 2^32 - 1.
-      stream: of a sensor, from 0 to 2^32 - 1; sensors of one seed need different ones.
+      seed: seed of a run, from 0 to 2^32 - 1.
+      stream: stream of a sensor, from 0 to 2^32 - 1; sensors with one seed need different streams.
 
     Raises:
       InputError: one of them is out of range.

@@ -1,4 +1,4 @@
-"""What a controller reads and writes: measurements and demands, by name.
+"""Input and output of controllers: measurements and demands, by name.
 
 A controller is a function ``update(state, measurements, demands, dt)`` that changes ``state`` and
 ``demands`` in place, in plain Python or compiled::
@@ -18,7 +18,7 @@ from meltemi.maths.tables import Numbers, Table, blades, flaps, number, xyz
 
 
 class Measurements(Table):
-    """What the turbine's sensors give at an instant; loads are those of the time step before."""
+    """Measurements of the turbine's sensors at an instant; loads are those of the previous time step."""
 
     time: float = number("s", "simulation time")
     generator_speed: float = number("rad/s", "generator speed")
@@ -69,9 +69,9 @@ REQUESTS = ("none", "start", "normal_stop", "emergency_stop")
 
 
 class Demands(Table):
-    """What a controller can ask for; demands keep their values until they are changed.
+    """Demands of a controller, which keep their values until they are changed.
 
-    The last six are what it reports, which is recorded and has no effect.
+    The last six are reports of the controller, which are recorded and have no effect.
     """
 
     generator_torque: float = number("N m", "on the generator's shaft")

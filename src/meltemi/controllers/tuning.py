@@ -7,7 +7,7 @@ is
 
     L(s) = (k_I / s + k_P) * exp(i phi) * F(s + i n W) * (-P_n(s)),    F: band-pass, sensor, delay
 
-Loops at several harmonics act on the same blades: each one takes its part of a tone, so their L add up.
+Loops at several harmonics act on the same blades: each filters its part of a tone, so their L are added.
 
 The rule: phi is the phase by which F and the turbine lag at nP, so L is an integrator for slow changes. A band-pass of
 damping zeta delays the loop by 1 / (zeta n W); it is made as slow as actuator and turbine are together, and the
@@ -219,11 +219,11 @@ def margins(
       sample_time: [s] of the controller; margins are sought up to half the sampling rate.
       sensor: dynamics between the blade moments and the controller.
     """
-    found = []
+    points = []
     for plant in _plants(linear, loops[0].harmonic, [loop.harmonic for loop in loops], sample_time):
         together = _sum(plant, loops, sensor)
-        found.append([reserve(plant.w, together, plant.poles) for reserve in (phase_reserve, gain_reserve)])
-    phase, gain = np.min(found, axis=0)
+        points.append([reserve(plant.w, together, plant.poles) for reserve in (phase_reserve, gain_reserve)])
+    phase, gain = np.min(points, axis=0)
     return float(phase), float(gain)
 
 
@@ -240,12 +240,12 @@ def linear_models(
     speeds = default_speeds(model) if wind_speeds is None else wind_speeds
     inputs = ["pitch_1", *(f"flap_{j + 1}_1" for j in range(model.n_flaps))]
     outputs = ["generator_speed", "root_moment_out_of_plane_1"]
-    found: list[LinearModel] = []
+    models: list[LinearModel] = []
     for u in speeds:
-        found.append(linearise(model, operating_point(model, float(u)), inputs, outputs))
+        models.append(linearise(model, operating_point(model, float(u)), inputs, outputs))
         if progress is not None:
-            progress(len(found) / len(speeds))
-    return found
+            progress(len(models) / len(speeds))
+    return models
 
 
 def default_speeds(model: BladedModel) -> list[float]:
@@ -389,12 +389,12 @@ def _draft(
     harmonic, speed, dt = plants[0].harmonic, plants[0].speed, plants[0].dt
     for plant in plants:
         check_harmonic(harmonic, plant.speed, dt, model.n_blades)
-    own = [plant.of(actuator, flap) for plant in plants]
+    responses = [plant.of(actuator, flap) for plant in plants]
     if filter_damping is None:
-        lag_time = float(np.mean([_delay(plant.w, P) for plant, (P, _, _) in zip(plants, own, strict=True)]))
+        lag_time = float(np.mean([_delay(plant.w, P) for plant, (P, _, _) in zip(plants, responses, strict=True)]))
         filter_damping = float(np.clip(1.0 / (lag_time * harmonic * speed), *DAMPINGS))
     pitch = np.array([plant.linear.point.pitch for plant in plants])
-    begin, halving = _schedule(pitch, np.array([abs(at_zero) for _, at_zero, _ in own]))
+    begin, halving = _schedule(pitch, np.array([abs(at_zero) for _, at_zero, _ in responses]))
     loop = HarmonicLoop(
         harmonic=harmonic,
         actuator=actuator,
@@ -406,7 +406,7 @@ def _draft(
     # lead and sign make the loop an integrator for slow changes, on the average of the points
     lags = [
         np.angle(at_zero * _filter(loop, np.array([harmonic * plant.speed]), plant.speed, sensor, dt)[0])
-        for plant, (_, at_zero, _) in zip(plants, own, strict=True)
+        for plant, (_, at_zero, _) in zip(plants, responses, strict=True)
     ]
     mean = float(np.angle(np.exp(2j * np.array(lags)).mean())) / 2.0  # of lines through zero, whatever their sign
     sign = -1.0 if np.cos(np.mean(np.unwrap(lags)) - mean) > 0.0 else 1.0
@@ -446,11 +446,11 @@ def _tuned(
 def _points(
     plants: Sequence[_Plant], loop: HarmonicLoop, loops: Sequence[HarmonicLoop], sensor: LoadSensor | None
 ) -> tuple[TunedPoint, ...]:
-    found = []
+    points = []
     for plant in plants:
         P, at_zero, leak = plant.of(loop.actuator, loop.flap)
-        own, together = plant.loop(loop, sensor), _sum(plant, loops, sensor)
-        found.append(
+        alone, together = plant.loop(loop, sensor), _sum(plant, loops, sensor)
+        points.append(
             TunedPoint(
                 wind_speed=plant.linear.point.wind.speed,
                 rotor_speed=plant.speed,
@@ -459,27 +459,27 @@ def _points(
                 leak=leak,
                 frequency=plant.w,
                 plant_response=P,
-                loop=own,
+                loop=alone,
                 together=together,
-                bandwidth=_crossover(plant.w, own),
+                bandwidth=_crossover(plant.w, alone),
                 phase_margin=phase_reserve(plant.w, together, plant.poles),
                 gain_margin=gain_reserve(plant.w, together, plant.poles),
                 sensitivity=float((1.0 / np.abs(1.0 + together)).max()),
             )
         )
-    return tuple(found)
+    return tuple(points)
 
 
 def _filter(loop: HarmonicLoop, tone: Float, speed: float, sensor: LoadSensor | None, dt: float) -> Complex:
     """Response of band-pass, sensor and delay at frequencies of the blades [rad/s] (C-34)."""
     low_pass, samples = (sensor.low_pass, sensor.delay) if sensor else (0.0, 0)
-    found: Complex = np.exp(-1j * tone * dt * (HALF_DELAY + samples))
+    factor: Complex = np.exp(-1j * tone * dt * (HALF_DELAY + samples))
     centre, zeta = loop.harmonic * speed, loop.filter_damping
     if zeta > 0.0:
-        found = found * np.array([response("band_pass", float(each), centre, zeta, dt) for each in tone])
+        factor = factor * np.array([response("band_pass", float(each), centre, zeta, dt) for each in tone])
     if low_pass > 0.0:
-        found = found * np.array([response("low_pass", float(each), low_pass, 0.0, dt) for each in tone])
-    return found
+        factor = factor * np.array([response("low_pass", float(each), low_pass, 0.0, dt) for each in tone])
+    return factor
 
 
 def _delay(w: Float, P: Complex) -> float:
@@ -536,5 +536,5 @@ def _passings(w: Float, x: Float, poles: Sequence[float]) -> NDArray[np.int64]:
 def _crossover(w: Float, L: Complex) -> float:
     size = np.abs(L) - 1.0
     at = _passings(w, size, (0.0,))
-    found = w[at] + (w[at + 1] - w[at]) * size[at] / (size[at] - size[at + 1])
-    return float(np.min(np.abs(found), initial=math.inf))
+    frequency = w[at] + (w[at + 1] - w[at]) * size[at] / (size[at] - size[at + 1])
+    return float(np.min(np.abs(frequency), initial=math.inf))

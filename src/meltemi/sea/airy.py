@@ -18,8 +18,8 @@ GRAVITY = 9.80665
 
 
 @dataclass(frozen=True)
-class Components:
-    """Waves whose sum is a sea (H-1).
+class WaveComponents:
+    """Wave components whose sum is a sea (H-1).
 
     Attributes:
       frequency: (M,) [rad/s] above zero.

@@ -11,7 +11,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, track_arrays
 
 if TYPE_CHECKING:
-    from meltemi.sea.airy import Components
+    from meltemi.sea.airy import WaveComponents
     from meltemi.sea.conditions import Sea
 
 POINTS, REACH, ERROR = 161, 6.0, 0.02
@@ -34,7 +34,7 @@ def with_sea(scene: Scene, result: Result) -> Scene:
     return surfaced(scene, sea, sea.components(water["depth"] + sea.level, float(result.time[-1])))
 
 
-def surfaced(scene: Scene, sea: Sea, waves: Components) -> Scene:
+def surfaced(scene: Scene, sea: Sea, waves: WaveComponents) -> Scene:
     """The scene with the wave elevation of a sea; waves of several directions are drawn in their mean direction."""
     from meltemi.sea.airy import wave_number
     from meltemi.sea.field import AHEAD, summed, times

@@ -158,11 +158,11 @@ def view(
     from meltemi.simulation.model import Model
     from meltemi.simulation.rotors import build
     from meltemi.simulation.scene.air import usual_field
-    from meltemi.turbine.representation import Machine
+    from meltemi.turbine.representation import TurbineBase
     from meltemi.wind.fields import Wind
     from meltemi.wind.turbulent import TurbulentWind
 
-    if isinstance(what, Machine):
+    if isinstance(what, TurbineBase):
         what = build(what)
     if isinstance(what, Model):
         return modes_view(what, campbell(what, rotor_speeds=[0.0], air=False), look)

@@ -1,11 +1,11 @@
 """State machines of the supervisor: states, conditions, transitions of operation and of yaw protection.
 
-The machine of operation has the states of the turbine. The machine of yaw protection stands beside it: it derates,
-waits and looks again, or asks for a stop (Wang et al. 2021, Fig. 8). At every call each machine takes at most one
+The machine of operation has the states of the turbine. The machine of yaw protection runs in parallel: it derates,
+waits and rechecks, or requests a stop (Wang et al. 2021, Fig. 8). In every call each machine makes at most one
 transition (``control.machine``).
 
-These tables are the law: the kernel walks them as arrays of integers, and the pages and diagrams of the documentation
-are made from them.
+These tables define the law: the kernel evaluates them as arrays of integers, and pages and diagrams of the
+documentation are generated from them.
 
 Reference: docs/theory/control.md (C-60 to C-68).
 """
@@ -22,7 +22,7 @@ from meltemi.maths.tables import Table, number
 
 
 @dataclass(frozen=True)
-class State:
+class OperatingState:
     """State of the turbine.
 
     Attributes:
@@ -51,9 +51,9 @@ class Condition:
       quantity: of ``QUANTITIES``.
       sense: ``above`` (and NaN) or ``below``; equality is neither.
       limit: a number, or the name of a limit of ``Supervision`` and ``YawProtection``.
-      hold: [s] for which it has to hold without a break, or the name of a setting.
+      hold: [s] time for which it has to hold without interruption, or the name of a setting.
       latches: a stop for this reason lasts until the operator requests "start".
-      doc: the reason in words, with value and limit in places.
+      doc: text of the reason, with placeholders for value and limit.
     """
 
     name: str
@@ -232,8 +232,8 @@ shutdown | normal   | restarted
 """
 
 
-STATES = tuple(State(*row) for row in cells(_STATES))
-YAW_STATES = tuple(State(*row) for row in cells(_YAW_STATES))
+STATES = tuple(OperatingState(*row) for row in cells(_STATES))
+YAW_STATES = tuple(OperatingState(*row) for row in cells(_YAW_STATES))
 CONDITIONS = tuple(
     Condition(name, quantity, sense, limit, hold, latches != "no", words)
     for (name, quantity, sense, limit, hold, latches), (_, words) in zip(cells(_CONDITIONS), cells(_WORDS), strict=True)

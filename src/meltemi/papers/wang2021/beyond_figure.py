@@ -15,7 +15,7 @@ from meltemi.report.palette import COLOURS, DIVERGING, GROWING, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.studies.machine_loads import YAW_BENDING
 from meltemi.studies.wind_year import FRONTS, StrategyYear
-from meltemi.studies.yaw_gusts import OURS, Found
+from meltemi.studies.yaw_gusts import OURS, GustResults
 from meltemi.studies.yaw_limits import YawLimits, draw_limits
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 
-def beyond_figure(grid: Found, limits: YawLimits, years: Sequence[StrategyYear]) -> Figure:
+def beyond_figure(grid: GustResults, limits: YawLimits, years: Sequence[StrategyYear]) -> Figure:
     """Energy and loads by gust, rechecks, allowed yaw errors, and a year."""
     figure, axes = new_figure(3, 3, size=(12.0, 10.0), share=False)
     some = longest(grid)
@@ -84,7 +84,7 @@ def heat_map(ax: Axes, x: Float, y: Float, values: Float, title: str, *, text: s
     ax.set_title(title)
 
 
-def _recheck(ax: Axes, grid: Found) -> None:
+def _recheck(ax: Axes, grid: GustResults) -> None:
     values = 100.0 * stopped_after_derating(grid)
     rates = np.degrees(grid.grid.yaw_rates).round(2)
     title = "derated runs that stop all the same [%]"

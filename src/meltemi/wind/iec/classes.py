@@ -96,15 +96,15 @@ class WindClass(Record):
 
 
 def _standard_classes(edition: Edition) -> dict[str, WindClass]:
-    found: dict[str, WindClass] = {}
+    classes: dict[str, WindClass] = {}
     for roman, v_ref in V_REF[edition].items():
         for category, i_ref in I_REF[edition].items():
             a = SLOPE[category] if edition == 2 else None
             name = roman + category
-            found[name] = WindClass(name=name, edition=edition, v_ref=v_ref, i_ref=i_ref, a=a)
+            classes[name] = WindClass(name=name, edition=edition, v_ref=v_ref, i_ref=i_ref, a=a)
             if edition == 4:
-                found[name + "T"] = found[name].replace(name=name + "T", v_storm=V_REF_TROPICAL)
-    return found
+                classes[name + "T"] = classes[name].replace(name=name + "T", v_storm=V_REF_TROPICAL)
+    return classes
 
 
 CLASSES: dict[Edition, dict[str, WindClass]] = {edition: _standard_classes(edition) for edition in EDITIONS}

@@ -35,9 +35,9 @@ class IecModel:
       title: description.
       kind: kind of its wind: turbulent, steady, or a transient.
       clause, equations: of edition 3; of edition 2 for ECG.
-      make: the function that creates its wind.
-      make_steady: that of the steady variant, where there are both.
-      editions: which have it.
+      make: function that creates its wind.
+      make_steady: function of the steady variant, if there are both.
+      editions: editions with this model.
     """
 
     name: str
@@ -140,7 +140,7 @@ def iec_wind(  # noqa: PLR0913 - quantities that the standard names
 
     Raises:
       InputError: unknown model, option or class; something missing; a value out of range.
-      UnsupportedError: a wind of edition 2 that is not here.
+      UnsupportedError: a wind of edition 2 that is not implemented.
     """
     if model not in MODELS:
         raise InputError(f"IEC wind: unknown model {model!r}; {did_you_mean(str(model), MODELS)}")
@@ -163,5 +163,5 @@ def iec_wind(  # noqa: PLR0913 - quantities that the standard names
         known = " or ".join(str(e) for e in m.editions)
         raise InputError(f"{model} ({m.title}) is not in edition {used}; expected edition {known}")
     if isinstance(wind_class, str) and not any(wind_class in classes for classes in CLASSES.values()):
-        as_class(wind_class, edition)  # what a model ignores shall be right, too
+        as_class(wind_class, edition)  # check arguments that a model ignores, too
     return _function(m, steady_form)(**given)

@@ -141,8 +141,8 @@ def _mann(wind: TurbulentWind, grid: WindGrid, f: Float, variances: Float) -> Sp
     unit = wind.intensity**2 * wind.speed**2 / point.variances[0] * k1[0]  # variance of a step of k1
 
     def coherent() -> Iterator[tuple[slice, Complex, Float]]:
-        made = mann.sheared_fields(some, grid, length, mann.GAMMA, wind.seed, FIELD_STREAM)
-        for m, (fields, covered) in enumerate(made):
+        velocities = mann.sheared_fields(some, grid, length, mann.GAMMA, wind.seed, FIELD_STREAM)
+        for m, (fields, covered) in enumerate(velocities):
             yield slice(m, m + 1), math.sqrt(unit) * fields[:, None], unit * covered[:, None]
 
     def with_hub(m: int) -> Complex:
