@@ -87,10 +87,10 @@ class StartPoint:
     """Steady operating point from which a controller starts without a jump of its demands.
 
     Attributes:
-      wind_speed: [m/s] at hub height.
-      generator_speed: [rad/s].
-      pitch: [rad].
-      generator_torque: [N m].
+      wind_speed: [m/s] wind speed at hub height.
+      generator_speed: [rad/s] generator speed.
+      pitch: [rad] collective pitch.
+      generator_torque: [N m] generator torque.
       mean_wind: [m/s] mean at hub height before; ``wind_speed`` by default.
     """
 

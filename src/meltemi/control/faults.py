@@ -32,7 +32,7 @@ class Faults(Table):
     power_limit: float = number("W", "operator's power limit; infinite without one")
     generator: float = number("-", "torque over its demand, 1 without a fault")
     brake: float = number("-", "1 while it follows its demand, 0 without torque")
-    brake_applied: float = number("-", "share of the full brake torque, whatever is demanded")
+    brake_applied: float = number("-", "share of the full brake torque, regardless of the demand")
     yaw_drive: float = number("-", "1 while it follows its demand, 0 when it stands still")
     yaw_run: float = number("rad/s", "rate of a yaw runaway; 0: none")
     pitch_stuck: Numbers = blades("-", "1: the blade keeps its angle")

@@ -56,7 +56,7 @@ def weight(x: FeedforwardWeights, blade: int, blades: int, azimuth: float) -> fl
     Args:
       x: settings.
       blades: number N of blades.
-      azimuth: [rad] of the first blade.
+      azimuth: [rad] azimuth of the first blade.
     """
     mine, total = 0.0, 0.0
     for i in range(blades):

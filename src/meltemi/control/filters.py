@@ -55,7 +55,7 @@ def low_pass(x: LowPass, signal: float, w: float, dt: float) -> float:
     """One call of a first-order low-pass (C-15).
 
     Args:
-      x: its state.
+      x: state of the filter.
       signal: the input, of any unit.
       w: [rad/s] corner frequency.
       dt: [s] since the last call.
@@ -86,7 +86,7 @@ def band_pass(x: SecondOrder, signal: float, w: float, zeta: float, dt: float) -
     """One call of a second-order band-pass (C-16).
 
     Args:
-      x: its states.
+      x: states of the filter.
       signal: the input, of any unit.
       w: [rad/s] centre frequency, at which gain is 1 and phase 0.
       zeta: damping ratio; the width between gains of 1 / sqrt(2) is 2 zeta w.
@@ -151,7 +151,7 @@ def check_harmonic(harmonic: int, speed: float, sample_time: float, blades: int 
     Args:
       harmonic: multiple n of the rotor speed.
       speed: [rad/s] largest rotor speed.
-      sample_time: [s] between calls.
+      sample_time: [s] time between calls.
       blades: number of blades.
 
     Raises:

@@ -96,9 +96,9 @@ def integrator_settings(
       integral_gain: k_i.
       derivative_gain: k_d.
       derivative_frequency: [rad/s] corner of the derivative's low-pass; needed with a derivative gain.
-      tracking_time: [s] of back-calculation; 0: clamping.
-      integral: of the demand, at the start.
-      error: at the start, so that the derivative begins with none.
+      tracking_time: [s] time constant of back-calculation; 0: clamping.
+      integral: integral at the start, in the unit of the demand.
+      error: error at the start, so that the derivative begins at zero.
 
     Raises:
       InputError: a number is out of range.

@@ -69,12 +69,12 @@ def preview_settings(
 
     Args:
       wind: (T,) [m/s] averaged over the rotor, from time zero on.
-      time_step: [s] between its values.
-      lead: [s] by which it is read ahead.
+      time_step: [s] time between its values.
+      lead: [s] lead time.
       frequency: [rad/s] corner of the low-pass.
-      first_speed: [m/s] of the table.
-      spacing: [m/s] of the table.
-      pitch: (n,) [rad] of steady operation at these speeds.
+      first_speed: [m/s] first wind speed of the table.
+      spacing: [m/s] spacing of the table.
+      pitch: (n,) [rad] pitch of steady operation at these speeds.
 
     Raises:
       InputError: a number is out of range, or there are fewer than two values.

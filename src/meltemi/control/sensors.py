@@ -94,7 +94,7 @@ def delay(x: Delay, signal: float) -> float:
 
     Args:
       x: settings and state, see ``delay_start``; with 0 samples the signal comes back at once.
-      signal: of any unit.
+      signal: signal of any unit.
     """
     samples = whole(x.samples)
     if samples < 1:
@@ -111,7 +111,7 @@ def delay_start(samples: int, signal: float = 0.0) -> Delay:
 
     Args:
       samples: number of sample times.
-      signal: of any unit.
+      signal: signal of any unit.
 
     Raises:
       InputError: ``samples`` is no whole number from 0 on.

@@ -48,7 +48,7 @@ class Measurements(Table):
     grid: float = number("-", "1 while there is a grid that takes power, 0 while there is none")
     request: float = number("-", "last operator request, its number in REQUESTS")
     power_limit: float = number("W", "electrical, that the operator sets; infinite without one")
-    power_reference: float = number("W", "electrical, that the operator asks for; rated power without a request")
+    power_reference: float = number("W", "electrical, requested by the operator; rated power without a request")
     n_blades: float = number("-", "number of blades")
     callback: float = number("-", "internal: address of a controller in plain Python")
 

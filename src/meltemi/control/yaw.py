@@ -134,7 +134,7 @@ def yaw_step(x: YawControlState, measured: Measurements, dt: float) -> float:
 
     Args:
       x: settings and state.
-      measured: by the sensors.
+      measured: measurements of the sensors.
       dt: [s] since the last call.
 
     Returns:

@@ -54,7 +54,7 @@ class SchemeDesign:
     """Controllers for a turbine, and the tuning of the loops of its schemes.
 
     Attributes:
-      controllers: by label.
+      controllers: controllers by label.
       settings: settings of the load control of schemes, by name.
       tunings: tunings by scheme and loop, such as ``cpfc: 2P flap``; once for schemes that share all loops.
     """

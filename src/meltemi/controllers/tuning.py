@@ -73,12 +73,12 @@ class TunedPoint:
     """A control loop at one operating point, together with the other loops.
 
     Attributes:
-      wind_speed: [m/s].
-      rotor_speed: [rad/s].
-      pitch: [rad].
+      wind_speed: [m/s] wind speed.
+      rotor_speed: [rad/s] rotor speed.
+      pitch: [rad] collective pitch.
       plant: P_n(0) [N m/rad], amplitude of the blades' moments over that of the demands at nP.
       leak: response to a demand at nP at other frequencies over that at nP; not part of the design.
-      frequency: (F,) [rad/s] of the amplitudes, both signs, without zero.
+      frequency: (F,) [rad/s] frequencies of the amplitudes, both signs, without zero.
       plant_response: (F,) P_n [N m/rad].
       loop: (F,) L of this loop.
       together: (F,) sum of all loops; equal to ``loop`` for a single loop.
@@ -112,7 +112,7 @@ class LoopTuning(Brief):
       points: the operating points, with margins.
       phase_margin: [rad] required.
       gain_margin: required.
-      factor: by which gains were lowered because of the other loops; 1 for a single loop.
+      factor: reduction of the gains because of the other loops; 1 for a single loop.
     """
 
     loop: HarmonicLoop
@@ -140,20 +140,20 @@ def tune_ipc(  # noqa: PLR0913 - design choices, each with a default
     """Tune an individual pitch or flap loop for stability margins of the linear turbine model (C-32 to C-37).
 
     Args:
-      model: of the turbine, with its actuators and flaps.
+      model: turbine model with its actuators and flaps.
       harmonic: multiple n of the rotor speed.
-      actuator: that the loop moves.
-      flap: its number, from 1.
+      actuator: actuator of the loop.
+      flap: number of the flap, from 1.
       filter_damping: damping ratio of the band-pass, 0: none; by default the filter delays the loop as much as actuator
         and turbine do.
       lead_time: [s] proportional over integral gain; by default the share of the filter's delay that permits the
         largest gain.
       phase_margin: [rad] kept at every operating point.
       gain_margin: factor kept at every operating point.
-      wind_speeds: [m/s] of the operating points; by default four from 1.1 times rated to cut-out.
+      wind_speeds: [m/s] wind speeds of the operating points; by default four from 1.1 times rated to cut-out.
       sensor: dynamics between the blade moments and the controller.
-      sample_time: [s] of the controller; by default the model's time step.
-      linear: from :func:`linear_models`, for several tunings of one model.
+      sample_time: [s] sample time of the controller; by default the model's time step.
+      linear: linear models from :func:`linear_models`, for several tunings of one model.
 
     Raises:
       InputError: a harmonic that number of blades or sample time do not permit, a flap that does not exist, a margin
@@ -184,7 +184,7 @@ def tune_loops(
     Arguments not listed here are those of :func:`tune_ipc`.
 
     Args:
-      model: of the turbine.
+      model: turbine model.
       targets: actuator and harmonic of each loop.
 
     Raises:
@@ -214,9 +214,9 @@ def margins(
     """Phase margin [rad] and gain margin of simultaneous loops, smallest over all operating points (C-35, C-38).
 
     Args:
-      linear: from :func:`linear_models`.
-      loops: that act at the same time.
-      sample_time: [s] of the controller; margins are sought up to half the sampling rate.
+      linear: linear models from :func:`linear_models`.
+      loops: loops that act simultaneously.
+      sample_time: [s] sample time of the controller; margins are evaluated up to half the sampling rate.
       sensor: dynamics between the blade moments and the controller.
     """
     points = []
@@ -263,7 +263,7 @@ def speed_notch(linear: LinearModel, damping: float = NOTCH_DAMPING) -> SpeedNot
     """Notch filter of the speed loop at the largest response of generator speed to collective pitch above 3P (C-31).
 
     Args:
-      linear: from :func:`linear_models`; the response is largest near rated wind speed.
+      linear: linear models from :func:`linear_models`; the response is largest near rated wind speed.
     """
     w = np.geomspace(BEYOND * linear.point.rotor_speed, LAST * linear.point.rotor_speed, 200)
     size = np.abs(linear.response(1j * w)[:, linear.outputs.index("generator_speed"), 0])
@@ -281,7 +281,7 @@ class _Plant:
     Attributes:
       w: (F,) [rad/s] frequencies of the amplitude at nP, up to half the sampling rate on the blades, dense about zero,
         about the other loops and about weakly damped modes.
-      poles: [rad/s] of the integrators: zero for this loop, and those of the other loops.
+      poles: [rad/s] poles of the integrators: zero for this loop, and those of the other loops.
     """
 
     def __init__(self, linear: LinearModel, harmonic: int, harmonics: Set[int], dt: float) -> None:
@@ -350,7 +350,7 @@ class _Draft:
 
     Attributes:
       loop: an integrator of unit bandwidth.
-      plants: by operating point.
+      plants: transfer functions by operating point.
       shapes: L of the loop, by operating point.
     """
 

@@ -28,8 +28,8 @@ def vapour_pressure(temperature: ArrayLike, humidity: ArrayLike) -> Float:
     """Partial pressure of water vapour [Pa] (eq. 3: Tetens, over water at all temperatures).
 
     Args:
-      temperature: [K].
-      humidity: relative, 0 to 1.
+      temperature: [K] air temperature.
+      humidity: relative humidity, 0 to 1.
     """
     t = np.asarray(temperature, float) - CELSIUS
     return np.asarray(100.0 * np.asarray(humidity, float) * 6.1078 * 10.0 ** (7.5 * t / (t + 237.3)))

@@ -163,12 +163,12 @@ def wetness(
     """Wetted area [m^2] of a flat ellipsoid: volume of rain swept per distance travelled (eq. 12).
 
     Args:
-      speed: [m/s] of the ellipsoid along its axis; positive.
-      radius: [m].
-      half_thickness: [m] along the axis.
-      tail: [m/s] of drops in the direction of travel.
-      cross: [m/s] across it.
-      fall: [m/s].
+      speed: [m/s] speed of the ellipsoid along its axis; positive.
+      radius: [m] radius.
+      half_thickness: [m] half thickness along the axis.
+      tail: [m/s] drop velocity in the direction of travel.
+      cross: [m/s] drop velocity across it.
+      fall: [m/s] fall speed.
 
     Raises:
       InputError: a speed or the radius is not positive, or the thickness negative.

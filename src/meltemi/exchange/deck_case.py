@@ -27,7 +27,7 @@ def deck_case(
     """Wind, sea, duration, channels, model options, gravity and air density of an OpenFAST deck or HAWC2 model.
 
     Args:
-      deck: from :func:`read_deck` or :func:`import_hawc2`.
+      deck: imported model from :func:`read_deck` or :func:`import_hawc2`.
       turbine: turbine file of the case: the main file of the deck, or a turbine file written from it.
       started: begin at the rotor speed, pitch and azimuth of the deck instead of in steady operation.
       controller: controller keys of the case; a library takes settings and time step from the deck where they are not

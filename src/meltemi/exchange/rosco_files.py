@@ -83,8 +83,8 @@ def rosco_settings(turbine: AnyTurbine, tuning: BaselineTuning | None = None) ->
     points of the turbine (``tune_baseline``), in the sign convention of ROSCO, which subtracts the measured speed.
 
     Args:
-      turbine: of either kind.
-      tuning: from ``tune_baseline``, which is called without it.
+      turbine: turbine of either kind.
+      tuning: result of ``tune_baseline``, which is called by default.
     """
     tuned = tuning or tune_baseline(turbine, margins=False)
     pitch, torque = tuned.control.pitch, tuned.control.torque
@@ -125,10 +125,10 @@ def export_rosco(
     """Write the table of a turbine's coefficients and, from an existing DISCON.IN, one with its settings.
 
     Args:
-      turbine: of either kind.
-      folder: that exists.
+      turbine: turbine of either kind.
+      folder: existing folder.
       discon: a DISCON.IN of the version of ROSCO in use, which gives filters, modes and all other settings.
-      tuning: from ``tune_baseline``, which is called without it.
+      tuning: result of ``tune_baseline``, which is called by default.
 
     Returns:
       The files.

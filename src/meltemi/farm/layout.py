@@ -117,9 +117,9 @@ def check_layout(positions: Float, diameters: Sequence[float], yaw: Sequence[flo
     """Reject positions that are not finite or too far away, turbines that are too close, and excessive yaw.
 
     Args:
-      positions: (turbines, 2) [m].
+      positions: (turbines, 2) [m] positions.
       diameters: [m] rotor diameters, where they are known.
-      yaw: [rad].
+      yaw: [rad] yaw angles.
 
     Raises:
       InputError: naming the two turbines, their distance and the least one.
@@ -143,5 +143,5 @@ def check_layout(positions: Float, diameters: Sequence[float], yaw: Sequence[flo
             if apart < least:
                 raise InputError(
                     f"farm: turbines {j + 1} and {i + 1} are {apart:.0f} m apart, expected at least {least:.0f} m "
-                    f"({CLOSEST:g} rotor diameters): nearer ones stand in the near wake, for which there is no model"
+                    f"({CLOSEST:g} rotor diameters): closer ones are in the near wake, which is not modelled"
                 )

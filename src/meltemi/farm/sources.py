@@ -147,7 +147,7 @@ def _fast_farm(file: InputFile, diameter: float) -> Layout:
             of_set = " ".join(f"{x:g}" for x in constants)
             notes.append(f"{name} {' '.join(f'{x:g}' for x in given)} is not taken: the set {model} has {of_set}")
     if np.any(table["z"] != 0.0):
-        notes.append("WT_Z is not taken: all turbines stand at the same height")
+        notes.append("WT_Z is not used: all turbines have the same base height")
     notes.append("wind and turbines are those that are given; meltemi import converts the decks of WT_FASTInFile")
     validated(wakes, WakeSettings, f"{file.path}, by DT_Low, f_c, RotorDiamRef or NZ_Low")
     positions = tuple((float(x), float(y)) for x, y in zip(table["x"], table["y"], strict=True))

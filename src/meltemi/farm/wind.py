@@ -102,7 +102,7 @@ def _check(wind: WindBox | SharedTurbulence, turbines: Sequence[AnyTurbine], pos
         problems.append(f"it reaches up to {box.top:g} m, the rotors to {high:.0f} m")
     if not box.periodic and float(along.max()) > box.lead:
         problems.append(
-            f"it begins {box.lead:g} m downwind of its origin, the last turbine stands at {along.max():.0f} m: place "
+            f"it begins {box.lead:g} m downwind of its origin, the last turbine is at {along.max():.0f} m: place "
             "the farm upwind (negative x), or make the field periodic"
         )
     period, needed = box.duration * box.speed, float(np.ptp(along))

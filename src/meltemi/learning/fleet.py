@@ -316,7 +316,7 @@ class Fleet:
     """Turbines that are advanced together; observations, rewards and their components are rows of arrays.
 
     Args:
-      setup: what they have in common.
+      setup: common data of the episodes.
       n: number of turbines.
       threads: number of threads.
     """

@@ -31,7 +31,7 @@ class Crest(Record):
         """Amplitudes (M,) with the crest (H-17): the sea given its elevation and slope at that time.
 
         Args:
-          frequency: (M,) [rad/s].
+          frequency: (M,) [rad/s] frequencies.
           amplitude: (M,) [m] amplitudes of the random sea.
           share: (M,) variance of each component over the total.
         """

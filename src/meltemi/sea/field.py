@@ -29,8 +29,8 @@ class SeaField:
     """Kinematics at points over time.
 
     Attributes:
-      dt: [s] between samples; the first is ``AHEAD`` samples before time 0.
-      period: [s] after which they repeat, 1e30 if they do not.
+      dt: [s] time between samples; the first is ``AHEAD`` samples before time 0.
+      period: [s] repeat period, 1e30 if they do not.
       elevation: (T,) [m] at the origin.
       velocity: (T, P, 2) [m/s] along x and y.
       acceleration: (T, P, 2) [m/s^2], including the factors of diffraction.
@@ -60,8 +60,8 @@ def sea_field(
       depth: [m] depth of the still water.
       z: (P,) [m] heights from still water, at most 0.
       duration: [s] duration of the run.
-      radius: (P,) [m] of a vertical cylinder that diffracts the waves (H-9); 0 where it does not. The accelerations
-        become those that, with an inertia coefficient of 2, give its load.
+      radius: (P,) [m] radius of a vertical cylinder that diffracts the waves (H-9); 0 where it does not. The
+        accelerations become those that, with an inertia coefficient of 2, give its load.
       slope: add a last point, whose values are the vertical derivatives at still water.
       origin: (x, y) [m] position of the line.
 

@@ -154,7 +154,7 @@ class Support(Record):
                 f"support.position ends at {self.position[-1]:g} m, but tower.base_height is {tower.base_height:g} m"
             )
         if foundation is not None and (foundation.motions or self.soil is not None):
-            raise ValueError("foundation: motions, or a support with soil of its own, exclude it; remove one")
+            raise ValueError("foundation: motions, or a support with soil, exclude it; remove one")
 
     def doubts(self, turbine: Any) -> list[str]:
         """Sentences about implausible values: wall, growth, and the mass of the pile over that of the structure."""

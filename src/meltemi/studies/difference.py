@@ -29,7 +29,7 @@ class ChannelDifference:
       channel: channel of the first result.
       mean, std: mean and standard deviation of the first and the second result.
       load: their damage-equivalent loads at 1 Hz, with the usual slope; NaN for channels that are no loads.
-      correlation: of the two series; NaN where one is constant.
+      correlation: correlation of the two series; NaN where one is constant.
       distance: root mean square of the difference over the standard deviation of the second; NaN where that is 0.
       worst: largest difference, first minus second, with its sign.
       worst_time: [s] time of the largest difference.

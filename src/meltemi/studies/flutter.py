@@ -136,9 +136,9 @@ def flutter(
       turbine: a turbine, or a model, whose modes and options are then used as they are.
       rotor_speeds: [rad/s] increasing; by default 29 from 0.6 to 2 times rated speed.
       wind: wind speed [m/s] at hub height, or a steady wind.
-      pitch: [rad] of all blades; by default the smallest in operation.
+      pitch: [rad] collective pitch; by default the smallest in operation.
       generator_free: whether the generator may rotate about its mean speed; by default its speed is prescribed.
-      options: of a turbine's model; numbers of modes that they leave open are 4 flapwise, 2 edgewise and 2 torsional.
+      options: model options; numbers of modes that are not given are 4 flapwise, 2 edgewise and 2 torsional.
       progress: callback with the completed fraction.
 
     Returns:

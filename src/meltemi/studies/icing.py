@@ -56,7 +56,7 @@ class IcingEffects(Brief):
 
     Attributes:
       turbine: name of the turbine.
-      mass: [kg] of the ice on a blade, and of the blade.
+      mass: [kg] mass of the ice on a blade, and of the blade.
       speeds: (n,) [m/s] steady wind speeds.
       power: (n,) [W] electrical power in steady wind, by variant.
       frequencies: [Hz] natural frequencies of the clean and of the iced blade at rest, by mode.

@@ -162,7 +162,7 @@ def lidar_preview(
       wind: wind of the run.
       lidar: settings of the lidar.
       duration: [s] duration of the run.
-      table: from ``steady_pitch``, for several winds of one model.
+      table: pitch table from ``steady_pitch``, for several winds of one model.
       frequency: [rad/s] corner frequency of the low-pass filter.
 
     Raises:

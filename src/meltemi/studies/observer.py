@@ -505,7 +505,7 @@ def observer(
       turbulence: expected turbulence; category A by default.
       noise: sensor noise.
       shear_exponent: shear exponent of the mean wind.
-      spacing: [m/s] between the wind speeds, from cut-in to cut-out.
+      spacing: [m/s] spacing of the wind speeds, from cut-in to cut-out.
       progress: callback with the completed fraction.
 
     Raises:

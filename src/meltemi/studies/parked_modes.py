@@ -84,7 +84,7 @@ def parked_stability(
       pitches: [rad] collective pitch, the other axis.
       wind: steady wind; the map sets its direction.
       azimuths: [rad] rotor positions evaluated at each point.
-      options: of a turbine's model; numbers of modes that they leave open are 4 flapwise, 2 edgewise and 2 torsional.
+      options: model options; numbers of modes that are not given are 4 flapwise, 2 edgewise and 2 torsional.
       progress: callback with the completed fraction.
 
     Raises:

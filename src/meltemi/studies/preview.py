@@ -68,7 +68,7 @@ def preview_of(
     Args:
       model: turbine model.
       wind: wind box; other winds have no average over the rotor.
-      table: from :func:`steady_pitch`, for several winds of one model.
+      table: pitch table from :func:`steady_pitch`, for several winds of one model.
       frequency: [rad/s] corner frequency of the low-pass filter.
 
     Raises:

@@ -86,7 +86,7 @@ def save_state(simulation: Simulation, path: str | Path) -> Path:
             "saved; compiled controllers and plain functions of the state vector can"
         )
     if len(case.parts) > len(simulation.model.parts) + (simulation.sea is not None):
-        raise InputError(f"{path}: the wakes of other turbines have states of their own, which are not saved")
+        raise InputError(f"{path}: the wakes of other turbines have states that are not saved")
     acted = [[at, asdict(entry)] for at, entry in simulation._acted]
     about = {"format": FORMAT, "identity": _identity(simulation), "machine": _machine(simulation), "acted": acted}
     about["run_seconds"] = simulation.run_seconds

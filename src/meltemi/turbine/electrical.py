@@ -340,8 +340,8 @@ class ElectricalSystem(Record):
         """Reason why the system does not match a turbine; empty if it does, or if ``forced``.
 
         Args:
-          torque: [N m] rated, on the generator's shaft.
-          speed: [rad/s] of the generator at rated operation.
+          torque: [N m] rated torque on the generator shaft.
+          speed: [rad/s] generator speed at rated operation.
         """
         m = self.machine
         most = 1.5 * m.pole_pairs * m.flux * self.machine_converter.current
@@ -388,15 +388,15 @@ def size_electrical(
     """Size an electrical system with typical per-unit values, based on rated power, speed and voltage.
 
     Args:
-      rated_power: [W] on the generator's shaft.
-      rated_speed: [rad/s] of the generator's shaft.
+      rated_power: [W] power on the generator shaft.
+      rated_speed: [rad/s] speed of the generator shaft.
       voltage: [V] line to line, rms, of machine and grid; by default 690 V up to 6 MW, then 3300 V, and 6600 V from
         14 MW on.
-      frequency: [Hz] of the grid.
-      pole_pairs: by default those that bring the stator's frequency close to 10 Hz in a direct drive, 50 Hz in a fast
-        generator.
-      resistance: of the stator, per unit.
-      inductance: of the stator, per unit.
+      frequency: [Hz] grid frequency.
+      pole_pairs: number of pole pairs; by default for a stator frequency close to 10 Hz in a direct drive, 50 Hz in a
+        fast generator.
+      resistance: stator resistance, per unit.
+      inductance: stator inductance, per unit.
 
     Raises:
       InputError: a value is not positive, or the resulting system is not feasible.
@@ -444,8 +444,8 @@ def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float =
     transformer have 0.3 and 0.004 per unit.
 
     Args:
-      voltage: [V] of the grid, line to line, rms.
-      frequency: [Hz] of the grid.
+      voltage: [V] grid voltage, line to line, rms.
+      frequency: [Hz] grid frequency.
     """
     P, peak = machine.rated_power, voltage / LINE
     current = P / (1.5 * peak)

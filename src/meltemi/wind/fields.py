@@ -322,7 +322,7 @@ class SharedTurbulence:
 
     Attributes:
       mean: wind without turbulence: speed, shear, direction, upflow.
-      field: from :func:`unit_turbulence`.
+      field: unit turbulence from :func:`unit_turbulence`.
       sigma: [m/s] standard deviation of the longitudinal component at the hub.
       begin: [m] length of the field that has passed at the start of the run; any value for a periodic field.
 
@@ -559,7 +559,7 @@ def check_coverage(
     ahead -= along
     problems: list[str] = []
     if not box.periodic and along > box.lead:
-        problems.append(f"it begins {box.lead:g} m downwind of its origin, and the turbine stands at {along:g} m")
+        problems.append(f"it begins {box.lead:g} m downwind of its origin, and the turbine is at {along:g} m")
     if box.width < 2.0 * (radius + abs(across)):
         problems.append(f"it is {box.width:g} m wide, the rotor needs {2.0 * (radius + abs(across)):.1f} m")
     if box.top < hub_height + radius:

@@ -68,8 +68,8 @@ def read_wind(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox | Wind
     Wind at the hub (``.csv``) is no wind by itself: see :func:`read_hub_csv`.
 
     Args:
-      path: of the file; of a box of HAWC2 any of the three.
-      grid: for HAWC2 files without a ``.hawc2.yaml`` in their folder; these may be without suffix, as ``NAME_u``.
+      path: wind file; for a HAWC2 box any of the three files.
+      grid: grid of HAWC2 files without a ``.hawc2.yaml`` in their folder; these may be without suffix, as ``NAME_u``.
 
     Raises:
       InputError: the format is unknown, or the file is missing, damaged or of another format.
@@ -99,7 +99,7 @@ def write_wind(wind: WindBox | WindSeries | HubSeries, path: str | Path, format:
       wind: a box, or a series (``.wnd``), or wind at the hub (``.csv``).
       path: the suffix tells the format: ``.bts``, ``.wnd`` (a box: Bladed-style, a series: uniform wind), ``.bin``,
         ``.nc``, ``.csv`` (of a box the wind at its hub).
-      format: its name instead: bts, bladed, uniform, hawc2, netcdf, hub_csv.
+      format: name of the format, in place of the suffix: bts, bladed, uniform, hawc2, netcdf, hub_csv.
 
     Returns:
       Paths of all files that were written.

@@ -49,7 +49,7 @@ class FieldStatistics:
       height: [m] height of that point.
       speed: [m/s] magnitude of the mean horizontal velocity at the hub.
       direction: [rad] wind direction of that velocity, clockwise from above, including the direction of the box.
-      mean, std, lowest, highest: (Z, Y, 3) [m/s] of each point over time.
+      mean, std, lowest, highest: (Z, Y, 3) [m/s] statistics of each point over time.
       covariance: (3, 3) [m^2/s^2] at the hub.
       hub_time_scale, grid_time_scale: (3,) [s] integral of the autocorrelation up to its first zero, at the hub and of
         the autocorrelation averaged over the grid; NaN for a component that is constant.
@@ -116,7 +116,7 @@ class SpectrumEstimate:
 
     Attributes:
       f: (B,) [Hz] geometric middle of each band.
-      density: (B,) [m^2/s^2/Hz].
+      density: (B,) [m^2/s^2/Hz] one-sided density.
       count: (B,) periodogram values that were averaged. At one point they are independent, so the standard error is
         density / sqrt(count); over a grid they are not where eddies are as large as the grid, and the error is larger.
     """
@@ -133,7 +133,7 @@ class CoherenceEstimate:
     Attributes:
       separation: (S,) [m] multiples of the grid's step.
       f: (B,) [Hz] geometric middle of each band.
-      coherence: (S, B) [-] between -1 and 1.
+      coherence: (S, B) [-] co-coherence between -1 and 1.
       count: (S, B) products that were averaged: frequencies times pairs of points.
     """
 
@@ -298,7 +298,7 @@ def wind_spectrum(
     Args:
       box: a field.
       component: u, v or w, in the axes of the box.
-      where: at the point nearest to the hub, or averaged over all points.
+      where: location: the point nearest to the hub, or averaged over all points.
       per_decade: bands, equally wide in the logarithm of the frequency, over which periodograms are averaged; bands
         that hold no frequency are left out. None gives every frequency alone; the sum of these densities times
         their spacing is the variance.
@@ -341,7 +341,7 @@ def wind_coherence(
       box: a field.
       component: u, v or w, in the axes of the box.
       separations: [m] taken to the nearest multiple of the grid's step; what falls on the same one is given once.
-      direction: in which the points are apart.
+      direction: direction of the separation.
       per_decade: bands, equally wide in the logarithm of the frequency.
 
     Raises:

@@ -200,7 +200,7 @@ class _Run:
         if failed < 0:
             printed = self.host.printed()
             message = self.host.message or printed or "without a message"
-            raise RunError(f"the library {self.library.path} asked for the end of the run: {message}")
+            raise RunError(f"the library {self.library.path} requested the end of the run: {message}")
         if self.host.message not in self.messages and len(self.messages) < MOST_MESSAGES:
             self.messages.append(self.host.message)
 

@@ -56,9 +56,9 @@ def PowerController(
     Args:
       turbine: turbine with speeds, limits of torque and pitch, and inertia; its gains are not used.
       performance: performance of its rotor, from ``performance_of(turbine)``.
-      settings: by default optimal torque with fixed density and the scheme ``hold``.
-      sample_time: [s] between calls; by default every time step.
-      name: for messages.
+      settings: settings; by default optimal torque with fixed density and the scheme ``hold``.
+      sample_time: [s] time between calls; by default every time step.
+      name: name for messages.
 
     Returns:
       The controller. Channels: ``power_state`` the number of its state, ``power_setpoint``, ``wind_estimate``.

@@ -360,7 +360,7 @@ def move_torque(x: PowerControlState, gain: float, more: float, dt: float) -> No
     """Torque demand, within the set-point, the torque's limit and its rate.
 
     Args:
-      gain: of the torque law at the present pitch.
+      gain: gain of the torque law at the present pitch.
       more: [W] for the grid's frequency, taken from the rotor's motion.
     """
     speed = max(x.speed, 1e-3)
@@ -385,7 +385,7 @@ def power_step(x: PowerControlState, measured: Measurements, demands: Demands, d
 
     Args:
       x: settings and state, see ``power_settings``.
-      measured: by the sensors.
+      measured: measurements of the sensors.
       demands: torque, pitch of all blades and its reports are written.
       dt: [s] since the last call.
     """

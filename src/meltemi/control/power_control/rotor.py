@@ -68,7 +68,7 @@ class RotorTables:
       pitch: (m,) [rad] uniform.
       power: (n, m) C_p.
       share: (k,) uniform.
-      sensitivity: (m, k) [1/rad] of (C-86).
+      sensitivity: (m, k) [1/rad] sensitivity of (C-86).
       best_ratio, best_power: (m,) where C_p is largest at each pitch, and that C_p.
       best: both at the smallest pitch.
     """
@@ -89,7 +89,7 @@ def rotor_tables(performance: RotorPerformance, fine: float) -> RotorTables:
     """Look-up tables of a rotor for its power control.
 
     Args:
-      performance: with the tip-speed ratio of the largest power coefficient inside.
+      performance: tables with the largest power coefficient in their interior.
       fine: [rad] the smallest pitch of the turbine.
 
     Raises:

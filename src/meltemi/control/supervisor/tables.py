@@ -29,7 +29,7 @@ class OperatingState:
       torque: ``none``; ``law``: of the collective law; ``join``: that, its limit rising from zero; ``fall``: in
         proportion to speed, to zero.
       pitch: ``law``; ``speed``: the law with a reference that rises; ``feather``.
-      rate: of the pitch: ``law``, ``start``, ``normal``, ``emergency``.
+      rate: pitch rate: ``law``, ``start``, ``normal``, ``emergency``.
       brake: ``free`` or ``slow``: applied at low speed.
       yaw: ``follow`` the wind or ``hold``.
     """
@@ -48,7 +48,7 @@ class Condition:
     """Comparison of a quantity with a limit.
 
     Attributes:
-      quantity: of ``QUANTITIES``.
+      quantity: name in ``QUANTITIES``.
       sense: ``above`` (and NaN) or ``below``; equality is neither.
       limit: a number, or the name of a limit of ``Supervision`` and ``YawProtection``.
       hold: [s] time for which it has to hold without interruption, or the name of a setting.
@@ -219,7 +219,7 @@ GROUPS = {
 _YAW_STATES = """
 normal   | law | law | law | free | follow | generates normally
 derated  | law | law | law | free | follow | power limited until the recheck
-shutdown | law | law | law | free | follow | asks for a stop
+shutdown | law | law | law | free | follow | requests a stop
 """
 
 _YAW_TRANSITIONS = """

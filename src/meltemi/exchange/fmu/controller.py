@@ -90,7 +90,7 @@ def _demanded(path: Path, variable: Any, turbine: AnyTurbine) -> list[tuple[int,
 
 def _check(path: Path, what: str, name: str, unit: str | None, table: Any) -> None:
     if name not in table.names:
-        raise InputError(f"{path}: {what} {name!r} is none of a turbine's: {did_you_mean(name, table.names)}")
+        raise InputError(f"{path}: {what} {name!r} is not a variable of a turbine: {did_you_mean(name, table.names)}")
     ours = {row.name: row.unit for row in table.rows}[name]
     if unit not in (None, "", ours, ours.replace(" ", "."), ours.replace(" ", "")):
         raise InputError(f"{path}: {what} {name} has the unit {unit!r}; expected {ours!r}")

@@ -37,9 +37,9 @@ class Lump:
     """Lumped mass of a body.
 
     Attributes:
-      mass: [kg].
+      mass: [kg] mass.
       position: (3,) [m] centre of mass, inertial axes.
-      inertia: (3, 3) [kg m^2] about it, inertial axes.
+      inertia: (3, 3) [kg m^2] inertia about it, inertial axes.
       span: [m] along the body, from its first node.
       last: whether it is fixed to the last node.
     """
@@ -100,7 +100,7 @@ class Body:
         """Sections from the st file of the body.
 
         Raises:
-          InputError: with file and line.
+          InputError: the file is not valid; the message has file and line.
         """
         beam = self.block.block("timoschenko_input")
         chosen = beam.need("set").numbers(0, 2)
@@ -198,7 +198,7 @@ def read_bodies(structure: Block, main: Path, blade: str, ground: Float = INERTI
       ground: (3, 3) rotation from HAWC2's global axes to the inertial axes of meltemi.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
       UnsupportedError: a body of another type than a beam, or one beside the node that carries it.
     """
     blocks = {b.need("name").word(): b for b in structure.within("main_body")}

@@ -45,7 +45,7 @@ class Command:
     """One command.
 
     Attributes:
-      name: in the spelling of HAWC2 12 and later.
+      name: name in the spelling of HAWC2 12 and later.
       where: file and line.
       values: the words after its name.
     """
@@ -153,7 +153,7 @@ def read_htc(path: Path) -> Block:
     """Read a main file with the files in which it continues.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     root = Block("", str(path))
     stack = [root]

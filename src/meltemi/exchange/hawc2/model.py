@@ -94,7 +94,8 @@ def import_hawc2(
       extra: key paths and values that supplement or replace those of the model: ``{"yaw.stiffness": 6e9}``.
 
     Raises:
-      InputError: with file, line, command and what was expected; or the missing data, as key paths for ``extra``.
+      InputError: the model is not valid, with file, line, command and what was expected; or the missing data, as key
+        paths for ``extra``.
       UnsupportedError: the model has a named feature that is not supported.
     """
     path = Path(path)

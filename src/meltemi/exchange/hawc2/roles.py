@@ -83,7 +83,7 @@ def other_blades(
         other = bodies[-1]
         turned = blade.axes @ np.linalg.inv(other.axes)
         if not np.allclose(turned @ down, down, atol=1e-6) or not _is_blade_angle(turned, count):
-            why = "it stands otherwise on the hub (pitch, cone or azimuth)"
+            why = "its orientation on the hub differs (pitch, cone or azimuth)"
         elif other.nodes.shape != blade.nodes.shape or not np.allclose(other.nodes, blade.nodes, atol=1e-6):
             why = "its c2_def differs"
         elif other.block is not blade.block and _content(other.block) != _content(blade.block):

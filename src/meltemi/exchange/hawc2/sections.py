@@ -155,7 +155,7 @@ def read_planform(path: Path, group: int) -> Float:
     """(S, 4) curved length, chord [m], relative thickness [%] and set of polars of a set of an ae file.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     lines = lines_of(path)
     at = 1
@@ -174,7 +174,7 @@ def read_polars(path: Path, group: int) -> list[tuple[float, str, Float]]:
     """Relative thickness [%], name and (P, 4) angle [deg] and coefficients of lift, drag and moment of each airfoil.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     lines = lines_of(path)
 

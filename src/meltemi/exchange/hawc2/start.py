@@ -51,7 +51,7 @@ def read_start(
     """
     axis = _bearing_axis(bearing, ground, parent, shaft)
     if axis is not None and abs(axis @ down) < 0.999:
-        raise UnsupportedError(f"{bearing.where}: the bearing of {shaft.name} does not turn it about its own axis")
+        raise UnsupportedError(f"{bearing.where}: the bearing of {shaft.name} does not rotate it about its axis")
     spins = [(body, c) for body in (shaft, *beyond) for c in body.joint.all("mbdy2_ini_rotvec_d1")]
     speed = 0.0
     for body, command in spins:
@@ -61,7 +61,7 @@ def read_start(
     speed_command = bearing.get("omegas")
     if speed_command is not None and bearing.name == "bearing3":
         speed = float(speed_command.numbers(0, 1)[0]) * (1.0 if axis is None else float(np.sign(axis @ down)))
-        treatment.set_note([c for _, c in spins], "not needed", "bearing3 keeps the rotor at its own speed")
+        treatment.set_note([c for _, c in spins], "not needed", "bearing3 prescribes the rotor speed")
     blade = beyond[-1]
     x, y, z = blade.axes.T
     left = np.array([-down[1], down[0], 0.0]) / np.hypot(down[0], down[1])

@@ -32,7 +32,7 @@ def read_wind(
       turned_by: [rad] rotation of the rotor of the model about z, which is undone by rotating the wind.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     tilt = 0.0
     if (turned := wind.get("windfield_rotations")) is not None:

@@ -61,7 +61,7 @@ def read_airfoils(paths: Sequence[Path], columns: dict[str, int], mode: int, not
       notes: a note on every file is appended.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     airfoils: dict[str, dict[str, Any]] = {}
     constants: list[tuple[float, ...]] = []
@@ -156,7 +156,7 @@ def _table(file: InputFile, entry: KeywordLine, columns: dict[str, int], notes: 
     """Angles [rad] and coefficients of one table.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     count = file.count(entry)
     body = [(i, split(line)) for i, line in enumerate(file.lines[entry.line :], entry.line + 1) if is_content(line)]

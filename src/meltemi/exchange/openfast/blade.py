@@ -21,7 +21,7 @@ def read_elastodyn_blade(file: InputFile, length: float, notes: list[ImportNote]
     """Read ElastoDyn section properties: a straight blade without torsion.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     values = Values(notes)
     values.read(file)
@@ -78,7 +78,7 @@ def read_beamdyn(file: InputFile, length: float, notes: list[ImportNote]) -> dic
     axis. Its stations are fractions of the length of the axis.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
       UnsupportedError: several members.
     """
     values = Values(notes)
@@ -197,7 +197,7 @@ def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[ImportNote
     """Read the outer shape of an AeroDyn blade.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     Values(notes).read(file)
     entry = file.require(["NumBlNds"], "number of stations")

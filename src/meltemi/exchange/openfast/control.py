@@ -121,7 +121,7 @@ def _schedule(angle: Float, gains: Float) -> tuple[float, Float, Float]:
     aerodynamic damping of the rotor.
 
     Args:
-      angle: (n,) [rad].
+      angle: (n,) [rad] pitch angles.
       gains: (2, n) proportional and integral, positive.
     """
     tried = np.geomspace(0.02, 10.0, 400)

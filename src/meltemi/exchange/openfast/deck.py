@@ -82,7 +82,8 @@ def read_deck(
       extra: key paths and values that supplement or replace those of the deck: ``{"drivetrain.stiffness": 8.7e8}``.
 
     Raises:
-      InputError: with file, line, keyword and what was expected; or the missing data, as key paths for ``extra``.
+      InputError: the deck is not valid, with file, line, keyword and what was expected; or the missing data, as key
+        paths for ``extra``.
       UnsupportedError: the deck has a named feature that is not supported.
     """
     path, notes = Path(path), list[ImportNote]()

@@ -108,7 +108,7 @@ def read_members(file: InputFile, v: Values) -> list[dict[str, Any]]:
     """Read the circular members of a platform as keys of ``Member``.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
       UnsupportedError: members of other sections.
     """
     members, places, sections = _geometry(file, v.notes)

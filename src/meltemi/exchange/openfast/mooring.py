@@ -110,7 +110,7 @@ def read_mooring(  # noqa: C901 - a branch for each thing that a line can be att
             note("ignored", f"point {name}", why)
         if what == "free":
             if any(number(point.get(axis, "0")) for axis in PULLED):
-                raise UnsupportedError(f"{file.path}: point {name} has forces FX, FY, FZ, which have no counterpart")
+                raise UnsupportedError(f"{file.path}: point {name} has forces FX, FY, FZ, which are not modelled")
             free[f"point{name}"] = {key: _number(file, point[key]) for key in FREE if key in point}
     rows = [row for _, row in _table(file, sections, program, "lines", LINES, notes).values()]
     for row in rows:

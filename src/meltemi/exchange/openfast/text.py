@@ -83,7 +83,7 @@ class InputFile:
 
     Attributes:
       path: path of the file.
-      module: for messages, e.g. ``"ElastoDyn"``.
+      module: name for messages, e.g. ``"ElastoDyn"``.
       lines: its text, including that of included files.
       entries: keyword lines by key; a repeated keyword, as in airfoil tables, has several.
       origins: file and number of each line, if there are included files.
@@ -140,7 +140,7 @@ class InputFile:
           optional: columns that may be missing and are then left out.
 
         Raises:
-          InputError: with file, line, and what was expected.
+          InputError: the table is not valid; the message has file, line and what was expected.
         """
         count, first = self.count(entry), next(iter(wanted.values()))
         at = next(
@@ -186,7 +186,7 @@ class InputFile:
           skip: lines between that line and the header.
 
         Raises:
-          InputError: with file, line, and what was expected.
+          InputError: the table is not valid; the message has file, line and what was expected.
         """
         header, rows, line = self.rows(entry, self.count(entry), entry.line if after is None else after, skip, notes)
         order = layout.split()

@@ -33,7 +33,7 @@ def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict
     """Read the ElastoDyn tower, except its diameter.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     v = Values(notes)
     v.read(file)
@@ -93,7 +93,7 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
     """Add tower diameter and drag from the AeroDyn file, or estimate the diameter from stiffness over mass.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     entry = aero.find("NumTwrNds")
     count = aero.count(entry) if entry is not None else 0
@@ -128,7 +128,7 @@ def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
 
     Raises:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     wanted = {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"}
     joints = _subdyn(file, "NJoints", columns.SUB_JOINTS, wanted, notes)
@@ -178,7 +178,7 @@ def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
 
     Raises:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     v = Values(notes)
     v.read(file)
@@ -207,7 +207,7 @@ def _note_pile_ends(v: Values) -> None:
     """Notes on the ends of a pile."""
     for target, why in (
         ("reactions", "the pile is held at its lowest joint"),
-        ("interfaces", "the tower stands on the highest joint"),
+        ("interfaces", "the tower base is the highest joint"),
     ):
         v.note("equivalent" if v[target] == 1 else "approximated", target, why)
 
@@ -219,7 +219,7 @@ def read_support(file: InputFile, v: Values, water: DeckWater, notes: list[Impor
 
     Raises:
       UnsupportedError: the structure is not one upright pile of one material, or its water is not modelled.
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     subdyn = Values(notes)
     subdyn.read(file)

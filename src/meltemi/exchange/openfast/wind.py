@@ -17,7 +17,7 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
     """The ``wind`` of a case file, with absolute paths; None for unsupported kinds of wind.
 
     Raises:
-      InputError: with file, line, keyword.
+      InputError: the file is not valid; the message has file, line and keyword.
     """
     v = Values(notes)
     v.read(file)

@@ -79,7 +79,7 @@ def aerodyn(deck: ExportModel, notes: Notes) -> Texts:
         why = "angles that are the same but for rounding are written once"
         notes.changed(f"polars of {', '.join(changed)}", why)
     if changed := [name for name, foil in foils.items() if abs(foil.lift[-1] - foil.lift[0]) > NEAR]:
-        notes.changed(f"polars of {', '.join(changed)}", "the mean of both ends stands at -180 and 180 degrees")
+        notes.changed(f"polars of {', '.join(changed)}", "the mean of both ends is used at -180 and 180 degrees")
     for name, file in files.items():
         texts[file] = _airfoil(name, whole[name], o.stall_constants)
     return texts

@@ -146,7 +146,7 @@ def _note_shapes(deck: ExportModel, notes: Notes, member: str, shapes: Mapping[s
             if name in natural.names:
                 frequency = float(natural.modes.frequency[natural.names.index(name)])
                 off = 100.0 * (shape.frequency / frequency - 1.0)
-                why = f"polynomial of degree 6: frequency {off:+.2f} % of ours, {frequency / math.tau:.4g} Hz"
+                why = f"polynomial of degree 6: frequency {off:+.2f} % of meltemi's, {frequency / math.tau:.4g} Hz"
                 notes.changed(f"{name} mode of the {member}", why)
 
 

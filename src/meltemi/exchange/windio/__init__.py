@@ -112,7 +112,7 @@ def _note_given(tree: Tree, more: Mapping[str, Any]) -> None:
         if tree.get(note.where) is not None:
             tree.note("ignored", note.where, note.what, f"{SUPPLIED[note.what]} is given beside the file")
     for key in keys:
-        tree.note("used", "extra", key, "given beside the file, over which it wins")
+        tree.note("used", "extra", key, "supplementary data, which take precedence over the file")
 
 
 def _paths(content: Mapping[str, Any], above: str = "") -> Iterator[str]:

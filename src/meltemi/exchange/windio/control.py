@@ -62,7 +62,7 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
         torque["rated_speed"], pitch["reference_speed"] = REGION_3 * ratio * rated, ratio * rated
     if rated is not None and power is not None:
         pitch |= _similar(rated, power, rotor_inertia, ratio, generator_inertia)
-        why = "NREL 5 MW by similarity; meltemi.analysis.tune_baseline gives the turbine's own"
+        why = "NREL 5 MW by similarity; meltemi.analysis.tune_baseline computes gains for this turbine"
         tree.note("approximated", "control.pitch_kp, control.pitch_ki", GAINS, why)
     gain = scaled(tree.number("control.region2_k"), 1.0 / rpm(1.0) ** 2)
     if gain is not None:

@@ -171,8 +171,7 @@ def findings(comparison: RoscoComparison) -> list[str]:
             f"{mean['ipc2']}, CPFC {mean['cpfc']}; ROSCO's 1P {mean['ROSCO 1P']}, led {mean['ROSCO 1P, led']}. "
             f"IPC is ahead of ROSCO's 1P in {ahead['ROSCO 1P']} of {n} seeds, of the led one in "
             f"{ahead['ROSCO 1P, led']}. ROSCO's collective pitch changes the std of the rotor speed by {speed_std} % "
-            f"and "
-            f"the DEL of TwrBsMyt by {tower} % against ours."
+            f"and the DEL of TwrBsMyt by {tower} % against ours."
         )
     return lines
 

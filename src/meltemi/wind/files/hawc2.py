@@ -111,7 +111,7 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
     Source: output of HAWC2 13.0.4 (h2lib-tests 13.2.2103); OpenFAST, InflowWind_IO.f90, IfW_HAWC_Init.
 
     Args:
-      path: of one of the three files, ``NAME-u.bin``, ``NAME_u.bin``, ``NAMEu.bin``, ``NAME_u``, ``NAME_u.turb``.
+      path: path of one of the three files, ``NAME-u.bin``, ``NAME_u.bin``, ``NAMEu.bin``, ``NAME_u``, ``NAME_u.turb``.
       grid: size, steps, speed and mean wind; read from ``NAME.hawc2.yaml`` if not given.
 
     Raises:
@@ -193,7 +193,7 @@ def write_hawc2(box: WindBox, path: str | Path, box_front: Front = "last") -> li
     Args:
       box: wind box to write.
       path: ``NAME.bin``, or the name of one of the files, such as ``NAME_u.bin``.
-      box_front: for HAWC2 ``"last"``, for InflowWind ``"first"``.
+      box_front: end that reaches the turbine first; for HAWC2 ``"last"``, for InflowWind ``"first"``.
 
     Returns:
       Paths of the four files.

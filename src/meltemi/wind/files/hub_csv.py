@@ -66,8 +66,8 @@ def hub_series(box: WindBox, height: float | None = None) -> HubSeries:
     """The hub-height wind of a box, at the times at which its planes pass the tower.
 
     Args:
-      box: any.
-      height: [m]; by default the hub height of the box or, if missing, that of the middle of its grid.
+      box: wind box.
+      height: [m] height; by default the hub height of the box or, if missing, that of the middle of its grid.
 
     Raises:
       InputError: the height is outside the box.

@@ -43,9 +43,9 @@ def generate_field(
     """Generate the field of a turbulent wind.
 
     Args:
-      wind: what it shall be.
+      wind: turbulent wind.
       size: a turbine, which the grid then covers with its tower, or the grid itself.
-      duration: [s] of the run it is for.
+      duration: [s] duration of the run.
       progress: callback with the completed fraction.
 
     Raises:

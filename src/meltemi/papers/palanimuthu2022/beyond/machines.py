@@ -185,10 +185,10 @@ def verdict(results: Results) -> str:
     loop = (
         f"Two causes were tried. One is the speed loop at the upper end: with {SLOW:g} of its frequency in both "
         f"schemes A2 changes the tower base against A0 by {changes_text(TOWER_LOAD, SLOW_HELD, results, slow=True)}, "
-        f"the blade "
-        f"root by {changes_text(ROOT_LOAD, SLOW_HELD, results, slow=True)}. A1, which pitches at rated speed only, "
-        f"changes "
-        f"the tower base by {changes_text(TOWER_LOAD, FAST, results)} against A0 with the loop as it is, and by "
+        f"the blade root by {changes_text(ROOT_LOAD, SLOW_HELD, results, slow=True)}. A1, which pitches at rated "
+        f"speed only, "
+        f"changes the tower base by {changes_text(TOWER_LOAD, FAST, results)} against A0 with the loop as it is, and "
+        f"by "
         f"{changes_text(TOWER_LOAD, SLOW_FAST, results, slow=True)} with the slow one in both."
     )
     lines = [free, loop]
