@@ -381,7 +381,7 @@ def test_averages_weigh_points_of_a_disk_above_the_ground() -> None:
     # turned by 90 deg: what was to the left is below or above, and the right point takes its place
     turned = mean(m, 0.0, centre, n, 0.5 * np.pi, points, 20.0, averages.DISTURBED)[0]
     near(turned, (U - 0.3 * 2.0, 0.0, 0.0))
-    above = plain(averages.above)
+    above = plain(averages.share_above)
     m.wind.box_z = 10.0
     for z, part in ((10.0, 0.5), (13.0, 1.0), (8.5, 0.0), (10.9, 0.8)):
         assert above(z, 20.0, m) == pytest.approx(part)
