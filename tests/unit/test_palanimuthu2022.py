@@ -266,14 +266,14 @@ def test_loads_and_actuation_are_judged_by_intervals() -> None:
         )
 
     ours = (schemes.PROPOSAL, *schemes.OURS)
-    found = bench_claims(schemes.Bench(of((schemes.CONVENTIONAL, *ours)), of(ours)))
+    found = bench_claims(schemes.ProposalComparison(of((schemes.CONVENTIONAL, *ours)), of(ours)))
     assert [c.verdict for c in found] == [
         "holds (of the pitch servo) / differs (of tower and blades)",
         "holds",
         "differs",  # the tower
     ]
     assert "pitch travel -50 ± 0 %" in found[0].ours and "tower base fore-aft DEL +30" in found[0].ours
-    few = schemes.Bench(of((schemes.CONVENTIONAL, *ours), (1, 2)), of(ours, (1, 2)))
+    few = schemes.ProposalComparison(of((schemes.CONVENTIONAL, *ours), (1, 2)), of(ours, (1, 2)))
     assert {c.verdict for c in bench_claims(few)} == {"cannot be judged: it needs 4 seeds, there are 2"}
 
 
