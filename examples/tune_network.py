@@ -25,8 +25,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 import meltemi
+from meltemi.compiler import Table, number, numbers, part
 from meltemi.control.baseline import BaselineController, BaselineState
-from meltemi.maths.tables import Table, number, numbers, part
 
 INPUTS, HIDDEN = 5, 16
 SCALE = 0.1  # of the weights in the search, whose first step has length 1

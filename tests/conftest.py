@@ -23,7 +23,7 @@ os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
 import meltemi
 from meltemi import Model, Turbine
 from meltemi.app.warmup import STAGES, warmup
-from meltemi.core import kernel
+from meltemi.compiler import kernels
 
 
 class _Everything(set[str]):
@@ -32,7 +32,7 @@ class _Everything(set[str]):
 
 
 # what is still to be compiled, and said on stderr, depends on the order of the tests
-kernel._FEATURES_TOLD = _Everything()
+kernels._FEATURES_TOLD = _Everything()
 
 # background shells, nohup and cron switch Ctrl-C off, for processes that are started here, too
 if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -47,7 +47,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile what is missing before the workers start, which would all compile the same."""
     workers, marks = getattr(session.config.option, "numprocesses", None), str(session.config.option.markexpr)
     wanted = [name for name in STAGES if f"not {LATER.get(name, 'of any mark')}" not in marks]
-    if workers and not hasattr(session.config, "workerinput") and (kernel.is_cold() or "not slow" not in marks):
+    if workers and not hasattr(session.config, "workerinput") and (kernels.is_cold() or "not slow" not in marks):
         began = time.perf_counter()
         warmup(wanted, workers=int(workers))
         print(f"compiled the kernels in {time.perf_counter() - began:.0f} s, before the workers start", flush=True)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi.controllers.tuning import tune_ipc
 from meltemi.core.files import write_text
+from meltemi.iec.winds import ntm
 from meltemi.postprocess.ensemble import lifetime_del, rayleigh_weights
 from meltemi.report.plots import save
 from meltemi.reports.blocks import Table
@@ -25,7 +26,6 @@ from meltemi.reports.markdown import table_lines
 from meltemi.studies.constrained_pitch import FULL, NONE, Norm, Trade, controllers, plot_trades, trades
 from meltemi.tuning.compare import BLADE_SLOPE, Comparison, compare
 from meltemi.tuning.run_store import run_store
-from meltemi.wind.iec.winds import ntm
 
 PAGE = Path(__file__).parents[1] / "docs" / "guide" / "constrained-pitch.md"
 PICTURE = PAGE.parents[1] / "images" / "constrained-pitch.png"

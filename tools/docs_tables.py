@@ -11,8 +11,8 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
+from meltemi.compiler import Table, TableType
 from meltemi.core.usual import usual_range
-from meltemi.maths.tables import Table, TableType
 
 RUN = "turbine-run.nc"
 """Of ``docs/images``: the result that the guide shows in three dimensions, by the command on its page."""
@@ -208,7 +208,7 @@ def openfast_units() -> str:
 
 def wind_formats() -> str:
     """Formats of wind files."""
-    from meltemi.wind.formats import FORMATS
+    from meltemi.wind_files.formats import FORMATS
 
     rows = [
         [f"`{f.name}`", f"`{f.suffix}`", f.text, ", ".join(f"`{kind}`" for kind in f.holds), f.note] for f in FORMATS
@@ -256,7 +256,7 @@ def arrays() -> str:
         "turbine.exchange",
         "wind.velocity",
         "structure.tables",
-        "structure.section_loads",
+        "structure.moving_base",
         "aero.tables",
         "aero.flaps",
         "aero.coefficient",
@@ -301,7 +301,7 @@ def controllers() -> str:
 
 def swap() -> str:
     """Records that controller libraries read and write."""
-    from meltemi.control.bladed.records import RECORDS
+    from meltemi.bladed_controllers.records import RECORDS
 
     ways = {"to": "to the library", "from": "from the library", "none": "not used"}
     rows = [[str(r.number), r.unit, ways[r.way], r.source if r.way != "none" else "", r.meaning] for r in RECORDS]
@@ -310,7 +310,7 @@ def swap() -> str:
 
 def supervisor(what: str) -> str:
     """States, conditions or transitions of the supervisor; with ``yaw_`` before it those of yaw protection."""
-    from meltemi.control.supervisor import tables
+    from meltemi.supervisor import tables
 
     def words(name: str) -> str:
         return name.replace("_", " ")

@@ -894,7 +894,7 @@ def make_good(folder: Path) -> None:
     from ruamel.yaml import YAML
 
     import meltemi
-    from meltemi.control.bladed.rosco import rosco_example
+    from meltemi.bladed_controllers.rosco import rosco_example
     from meltemi.core.yamlfile import write_record
     from meltemi.exchange.openfast_writer import write_openfast
     from meltemi.turbine.library import DATA
@@ -920,7 +920,7 @@ def make_good(folder: Path) -> None:
     (folder / "extra.yaml").write_text(json.dumps(YAML(typ="safe").load((DATA / "iea15mw.yaml").read_text())))
     shutil.copy(rosco_example("Test_Cases/NREL-5MW/DISCON.IN"), folder)
     write_record(machine, folder / "turbine.yaml")
-    text = files("meltemi.loadcases").joinpath("template.yaml").read_text(encoding="utf-8")
+    text = files("meltemi.cases").joinpath("template.yaml").read_text(encoding="utf-8")
     (folder / "case.yaml").write_text(text)
     contents = [("turbine", machine), ("power", meltemi.load_turbine("pmsg20mw"))]
     for name, record in contents:
@@ -1166,8 +1166,8 @@ def worker(pipe: Connection, good: Path, seed: int) -> None:
 
 def _fate(kind: str, chance: random.Random, good: Path, folder: Path) -> Fate:
     from meltemi.app.cli import main
+    from meltemi.compiler import compile_seconds
     from meltemi.core.errors import MeltemiError
-    from meltemi.core.kernel import compile_seconds
 
     DEEP[0] = chance.random() < SHARE or kind in SHORT
     found = KINDS[kind](chance, good)
@@ -1221,13 +1221,14 @@ def _only_begin_what_is_long() -> None:
     """Studies say that they would begin; runs are short."""
     import meltemi
     from meltemi import analysis
+    from meltemi.analyses import campbell
     from meltemi.app import docs, warmup
     from meltemi.controllers import schemes
     from meltemi.core.errors import RunError
     from meltemi.papers import study
     from meltemi.papers.he2018 import rosco
     from meltemi.reports import inspection, wind_plots
-    from meltemi.simulation import campbell, rotors, simulate
+    from meltemi.simulation import rotors, simulate
     from meltemi.studies import difference, flutter, observer, parked_modes
     from meltemi.tuning import compare
     from meltemi.verification import bench, verification

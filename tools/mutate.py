@@ -153,7 +153,7 @@ def passes(tree: Path, tests: list[str], cache: Path, **environment: str) -> boo
 
 def machine_code(tree: Path, cache: Path) -> Path:
     """Folder of the machine code of a tree."""
-    program = "from meltemi.core.kernel import cache_folder; print(cache_folder())"
+    program = "from meltemi.compiler.kernels import cache_folder; print(cache_folder())"
     environment = {**os.environ, "PYTHONPATH": str(tree / "src"), "MELTEMI_CACHE_DIR": str(cache)}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
     return Path(done.stdout.strip())

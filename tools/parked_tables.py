@@ -19,7 +19,7 @@ from reference_tables import ABOUT_WIND, pack, thin, write
 from meltemi.postprocess.files.openfast import si_unit
 from meltemi.verification.measure import amplitudes, vibration
 from meltemi.verification.parked import CHANNELS, EDGEWISE, FLAPWISE, MEASURES, SHORT
-from meltemi.wind.files import read_bts
+from meltemi.wind_files import read_bts
 
 SOURCE = "OpenFAST v5.0.0, NREL 5 MW land-based, deck of the ROSCO test cases (Apache-2.0), parked: no controller"
 SUFFIXES = {

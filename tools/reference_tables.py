@@ -39,7 +39,7 @@ from meltemi.verification.stops import BEGIN, FIGURE, OUTPUT, SHOWN, STOPS, gust
 from meltemi.verification.stops import CHANNELS as STOP_CHANNELS
 from meltemi.verification.turbulent import CHANNELS, SHORT
 from meltemi.wind.fields import WindBox
-from meltemi.wind.files import read_bts
+from meltemi.wind_files import read_bts
 
 SOURCE = (
     "OpenFAST v5.0.0, NREL 5 MW land-based, deck of the ROSCO test cases (Apache-2.0) with the baseline controller "

@@ -14,9 +14,8 @@ import numba
 import numpy as np
 
 import meltemi
+from meltemi.compiler import OPTIONS, linked_code, loose
 from meltemi.control.controller import of_vectors
-from meltemi.core.intermediate_code import linked_code
-from meltemi.core.kernel import OPTIONS, loose
 from meltemi.cuda.single_precision import rounded
 from meltemi.simulation import step
 from meltemi.simulation.simulate import march

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure
-from meltemi.wind.turbulence import mann
-from meltemi.wind.turbulence.field import generate_field, mean_profile
-from meltemi.wind.turbulence.grid import WindGrid
-from meltemi.wind.turbulence.spectra import coherence_decay, scale_parameter
-from meltemi.wind.turbulence.targets import target_densities
+from meltemi.turbulence import mann
+from meltemi.turbulence.field import generate_field, mean_profile
+from meltemi.turbulence.grid import WindGrid
+from meltemi.turbulence.spectra import coherence_decay, scale_parameter
+from meltemi.turbulence.targets import target_densities
 from meltemi.wind.turbulent import TurbulentWind
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"

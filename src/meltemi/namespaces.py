@@ -37,8 +37,8 @@ def declared(namespace: str) -> dict[str, tuple[str, str]]:
     return found
 
 
-def public(namespace: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """``__getattr__`` and ``__dir__`` of the module of a namespace."""
+def public(namespace: str, *, explain: bool = True) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """``__getattr__`` and ``__dir__`` of the module of a namespace, whose functions explain invalid arguments."""
 
     def get(name: str) -> Any:
         names = declared(namespace)
@@ -49,7 +49,7 @@ def public(namespace: str) -> tuple[Callable[[str], Any], Callable[[], list[str]
         module, there = names[name]
         value = import_module(module)
         if there:
-            value = _explained(value, there)
+            value = _explained(value, there) if explain else getattr(value, there)
         setattr(sys.modules[namespace], name, value)
         return value
 

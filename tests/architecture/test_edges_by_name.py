@@ -13,27 +13,39 @@ SOURCES = ROOT / "src" / "meltemi"
 UPWARD = {
     ("app", "farm"),  # a template that lies with its reader
     ("core", "plots"),  # what is shown in a notebook
+    ("cases", "sea"),  # fields of a case
     ("loadcases", "cuda"),  # device="cuda"
-    ("loadcases", "sea"),  # fields of a case
-    ("simulation", "floating"),  # parts
+    ("loadcases", "postprocess"),  # files of a batch, and its summaries
+    ("simulation", "analyses"),  # states in which a run begins that no plain one needs
+    ("simulation", "electrical"),  # parts
+    ("simulation", "floating"),
     ("simulation", "sea"),
-    ("turbine", "floating"),  # fields of a turbine
+    ("simulation", "supervisor"),  # words for its states
+    ("turbine", "electrical"),  # fields of a turbine
+    ("turbine", "floating"),
     ("turbine", "sea"),
+    ("wind", "turbulence"),  # the field of a turbulent wind
 }
 """Packages that name modules of a layer above their own, to be imported by those who ask for them."""
 BY_NAMESPACE = {
     ("app", "exchange"),  # decks as turbines and cases
     ("app", "gradients"),  # compiled in advance
     ("app", "view"),
+    ("cases", "sea"),  # types of fields
     ("controllers", "exchange"),  # FMUs by their file
-    ("loadcases", "sea"),  # types of fields
     ("simulation", "sea"),
+    ("turbine", "electrical"),
     ("turbine", "exchange"),  # turbines by the files of other programs
     ("turbine", "floating"),
     ("turbine", "sea"),
 }
 """Packages that take a name of a layer above their own from a namespace, in functions or for types."""
-HOMES = {"control": {"controllers", "farm"}, "environment": {"sea"}, "turbine": {"sea", "floating", "studies"}}
+HOMES = {
+    "control": {"bladed_controllers", "control_laws", "controllers", "farm", "power_control", "supervisor"},
+    "environment": {"sea"},
+    "turbine": {"electrical", "floating", "sea", "studies"},
+    "wind": {"iec", "turbulence"},
+}
 """Layers above a namespace that is a package where its public names are defined; one that is a module is above all."""
 
 

@@ -10,8 +10,7 @@ import pytest
 
 import meltemi
 from meltemi import Model, Stations, SteadyWind
-from meltemi.maths.records import members
-from meltemi.numbers.duals import N_DERIVATIVES
+from meltemi.compiler import N_DERIVATIVES, members
 from meltemi.simulation.case import Case
 from meltemi.simulation.system import Control, March, Outputs, System
 from meltemi.turbine.library import load_turbine

@@ -13,7 +13,7 @@ import pytest
 from terminal import Command, Ran, check_next
 
 from meltemi.app.cli import main
-from meltemi.core.kernel import COLD
+from meltemi.compiler.kernels import COLD
 
 
 @pytest.fixture

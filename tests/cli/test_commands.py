@@ -22,8 +22,8 @@ import meltemi
 from meltemi import InputError, Model, Simulation, Status, SteadyWind
 from meltemi.app.cli import main
 from meltemi.app.options import sea_of_options, wind_changed
+from meltemi.cases.case import IecCase, LoadCase, read_case
 from meltemi.control.baseline import BaselineController
-from meltemi.loadcases.case import IecCase, LoadCase, read_case
 from meltemi.report.tables import number
 from meltemi.simulation import validity
 from meltemi.simulation.channels import DEFAULT
@@ -258,7 +258,7 @@ def test_options_change_a_case(
         begun.append(case)
         raise InputError("far enough")
 
-    monkeypatch.setattr("meltemi.loadcases.case.case_run", described)
+    monkeypatch.setattr("meltemi.cases.case.case_run", described)
     assert command("run", tmp_path / "a.yaml", *options, "--out", tmp_path / "out").err.endswith("far enough\n")
     for key, value in changed.items():
         found: Any = begun[0]

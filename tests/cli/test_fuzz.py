@@ -22,7 +22,7 @@ from meltemi.core.yamlfile import read_record, validated, write_record
 from meltemi.io import LoadCase
 
 Content = dict[str, Any]
-TEMPLATE = files("meltemi.loadcases").joinpath("template.yaml").read_text(encoding="utf-8")
+TEMPLATE = files("meltemi.cases").joinpath("template.yaml").read_text(encoding="utf-8")
 
 
 def fuzz(examples: int) -> settings:

@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 
 import meltemi
+from meltemi.compiler import View
 from meltemi.core.errors import InputError, Status
-from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.simulation.scene.record import unpacked
 from meltemi.turbine.definition import Turbine

@@ -14,9 +14,9 @@ from terminal import Command
 
 import meltemi
 from meltemi import InputError
+from meltemi.analyses.power_curve import curve_size, power_curve, whole_speeds
 from meltemi.reports.portrait import power_portrait
 from meltemi.simulation import rotors
-from meltemi.simulation.power_curve import curve_size, power_curve, whole_speeds
 
 pytestmark = pytest.mark.slow
 

@@ -14,8 +14,8 @@ from terminal import Command
 from meltemi import InputError, MeltemiError, Model, SteadyWind, simulate
 from meltemi.app import warmup
 from meltemi.app.cli import main
-from meltemi.core import kernel
-from meltemi.core.kernel import COLD
+from meltemi.compiler import kernels
+from meltemi.compiler.kernels import COLD
 
 
 @pytest.mark.slow
@@ -28,9 +28,9 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
     beside: list[list[str]] = []
     monkeypatch.setattr(sys, "argv", arguments)
     for cold in (True, False):
-        monkeypatch.setattr(kernel, "_looked", False)
+        monkeypatch.setattr(kernels, "_looked", False)
         if cold:
-            monkeypatch.setattr(kernel, "is_cold", lambda: True)
+            monkeypatch.setattr(kernels, "is_cold", lambda: True)
             monkeypatch.setattr(warmup, "available_cores", lambda: 2)
             monkeypatch.setattr(warmup, "Popen", lambda command, **how: beside.append(command))
         else:
@@ -60,9 +60,9 @@ class _Compiling:
 def test_each_feature_that_compiles_long_is_announced_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(kernel, "_FEATURES_TOLD", set())
-    heard = kernel.Announcer(patience=0.1)
-    supervisor, node = _Compiling("meltemi.control.supervisor.supervised"), _Compiling("meltemi.aero.bem")
+    monkeypatch.setattr(kernels, "_FEATURES_TOLD", set())
+    heard = kernels.Announcer(patience=0.1)
+    supervisor, node = _Compiling("meltemi.supervisor.supervised"), _Compiling("meltemi.aero.bem")
     dual = type("DualArrayType", (), {})()
     steps = ((node, 0.02), (supervisor, 0.2), (supervisor, 0.2), (_Compiling("meltemi.simulation.step", dual), 0.2))
     for what, seconds in steps:
@@ -82,9 +82,9 @@ def test_a_function_that_compiles_long_says_so() -> None:
     """In a process of its own, with an empty cache."""
     code = """
 import numba, time
-from meltemi.core import kernel
+from meltemi.compiler import kernels
 from numba.core import event
-heard = kernel.Announcer(patience=0.0)
+heard = kernels.Announcer(patience=0.0)
 event.register("numba:compile", heard)
 @numba.njit
 def own(x):
@@ -103,7 +103,7 @@ def test_warmup_leaves_nothing_to_compile(command: Command) -> None:
     assert ran.status == 0
     assert "once" in ran.err
     told = json.loads(ran.out)
-    assert str(kernel.cache_folder()) in told["notes"][-1]
+    assert str(kernels.cache_folder()) in told["notes"][-1]
     assert {row["stage"]: row["compiled"] for row in told["tables"][0]["rows"]} == dict.fromkeys(warmup.STAGES, 0)
 
 
@@ -114,7 +114,7 @@ def test_after_warmup_a_comparison_compiles_nothing(command: Command, tmp_path: 
     code = """
 import sys
 from meltemi.app.cli import main
-from meltemi.core.kernel import statistics
+from meltemi.compiler import statistics
 try:
     main()
 except SystemExit as end:

@@ -371,7 +371,7 @@ def test_an_interrupted_field_leaves_nothing(command: Command, tmp_path: Path, m
     def interrupt(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("meltemi.wind.turbulence.field.generate_field", interrupt)
+    monkeypatch.setattr("meltemi.turbulence.field.generate_field", interrupt)
     ran = command(*NTM, "--out", tmp_path / "new" / "folder")
     assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
     assert list(tmp_path.iterdir()) == []

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from terminal import Command
 
+from meltemi.cases.case import LoadCase
 from meltemi.core.yamlfile import read_record
-from meltemi.loadcases.case import LoadCase
 
 FEW = ("--wind-speeds", "12,20", "--yaw-errors", "0,45", "--seeds", 1, "--duration", 10)
 

@@ -15,10 +15,10 @@ import pytest
 
 import meltemi
 from meltemi import Controller, Model, Status
+from meltemi.bladed_controllers import host
+from meltemi.bladed_controllers.records import EXCHANGED, RECORDS, SIZE
+from meltemi.bladed_controllers.rosco import edit_discon
 from meltemi.control import signals as s
-from meltemi.control.bladed import host
-from meltemi.control.bladed.records import EXCHANGED, RECORDS, SIZE
-from meltemi.control.bladed.rosco import edit_discon
 
 WIND = meltemi.SteadyWind(speed=12.0, shear_exponent=0.2, direction=0.1)
 SHORT = 0.5
@@ -266,7 +266,7 @@ def test_a_child_ends_with_its_parent(library: Path) -> None:
     order = library.with_name("hang.in")
     order.write_text("hang")
     script = (
-        "import sys; from pathlib import Path; from meltemi.control.bladed.host import Host, Library\n"
+        "import sys; from pathlib import Path; from meltemi.bladed_controllers.host import Host, Library\n"
         f"h = Host(Library(Path({str(library)!r}), {str(order)!r}, 'DISCON', 60.0, 60.0, None))\n"
         "h._watch.idle = False; h._requests.write(h._request); print(h._process.pid, flush=True)\n"
         "import time; time.sleep(60)"

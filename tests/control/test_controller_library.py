@@ -15,7 +15,7 @@ import pytest
 import meltemi
 from meltemi import InputError, Model, Turbine
 from meltemi.control import BladedController, Controller, make_controller
-from meltemi.control.kalman import kalman_step
+from meltemi.control_laws.kalman import kalman_step
 from meltemi.exchange.controller_library.library import _compile
 from meltemi.exchange.controller_library.starts import POLYNOMIAL, STEP, TABLE, start_rules
 from meltemi.io import export_controller

@@ -14,8 +14,8 @@ import pytest
 
 import meltemi
 from meltemi import Controller, InputError, Model, ModelOptions, RunError, Start, Status, SteadyWind, Turbine, simulate
+from meltemi.compiler import statistics
 from meltemi.control import signals as s
-from meltemi.core.kernel import statistics
 
 WIND = SteadyWind(speed=11.0)
 BEGIN = Start(rotor_speed=1.2, generator_torque=3e4)
@@ -45,7 +45,7 @@ def test_a_second_process_finds_all_in_the_cache() -> None:
     code = """
 import json, meltemi, numba
 from meltemi.control import signals as s
-from meltemi.core.kernel import statistics
+from meltemi.compiler import statistics
 model = meltemi.build(meltemi.load_turbine("nrel5mw"))
 wind = meltemi.SteadyWind(speed=11.0)
 def plain(state, measurements, demands, dt):

@@ -11,11 +11,11 @@ import pytest
 
 import meltemi
 from meltemi import InputError, ModelOptions, Result, SteadyWind, WindSeries
-from meltemi.control.coordinated import CoordinatedController, Coordination
-from meltemi.control.load_control import HarmonicLoop, LoadControl, SpeedNotch
-from meltemi.control.power_control.settings import PowerControl
-from meltemi.control.yaw import YawControl
+from meltemi.control_laws.load_control import HarmonicLoop, LoadControl, SpeedNotch
+from meltemi.control_laws.yaw import YawControl
 from meltemi.environment import PowerGrid
+from meltemi.power_control.coordinated import CoordinatedController, Coordination
+from meltemi.power_control.settings import PowerControl
 
 CHANNELS = ("generator_power", "rotor_speed", "pitch_1", "pitch_2", "yaw_command", "yaw_threshold", "wind_estimate")
 OWN = YawControl().dead_band

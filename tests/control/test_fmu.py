@@ -15,12 +15,12 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Model
+from meltemi.cases.case import LoadCase, case_run, case_turbine
 from meltemi.control import Controller, make_controller
 from meltemi.core.extras import missing
 from meltemi.exchange.fmu.library import end_with_python
 from meltemi.exchange.fmu.variables import base_units
 from meltemi.io import export_fmu, fmu_controller
-from meltemi.loadcases.case import LoadCase, case_run, case_turbine
 from meltemi.simulation.simulate import Simulation
 
 fmpy = pytest.importorskip("fmpy", reason="needs FMPy")

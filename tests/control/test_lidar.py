@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi.control.lidar import LidarSensor, lidar_scan, lidar_wind
 from meltemi.control.signals import Measurements
+from meltemi.control_laws.lidar import LidarSensor, lidar_scan, lidar_wind
 from meltemi.core.errors import InputError
 from meltemi.studies.lidar import Lidar, lidar_preview, line_of_sight_speeds, measure_lidar
 

@@ -18,9 +18,9 @@ import meltemi
 from meltemi import InputError, Model, Result, Simulation, Status, SteadyWind, Turbine, simulate
 from meltemi.control import FeedForward, HarmonicLoop, LoadControl, LoadController, LoadSensor, SpeedNotch, StartPoint
 from meltemi.control import signals as s
-from meltemi.control.feedforward import weight, weight_settings
-from meltemi.control.filters import LowPass, low_pass
-from meltemi.control.multiblade import to_blade
+from meltemi.control_laws.feedforward import weight, weight_settings
+from meltemi.control_laws.filters import LowPass, low_pass
+from meltemi.control_laws.multiblade import to_blade
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
 from meltemi.turbine import naca64618_flap, with_flaps

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import meltemi
+from meltemi.analyses.performance import performance_of
 from meltemi.control import CoordinatedController, PowerControl, SupervisedController
-from meltemi.simulation.performance import performance_of
 
 pytestmark = [pytest.mark.slow, pytest.mark.long]
 SEA = meltemi.environment.IrregularSea(height=3.0, period=9.0, seed=1)

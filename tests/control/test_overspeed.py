@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import meltemi
-from meltemi.control.supervisor.settings import OVER_SPEED, TRIP_SPEED, Supervision
 from meltemi.loads.loadbase.campaign import NO_WIND
+from meltemi.supervisor.settings import OVER_SPEED, TRIP_SPEED, Supervision
 from meltemi.tuning.controller_bench.suite import BenchLimits
 
 MARGIN = 1.2

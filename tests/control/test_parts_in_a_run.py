@@ -10,13 +10,13 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
+from meltemi.compiler import Entries, Numbers, Table, blades, part, parts
 from meltemi.control.baseline import BaselineState
 from meltemi.control.controller import StartPoint
-from meltemi.control.filters import SecondOrder, band_pass, check_harmonic
-from meltemi.control.integrator import Integrator, integrator, integrator_settings
-from meltemi.control.multiblade import add_to_blades, to_fixed
 from meltemi.control.signals import Demands, Measurements
-from meltemi.maths.tables import Entries, Numbers, Table, blades, part, parts
+from meltemi.control_laws.filters import SecondOrder, band_pass, check_harmonic
+from meltemi.control_laws.integrator import Integrator, integrator, integrator_settings
+from meltemi.control_laws.multiblade import add_to_blades, to_fixed
 
 
 class State(Table, title="individual pitch"):

@@ -13,21 +13,21 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import InputError
+from meltemi.cases.case import LoadCase
 from meltemi.control import Droop, PowerControl, PowerController, StartPoint
 from meltemi.control import signals as s
-from meltemi.control.machine import FROM, TO
-from meltemi.control.power_control import tables as t
-from meltemi.control.power_control.controller import power_settings, shaft_inertia
-from meltemi.control.power_control.law import lower_speed, optimal_gain
-from meltemi.control.power_control.rotor import gain_at_pitch, power_coefficient, rotor_tables
-from meltemi.control.power_control.state import PowerControlState
+from meltemi.control_laws.machine import FROM, TO
 from meltemi.controllers.specification import PowerCase
 from meltemi.environment import PowerGrid
 from meltemi.environment.air import density_of
 from meltemi.environment.course import conditions_array
 from meltemi.environment.density import moist_air_density
 from meltemi.environment.site import Environment
-from meltemi.loadcases.case import LoadCase
+from meltemi.power_control import tables as t
+from meltemi.power_control.controller import power_settings, shaft_inertia
+from meltemi.power_control.law import lower_speed, optimal_gain
+from meltemi.power_control.rotor import gain_at_pitch, power_coefficient, rotor_tables
+from meltemi.power_control.state import PowerControlState
 from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine
 

@@ -10,10 +10,10 @@ import pytest
 
 import meltemi
 from meltemi import Environment, InputError, Result, Simulation, SteadyWind, TurbulentWind
+from meltemi.cases.case import case_controller, read_case
 from meltemi.control import Droop, PowerControl, PowerController
-from meltemi.control.power_control.tables import NUMBER
 from meltemi.environment import Air, PowerGrid
-from meltemi.loadcases.case import case_controller, read_case
+from meltemi.power_control.tables import NUMBER
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
 from meltemi.turbine.power_turbine import AnyTurbine

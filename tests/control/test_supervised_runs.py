@@ -12,17 +12,17 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Model, Result, Start, SteadyWind, WindSeries
+from meltemi.cases.case import case_controller, case_start
 from meltemi.control import HarmonicLoop, LoadControl, SupervisedController, Supervision, YawControl, YawProtection
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.control.moving_mean import mean_start, moving_mean
-from meltemi.control.supervisor.settings import limits
-from meltemi.control.supervisor.supervised import SupervisedState
+from meltemi.control_laws.moving_mean import mean_start, moving_mean
 from meltemi.gradients.sensitivity import finite_difference_runs, sensitivity
+from meltemi.iec.models import iec_wind
 from meltemi.io import read_case
-from meltemi.loadcases.case import case_controller, case_start
 from meltemi.simulation.run import Run
+from meltemi.supervisor.settings import limits
+from meltemi.supervisor.supervised import SupervisedState
 from meltemi.wind.fields import mean_before
-from meltemi.wind.iec.models import iec_wind
 
 RPM = 30.0 / math.pi
 RATED = 12.1

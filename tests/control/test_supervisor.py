@@ -19,13 +19,13 @@ from meltemi import InputError, Turbine
 from meltemi.control import StartPoint, SupervisedController, Supervision, YawControl, YawProtection, yaw_threshold
 from meltemi.control import signals as s
 from meltemi.control.controller import Controller, LogEntry
-from meltemi.control.moving_mean import mean_start, moving_mean
-from meltemi.control.power_control.tables import STATES as POWER_STATES
-from meltemi.control.supervisor import tables as t
-from meltemi.control.supervisor.log import LOG_ROOM
-from meltemi.control.supervisor.settings import limits
-from meltemi.control.supervisor.supervised import SupervisedState
-from meltemi.control.supervisor.threshold import threshold, threshold_settings
+from meltemi.control_laws.moving_mean import mean_start, moving_mean
+from meltemi.power_control.tables import STATES as POWER_STATES
+from meltemi.supervisor import tables as t
+from meltemi.supervisor.log import LOG_ROOM
+from meltemi.supervisor.settings import limits
+from meltemi.supervisor.supervised import SupervisedState
+from meltemi.supervisor.threshold import threshold, threshold_settings
 
 Float = NDArray[np.float64]
 often = hypothesis(derandomize=True, deadline=None, max_examples=100)

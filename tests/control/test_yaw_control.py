@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import InputError, Model, ModelOptions, SteadyWind, Turbine
-from meltemi.control import YawControl, YawController, yaw
+from meltemi.cases.case import case_controller, read_case
+from meltemi.control import YawControl, YawController
 from meltemi.control import signals as s
-from meltemi.loadcases.case import case_controller, read_case
+from meltemi.control_laws import yaw
 from meltemi.turbine.definition import Yaw
 
 Float = NDArray[np.float64]

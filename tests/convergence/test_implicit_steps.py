@@ -10,11 +10,11 @@ import pytest
 
 import meltemi
 from meltemi import Environment, ModelOptions, SteadyWind
+from meltemi.analyses.modes import natural_modes
 from meltemi.control import ConstantController
 from meltemi.loads import damage_equivalent_load
 from meltemi.simulation import vibrations
 from meltemi.simulation.model import rows_of
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.vibrations import (
     LARGEST_ANGLE,
     derivative_matrix,

@@ -9,9 +9,8 @@ import pytest
 
 import meltemi
 from meltemi import Environment, Model, ModelOptions, SteadyWind
-from meltemi.simulation.modes import natural_modes
+from meltemi.analyses.modes import natural_modes
 from meltemi.simulation.vibrations import derivative_matrix, time_step, vacuum_case
-from meltemi.structure.kinematics import GENERATOR
 
 OPTIONS: list[dict[str, Any]] = [{}, {"locked": ("torsion",)}, {"torsion_modes": 0}, {"torsion_modes": 2}]
 
@@ -19,7 +18,7 @@ OPTIONS: list[dict[str, Any]] = [{}, {"locked": ("torsion",)}, {"torsion_modes":
 def stepped_modes(model: Model, h: float) -> tuple[Any, Any]:
     """Frequencies and damping ratios of the linearised machine as the scheme (M-2 to M-4) moves it with step ``h``."""
     case = vacuum_case(model)
-    generator = len(model.rotor.tower.names) + GENERATOR
+    generator = model.rows.generator
     free = np.array([i for i in np.flatnonzero(case["locked"] == 0.0) if i != generator])
     case["locked"][generator] = 1.0
     K, D = (derivative_matrix(case, name)[np.ix_(free, free)] for name in ("q", "v"))

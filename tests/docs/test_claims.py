@@ -15,7 +15,7 @@ from meltemi.app.cli import app
 from meltemi.floating.platform import Platform
 from meltemi.loads.loadbase.table import AT_SEA, Standard
 from meltemi.turbine.library import DATA, library_entries
-from meltemi.wind.formats import FORMATS
+from meltemi.wind_files.formats import FORMATS
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

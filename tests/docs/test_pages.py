@@ -19,8 +19,8 @@ import pytest
 
 import meltemi
 from meltemi.app.cli import main
+from meltemi.cases.case import read_case
 from meltemi.controllers import schemes, tuning
-from meltemi.loadcases.case import read_case
 from meltemi.loads.surrogate.model import LoadModel, Polynomials, Surrogate, write_surrogate
 from meltemi.loads.surrogate.space import site_space
 from meltemi.tuning import baseline_tuning
@@ -162,13 +162,13 @@ def test_a_file_format_is_one_module_and_one_row(
 ) -> None:
     """The modules and rows of the page are put in their places, then its examples run."""
     from meltemi.core.formats import FileFormat
-    from meltemi.wind.formats import WindFormat
+    from meltemi.wind_files.formats import WindFormat
 
     page = "docs/development/file-formats.md"
-    for kind in ("wind", "postprocess"):
-        table, home = (import_module(f"meltemi.{kind}.{name}") for name in ("formats", "files"))
+    for kind, files in (("wind_files", "wind_files"), ("postprocess", "postprocess/files")):
+        table, home = import_module(f"meltemi.{kind}.formats"), import_module(f"meltemi.{files.replace('/', '.')}")
         ((name, code),) = re.findall(
-            rf'^```python title="{kind}/files/(\w+\.py)"\n(.*?)^```', text_of(page), re.MULTILINE | re.DOTALL
+            rf'^```python title="{files}/(\w+\.py)"\n(.*?)^```', text_of(page), re.MULTILINE | re.DOTALL
         )
         (row,) = blocks(page, f'python title="row in {kind}/formats.py"')
         (tmp_path / kind).mkdir()

@@ -12,10 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from meltemi.core.kernel import kernel
-from meltemi.maths import records
-from meltemi.maths.records import Array1, Record, joined
-from meltemi.numbers.dispatch import hook
+from meltemi.compiler import Array1, Record, hook, joined, kernel, records
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "development" / "parts.md").read_text(encoding="utf-8")

@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
+from meltemi.compiler import View
 from meltemi.core.errors import InputError
 from meltemi.environment import Environment
-from meltemi.maths.tables import View
 from meltemi.sea.blade_dampers import Rider, Slide
 from meltemi.simulation.case import Case
 from meltemi.simulation.step import equations

@@ -13,9 +13,8 @@ from meltemi import Controller, InputError, Model, ModelOptions, Simulation, Ste
 from meltemi.aero.flaps import ALPHAS, DELTAS, STEP, flap_increment
 from meltemi.aero.polars import Coefficients
 from meltemi.aero.tables import AeroNode, AeroOptions, AeroParameters, FlapIncrement, FlapParameters
+from meltemi.compiler import Array3, Record
 from meltemi.control import signals as s
-from meltemi.maths.records import Array3
-from meltemi.numbers.records import Record
 from meltemi.simulation.case import Case
 from meltemi.simulation.run import Run
 from meltemi.turbine import naca64618_flap, with_flaps

@@ -7,9 +7,9 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Model, ModelOptions
+from meltemi.analyses.continuation import CarefulOrbit
+from meltemi.analyses.linear import LinearModel
 from meltemi.analysis import Flutter, flutter
-from meltemi.simulation.continuation import CarefulOrbit
-from meltemi.simulation.linear import LinearModel
 from meltemi.simulation.operating_point import steady_wind
 from meltemi.simulation.orbit import SETTLED
 from meltemi.studies.flutter import diverging

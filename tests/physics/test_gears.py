@@ -12,11 +12,11 @@ from scipy.linalg import eigvals
 
 import meltemi
 from meltemi import Environment, Model, ModelOptions, Result, Start, SteadyWind, Turbine, simulate
+from meltemi.analyses.modes import natural_modes
+from meltemi.compiler import View
 from meltemi.control import signals as s
-from meltemi.maths.tables import View
 from meltemi.simulation.bladed.rotor import with_static_gears
 from meltemi.simulation.case import Case
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import begin

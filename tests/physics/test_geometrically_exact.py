@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 
 import meltemi
 from meltemi import ModelOptions, SteadyWind, Turbine
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.case import Case
 from meltemi.structure.beam import section_axes, skew
-from meltemi.structure.kinematics import blade_motion
+from meltemi.structure.blades import blade_motion
 from meltemi.turbine.exchange import BladeFrame
 from meltemi.verification.far_bending import compare
 

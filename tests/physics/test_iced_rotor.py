@@ -7,8 +7,8 @@ import pytest
 
 import meltemi
 from meltemi import Environment, ModelOptions, Start, SteadyWind, Turbine
-from meltemi.maths.tables import View
-from meltemi.simulation.modes import natural_modes
+from meltemi.analyses.modes import natural_modes
+from meltemi.compiler import View
 from meltemi.structure.tables import BladeNode
 from meltemi.studies.icing import frequency_table, load_table, plot_icing, power_table
 from meltemi.turbine import Icing, with_ice

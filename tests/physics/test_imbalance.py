@@ -7,8 +7,8 @@ import pytest
 
 import meltemi
 from meltemi import InputError, ModelOptions, Start, SteadyWind, Turbine
+from meltemi.compiler import View
 from meltemi.core.errors import UnsupportedError
-from meltemi.maths.tables import View
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine import Imbalance
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from meltemi import ModelOptions, Result, Status
-from meltemi.loadcases.case import case_run, case_turbine
+from meltemi.cases.case import case_run, case_turbine
 from meltemi.loads.loadbase.campaign import make_campaign
 from meltemi.loads.loadbase.coverage import problems_of, read_results
 from meltemi.loads.loadbase.engine import base_table, run_base

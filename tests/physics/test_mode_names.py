@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi.simulation.campbell import campbell, follow, participation
-from meltemi.simulation.modes import Mode, eigenmodes
+from meltemi.analyses.campbell import campbell, follow, participation
+from meltemi.analyses.modes import Mode, eigenmodes
 
 HERTZ = 2.0 * np.pi
 BASE = ("surge", "sway", "heave", "roll", "pitch", "yaw")

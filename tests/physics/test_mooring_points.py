@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import meltemi
+from meltemi.analyses.linear import linearise
 from meltemi.core.errors import InputError
 from meltemi.exchange.openfast.mooring import read_mooring
 from meltemi.exchange.openfast.text import read_input
@@ -21,7 +22,6 @@ from meltemi.floating.moorings import AtRest, MooringLine, MooringPoint, at_rest
 from meltemi.floating.platform import Platform
 from meltemi.floating.rao import steady_point, wave_driven
 from meltemi.io import restore_state, save_state, stop_at
-from meltemi.simulation.linear import linearise
 
 CHAIN = {"mass": 685.0, "diameter": 0.333, "stiffness": 3.27e9}
 ROPE = {"mass": 120.0, "diameter": 0.25, "stiffness": 4e8}

@@ -7,8 +7,8 @@ import pytest
 
 from meltemi import InputError, ModelOptions, Start, build, load_turbine, simulate
 from meltemi.analysis import linearise, natural_modes, operating_point
+from meltemi.cases.case import LoadCase, case_start
 from meltemi.control.constant import ConstantController
-from meltemi.loadcases.case import LoadCase, case_start
 from meltemi.simulation.plan import model_channels
 from meltemi.structure.members import BASE_MOTIONS
 from meltemi.turbine.definition import Foundation, Turbine

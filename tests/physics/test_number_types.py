@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import ModelOptions, Stations, SteadyWind, Turbine
 from meltemi.aero.tables import AeroMemory, AeroOptions, AeroParameters, BladeFlow
-from meltemi.maths.records import Kind
-from meltemi.simulation import linear
+from meltemi.analyses import linear
+from meltemi.compiler import Kind
 from meltemi.simulation.case import Case
 from meltemi.simulation.plan import model_channels
 from meltemi.simulation.run import Run

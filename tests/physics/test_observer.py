@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi.control.kalman import kalman_step
+from meltemi.control_laws.kalman import kalman_step
 from meltemi.core.errors import InputError
 from meltemi.postprocess.files.signals import read_signals
 from meltemi.simulation.channels import Contents, catalogue

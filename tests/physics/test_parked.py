@@ -11,7 +11,7 @@ import pytest
 import meltemi
 from meltemi import InputError, Model, ModelOptions, Result, Start, SteadyWind, Turbine, simulate
 from meltemi.analysis import parked_point
-from meltemi.loadcases.case import case_controller, case_start, read_case
+from meltemi.cases.case import case_controller, case_start, read_case
 from meltemi.simulation.case import Case
 
 FEATHER = 0.5 * math.pi

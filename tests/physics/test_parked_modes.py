@@ -7,9 +7,9 @@ import pytest
 
 import meltemi
 from meltemi import InputError, ModelOptions, SteadyWind
+from meltemi.analyses.linear import linearise
+from meltemi.analyses.parked import standing_point
 from meltemi.analysis import parked_stability
-from meltemi.simulation.linear import linearise
-from meltemi.simulation.parked import standing_point
 
 FEATHER = 0.5 * np.pi
 

@@ -11,9 +11,9 @@ import pytest
 from scipy.linalg import expm
 
 import meltemi
+from meltemi.analyses.linear import linearise
 from meltemi.control import BaselineController
 from meltemi.core.errors import InputError
-from meltemi.simulation.linear import linearise
 from meltemi.tuning import platform_feedback
 from meltemi.tuning.platform_feedback import pitch_damping, tune_platform_feedback, under
 

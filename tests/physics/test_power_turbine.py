@@ -24,10 +24,10 @@ from meltemi import (
     operating_point,
     simulate,
 )
+from meltemi.compiler import View
 from meltemi.control.signals import Demands
 from meltemi.environment import Air, TimeSeries
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
-from meltemi.maths.tables import View
 from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.turbine import CalibratedCoefficient, PowerTurbine
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import meltemi
 from meltemi import ModelOptions, Start, SteadyWind, Turbine
 from meltemi.aero.tables import AeroNode, BladeFlow
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.simulation.case import Case
 
 Float = NDArray[np.float64]

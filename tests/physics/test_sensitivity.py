@@ -35,11 +35,10 @@ from meltemi import (
     simulate,
 )
 from meltemi.analysis import Sensitivity, finite_difference_runs, sensitivity
+from meltemi.compiler import N_DERIVATIVES, crossed
 from meltemi.control import StartPoint
 from meltemi.control import signals as s
 from meltemi.gradients.sensitivity import matched
-from meltemi.maths.generic import crossed
-from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import meltemi
+from meltemi.analyses.linear import linearise
+from meltemi.analyses.power_curve import power_curve
 from meltemi.core.errors import InputError
 from meltemi.environment import Current, IrregularSea, StillWater, steady_sea
 from meltemi.floating.balance import check_reach
@@ -15,8 +17,6 @@ from meltemi.floating.floater import FloaterPart
 from meltemi.floating.moorings import at_rest
 from meltemi.floating.rao import steady_point, wave_driven
 from meltemi.floating.waves import mean_drift
-from meltemi.simulation.linear import linearise
-from meltemi.simulation.power_curve import power_curve
 
 pytestmark = pytest.mark.slow
 RIGID = meltemi.ModelOptions(flap_modes=0, edge_modes=0, torsion_modes=0)

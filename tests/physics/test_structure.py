@@ -18,9 +18,9 @@ from meltemi import (
     UnsupportedError,
     simulate,
 )
+from meltemi.analyses.modes import natural_modes
 from meltemi.control import signals as s
 from meltemi.exchange.pile import pile_foundation
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.vibrations import equilibrium, vacuum_case
 from meltemi.structure.beam import assemble
 from meltemi.structure.members import blade_beam

@@ -11,11 +11,11 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Model, ModelOptions, SteadyWind, Turbine, operating_point, simulate
+from meltemi.analyses.continuation import CarefulOrbit, balance_carefully
+from meltemi.analyses.controlled_point import controlled_point
 from meltemi.control import BaselineController
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation import points, rotors, trim
-from meltemi.simulation.continuation import CarefulOrbit, balance_carefully
-from meltemi.simulation.controlled_point import controlled_point
 from meltemi.simulation.operating_point import NotConverged
 from meltemi.simulation.orbit import SAMPLES, Orbit
 

@@ -11,11 +11,11 @@ import pytest
 
 import meltemi
 from meltemi import Model, Result, RunError, Start, Status, SteadyWind, Turbine
+from meltemi.iec.models import iec_wind
 from meltemi.simulation import validity
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.simulation.tables import Watch
-from meltemi.wind.iec.models import iec_wind
 
 WIND = SteadyWind(speed=12.0)
 CHANNELS = ["rotor_speed", "generator_power", "tip_out_of_plane_1", "tip_clearance_1"]

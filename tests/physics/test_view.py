@@ -22,11 +22,11 @@ from scipy.spatial.transform import Rotation
 
 import meltemi
 from meltemi import Model, Result
+from meltemi.analyses.campbell import campbell
+from meltemi.compiler import View
 from meltemi.core.errors import InputError
-from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.postprocess.files import read_netcdf, write_netcdf
-from meltemi.simulation.campbell import campbell
 from meltemi.simulation.case import Case
 from meltemi.simulation.scene.motion import POSITION_ERROR, cuts
 from meltemi.simulation.scene.record import Scene, packed, track_arrays, unpacked

@@ -21,9 +21,8 @@ import pytest
 
 import meltemi
 from meltemi import ModelOptions, SteadyWind, simulate
+from meltemi.compiler import View, members
 from meltemi.core.physics import PHYSICS
-from meltemi.maths.records import members
-from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 from meltemi.wind.fields import Wind
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.stall_tables import hansen
 from meltemi.aero.tables import AeroParameters, PolarPoint, SectionConstants
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]

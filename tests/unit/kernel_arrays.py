@@ -8,8 +8,9 @@ from typing import Annotated, Any
 import numba
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import FAST_MATH, loose
-from meltemi.maths.records import CONSTANT, NODES, Kind, Record
+from meltemi.compiler import Kind, Record, loose
+from meltemi.compiler.kernels import FAST_MATH
+from meltemi.compiler.records import CONSTANT, NODES
 
 compiled = loose
 """For functions that compiled ones call: without machine code of their own."""

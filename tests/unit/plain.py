@@ -8,9 +8,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from meltemi.maths.records import Record
-from meltemi.maths.tables import View
-from meltemi.numbers.dispatch import Variants
+from meltemi.compiler import Record, View
+from meltemi.compiler.dispatch import Variants
 
 R = TypeVar("R", bound=Record)
 T = TypeVar("T")

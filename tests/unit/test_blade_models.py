@@ -11,15 +11,12 @@ import numpy as np
 import pytest
 
 from meltemi import ModelOptions, SteadyWind, build, load_turbine
-from meltemi.maths.records import Kind
-from meltemi.numbers.dispatch import Variants
-from meltemi.numbers.records import RecordType
+from meltemi.compiler import Kind, RecordType
+from meltemi.compiler.dispatch import Variants
 from meltemi.simulation import system
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.case import Case
-from meltemi.structure.dynamics import collect_blades
-from meltemi.structure.kinematics import blade_motion
-from meltemi.structure.section_loads import node_load, tip_deflection
+from meltemi.structure.blades import blade_motion, collect_blades, node_load, tip_deflection
 from meltemi.structure.tables import BladePartial, Structure
 
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import meltemi
+from meltemi.compiler import record_at
 from meltemi.core.errors import InputError, Status
 from meltemi.cuda import march as card
 from meltemi.cuda import single_precision
 from meltemi.loadcases.batch import memory_of
-from meltemi.numbers.records import record_at
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march

@@ -12,8 +12,8 @@ import pytest
 import meltemi
 from meltemi import InputError
 from meltemi.control.controller import StartPoint, compiled_entry
-from meltemi.control.load_control import HarmonicLoop
 from meltemi.control.signals import Demands, Measurements
+from meltemi.control_laws.load_control import HarmonicLoop
 from meltemi.studies.constrained_pitch import FULL, NONE, constrained_pitch, controllers, trades
 
 PLANT = -2e8 + 1.5e8j

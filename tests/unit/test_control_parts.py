@@ -16,9 +16,11 @@ import pytest
 from kernel_arrays import call
 from numpy.typing import NDArray
 
+from meltemi.compiler import N_DERIVATIVES, Entries, Numbers, Table, blades, number, part, parts
+from meltemi.compiler.kernels import FAST_MATH
 from meltemi.control.dual_updates import update_of_duals
-from meltemi.control.feedforward import FeedforwardWeights, blade_wind, weight, weight_settings
-from meltemi.control.filters import (
+from meltemi.control_laws.feedforward import FeedforwardWeights, blade_wind, weight, weight_settings
+from meltemi.control_laws.filters import (
     LowPass,
     SecondOrder,
     band_pass,
@@ -30,13 +32,10 @@ from meltemi.control.filters import (
     response,
     second_order_start,
 )
-from meltemi.control.integrator import Integrator, back_calculate, integrator, integrator_settings
-from meltemi.control.multiblade import add_to_blades, blade_angle, to_blade, to_fixed
-from meltemi.control.sensors import Delay, Noise, delay, delay_start, noise, noise_start, normal, philox
+from meltemi.control_laws.integrator import Integrator, back_calculate, integrator, integrator_settings
+from meltemi.control_laws.multiblade import add_to_blades, blade_angle, to_blade, to_fixed
+from meltemi.control_laws.sensors import Delay, Noise, delay, delay_start, noise, noise_start, normal, philox
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import FAST_MATH
-from meltemi.maths.tables import Entries, Numbers, Table, blades, number, part, parts
-from meltemi.numbers.duals import N_DERIVATIVES
 
 pytestmark = pytest.mark.slow
 

@@ -15,8 +15,8 @@ import pytest
 from kernel_arrays import call, row_by_row
 from numpy.typing import NDArray
 
-from meltemi.maths.generic import crossed, floor, largest, total, where, whole, zero
-from meltemi.numbers.duals import N_DERIVATIVES
+from meltemi.compiler import N_DERIVATIVES, crossed, floor, largest, total, where, whole
+from meltemi.compiler.generic import zero
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="duals exist in compiled code only")
 

@@ -12,11 +12,12 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import meltemi
-import meltemi.numbers.records
-from meltemi.core.kernel import kernel
+import meltemi.compiler.record_types
+from meltemi.compiler import View, kernel
 from meltemi.electrical.advance import chopper, electric_advance, electric_begin, electric_rates
 from meltemi.electrical.circuit import circuit, drive
 from meltemi.electrical.control import stator_reference
+from meltemi.electrical.system import LINE, ElectricalSystem, size_electrical
 from meltemi.electrical.tables import (
     N_STATES,
     TRIPS,
@@ -25,8 +26,6 @@ from meltemi.electrical.tables import (
     electrical_array,
 )
 from meltemi.maths.phasors import Phasor
-from meltemi.maths.tables import View
-from meltemi.turbine.electrical import LINE, ElectricalSystem, size_electrical
 
 SYSTEM: ElectricalSystem = meltemi.load_turbine("pmsg20mw").electrical
 SPEED, TORQUE = 0.75, 20e6 / 0.75

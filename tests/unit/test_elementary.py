@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from meltemi.maths import elementary
+from meltemi.compiler import elementary
 
 Float = NDArray[np.float64]
 DIGITS = 70

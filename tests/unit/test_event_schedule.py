@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from meltemi import Turbine, load_turbine
+from meltemi.cases.case import LoadCase
 from meltemi.control import faults as f
 from meltemi.control import signals as s
 from meltemi.control.controller import LogEntry
 from meltemi.core.yamlfile import read_record, write_record
-from meltemi.loadcases.case import LoadCase
 from meltemi.simulation.events import misplaced_events, read_events, schedule
 
 DT, N_STEPS = 0.0125, 41

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import meltemi
+from meltemi.cases.case import LoadCase, case_wind
 from meltemi.farm.report import FORE_AFT, SIDE_SIDE, along_wind
 from meltemi.farm.simulation import nacelle_yaw, yawed_models
-from meltemi.loadcases.case import LoadCase, case_wind
 from meltemi.loads.loadbase.campaign import make_campaign
 from meltemi.loads.surrogate.campaign import SurrogateCampaign
 from meltemi.simulation.channels import every_kind

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from meltemi import Result, SteadyWind, TurbulentWind, WindSeries, build, load_turbine, plot
+from meltemi.analyses.performance import RotorPerformance
 from meltemi.analysis import Campbell, Flutter, ParkedStability, compare_results, operating_point
 from meltemi.loads import ensemble_table
 from meltemi.plots import (
@@ -35,7 +36,6 @@ from meltemi.plots import (
 from meltemi.report.figure import STYLE, StyledAxes, grouped
 from meltemi.report.plots import EVERYBODY, apart, new_figure, panel
 from meltemi.simulation.channels import standard
-from meltemi.simulation.performance import RotorPerformance
 from meltemi.wind import generate_field
 
 pytestmark = pytest.mark.slow

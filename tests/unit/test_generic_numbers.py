@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from meltemi.maths.generic import floor, split, two_to, where
+from meltemi.compiler import floor, where
+from meltemi.compiler.generic import split, two_to
 
 
 def test_split_is_exact_and_in_range() -> None:

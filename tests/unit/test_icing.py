@@ -12,7 +12,7 @@ import pytest
 import meltemi
 from meltemi import InputError, Model, Turbine, UnsupportedError
 from meltemi.aero.tables import AeroNode, PolarPoint, SectionConstants
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine import Icing, with_ice
 from meltemi.turbine.icing import ice_mass, law_mass, leading_edge, penalty_factors
@@ -155,7 +155,7 @@ def test_a_turbine_file_with_ice(turbine: Turbine, tmp_path: Path) -> None:
 
 
 def test_a_case_with_ice(turbine: Turbine) -> None:
-    from meltemi.loadcases.case import case_turbine
+    from meltemi.cases.case import case_turbine
 
     case = meltemi.io.LoadCase(turbine="nrel5mw", wind={"kind": "steady", "speed": 9.0}, duration=1.0)
     assert case_turbine(case, Path()) == turbine

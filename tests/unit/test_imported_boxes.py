@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import meltemi
+from meltemi.cases.case import FileCase, LoadCase, case_wind
 from meltemi.core.yamlfile import validated
 from meltemi.exchange.hawc2.htc import Treatment, notes_on, read_htc
 from meltemi.exchange.hawc2.wind import read_wind
 from meltemi.exchange.openfast.text import read_input
 from meltemi.exchange.openfast.wind import read_inflow
 from meltemi.exchange.report import ImportNote
-from meltemi.loadcases.case import FileCase, LoadCase, case_wind
 from meltemi.wind.fields import WindBox
 
 Imported = tuple[dict[str, Any] | None, list[ImportNote]]

@@ -19,10 +19,11 @@ import numba
 import numpy as np
 import pytest
 
-from meltemi.core import kernel, private
+from meltemi.compiler import kernels
+from meltemi.core import private
 
-SOURCES = Path(kernel.__file__).parents[1]
-FOUND = (kernel.cache_folder, kernel.source_hash, kernel.sources)
+SOURCES = Path(kernels.__file__).parents[1]
+FOUND = (kernels.cache_folder, kernels.source_hash, kernels.sources)
 """What a process finds out once."""
 
 
@@ -41,7 +42,7 @@ def folder() -> Path:
     """The cache folder, looked up anew."""
     for function in FOUND:
         function.cache_clear()
-    found = kernel.cache_folder()
+    found = kernels.cache_folder()
     assert found is not None
     return found
 
@@ -50,10 +51,11 @@ def folder() -> Path:
 def sources(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """A small tree of source files that the hash is taken of instead of the package."""
     root = tmp_path / "package"
-    (root / "core").mkdir(parents=True)
-    (root / "core" / "kernel.py").write_text("a = 1\n")
+    for name in ("core", "compiler"):
+        (root / name).mkdir(parents=True)
+    (root / "compiler" / "kernels.py").write_text("a = 1\n")
     (root / "core" / "other.py").write_text("b = 2\n")
-    monkeypatch.setattr(kernel, "__file__", str(root / "core" / "kernel.py"))
+    monkeypatch.setattr(kernels, "__file__", str(root / "compiler" / "kernels.py"))
     return root
 
 
@@ -113,7 +115,7 @@ def test_an_edit_of_a_kernel_in_a_named_file_gives_another_folder(fresh: Path, s
 
 
 def test_no_kernel_stands_in_a_file_that_the_hash_leaves_out() -> None:
-    hashed = {path.relative_to(SOURCES).as_posix() for path in kernel.sources()}
+    hashed = {path.relative_to(SOURCES).as_posix() for path in kernels.sources()}
     assert {"turbine/exchange.py", "aero/bem.py", "sea/pile.py", "learning/kernels.py"} <= hashed
     assert not hashed & {"turbine/definition.py", "sea/support.py", "namespaces.py", "papers/claim.py"}
     for path in SOURCES.rglob("*.py"):
@@ -161,7 +163,7 @@ def test_old_folders_are_removed_the_oldest_first(fresh: Path, sources: Path) ->
         os.utime(old / "used", (now - 3600.0 * age, now - 3600.0 * age))
     current = folder()
     left = {f.name for f in (fresh / "kernels").iterdir()}
-    assert left == {current.name, *(f"age{age}" for age in range(2, 2 + kernel.KEEP_FOLDERS))}
+    assert left == {current.name, *(f"age{age}" for age in range(2, 2 + kernels.KEEP_FOLDERS))}
 
 
 def test_folders_in_use_are_kept(fresh: Path, sources: Path) -> None:
@@ -175,29 +177,30 @@ def test_folders_in_use_are_kept(fresh: Path, sources: Path) -> None:
 def test_no_folder_where_none_can_be_made(fresh: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("not a folder")
     monkeypatch.setenv("MELTEMI_CACHE_DIR", str(tmp_path / "file"))
-    kernel.cache_folder.cache_clear()
-    assert kernel.cache_folder() is None
-    assert kernel.is_cold()
+    kernels.cache_folder.cache_clear()
+    assert kernels.cache_folder() is None
+    assert kernels.is_cold()
 
 
 def test_a_new_folder_is_cold_until_the_time_loop_is_compiled(fresh: Path, sources: Path) -> None:
     place = folder()
-    assert kernel.is_cold()
+    assert kernels.is_cold()
     (place / "bem.solve-1.py311.nbi").write_text("")
-    assert kernel.is_cold()  # the first run was interrupted
+    assert kernels.is_cold()  # the first run was interrupted
     (place / "simulation_0123").mkdir()
     (place / "simulation_0123" / "step.advance-1.py311.nbi").write_text("")
-    assert not kernel.is_cold()
+    assert not kernels.is_cold()
 
 
 SCRIPT = """
 import numpy, sys
-from meltemi.core import kernel, private
+from meltemi.core import private
+from meltemi.compiler import kernels
 from meltemi.maths.solve import cholesky
 A = numpy.array([[4.0, 0.0], [2.0, 5.0]])
 cholesky(A, 2)
 assert numpy.array_equal(A, [[0.5, 0.0], [1.0, 0.5]]), A
-print(kernel.cache_folder(), *kernel.statistics(), kernel.is_cold())
+print(kernels.cache_folder(), *kernels.statistics(), kernels.is_cold())
 """
 
 
@@ -263,7 +266,7 @@ def test_processes_that_start_at_once_do_not_disturb_each_other(tmp_path: Path) 
 
 def test_signatures_kept_at_once_are_not_mixed_up(tmp_path: Path) -> None:
     """Two processes that know of nothing yet keep the machine code of different signatures."""
-    files = [kernel.CacheFile(str(tmp_path), "function", "stamp") for _ in range(3)]
+    files = [kernels.CacheFile(str(tmp_path), "function", "stamp") for _ in range(3)]
     for file, key in zip(files, "ab", strict=False):
         file._load_index = dict
         file.save(key, f"code of {key}")
@@ -283,9 +286,9 @@ def damaged(file: Path) -> list[bytes]:
 
 def test_a_damaged_file_is_as_if_it_were_not_there(tmp_path: Path) -> None:
     def found() -> Any:
-        return kernel.CacheFile(str(tmp_path), "function", "stamp").load("key")
+        return kernels.CacheFile(str(tmp_path), "function", "stamp").load("key")
 
-    kernel.CacheFile(str(tmp_path), "function", "stamp").save("key", "code" * 20)
+    kernels.CacheFile(str(tmp_path), "function", "stamp").save("key", "code" * 20)
     for ending in ("*.nbi", "*.nbc"):
         (file,) = tmp_path.rglob(ending)
         whole = file.read_bytes()
@@ -390,7 +393,7 @@ def test_installations_share_machine_code_and_may_be_read_only(tmp_path: Path) -
 def test_functions_of_the_user_keep_their_own_cache_folder(fresh: Path) -> None:
     before = numba.config.CACHE_DIR
 
-    @kernel.kernel
+    @kernels.kernel
     def double(x: float) -> float:
         return 2.0 * x
 
@@ -403,7 +406,7 @@ def test_kernels_divide_by_zero_like_numpy(fresh: Path) -> None:
     if numba.config.DISABLE_JIT:
         pytest.skip("plain Python raises instead")
 
-    @kernel.kernel
+    @kernels.kernel
     def ratio(a: float, b: float) -> float:
         return a / b
 
@@ -412,6 +415,6 @@ def test_kernels_divide_by_zero_like_numpy(fresh: Path) -> None:
 
 def test_names_of_compiled_functions_differ_between_processes() -> None:
     """Numba's own numbers begin with 1 in each process: cached code of one was linked in place of code of another."""
-    text = "from meltemi.core.linking import FunctionIdentity as f; print(f.from_function(lambda: 0).unique_id)"
+    text = "from meltemi.compiler.linking import FunctionIdentity as f; print(f.from_function(lambda: 0).unique_id)"
     found = {subprocess.run([sys.executable, "-c", text], capture_output=True, check=True).stdout for _ in range(3)}
     assert len(found) == 3

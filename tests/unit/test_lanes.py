@@ -17,10 +17,9 @@ import pytest
 from kernel_arrays import call, row_by_row
 from numpy.typing import NDArray
 
-from meltemi.maths.generic import anywhere, floor, largest, neighbours, split, total, two_to, where, whole, zero
-from meltemi.maths.records import Kind
+from meltemi.compiler import WIDTH, Kind, anywhere, floor, largest, neighbours, total, where, whole
+from meltemi.compiler.generic import split, two_to, zero
 from meltemi.maths.vectors import Vec, cross, dot
-from meltemi.numbers.lanes import WIDTH
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="lanes exist in compiled code only")
 

@@ -35,8 +35,8 @@ def test_derivatives_in_rotating_axes_become_those_of_components(
         J[at["v generator"], at["wind_speed"]] = 11.0
         return J
 
-    monkeypatch.setattr("meltemi.simulation.linear.linear_case", lambda model, point: Case(model, point.wind))
-    monkeypatch.setattr("meltemi.simulation.linear.jacobian", given)
+    monkeypatch.setattr("meltemi.analyses.linear.linear_case", lambda model, point: Case(model, point.wind))
+    monkeypatch.setattr("meltemi.analyses.linear.jacobian", given)
     point = operating_point(model, 9.0)
     found = linearise(
         model, point, inputs=("pitch_1", "wind_speed"), outputs=("root_moment_out_of_plane_1",), azimuths=azimuths

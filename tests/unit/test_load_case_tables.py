@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from meltemi.control.load_control import HarmonicLoop, LoadControl
+from meltemi.cases.case import case_wind
+from meltemi.control_laws.load_control import HarmonicLoop, LoadControl
 from meltemi.controllers import schemes
 from meltemi.controllers.specification import LibraryCase
 from meltemi.core.errors import InputError
-from meltemi.loadcases.case import case_wind
+from meltemi.iec.gusts import EDC_TIME, EOG_TIME, EWS_TIME, RISE_TIME
 from meltemi.loads.loadbase.campaign import Campaign, make_campaign, read_campaign, write_campaign
 from meltemi.loads.loadbase.jobs import Job, Workshop, jobs_of
 from meltemi.loads.loadbase.plan import plan
@@ -24,7 +25,6 @@ from meltemi.loads.loadbase.situations import OPERATING
 from meltemi.loads.loadbase.table import load_table
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import WindBox, unusual
-from meltemi.wind.iec.gusts import EDC_TIME, EOG_TIME, EWS_TIME, RISE_TIME
 
 # Burton et al. (2021), Wind Energy Handbook, 3rd ed., chapter 5, for IEC 61400-1 ed. 4; runs by practice. Cases of a
 # class IB turbine with V_in 3, V_r 11.4, V_out 25 m/s, so 13 speeds: those by 2 m/s, and V_r

@@ -10,10 +10,7 @@ import numba
 import numpy as np
 import pytest
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.records import Array1, joined, members
-from meltemi.numbers.dispatch import by_record, hook
-from meltemi.numbers.records import Record, RecordType
+from meltemi.compiler import Array1, Record, RecordType, by_record, hook, joined, kernel, members
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="compares compiled types")
 

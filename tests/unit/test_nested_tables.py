@@ -10,9 +10,8 @@ import pytest
 from kernel_arrays import call
 
 import meltemi.control  # noqa: F401 - by it kernels know what a table of a vector is
+from meltemi.compiler import Entries, Numbers, Table, blades, flaps, kernel, number, numbers, part, parts, series
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Entries, Numbers, Table, blades, flaps, number, numbers, part, parts, series
 
 
 class Axis(Table, title="test axis"):

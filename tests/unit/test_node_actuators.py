@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from meltemi.aero.tables import FlapParameters
+from meltemi.compiler import View
 from meltemi.control.actuator_models.second_order import second_order_step
 from meltemi.control.actuators import (
     Actuation,
@@ -25,7 +26,6 @@ from meltemi.control.actuators import (
 from meltemi.control.faults import healthy
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.variants import number
-from meltemi.maths.tables import View
 from meltemi.turbine.exchange import ActuatorModel, Drive, PitchMotion
 
 Float = NDArray[np.float64]

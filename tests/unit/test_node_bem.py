@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from meltemi.aero import bem
 from meltemi.aero.bem import LOSS_FLOOR, PHI_HIGH, PHI_LOW, Induction, Onset, Strip, loss_factor
 from meltemi.aero.tables import AeroOptions, AeroParameters, PolarPoint
-from meltemi.maths.tables import View
-from meltemi.numbers.records import Record
+from meltemi.compiler import Record, View
 
 Float = NDArray[np.float64]
 HUB = 0.0238

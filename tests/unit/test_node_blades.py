@@ -9,10 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from plain import plain, record, table
 
-from meltemi.maths.algebra import Rot, Sym, Vec
-from meltemi.structure.dynamics import collect_modal_blades
-from meltemi.structure.kinematics import node_motion
-from meltemi.structure.section_loads import modal_node_load, modal_tip
+from meltemi.compiler import Rot, Sym, Vec
+from meltemi.structure.blades import collect_modal_blades, modal_node_load, modal_tip, node_motion
 from meltemi.structure.tables import (
     BladeBody,
     BladeLink,

@@ -9,12 +9,12 @@ import pytest
 from numpy.typing import NDArray
 from plain import plain, record, table
 
+from meltemi.compiler import members
 from meltemi.farm import averages, curled, field, march
 from meltemi.farm.curled import CurledField
 from meltemi.farm.eddies import eddies_of
 from meltemi.farm.field import PlaneField, Planes, VisiblePlanes, WakeField, Wakes
 from meltemi.farm.march import Mixing
-from meltemi.maths.records import members
 from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind, wind_arrays
 from meltemi.wind.velocity import WindField, series_now

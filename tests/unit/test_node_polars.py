@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.polars import coefficient, locate
 from meltemi.aero.tables import PolarPoint
-from meltemi.core.kernel import kernel
-from meltemi.numbers.records import Record
+from meltemi.compiler import Record, kernel
 
 Float = NDArray[np.float64]
 steady = settings(derandomize=True, deadline=None, max_examples=200)

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from plain import plain, record, table
 from scipy.spatial.transform import Rotation
 
-from meltemi.maths.algebra import Rot, Vec
-from meltemi.maths.tables import View
+from meltemi.compiler import Rot, Vec, View
 from meltemi.sea import blade_dampers, mass_dampers, pile
 from meltemi.sea.blade_dampers import BladeDamperSystem, Rider, RiderLoad, Slide, Swing
 from meltemi.sea.mass_dampers import DamperControl, DamperSystem, Mover, MoverState

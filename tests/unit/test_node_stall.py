@@ -44,10 +44,8 @@ from meltemi.aero.tables import (
     SectionConstants,
     StallState,
 )
+from meltemi.compiler import Array3, Record, View
 from meltemi.core.variants import number
-from meltemi.maths.records import Array3
-from meltemi.maths.tables import View
-from meltemi.numbers.records import Record
 
 STATIC, HANSEN = (number(variants.StallModel, name) for name in ("static", "hansen"))
 LIFT, DRAG, MOMENT, ATTACHMENT, ATTACHED, SEPARATED = PolarPoint.slots(

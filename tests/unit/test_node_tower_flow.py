@@ -16,8 +16,7 @@ from meltemi.aero.air import Air
 from meltemi.aero.tables import AeroOptions, AeroParameters, TowerFlow
 from meltemi.aero.tower_flow import eames, lower_half, powles, tower_load, tower_wind
 from meltemi.aero.tower_flow.potential import influence as added_by
-from meltemi.maths.records import Array1, Single
-from meltemi.maths.tables import View
+from meltemi.compiler import Array1, Single, View
 from meltemi.maths.vectors import Vec
 from meltemi.turbine.exchange import BladeFrame, TowerShape
 from meltemi.wind.fields import SteadyWind, wind_arrays

@@ -11,8 +11,7 @@ from plain import plain, record, table
 
 import meltemi
 from meltemi.aero.tables import AeroParameters, RotorFlow, TowerFlow
-from meltemi.maths.algebra import Rot, Vec
-from meltemi.maths.tables import View
+from meltemi.compiler import Rot, Vec, View
 from meltemi.simulation import validity
 from meltemi.simulation.system import System
 from meltemi.simulation.tables import Watch

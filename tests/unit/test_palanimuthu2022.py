@@ -11,8 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 from meltemi import InputError
+from meltemi.analyses.performance import performance_of
 from meltemi.app.cli import app
-from meltemi.control.power_control.rotor import rotor_tables
 from meltemi.papers.claim import UNCHECKED, reason_lines
 from meltemi.papers.palanimuthu2022 import page, paper
 from meltemi.papers.palanimuthu2022.beyond import climate, coordination, machines, power
@@ -43,11 +43,11 @@ from meltemi.papers.palanimuthu2022.runs import (
 )
 from meltemi.papers.study import Chapter, Drawing
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
+from meltemi.power_control.rotor import rotor_tables
 from meltemi.report.plots import new_figure
 from meltemi.reports.blocks import Table
 from meltemi.reports.markdown import alone, documented
 from meltemi.simulation.channels import standard
-from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.studies.power_schemes import coordination as schemes
 from meltemi.studies.power_schemes import costs

@@ -10,10 +10,9 @@ import numba
 import numpy as np
 import pytest
 
+from meltemi.compiler import Kind, Record, Table, dq, number
+from meltemi.compiler import record_types as compiled  # noqa: F401 - by it kernels know what a record is
 from meltemi.maths.phasors import Phasor, imaginary_product, magnitude, polar, real_product
-from meltemi.maths.records import Kind, Record
-from meltemi.maths.tables import Table, dq, number
-from meltemi.numbers import records as compiled  # noqa: F401 - by it kernels know what a record is
 
 A, B = 3.0 - 4.0j, -0.5 + 2.0j
 OPERATIONS: list[tuple[Callable[..., Any], Callable[[complex, complex], complex]]] = [

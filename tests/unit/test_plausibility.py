@@ -10,9 +10,9 @@ import pytest
 import meltemi
 from meltemi import Turbine
 from meltemi.core.errors import MeltemiError
+from meltemi.electrical.system import size_electrical
 from meltemi.exchange.openfast import read_deck
 from meltemi.turbine import plausibility_warnings
-from meltemi.turbine.electrical import size_electrical
 from meltemi.turbine.plausibility import bending_frequency
 
 

@@ -13,10 +13,10 @@ from meltemi import InputError, Model, Result, SteadyWind, Turbine, WindBox, sim
 from meltemi.analysis import preview_of, steady_pitch
 from meltemi.control import LoadControl, LoadController, Preview
 from meltemi.control import signals as s
-from meltemi.control.filters import LowPass, low_pass
-from meltemi.control.load_control import LoadControlState
-from meltemi.control.lookup import linear
-from meltemi.control.preview import PreviewState, preview_change, preview_settings
+from meltemi.control_laws.filters import LowPass, low_pass
+from meltemi.control_laws.load_control import LoadControlState
+from meltemi.control_laws.lookup import linear
+from meltemi.control_laws.preview import PreviewState, preview_change, preview_settings
 from meltemi.maths.vectors import Vec
 from meltemi.studies.preview import FREQUENCY, rotor_average
 from meltemi.wind.fields import wind_field

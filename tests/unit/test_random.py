@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from meltemi.wind.turbulence.random import noise, random_bits
+from meltemi.turbulence.random import noise, random_bits
 
 CHECKSUM = "8ceae3a99a6c40f09b46131092c1f718d2597133d73164970d97b6163067bd34"
 
@@ -64,7 +64,7 @@ def test_the_transform_is_that_of_box_and_muller() -> None:
 @pytest.mark.parametrize("a", [0, 1, 2**31, 2**32 - 1])
 @pytest.mark.parametrize("b", [0, 2**29 - 1, 2**29, 2**30, 3 * 2**30 - 1, 2**32 - 1])
 def test_the_transform_at_the_ends_of_its_ranges(a: int, b: int) -> None:
-    from meltemi.wind.turbulence.random import complex_normals
+    from meltemi.turbulence.random import complex_normals
 
     out = np.empty(1, np.complex128)
     complex_normals(np.array([a], np.uint64), np.array([b], np.uint64), out)

@@ -9,13 +9,29 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import FAST_MATH
-from meltemi.maths.algebra import Rot, Vec
-from meltemi.maths.generic import total
-from meltemi.maths.records import Array1, Array2, Constant, Kind, Nodes, Record, Single
-from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, rotation, symmetric, xyz
+from meltemi.compiler import (
+    Array1,
+    Array2,
+    Constant,
+    Kind,
+    Nodes,
+    Numbers,
+    Record,
+    Rot,
+    Single,
+    Symmetrics,
+    Table,
+    Vec,
+    Vectors,
+    number,
+    rotation,
+    symmetric,
+    total,
+    xyz,
+)
+from meltemi.compiler import record_types as compiled
+from meltemi.compiler.kernels import FAST_MATH
 from meltemi.maths.vectors import cross
-from meltemi.numbers import records as compiled
 from meltemi.simulation.arena import aligned
 
 Float = NDArray[np.float64]
@@ -182,6 +198,6 @@ def test_wrong_arrays_are_refused() -> None:
 
 
 def test_lanes_are_as_wide_as_those_of_kernels() -> None:
-    from meltemi.maths import records
+    from meltemi.compiler import records
 
     assert records.LANES == compiled.WIDTH

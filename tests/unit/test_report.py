@@ -16,13 +16,13 @@ import pytest
 from rich.console import Console
 
 from meltemi import InputError, Model, Result, operating_point, plot
+from meltemi.analyses.performance import RotorPerformance
 from meltemi.analysis import OperatingPoint
 from meltemi.plots import plot_performance, plot_power_curve
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import EVERYBODY, new_figure, plot_channel, save
 from meltemi.report.tables import POWER_CURVE, markdown_table, power_curve_rows, rich_table
 from meltemi.simulation.channels import every_kind
-from meltemi.simulation.performance import RotorPerformance
 
 TIME = np.linspace(0.0, 20.0, 201)
 

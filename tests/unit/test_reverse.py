@@ -12,11 +12,11 @@ import pytest
 from kernel_arrays import compiled
 from test_duals import OPERATIONS
 
+from meltemi.compiler import Array1, Array2, Kind, Record, held, reverse
+from meltemi.compiler.records import NODES, Float
 from meltemi.core.errors import InputError
 from meltemi.gradients.reverse.compiled import Compiled
 from meltemi.gradients.reverse.memory import Memory
-from meltemi.maths.generic import held, reverse
-from meltemi.maths.records import NODES, Array1, Array2, Float, Kind, Record
 from meltemi.maths.vectors import Vec
 
 pytestmark = [

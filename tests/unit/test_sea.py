@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from meltemi import InputError
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.sea.airy import WaveComponents, maccamy_fuchs, profiles, wave_number
 from meltemi.sea.conditions import StillWater
 from meltemi.sea.crest import Crest

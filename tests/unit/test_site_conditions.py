@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 import pytest
 
+from meltemi.cases.case import case_wind
 from meltemi.core.errors import InputError
-from meltemi.loadcases.case import case_wind
 from meltemi.loads.effective import effective_intensity, wake_turbulence
 from meltemi.loads.loadbase.campaign import make_campaign
 from meltemi.loads.loadbase.plan import plan

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from meltemi.core.errors import InputError
-from meltemi.maths.algebra import Rot, Sym, Vec
-from meltemi.maths.tables import (
+from meltemi.compiler import (
     Numbers,
+    Rot,
     Rotations,
-    Row,
+    Sym,
     Symmetrics,
     Table,
+    Vec,
     Vectors,
     View,
     blades,
@@ -22,6 +22,8 @@ from meltemi.maths.tables import (
     symmetric,
     xyz,
 )
+from meltemi.compiler.tables import Row
+from meltemi.core.errors import InputError
 
 
 class Example(Table, axes="blade node"):

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import InputError, Turbine, TurbulentWind, WindBox
+from meltemi.turbulence.mann import GAMMA, one_point
+from meltemi.turbulence.targets import sigmas, target_coherence, target_densities
 from meltemi.wind import HubSeries, WindGrid, generate_field
 from meltemi.wind.fields import check_coverage
-from meltemi.wind.turbulence.mann import GAMMA, one_point
-from meltemi.wind.turbulence.targets import sigmas, target_coherence, target_densities
 
 GRID = WindGrid(points_y=9, points_z=10, dy=18.0, dz=17.0, bottom=5.0, hub_height=90.0)
 DURATION = 300.0

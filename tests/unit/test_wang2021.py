@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from meltemi import InputError, load_turbine
 from meltemi.app.cli import app
 from meltemi.control import YawProtection, yaw_threshold
+from meltemi.iec.gusts import ecd
 from meltemi.loads.energy import YEAR
 from meltemi.papers.claim import UNCHECKED, Claim, count_held
 from meltemi.papers.wang2021.beyond import site
@@ -29,7 +30,6 @@ from meltemi.studies.machine_loads import CHANNELS, LOADS
 from meltemi.studies.wind_year import PowerCurve, StrategyYear, a_year
 from meltemi.studies.yaw_gusts import LENGTH, GustGrid, GustResults, coherent_gust, strategies
 from meltemi.tuning.run_store import FailedResult, FailedResultError
-from meltemi.wind.iec.gusts import ecd
 
 CHECKS = ((7.5, 52.5), (8.8, 48.6), (10.0, 45.0), (15.0, 42.0), (20.0, 39.0), (25.0, 36.0), (30.0, 33.0), (40.0, 30.0))
 """[m/s], [deg] of the interpolated law."""

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.wind.files import read_bts, read_wnd
+from meltemi.wind_files import read_bts, read_wnd
 
 Float = NDArray[np.float64]
 NT, NZ, NY, N_TOWER = 7, 3, 4, 2

@@ -19,7 +19,7 @@ import meltemi
 from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import LENGTH
 from meltemi.wind.fields import WindBox, WindSeries
-from meltemi.wind.formats import FORMATS
+from meltemi.wind_files.formats import FORMATS
 
 steady = settings(derandomize=True, deadline=None, max_examples=150)
 NAMES = ["a.bts", "a.wnd", "a-u.bin", "a.nc", "gust.wnd", "a.csv"]

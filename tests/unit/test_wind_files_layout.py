@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi.core.errors import InputError
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.grid import WindGrid
 from meltemi.wind.fields import WindBox
-from meltemi.wind.files import (
+from meltemi.wind.turbulent import TurbulentWind
+from meltemi.wind_files import (
     Hawc2Grid,
     read_bladed,
     read_bts,
@@ -24,10 +27,7 @@ from meltemi.wind.files import (
     write_bts,
     write_hawc2,
 )
-from meltemi.wind.files.hawc2 import divergences
-from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import WindGrid
-from meltemi.wind.turbulent import TurbulentWind
+from meltemi.wind_files.hawc2 import divergences
 
 NT, NZ, NY = 4, 2, 3
 STEPS = {"dt": 0.5, "dy": 10.0, "dz": 12.0, "bottom": 30.0, "speed": 8.0}

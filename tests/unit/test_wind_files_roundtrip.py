@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi.core.errors import InputError
 from meltemi.wind.fields import WindBox, WindSeries
-from meltemi.wind.files.hub_csv import hub_series
-from meltemi.wind.formats import FORMATS
 from meltemi.wind.turbulent import HubSeries
+from meltemi.wind_files.formats import FORMATS
+from meltemi.wind_files.hub_csv import hub_series
 
 Float = NDArray[np.float64]
 steady = settings(derandomize=True, deadline=None, max_examples=60)

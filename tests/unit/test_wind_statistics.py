@@ -11,9 +11,9 @@ from scipy.signal import lfilter
 
 from meltemi import InputError, SteadyWind, TurbulentWind, WindBox, WindSeries
 from meltemi.report.tables import field_rows, series_rows
+from meltemi.turbulence.statistics import hub_point
+from meltemi.turbulence.targets import target_coherence
 from meltemi.wind import field_statistics, series_statistics, wind_coherence, wind_spectrum
-from meltemi.wind.statistics import hub_point
-from meltemi.wind.turbulence.targets import target_coherence
 
 Float = NDArray[np.float64]
 DT, SPEED = 0.1, 10.0

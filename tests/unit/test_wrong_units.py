@@ -10,11 +10,11 @@ from wrong_units import changed, silent_tries
 
 import meltemi
 from meltemi import Environment, InputError, SteadyWind
+from meltemi.cases.case import LoadCase
 from meltemi.core.record import Record
 from meltemi.core.usual import Range, unusual_numbers, usual_range
 from meltemi.farm.settings import WakeSettings
 from meltemi.floating.members import Member
-from meltemi.loadcases.case import LoadCase
 from meltemi.loads.loadbase.campaign import Campaign
 from meltemi.loads.loadbase.metocean import FOLDER, read_metocean
 from meltemi.loads.surrogate.campaign import SurrogateCampaign

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from pydantic import Field, model_validator
 from ruamel.yaml import YAML
 
+from meltemi.cases.case import read_case
 from meltemi.core.errors import InputError
 from meltemi.core.record import Array, Record
 from meltemi.core.yamlfile import parse, read_record, validated, write_record
-from meltemi.loadcases.case import read_case
 
 
 class Part(Record):

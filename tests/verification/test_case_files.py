@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from meltemi.cases.case import LoadCase, case_controller, case_run, case_turbine, case_wind, read_case
 from meltemi.core.yamlfile import write_record
-from meltemi.loadcases.case import LoadCase, case_controller, case_run, case_turbine, case_wind, read_case
 from meltemi.sea.given import ComponentSea
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march, simulate
@@ -18,7 +18,7 @@ from meltemi.verification import stops
 from meltemi.verification.transient import gust_wind, step_wind
 from meltemi.verification.turbulent import thinned
 from meltemi.wind.fields import WindSeries
-from meltemi.wind.formats import write_wind
+from meltemi.wind_files.formats import write_wind
 
 STEADY: dict[str, Any] = {"kind": "steady", "speed": 12.0}
 PLAYED = """from meltemi.verification.stops import playback, reference_run

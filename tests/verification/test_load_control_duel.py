@@ -17,7 +17,7 @@ import meltemi
 from meltemi.controllers.schemes import design_controllers
 from meltemi.papers.he2018.runs import FAST_MODEL, PAPER, paper_turbine
 from meltemi.tuning.compare import WHOLE, compare
-from meltemi.wind.formats import read_wind
+from meltemi.wind_files.formats import read_wind
 
 ROSCO = {"RootMyc1 std": -20.0, "RootMyc1 DEL": -17.0, "OoPDefl1 std": -20.0}
 """[%] over 100 to 700 s."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 import meltemi
-from meltemi.control.bladed.rosco import edit_discon, rosco_example
+from meltemi.bladed_controllers.rosco import edit_discon, rosco_example
 from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.postprocess.files.openfast import si_unit
 from meltemi.verification.openfast_deck import deck_options, deck_turbine

@@ -14,8 +14,8 @@ import meltemi
 from meltemi import ModelOptions, Start, Status, SteadyWind, TurbulentWind, UnsupportedError
 from meltemi.aero.bem import loss_factor
 from meltemi.aero.tables import AeroNode, BladeFlow
-from meltemi.control.bladed.rosco import edit_discon, rosco_example
-from meltemi.maths.tables import View
+from meltemi.bladed_controllers.rosco import edit_discon, rosco_example
+from meltemi.compiler import View
 from meltemi.simulation.case import Case
 
 pytestmark = pytest.mark.rosco

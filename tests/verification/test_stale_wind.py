@@ -16,7 +16,7 @@ import pytest
 
 from meltemi import Result, Simulation
 from meltemi.aero.tables import BladeFlow, InflowState
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.postprocess.statistics import azimuth_bins, means_over_revolutions
 from meltemi.simulation.bladed.aerodynamics import INFLOW_LEAD
 from meltemi.simulation.run import Run

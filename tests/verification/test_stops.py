@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi.control.bladed.rosco import edit_discon
+from meltemi.bladed_controllers.rosco import edit_discon
 from meltemi.maths.vectors import Vec
 from meltemi.verification import stops
 from meltemi.verification.known import KNOWN
 from meltemi.verification.table import Row, Verdict, reference_table
 from meltemi.wind.fields import WindSeries, wind_field
-from meltemi.wind.files import read_wnd
 from meltemi.wind.velocity import series_now, wind_velocity
+from meltemi.wind_files import read_wnd
 
 HUB, LEFT, TOP = (0.0, 0.0, 90.0), (0.0, 63.0, 90.0), (0.0, 0.0, 153.0)
 CASES = stops.gust_cases() | stops.STOPS

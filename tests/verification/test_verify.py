@@ -14,7 +14,7 @@ from meltemi.verification.known import KNOWN
 from meltemi.verification.table import Comparison, Known, Report, Row, Study, Verdict, reference_table, relative
 from meltemi.verification.turbulent import reference_series, short_series, short_wind, thinned, turbulence
 from meltemi.verification.verification import FULL, QUICK, verification
-from meltemi.wind.files import read_bts, read_wnd
+from meltemi.wind_files import read_bts, read_wnd
 
 LONG_QUICK, LONG = 10.0, 3.0
 """[s] from which a study, of the quick look or not, is left to the tests that take long."""

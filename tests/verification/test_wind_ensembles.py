@@ -24,14 +24,14 @@ from scipy.interpolate import CubicSpline
 from threadpoolctl import threadpool_limits
 
 from meltemi import Turbine
+from meltemi.turbulence import exponential, mann
+from meltemi.turbulence.field import generate_field, mean_profile
+from meltemi.turbulence.grid import WindGrid
+from meltemi.turbulence.measured import hub_amplitudes
+from meltemi.turbulence.spectra import coherence_decay
 from meltemi.wind.fields import WindBox
-from meltemi.wind.files import read_bts
-from meltemi.wind.turbulence import exponential, mann
-from meltemi.wind.turbulence.field import generate_field, mean_profile
-from meltemi.wind.turbulence.grid import WindGrid
-from meltemi.wind.turbulence.measured import hub_amplitudes
-from meltemi.wind.turbulence.spectra import coherence_decay
 from meltemi.wind.turbulent import HubSeries, TurbulentWind
+from meltemi.wind_files import read_bts
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]

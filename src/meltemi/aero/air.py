@@ -17,7 +17,7 @@ from meltemi.aero.tables import (
     StallState,
     TowerFlow,
 )
-from meltemi.maths.records import Array3, Constant, Nodes, Single
+from meltemi.compiler import Array3, Constant, Nodes, Single
 from meltemi.turbine.exchange import Exchange
 from meltemi.wind.velocity import WindField
 

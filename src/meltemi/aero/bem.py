@@ -25,8 +25,7 @@ from typing import NamedTuple
 
 from meltemi.aero.air import Air
 from meltemi.aero.polars import coefficient, locate
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import anywhere, beyond, held, reverse, where
+from meltemi.compiler import anywhere, beyond, held, kernel, reverse, where
 
 PHI_LOW, PHI_HIGH = -0.25 * pi, 0.75 * pi
 RESCUE, BISECTIONS = 1e-6, 48

@@ -15,10 +15,7 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
-import meltemi.numbers.records  # noqa: F401 - by it kernels know what a record is
-from meltemi.core.kernel import kernel
-from meltemi.maths.records import Array1, Array4, Constant, Record
-from meltemi.maths.tables import Table, number
+from meltemi.compiler import Array1, Array4, Constant, Record, Table, kernel, number
 from meltemi.turbine.power_turbine import CalibratedCoefficient, Coefficient, HeierCoefficient, TableCoefficient
 
 Float = NDArray[float64]

@@ -20,9 +20,7 @@ from math import pi
 from meltemi.aero.air import Air
 from meltemi.aero.polars import Coefficients
 from meltemi.aero.tables import FlapParameters as FlapParameters
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import where, whole
-from meltemi.maths.tables import Numbers
+from meltemi.compiler import Numbers, kernel, where, whole
 
 STEP = pi / 180.0
 """[rad] of the increments' grid, in both angles."""

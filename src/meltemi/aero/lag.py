@@ -5,8 +5,7 @@ from __future__ import annotations
 from math import expm1
 from typing import NamedTuple
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import where
+from meltemi.compiler import kernel, where
 
 
 class Lag(NamedTuple):

@@ -8,11 +8,7 @@ from math import cos, floor, pi
 from typing import NamedTuple
 
 from meltemi.aero.air import Air
-from meltemi.core.kernel import kernel
-from meltemi.maths.algebra import Components
-from meltemi.maths.generic import anywhere, whole
-from meltemi.maths.groups import group, operators
-from meltemi.maths.tables import Numbers
+from meltemi.compiler import Components, Numbers, anywhere, group, kernel, operators, whole
 
 
 class Place(NamedTuple):

@@ -25,8 +25,7 @@ from meltemi.aero.bem import LEAST_SKEW, MADSEN, MOST_SKEW, STILL, Strip, induct
 from meltemi.aero.flaps import equivalent_angle, flap_increment
 from meltemi.aero.polars import Coefficients, ramp, wrap
 from meltemi.aero.stall.section import CAMBER
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import anywhere, largest, total, where, whole
+from meltemi.compiler import anywhere, kernel, largest, total, where, whole
 from meltemi.maths.vectors import Rot, Vec, cross, dot, norm
 from meltemi.wind.velocity import wind_velocity
 

@@ -6,8 +6,7 @@ along the blade as it is coned, prebent and bent; pitch, twist and torsion are n
 
 from __future__ import annotations
 
-from meltemi.maths.algebra import Vec
-from meltemi.maths.tables import Numbers, Rotations, Table, Vectors, number, rotation, xyz
+from meltemi.compiler import Numbers, Rotations, Table, Vec, Vectors, number, rotation, xyz
 
 
 class AeroParameters(Table, title="aerodynamics"):

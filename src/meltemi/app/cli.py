@@ -46,7 +46,7 @@ from meltemi.app.terminal import (
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
-    from meltemi.loadcases.case import LoadCase
+    from meltemi.cases.case import LoadCase
     from meltemi.simulation.result import Result
     from meltemi.simulation.run import Run
 
@@ -143,8 +143,8 @@ def run(
     from tempfile import TemporaryDirectory
 
     from meltemi import io
+    from meltemi.cases.case import case_run, case_turbine, self_contained
     from meltemi.core.yamlfile import write_record
-    from meltemi.loadcases.case import case_run, case_turbine, self_contained
 
     own = {} if transient is None else {"transient": f"{transient:g}"}
     own |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
@@ -282,7 +282,7 @@ def _named(path: Path | None) -> Iterator[None]:
 
 def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
     """The case of a file, with options overriding it."""
-    from meltemi.loadcases.case import read_case
+    from meltemi.cases.case import read_case
 
     case = read_case(path)
     changes: dict[str, Any] = {"start": given["--start"]} if "--start" in given else {}
@@ -330,8 +330,8 @@ def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
+    from meltemi.cases.case import LoadCase
     from meltemi.core.yamlfile import validated
-    from meltemi.loadcases.case import LoadCase
 
     wind = wind_of_options(given)
     path = Path(target)
@@ -346,8 +346,8 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
 
 def _usual_duration(wind: dict[str, Any]) -> float:
     """[s] a minute, which begins with the gust if there is one."""
-    from meltemi.wind.iec.gusts import BEGIN
-    from meltemi.wind.iec.models import MODELS
+    from meltemi.iec.gusts import BEGIN
+    from meltemi.iec.models import MODELS
 
     model = MODELS.get(wind.get("model", ""))
     return 60.0 + (wind.get("begin", BEGIN) if model and model.kind == "transient" else 0.0)
@@ -455,11 +455,11 @@ def power_curve(
     described = load_turbine(turbine)
     wanted = speeds_of(speeds) if speeds is not None else None
     named = None if controller is None else specification(controller_of_options({"--controller": controller}))
+    from meltemi.analyses.power_curve import curve_size
+    from meltemi.analyses.power_curve import power_curve as points_of
     from meltemi.controllers.schemes import fitted, make_controller
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
-    from meltemi.simulation.power_curve import curve_size
-    from meltemi.simulation.power_curve import power_curve as points_of
     from meltemi.simulation.rotors import build
     from meltemi.turbine.plausibility import plausibility_warnings
 
@@ -524,10 +524,10 @@ def campbell(
     if rotor_speeds is not None:
         turns = [w * pi / 30.0 for w in speeds_of(rotor_speeds, "--rotor-speeds", "rpm", zero=True)]
     winds = speeds_of(speeds) if speeds is not None else None
+    from meltemi.analyses.campbell import campbell as diagram_of
+    from meltemi.analyses.power_curve import whole_speeds
     from meltemi.report.plots import plot_campbell, save
     from meltemi.report.tables import campbell_rows, number, write_csv
-    from meltemi.simulation.campbell import campbell as diagram_of
-    from meltemi.simulation.power_curve import whole_speeds
     from meltemi.simulation.rotors import build
 
     winds = winds or whole_speeds(described)
@@ -606,7 +606,7 @@ def template(
 
     from meltemi.core.errors import did_you_mean
 
-    places = {"case": ("meltemi.loadcases", "template.yaml", "run"), "farm": ("meltemi.farm", "template.yaml", "farm")}
+    places = {"case": ("meltemi.cases", "template.yaml", "run"), "farm": ("meltemi.farm", "template.yaml", "farm")}
     places["turbine"] = ("meltemi.turbine", "data/nrel5mw.yaml", "inspect")
     if what not in places:
         raise InputError(f"template {what!r}: {did_you_mean(what, list(places))}")

@@ -26,7 +26,7 @@ OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results."
 @contextmanager
 def simulation_bar(what: str, amount: float = 0.0, unit: str = "") -> Iterator[Callable[[float], None]]:
     """A :func:`progress_bar` of work that simulates: a first compilation is announced above it, and shared."""
-    from meltemi.core.kernel import announce
+    from meltemi.compiler import announce
 
     if announce():
         from meltemi.app.warmup import compile_beside

@@ -17,8 +17,8 @@ from pathlib import Path
 from subprocess import DEVNULL, Popen, run
 from typing import Any
 
+from meltemi.compiler import cache_folder, statistics
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
-from meltemi.core.kernel import cache_folder, statistics
 from meltemi.core.threads import available_cores
 from meltemi.simulation.run import Run
 
@@ -113,7 +113,7 @@ def _machine(turbine: str = "nrel5mw", **options: Any) -> tuple[Any, Any]:
 def _runs() -> None:
     """Trim, time loops, built-in controllers and controllers in plain Python."""
     from meltemi.control.controller import Controller
-    from meltemi.control.load_control import LoadController
+    from meltemi.control_laws.load_control import LoadController
     from meltemi.postprocess.cycles import bin_cycles, rainflow_cycles
     from meltemi.simulation.simulate import simulate
 
@@ -134,10 +134,10 @@ def _march(turbine: str = "nrel5mw", **options: Any) -> None:
 
 def _electrical() -> None:
     """Time loop of a turbine with an electrical system."""
+    from meltemi.electrical.system import size_electrical
     from meltemi.simulation.options import ModelOptions
     from meltemi.simulation.rotors import build
     from meltemi.simulation.simulate import simulate
-    from meltemi.turbine.electrical import size_electrical
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
 
@@ -151,7 +151,7 @@ def _electrical() -> None:
 def _turbulence() -> None:
     """Turbulent wind fields."""
     from meltemi.turbine.library import load_turbine
-    from meltemi.wind.turbulence.field import generate_field
+    from meltemi.turbulence.field import generate_field
     from meltemi.wind.turbulent import TurbulentWind
 
     generate_field(TurbulentWind(speed=12.0, intensity=0.1, spectrum="mann", points=5), load_turbine("nrel5mw"), 1.0)
@@ -162,20 +162,19 @@ def _stepping() -> None:
 
     Beside a first run, what that reaches late comes first: it then finds it compiled.
     """
-    from numba import float64, typeof
-
     from meltemi.aero.rotor import loads, quasi_steady
+    from meltemi.compiler import compile_for_kernels, float64, typeof
     from meltemi.control.constant import ConstantController
     from meltemi.control.faults import apply_events
     from meltemi.simulation.case import Case
     from meltemi.simulation.step import actuate, sense
-    from meltemi.structure.dynamics import assemble
+    from meltemi.structure.chain import assemble
 
     case = Case(*_machine())
     m, c = typeof(case.system), typeof(case.control)
     late: Any = (loads, float64, m), (quasi_steady, m), (assemble, float64, m), (actuate, float64, c, m)
     for function, *kinds in late:
-        function.get_call_template(tuple(kinds), {})  # compiles the form that kernels call
+        compile_for_kernels(function, *kinds)
     ConstantController()
     apply_events(0, 0, case.events, case.control.faults)
     sense(0.0, 0, case.control, case.system)
@@ -184,10 +183,10 @@ def _stepping() -> None:
 
 def _derivatives() -> None:
     """Linear models and sensitivities, with dual numbers."""
+    from meltemi.analyses.linear import linearise
     from meltemi.analysis import operating_point, sensitivity
     from meltemi.control.dual_updates import dual_entry
-    from meltemi.control.load_control import LoadController
-    from meltemi.simulation.linear import linearise
+    from meltemi.control_laws.load_control import LoadController
 
     model, wind = _machine()
     start = operating_point(model, wind)

@@ -11,14 +11,11 @@ from __future__ import annotations
 from math import sqrt
 
 from meltemi.aero.tables import FlapParameters
+from meltemi.compiler import Numbers, Record, Table, blades, crossed, kernel, number, whole
 from meltemi.control import actuator_models
 from meltemi.control.actuator_models.parameters import ActuatorParameters
 from meltemi.control.faults import Faults
 from meltemi.control.signals import Demands, Measurements
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import crossed, whole
-from meltemi.maths.records import Record
-from meltemi.maths.tables import Numbers, Table, blades, number
 from meltemi.turbine.exchange import Drive, PitchMotion
 
 

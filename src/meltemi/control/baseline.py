@@ -18,12 +18,10 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.compiler import Table, crossed, kernel, number, whole
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import crossed, whole
-from meltemi.maths.tables import Table, number
 from meltemi.turbine.definition import BaselineControl
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import Any
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.compiler import kernel_for
 from meltemi.control.controller import UPDATE, Controller
-from meltemi.core.kernel import kernel_for
 
 Float = NDArray[float64]
 

@@ -15,18 +15,25 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-import numba
 import numpy as np
-from numba import types
-from numba.core import cgutils
-from numba.core.caching import NullCache
-from numba.experimental.function_type import FunctionModel
-from numba.extending import NativeValue, register_model, typeof_impl, unbox
 from numpy.typing import NDArray
 
+from meltemi.compiler import (
+    CompilationError,
+    EntryPoint,
+    EntryType,
+    interpreted,
+    is_cached,
+    is_compiled,
+    is_compiled_for,
+    is_ours,
+    kernel_for,
+    last_line,
+    njit,
+    types,
+)
 from meltemi.control.signals import CALLBACK, Demands, Measurements
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import is_ours, kernel_for
 
 Vector = NDArray[np.float64]
 Update = Callable[[Any, Any, Any, float], None]
@@ -34,52 +41,10 @@ Update = Callable[[Any, Any, Any, float], None]
 _V = types.float64[::1]
 UPDATE = types.void(_V, _V, _V, types.float64)
 """Signature of ``update(state, measurements, demands, dt)``."""
-
-
-class EntryType(types.FunctionType):  # type: ignore[misc]
-    """Numba type of functions whose addresses are looked up once instead of in each call, which saves 25 us."""
-
-
-class EntryPoint:
-    """Compiled update for the time loop.
-
-    Args:
-      function: compiled for the signature.
-      signature: ``UPDATE``, or :func:`update_of_duals`.
-    """
-
-    def __init__(self, function: Any, signature: Any) -> None:
-        compiled = function.get_compile_result(signature)
-        self.function, self.type = function, EntryType(signature)
-        self.wrapper, self.code = (
-            compiled.library.get_pointer_to_function(name)
-            for name in (compiled.fndesc.llvm_cfunc_wrapper_name, compiled.fndesc.llvm_func_name)
-        )
-
-    def __call__(self, *arguments: Any) -> None:
-        """Call the update."""
-        self.function(*arguments)
-
-
 ENTRY = EntryType(UPDATE)
 """The type through which every controller enters the time loop."""
-register_model(EntryType)(FunctionModel)
-
-
-@typeof_impl.register(EntryPoint)  # type: ignore[untyped-decorator]
-def _typeof(value: EntryPoint, context: Any) -> Any:
-    return value.type
-
-
-@unbox(EntryType)  # type: ignore[untyped-decorator]
-def _unbox(kind: Any, value: Any, c: Any) -> Any:
-    entry = cgutils.create_struct_proxy(kind)(c.context, c.builder)
-    entry.py_addr = c.builder.bitcast(value, entry.py_addr.type)
-    for field, name in (("c_addr", "wrapper"), ("jit_addr", "code")):
-        number = c.pyapi.object_getattr_string(value, name)
-        setattr(entry, field, c.pyapi.long_as_voidptr(number))
-        c.pyapi.decref(number)
-    return NativeValue(entry._getvalue())
+PRODUCING = ("connection", "maximum_power", "speed_limit", "power_limit")
+"""States of a supervisor in which the generator is connected."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +96,7 @@ class Controller:
       yaws: whether it demands a yaw rate; then the model needs a yaw drive.
       uses_loads: whether it reads loads, accelerations or wind; a run is a little faster when it does not.
       state_names: of the entries of the state vector, for derivatives by them. In one of the name ``switches`` update
-        may sum what ``meltemi.maths.generic.crossed`` gives for the distance from each of its switches.
+        may sum what ``meltemi.compiler.crossed`` gives for the distance from each of its switches.
       warnings: called with the state at the end of a run; its lines go into the result's ``warnings``.
       log: called with the state at the end of a run; returns the log entries in order for the result's ``log``.
       fresh: returns the controller of one run, for controllers with resources beside the state vector, such as a
@@ -189,12 +154,12 @@ class Entry:
         self.exception: BaseException | None = None
         self._callback: Any = None
         update: Any = controller.update
-        if numba.config.DISABLE_JIT:
+        if interpreted():
             self.function = lambda x, measured, wanted, dt: update(x, Measurements(measured), Demands(wanted), dt)
         elif duals:
             elsewhere = import_module("meltemi.control.dual_updates")
             self.function = EntryPoint(elsewhere.dual_entry(controller), elsewhere.update_of_duals())
-        elif isinstance(update, numba.core.dispatcher.Dispatcher):
+        elif is_compiled(update):
             self.function = EntryPoint(compiled_entry(update), UPDATE)
         else:
             elsewhere = import_module("meltemi.control.plain_updates")
@@ -211,7 +176,7 @@ def of_vectors(update: Any, *, cached: bool = False) -> Update:
     """Function of vectors, not compiled, of a compiled update: user-defined ones get tables in their place."""
     if is_ours(update.__module__):
         return update.py_func
-    inner = numba.njit(cache=cached)(update.py_func)
+    inner = njit(cache=cached)(update.py_func)
 
     def entry(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:
         inner(state, Measurements(measurements), Demands(demands), dt)
@@ -225,7 +190,7 @@ def update_with_derivatives(controller: Controller) -> Any:
     Raises:
       InputError: it is plain Python.
     """
-    if not isinstance(controller.update, numba.core.dispatcher.Dispatcher):
+    if not is_compiled(controller.update):
         raise InputError(
             f"controller {controller.name!r} has no derivatives: it is plain Python; decorate its update by numba.njit"
         )
@@ -234,22 +199,20 @@ def update_with_derivatives(controller: Controller) -> Any:
 
 def compiled_for(update: Any, signature: Any, *, cached: bool = True) -> Any:
     """Update compiled for the signature of an entry."""
-    make = kernel_for(signature) if is_ours(update.__module__) else numba.njit(signature)
+    make = kernel_for(signature) if is_ours(update.__module__) else njit(signature)
     return make(of_vectors(update, cached=cached))
 
 
 def compiled_entry(update: Any) -> Any:
     """``update`` compiled for the entry's signature; functions with exactly that signature pass through."""
-    if [s.args for s in update.nopython_signatures] == [UPDATE.args] and not update._can_compile:
+    if is_compiled_for(update, UPDATE):
         return update
     if update not in _ENTRIES:
         try:
-            cached = not isinstance(update._cache, NullCache)  # with the options of its author
-            _ENTRIES[update] = compiled_for(update, UPDATE, cached=cached)
-        except (numba.core.errors.NumbaError, TypeError) as error:
-            first = str(error).strip().splitlines()
+            _ENTRIES[update] = compiled_for(update, UPDATE, cached=is_cached(update))  # as its author asked
+        except (CompilationError, TypeError) as error:
             raise InputError(
                 f"controller {update.__name__!r} cannot be compiled for (state, measurements, demands, dt): "
-                f"{first[-1] if first else error}"
+                f"{last_line(error)}"
             ) from None
     return _ENTRIES[update]

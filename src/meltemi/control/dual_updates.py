@@ -5,12 +5,9 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-import numba
-from numba import types
-
+from meltemi.compiler import DUALS, NUMBERS, CompilationError, last_line, types
 from meltemi.control.controller import Controller, compiled_for, update_with_derivatives
 from meltemi.core.errors import InputError
-from meltemi.numbers.records import DUALS, NUMBERS
 
 _ENTRIES: dict[Any, Any] = {}
 
@@ -32,11 +29,10 @@ def dual_entry(controller: Controller) -> Any:
     if update not in _ENTRIES:
         try:
             _ENTRIES[update] = compiled_for(update, update_of_duals(), cached=False)
-        except numba.core.errors.NumbaError as error:
-            lines = [line for line in str(error).splitlines() if line.strip()]
+        except CompilationError as error:
             raise InputError(
                 f"controller {controller.name!r} has no derivatives: it does what they are not defined for "
-                f"({lines[-1].strip() if lines else error}); arithmetic, comparisons, min, max, abs and the functions "
+                f"({last_line(error)}); arithmetic, comparisons, min, max, abs and the functions "
                 "of math are"
             ) from None
     return _ENTRIES[update]

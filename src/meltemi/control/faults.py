@@ -12,9 +12,8 @@ from __future__ import annotations
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.compiler import MAX_LINES, Numbers, Table, blades, flaps, kernel, number, numbers
 from meltemi.control.signals import Measurements
-from meltemi.core.kernel import kernel
-from meltemi.maths.tables import MAX_LINES, Numbers, Table, blades, flaps, number, numbers
 
 Float = NDArray[float64]
 

@@ -6,14 +6,10 @@ import ctypes
 from functools import cache
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
-
+from meltemi.compiler import call_address, kernel_for
 from meltemi.control.controller import UPDATE, Entry, Vector
 from meltemi.control.signals import CALLBACK, Demands, Measurements
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.kernel import kernel_for
 
 
 def callback(entry: Entry, update: Any, state: Vector, measurements: Vector, demands: Vector) -> Any:
@@ -40,25 +36,13 @@ def callback(entry: Entry, update: Any, state: Vector, measurements: Vector, dem
     return ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double)(call)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _call_address(typing_context: Any, address: Any, dt: Any) -> Any:
-    """Call the C function ``int64 f(double)`` whose address is stored in the bits of a float."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        i64, f64 = ir.IntType(64), ir.DoubleType()
-        function = ir.FunctionType(i64, [f64]).as_pointer()
-        return builder.call(builder.inttoptr(builder.bitcast(arguments[0], i64), function), [arguments[1]])
-
-    return types.int64(types.float64, types.float64), generate
-
-
 @cache
 def call_python() -> Any:
     """Compiled function that calls the plain Python controller of the case."""
 
     @kernel_for(UPDATE)
     def python_controller(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:
-        if _call_address(measurements[CALLBACK], dt) != 0:
+        if call_address(measurements[CALLBACK], dt) != 0:
             raise RuntimeError
 
     return python_controller

@@ -13,8 +13,7 @@ Entries by number are supported, too: the constants of this module are their pla
 
 from __future__ import annotations
 
-from meltemi.maths.algebra import Vec
-from meltemi.maths.tables import Numbers, Table, blades, flaps, number, xyz
+from meltemi.compiler import Numbers, Table, Vec, blades, flaps, number, xyz
 
 
 class Measurements(Table):

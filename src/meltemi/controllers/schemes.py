@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from meltemi.analyses.performance import performance_of
+from meltemi.bladed_controllers.controller import BladedController
+from meltemi.bladed_controllers.rosco import find_rosco, rosco_example
 from meltemi.control.baseline import BaselineController
-from meltemi.control.bladed.controller import BladedController
-from meltemi.control.bladed.rosco import find_rosco, rosco_example
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
-from meltemi.control.coordinated import CoordinatedController
-from meltemi.control.load_control import FeedForward, LoadControl, LoadController
-from meltemi.control.power_control.settings import PowerControl
-from meltemi.control.supervisor.supervised import SupervisedController
-from meltemi.control.yaw import YawController
+from meltemi.control_laws.load_control import FeedForward, LoadControl, LoadController
+from meltemi.control_laws.yaw import YawController
 from meltemi.controllers.names import SCHEMES, labelled, need_flaps
 from meltemi.controllers.python import checked_controller, function_of, is_path
 from meltemi.controllers.specification import (
@@ -38,9 +36,11 @@ from meltemi.controllers.specification import (
 )
 from meltemi.controllers.tuning import LoopTuning, linear_models, speed_notch, tune_loops
 from meltemi.core.errors import InputError
+from meltemi.power_control.coordinated import CoordinatedController
+from meltemi.power_control.settings import PowerControl
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.model import Model
-from meltemi.simulation.performance import performance_of
+from meltemi.supervisor.supervised import SupervisedController
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic

@@ -14,19 +14,19 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from meltemi.control.bladed.controller import check_library
-from meltemi.control.bladed.rosco import find_rosco
-from meltemi.control.coordinated import Coordination
-from meltemi.control.load_control import LoadControl
-from meltemi.control.power_control.settings import PowerControl
-from meltemi.control.supervisor.settings import Supervision
-from meltemi.control.supervisor.threshold import YawProtection
-from meltemi.control.yaw import YawControl
+from meltemi.bladed_controllers.controller import check_library
+from meltemi.bladed_controllers.rosco import find_rosco
+from meltemi.control_laws.load_control import LoadControl
+from meltemi.control_laws.yaw import YawControl
 from meltemi.controllers.names import SCHEMES, controller_keys, need_flaps
 from meltemi.controllers.python import function_of, is_path
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of
 from meltemi.core.record import Record
+from meltemi.power_control.coordinated import Coordination
+from meltemi.power_control.settings import PowerControl
+from meltemi.supervisor.settings import Supervision
+from meltemi.supervisor.threshold import YawProtection
 
 ROSCO = "rosco"
 """In the place of a library's path."""

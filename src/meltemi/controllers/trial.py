@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from meltemi.compiler import is_ours
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError, Status
-from meltemi.core.kernel import is_ours
 from meltemi.simulation.model import Model
 from meltemi.simulation.rotors import default_step, operating_point
 from meltemi.simulation.run import Run

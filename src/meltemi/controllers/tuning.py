@@ -31,12 +31,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.filters import check_harmonic, response
-from meltemi.control.load_control import HarmonicLoop, LoadSensor, SpeedNotch
+from meltemi.analyses.linear import LinearModel, linearise
+from meltemi.control_laws.filters import check_harmonic, response
+from meltemi.control_laws.load_control import HarmonicLoop, LoadSensor, SpeedNotch
 from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.rotors import default_step
 from meltemi.simulation.trim import operating_point
 
@@ -108,7 +108,7 @@ class LoopTuning(Brief):
     """A tuned control loop, with its margins.
 
     Attributes:
-      loop: ready for :class:`~meltemi.control.load_control.LoadControl`.
+      loop: ready for :class:`~meltemi.control_laws.load_control.LoadControl`.
       points: the operating points, with margins.
       phase_margin: [rad] required.
       gain_margin: required.

@@ -14,11 +14,14 @@ from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
 from meltemi.core.physics import PHYSICS
 
-CORE = (
-    "core maths numbers environment turbine wind aero structure electrical control simulation postprocess controllers "
-    "loadcases report app"
-).split()
-"""Packages of the simulator, on which all others stand."""
+CORE = "core compiler maths environment turbine wind aero structure control simulation loadcases".split()
+"""Packages that a plain simulation needs, on which all others stand."""
+SIMULATOR = (
+    *CORE,
+    *"turbulence iec wind_files electrical control_laws supervisor power_control bladed_controllers analyses".split(),
+    *"postprocess controllers cases report app".split(),
+)
+"""The core and what any run may use of other packages: with another line in one of their files, a result is another."""
 IMPORT = re.compile(rb"^\s*(?:from|import) (meltemi\.\w+)", re.MULTILINE)
 
 
@@ -27,12 +30,12 @@ def code_identity(*packages: str) -> tuple[int | str, ...]:
     """Identity of the code that made a result; a stored result with another one is not used.
 
     Args:
-      packages: packages of which each file counts, data included, with the core and what they import of meltemi.
+      packages: packages of which each file counts, data included, with the simulator and what they import of meltemi.
         Without any, the version of the physics counts alone: results outlive edits that do not move them.
     """
     if not packages:
         return (PHYSICS,)
-    digest, names = hashlib.sha256(), [*dict.fromkeys((*(f"meltemi.{layer}" for layer in CORE), *packages))]
+    digest, names = hashlib.sha256(), [*dict.fromkeys((*(f"meltemi.{layer}" for layer in SIMULATOR), *packages))]
     for name in names:  # it grows by what each one imports
         found = find_spec(name)
         assert found is not None and found.origin is not None, name

@@ -7,7 +7,7 @@ from typing import Any
 
 from numba import cuda
 
-from meltemi.numbers.records import record_at
+from meltemi.compiler import record_at
 from meltemi.postprocess.counting import add_samples
 
 

@@ -14,26 +14,23 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
-import numba
 import numpy as np
+from numba import config
 from numpy.typing import NDArray
 
+from meltemi.compiler import TableType, all_kernels, is_compiled, loose, members, type_of_class, types
 from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
 from meltemi.core.extras import need
-from meltemi.core.kernel import kernels, loose
 from meltemi.cuda import single_precision
 from meltemi.loadcases.batch import CHUNK
-from meltemi.maths.records import members
-from meltemi.maths.tables import TableType
-from meltemi.numbers.records import type_of_class
 from meltemi.simulation import step
 from meltemi.simulation.simulate import Simulation
 
 BLOCK = 32
 """Threads of a block."""
 ALIGNMENT = 64
-SIGNATURE = numba.types.void(numba.types.int64[::1], numba.types.int64[:, ::1])
+SIGNATURE = types.void(types.int64[::1], types.int64[:, ::1])
 """Of the kernel: steps of each run, and words."""
 Bytes = NDArray[np.uint8]
 
@@ -49,7 +46,7 @@ def check() -> None:
 
 def compiled_update(controller: Controller) -> Any:
     """The compiled update of a controller; InputError if it is plain Python."""
-    if not isinstance(controller.update, numba.core.dispatcher.Dispatcher):
+    if not is_compiled(controller.update):
         raise InputError(
             f"controller {controller.name!r} cannot run on a graphics card: it is plain Python; decorate its update by "
             "numba.njit"
@@ -161,7 +158,7 @@ def _loop() -> Any:
 
     typeof_impl.register(TableType)(type_of_class)
     loop = loose(step.advance)
-    for kernel in kernels():
+    for kernel in all_kernels():
         kernel._CUDATypingContext__dispatcher = on_card(kernel.py_func)
     return loop
 
@@ -190,7 +187,7 @@ def kernel_of(run: Simulation, registers: int | None = None, *, single: bool = F
     records = records_of(run)
     lengths = [len(record.words) for record in records]
     classes, first = tuple(map(type, records)), tuple(sum(lengths[:k]) for k in range(len(lengths)))
-    if numba.config.ENABLE_CUDASIM:  # cannot be compiled: the loop of the processor takes the same words
+    if config.ENABLE_CUDASIM:  # cannot be compiled: the loop of the processor takes the same words
         from meltemi.cuda.kernel import march_kernel
 
         return march_kernel((run.loop.function, run.loop.controller, *run.loop.physics), classes, first)

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-EVALUATION = re.compile(r"_ZN7meltemi(?:4aero|9structure|4wind|5maths|10simulation6blades)")
+EVALUATION = re.compile(r"_ZN7meltemi(?:4aero|9structure|4wind|5maths|8compiler|10simulation6blades)")
 """Beginning of the names of the kernels that evaluate wind, aerodynamics and structure."""
 _FLAG = r"(?:(?:nsz|arcp|contract|nnan|ninf|reassoc|afn|fast) )*"
 _NUMBER = re.compile(

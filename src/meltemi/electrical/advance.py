@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from math import pi, sin, sqrt
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel, whole
 from meltemi.electrical.circuit import circuit, drive, drive_rates, smooth, steady_hold
 from meltemi.electrical.control import (
     LEAST_VOLTAGE,
@@ -22,7 +22,6 @@ from meltemi.electrical.control import (
     stator_reference,
 )
 from meltemi.electrical.tables import Electrical, ElectricalParameters
-from meltemi.maths.generic import whole
 from meltemi.maths.phasors import Phasor, imaginary_product, magnitude, polar, real_product
 
 SQRT_3 = sqrt(3.0)

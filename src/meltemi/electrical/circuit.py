@@ -16,7 +16,7 @@ from __future__ import annotations
 from math import exp
 from typing import NamedTuple
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.maths.phasors import Phasor, magnitude, polar, real_product
 
 LEAST_SQUARE = 1e-12

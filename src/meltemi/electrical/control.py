@@ -11,7 +11,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.electrical.tables import ElectricalParameters
 from meltemi.maths.phasors import Phasor
 

@@ -10,10 +10,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import Record, Table, dq, number
+from meltemi.electrical.system import RESERVE, ElectricalSystem
 from meltemi.maths.phasors import Phasor
-from meltemi.maths.records import Record
-from meltemi.maths.tables import Table, dq, number
-from meltemi.turbine.electrical import RESERVE, ElectricalSystem
 
 Float = NDArray[np.float64]
 

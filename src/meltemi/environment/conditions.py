@@ -5,8 +5,7 @@ from __future__ import annotations
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Table, number
+from meltemi.compiler import Table, kernel, number
 
 Float = NDArray[float64]
 

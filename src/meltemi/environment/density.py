@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import exp, log
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.environment.gases import CELSIUS, R_DRY, R_VAPOUR
 
 TEN = log(10.0)

@@ -16,12 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, field_validator, model_validator
 
-import meltemi.numbers.records  # noqa: F401 - by it kernels know what a table is
+from meltemi.compiler import Table, kernel, number
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.kernel import kernel
 from meltemi.core.record import Particular
 from meltemi.environment import drops
-from meltemi.maths.tables import Table, number
 
 Float = NDArray[np.float64]
 

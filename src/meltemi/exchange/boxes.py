@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.wind.files.hawc2 import Front, box_names
+from meltemi.wind_files.hawc2 import Front, box_names
 
 Profile = Literal["none", "constant", "log", "power"]
 

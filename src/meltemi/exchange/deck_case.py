@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from meltemi.cases.case import LoadCase
 from meltemi.controllers.names import controller_keys
 from meltemi.core.yamlfile import validated
 from meltemi.exchange.report import ImportedModel
-from meltemi.loadcases.case import LoadCase
 from meltemi.simulation.channels import DEFAULT
 from meltemi.tuning.turbine_controller import turbine_controller
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import meltemi
+from meltemi.analyses.linear import LinearModel, linearise
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
 from meltemi.core.hdf5 import Variable, to_netcdf
-from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.rotors import operating_point
 

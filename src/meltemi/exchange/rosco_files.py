@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.control.bladed.rosco import edit_discon
+from meltemi.analyses.performance import performance_of
+from meltemi.bladed_controllers.rosco import edit_discon
 from meltemi.core.errors import InputError
 from meltemi.core.files import text_of, write_text
 from meltemi.environment.site import Environment
-from meltemi.simulation.performance import performance_of
 from meltemi.tuning.baseline_tuning import BaselineTuning, tune_baseline
 from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine

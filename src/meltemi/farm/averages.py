@@ -13,10 +13,9 @@ from math import cos, pi, sin, sqrt
 from numpy import float64, int64
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import anywhere, kernel, largest, total
 from meltemi.farm.field import PlaneField, WakeField, sideways, wakes_velocity
 from meltemi.farm.sets import IN_RING
-from meltemi.maths.generic import anywhere, largest, total
 from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.wind.velocity import ambient_velocity, series_now
 

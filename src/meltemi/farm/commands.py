@@ -93,8 +93,8 @@ def farm(
     if other is not None:
         files += _compare(results[0], results[-1] if isinstance(other, tuple) else other, str(against), out)
     if Path(target).resolve() != (out / "farm.yaml").resolve():
+        from meltemi.cases.case import self_contained
         from meltemi.core.yamlfile import write_record
-        from meltemi.loadcases.case import self_contained
 
         write_record(self_contained(case, folder), out / "farm.yaml")
         files.append(out / "farm.yaml")

@@ -17,12 +17,10 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import Array2, Constant, kernel, neighbours, where, whole
 from meltemi.farm.field import Deficit, PlaneField, WakeField, WakePart, across, between, sideways
 from meltemi.farm.march import LEAST_VISCOSITY, LEAST_WIND, Mixing, age
 from meltemi.farm.sets import NEAR_WAKE, WakeSet, disk_mean, gaussian_share, stream_tubes
-from meltemi.maths.generic import neighbours, where, whole
-from meltemi.maths.records import Array2, Constant
 from meltemi.maths.vectors import Vec, cross, dot
 
 Float = NDArray[float64]

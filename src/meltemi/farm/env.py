@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import View
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import need
 from meltemi.core.threads import available_cores
 from meltemi.farm.layout import Farm
 from meltemi.farm.simulation import FarmMarch, SetPoint, farm_runs
-from meltemi.maths.tables import View
 from meltemi.simulation.options import ModelOptions
 from meltemi.wind.turbulent import TurbulentWind
 

@@ -13,12 +13,26 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import anywhere, floor, neighbours, where, whole
-from meltemi.maths.records import Array2, Box, Constant, Nodes
-from meltemi.maths.tables import Entries, Numbers, Table, Vectors, number, xyz
+from meltemi.compiler import (
+    Array2,
+    Box,
+    Constant,
+    Entries,
+    Nodes,
+    Numbers,
+    Table,
+    Vectors,
+    anywhere,
+    by_record,
+    floor,
+    kernel,
+    neighbours,
+    number,
+    where,
+    whole,
+    xyz,
+)
 from meltemi.maths.vectors import Sym, Vec, dot
-from meltemi.numbers.dispatch import by_record
 from meltemi.simulation.parts import Part
 from meltemi.wind.velocity import WindField, ambient_velocity, wind_velocity
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, model_validator
 
+from meltemi.cases.case import LoadCase
 from meltemi.core.errors import InputError
 from meltemi.core.yamlfile import validated
 from meltemi.farm.settings import WakeSettings
-from meltemi.loadcases.case import LoadCase
 from meltemi.simulation.model import Model
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build

@@ -12,11 +12,9 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import Table, by_record, kernel, number
 from meltemi.farm.field import WakeField
-from meltemi.maths.tables import Table, number
 from meltemi.maths.vectors import dot
-from meltemi.numbers.dispatch import by_record
 
 Float = NDArray[float64]
 LEAST_WIND = 0.5

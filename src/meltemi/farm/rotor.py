@@ -10,13 +10,11 @@ from math import cos, sin
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Table, number, xyz
+from meltemi.compiler import Table, by_record, kernel, number, xyz
 from meltemi.maths.vectors import Vec, cross, dot
-from meltemi.numbers.dispatch import by_record
 from meltemi.simulation.disk.system import DiskSystem
 from meltemi.simulation.system import AnySystem, System
-from meltemi.structure.kinematics import YAW
+from meltemi.structure.equations import YAW
 
 Float = NDArray[float64]
 

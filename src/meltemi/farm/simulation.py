@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.cases.case import case_run, case_turbine
+from meltemi.compiler import View
 from meltemi.control.actuators import Actuators
 from meltemi.control.faults import Faults
 from meltemi.control.signals import Measurements
@@ -26,8 +28,6 @@ from meltemi.farm.scene import farm_scenes
 from meltemi.farm.settings import WakeSettings
 from meltemi.farm.wakes import LEAST_WIND, FarmWakes, RotorState, quick
 from meltemi.farm.wind import wind_and_positions
-from meltemi.loadcases.case import case_run, case_turbine
-from meltemi.maths.tables import View
 from meltemi.simulation import step
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model

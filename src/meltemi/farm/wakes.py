@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any, ClassVar
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import View, without_dispatch
 from meltemi.farm.averages import ALONG, AMBIENT, DISTURBED, drift, horizontal, rotor_mean, rotor_wind, select_planes
 from meltemi.farm.curled import Curled
 from meltemi.farm.eddies import EDDY_SPACING, eddies_of
@@ -26,7 +26,6 @@ from meltemi.farm.field import LARGEST, LINEAR, QUADRATIC, PlaneField, Planes, V
 from meltemi.farm.march import Mixing, march
 from meltemi.farm.sets import FINE_RINGS, WakeSet, average_points, quadrature_error
 from meltemi.farm.settings import WakeSettings
-from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
 
@@ -73,7 +72,7 @@ def quick(function: Any, *args: Any) -> Any:
         return _FORMS[key](*args)
     result = function(*args)
     if hasattr(function, "overloads"):
-        _FORMS[key] = function.overloads[tuple(map(numba.typeof, args))].entry_point
+        _FORMS[key] = without_dispatch(function, *args)
     return result
 
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbulence.exponential import even_fast
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.fields import SharedTurbulence, SteadyWind, Wind, WindBox, in_axes
-from meltemi.wind.turbulence.exponential import even_fast
-from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.turbulent import AnyWind, TurbulentWind
 
 Float = NDArray[np.float64]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import log, sqrt, tanh
 from typing import NamedTuple
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 
 
 class Ends(NamedTuple):

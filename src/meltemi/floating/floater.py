@@ -16,8 +16,8 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import Array3, Record, Rot, Sym, Table, Vec, View, by_record, kernel, whole
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
 from meltemi.floating.balance import check_balance, check_reach
 from meltemi.floating.base import (
     AGAINST_CURRENT,
@@ -32,12 +32,10 @@ from meltemi.floating.base import (
     PlatformState,
     RadiationState,
     Strip,
-    base_rotation,
-    base_row,
     column,
     keep_six,
+    point_motion,
     six,
-    turned_tower_loads,
 )
 from meltemi.floating.coefficients import read_coefficients
 from meltemi.floating.consistency import check_coefficients
@@ -62,13 +60,8 @@ from meltemi.floating.platform import Platform
 from meltemi.floating.potential import Coefficients
 from meltemi.floating.radiation import Radiation, fit_radiation
 from meltemi.floating.waves import HEADINGS, displaced_forces, mean_drift, wave_forces
-from meltemi.maths.algebra import Rot, Sym, Vec
-from meltemi.maths.generic import whole
-from meltemi.maths.records import Array3, Record
 from meltemi.maths.rotations import rotation
-from meltemi.maths.tables import Table, View
-from meltemi.maths.vectors import cross, dot, turn
-from meltemi.numbers.dispatch import by_record
+from meltemi.maths.vectors import cross, dot
 from meltemi.sea.airy import GRAVITY
 from meltemi.sea.field import AHEAD, BEHIND
 from meltemi.sea.pile import Instant, at, cubic
@@ -83,7 +76,7 @@ from meltemi.simulation.step import (
     part_rates,
 )
 from meltemi.simulation.system import March, Outputs
-from meltemi.structure.dynamics import inertia_about
+from meltemi.structure.moving_base import add_to_base, base_row, moving_base
 from meltemi.turbine.definition import BaseMotion
 
 Float = NDArray[np.float64]
@@ -144,7 +137,7 @@ def water_load(t: float, m: FloaterSystem) -> None:
     """Loads of the water but for added mass, in ``base_six``, with further ones (W-8 to W-10)."""
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
     now = cubic(t, f.step, f.period)
-    a, angle, R = m.float_waves, p.angle, base_rotation(m)
+    a, angle, R = m.float_waves, p.angle, m.base.orientation
     own, turning = R.T @ p.velocity, R.T @ p.spin
     keep_six(OWN_VELOCITY, own, turning, m)
     keep_six(PLACE, p.displacement, angle, m)
@@ -272,7 +265,7 @@ def settle_junctions(m: FloaterSystem) -> None:
 @kernel
 def mooring(m: FloaterSystem) -> None:
     """Forces of the lines on the platform."""
-    p, order, ends, load, R = m.platform, m.line_order, m.line_end, m.line_load, base_rotation(m)
+    p, order, ends, load, R = m.platform, m.line_order, m.line_end, m.line_load, m.base.orientation
     for i in range(order.lines):  # type: ignore[attr-defined]
         if order.head[i] == NONE:
             r = R @ m.line.fairlead[i]
@@ -300,26 +293,19 @@ def mooring(m: FloaterSystem) -> None:
 @kernel
 def floater_forces(t: float, m: FloaterSystem) -> None:
     """Forces on the motions of the base, with inertia of the platform and added mass of the water (W-7)."""
-    p, f, J, K, first = m.platform, m.floater, m.base_columns, m.float_matrices, base_row(m)
+    p, f, J, K, first = m.platform, m.floater, m.platform_columns, m.float_matrices, base_row(m)
     water_load(t, m)
     mooring(m)
-    R = base_rotation(m)
-    c = R @ f.centre
-    own = turn(R, Sym(f.inertia.x, f.inertia.y, f.inertia.z, 0.0, 0.0, 0.0))
-    w, known = p.spin, p.spin_bias
-    G = f.mass * (Vec(0.0, 0.0, -m.structure.gravity) - (p.bias + cross(known, c) + cross(w, cross(w, c))))
-    N = cross(c, G) - (own @ known + cross(w, own @ w))
-    s, inertia = f.mass * c, inertia_about(own, f.mass, Vec(0.0, 0.0, 0.0), c)
+    inertia, nothing = Sym(f.inertia.x, f.inertia.y, f.inertia.z, 0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    add_to_base(m, f.mass, f.centre - Vec(0.0, 0.0, m.structure.tower_base), inertia, nothing, nothing)
     water, water_moment = six(WATER_LOAD, m)
     further, further_moment = six(FURTHER_LOAD, m)
-    F, M = G + (water + (further + p.mooring_force)), N + (water_moment + (further_moment + p.mooring_moment))
+    F, M = water + (further + p.mooring_force), water_moment + (further_moment + p.mooring_moment)
     for k in range(6):
         T, W = column(k, m)
         m.core_force[first + k] += dot(T, F) + dot(W, M)
-        P, H = f.mass * T + cross(W, s), inertia @ W + cross(s, T)
         for j in range(k + 1):
-            T, W = column(j, m)
-            added = dot(T, P) + dot(W, H)
+            added = 0.0 * m.core_force[first + k]
             for a in range(6):
                 if J[j, a] != 0.0:
                     for b in range(6):
@@ -330,7 +316,7 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
 @kernel
 def driven(n: int, dt: float, m: FloaterSystem) -> tuple[float, float]:
     """Rate of an oscillation of the radiation from the mean velocity over a step that ends now (W-4)."""
-    first, J = base_row(m), m.base_columns
+    first, J = base_row(m), m.platform_columns
     re, im = 0.0 * m.v[first], 0.0 * m.v[first]
     for k in range(6):
         rate = m.v[first + k] - 0.5 * dt * m.a[first + k]
@@ -362,7 +348,7 @@ def floater_begin(dt: float, m: FloaterSystem) -> None:
 @kernel
 def floater_upright(m: FloaterSystem, run: March) -> None:
     """A platform that turns over ends the run."""
-    m.platform.tilt = tilt_of(base_rotation(m))
+    m.platform.tilt = tilt_of(point_motion(m).orientation)
     if m.platform.tilt > CAPSIZED:
         run.clock.status = DIVERGED
 
@@ -382,8 +368,8 @@ def floater_rates(m: FloaterSystem) -> None:
 @outer_section_loads.variant
 @kernel
 def floater_loads(m: FloaterSystem, s: Outputs) -> None:
-    """Loads of the water with added mass; deflection of the tower and loads at its base in the axes of that base."""
-    p, J, K, x, first = m.platform, m.base_columns, m.float_matrices, m.base_six, base_row(m)
+    """Loads of the water with added mass."""
+    p, J, K, x, first = m.platform, m.platform_columns, m.float_matrices, m.base_six, base_row(m)
     for i in range(6):
         total = x[WATER_LOAD, i]
         for j in range(6):
@@ -391,13 +377,8 @@ def floater_loads(m: FloaterSystem, s: Outputs) -> None:
                 total -= K[ADDED + i, j] * J[k, j] * m.a[first + k]
         x[WHOLE_LOAD, i] = total
     p.force, p.moment = six(WHOLE_LOAD, m)
-    R = base_rotation(m)
-    base = Vec(m.q[first], m.q[first + 1], m.q[first + 2] + m.structure.tower_base)
     p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
-    p.tilt = tilt_of(R)
-    place = R.T @ (m.machine.top_position - base)
-    s.chain.top_deflection = place - Vec(0.0, 0.0, m.structure.tower_length)
-    turned_tower_loads(R, place, m, s)
+    p.tilt = tilt_of(m.base.orientation)
 
 
 @dataclass(frozen=True)
@@ -560,8 +541,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         "float_flow": np.zeros((AHEAD + BEHIND + 2, 3 * strip.shape[1])),
         "float_lines": np.zeros((0, 3)),
         "float_forces": np.zeros((HEADINGS, 0, 12)),
-        "tower_air": np.zeros((3, rotor.tower_flow.shape[1])),
-        "base_columns": np.zeros((6, 6)),
-        "base_six": np.zeros((9, 6)),
+        **moving_base(rotor.tower, turbine.tower.top_mass),
+        "platform_columns": np.zeros((6, 6)),
+        "base_six": np.zeros((7, 6)),
     }
     return FloaterPart(sizes, constants, c, radiation, platform)

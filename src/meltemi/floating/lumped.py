@@ -16,16 +16,25 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
-from meltemi.core.kernel import kernel
-from meltemi.floating.base import FloaterSystem, base_row
+from meltemi.compiler import (
+    Numbers,
+    Record,
+    Single,
+    Sym,
+    Symmetrics,
+    Table,
+    Vec,
+    Vectors,
+    kernel,
+    number,
+    symmetric,
+    xyz,
+)
+from meltemi.floating.base import FloaterSystem, point_motion
 from meltemi.floating.catenary import span
 from meltemi.floating.floater import FloaterPart, add_mass, line_pull, settle_junctions, settle_points, static_pull
 from meltemi.floating.floater import part_of as static_part
 from meltemi.floating.mooring import NONE, dyad, hang_all, holds, inverse, is_held, line_of, pulls
-from meltemi.maths.algebra import Sym, Vec
-from meltemi.maths.records import Record, Single
-from meltemi.maths.rotations import angular_velocity, rotation
-from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import DIVERGED, begin_parts_step, check_parts
 from meltemi.simulation.system import March
@@ -330,14 +339,11 @@ def hang(m: LumpedSystem) -> None:
 @kernel
 def lumped_begin(dt: float, m: LumpedSystem) -> None:
     """Lines follow their fairleads to the end of the step."""
-    q, v, k, down, x = m.q, m.v, base_row(m), Vec(0.0, 0.0, -m.structure.tower_base), m.line_state
-    s = m.line_point
-    base, theta = Vec(q[k], q[k + 1], q[k + 2]) - down, Vec(q[k + 3], q[k + 4], q[k + 5])
-    R, spin = rotation(theta), angular_velocity(theta, Vec(v[k + 3], v[k + 4], v[k + 5]))
-    begun = 1.0
+    x, s, begun = m.line_state, m.line_point, 1.0
+    R, spin, displacement, velocity = point_motion(m)
     for i in range(x.lines):  # type: ignore[attr-defined]
         if m.line_order.head[i] == NONE:
-            m.line_end.upper[i] = base + R @ (down + m.line.fairlead[i])
+            m.line_end.upper[i] = displacement + R @ m.line.fairlead[i]
         begun = x.begun[i]
         x.begun[i] = BEGUN
     if begun > 0.0:
@@ -346,7 +352,7 @@ def lumped_begin(dt: float, m: LumpedSystem) -> None:
         hang(m)
     for i in range(x.lines):  # type: ignore[attr-defined]
         if m.line_order.head[i] == NONE:
-            speed = Vec(v[k], v[k + 1], v[k + 2]) + cross(spin, R @ (down + m.line.fairlead[i]))
+            speed = velocity + cross(spin, R @ m.line.fairlead[i])
             follow(i, begun, speed, m)
             d, _ = last_segment(i, m)
             size = sqrt(dot(d, d)) * s.nodes / m.line.length[i]

@@ -11,12 +11,23 @@ from __future__ import annotations
 
 from math import sqrt
 
+from meltemi.compiler import (
+    Entries,
+    Numbers,
+    Record,
+    Single,
+    Sym,
+    Symmetrics,
+    Table,
+    Vec,
+    Vectors,
+    kernel,
+    number,
+    symmetric,
+    xyz,
+)
 from meltemi.control.faults import Faults
-from meltemi.core.kernel import kernel
 from meltemi.floating.catenary import Ends, guess, improved, span
-from meltemi.maths.algebra import Sym, Vec
-from meltemi.maths.records import Record, Single
-from meltemi.maths.tables import Entries, Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
 from meltemi.maths.vectors import dot
 from meltemi.structure.tables import StructureParameters
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from meltemi.compiler import View
 from meltemi.control.faults import healthy
 from meltemi.core.record import Record, Vector
 from meltemi.floating.catenary import span
@@ -28,7 +29,6 @@ from meltemi.floating.mooring import (
     PointState,
     hang_all,
 )
-from meltemi.maths.tables import View
 from meltemi.sea.airy import GRAVITY
 from meltemi.structure.tables import StructureParameters
 from meltemi.turbine.plausibility import doubt

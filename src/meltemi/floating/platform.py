@@ -7,11 +7,11 @@ from typing import Any, Literal, Self, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
+from meltemi.compiler import MAX_LINES
 from meltemi.core.record import Array, Record, Vector
 from meltemi.floating.members import Member
 from meltemi.floating.members import at_rest as displaced
 from meltemi.floating.moorings import MooringLine, MooringPoint, at_rest, shapes, strings
-from meltemi.maths.tables import MAX_LINES
 from meltemi.turbine.definition import BaseMotion, Foundation, Tower
 from meltemi.turbine.plausibility import doubt
 

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.linear import LinearModel, linearise
 from meltemi.control.constant import ConstantController
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.floating.floater import MOTIONS, FloaterPart
 from meltemi.floating.waves import excitation
 from meltemi.sea.airy import WaveComponents
 from meltemi.sea.irregular import IrregularSea
-from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.rotors import operating_point

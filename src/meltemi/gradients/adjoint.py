@@ -14,14 +14,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numba
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
+from meltemi.compiler import OPTIONS, interpreted, is_ours, loose, njit, typeof, types
 from meltemi.control.controller import Controller, of_vectors, update_with_derivatives
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import OPTIONS, is_ours, loose
 from meltemi.core.shown import Brief
 from meltemi.gradients.reverse.compiled import Compiled
 from meltemi.gradients.reverse.memory import Memory
@@ -78,7 +76,7 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
       InputError: a parameter or channel is unknown, or the controller has no derivatives.
       RunError: the run did not reach its end.
     """
-    if numba.config.DISABLE_JIT:
+    if interpreted():
         raise InputError("gradient: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     run, model, controller, start = settled(run)
     ways = directions(model, parameters, controller, start, {})
@@ -229,7 +227,7 @@ def _code(simulation: Simulation, tables: bool) -> Compiled:
     update = _entry(simulation.controller)
     records = simulation.loop.records
     has_gears = "gear_modes" in simulation.case.arrays
-    kinds = [types.int64, numba.typeof(update), types.int64, types.int64, *(numba.typeof(r) for r in records)]
+    kinds = [types.int64, typeof(update), types.int64, types.int64, *(typeof(r) for r in records)]
     arrays = Memory.numbers(records)
     key = (update, has_gears, tables, *kinds[4:], *arrays.items())
     if key not in _CODES:
@@ -252,5 +250,5 @@ def _entry(controller: Controller) -> Any:
     """
     update = update_with_derivatives(controller)
     if update not in _ENTRIES:
-        _ENTRIES[update] = numba.njit(**OPTIONS)(of_vectors(update))
+        _ENTRIES[update] = njit(**OPTIONS)(of_vectors(update))
     return _ENTRIES[update]

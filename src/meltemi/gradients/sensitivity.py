@@ -16,11 +16,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroMemory
+from meltemi.compiler import MAX_BLADES, N_DERIVATIVES, interpreted
 from meltemi.control.actuators import Actuators
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint
@@ -28,8 +28,6 @@ from meltemi.control.dual_updates import dual_entry
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 from meltemi.core.shown import Brief
 from meltemi.gradients.weights import del_gradient, mean_gradient, std_gradient
-from meltemi.maths.tables import MAX_BLADES
-from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.blades import blade_model
 from meltemi.simulation.case import Case
@@ -146,7 +144,7 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
       InputError: a parameter is unknown, or the controller has no derivatives.
       KeyboardInterrupt: half the derivatives would be of no use.
     """
-    if numba.config.DISABLE_JIT:
+    if interpreted():
         raise InputError("sensitivity: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     run, model, controller, start = settled(run)
     dual_entry(controller)  # refuses those that have no derivatives

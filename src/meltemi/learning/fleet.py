@@ -9,18 +9,17 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import Any
 
-import numba
 import numpy as np
-from numba import types
-from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
-from meltemi.control.controller import UPDATE, Controller, EntryPoint, StartPoint, compiled_entry
+from meltemi.compiler import EntryPoint, by_address, is_compiled, typeof, types
+from meltemi.control.controller import UPDATE, Controller, StartPoint, compiled_entry
 from meltemi.controllers.schemes import fitted, make_controller
 from meltemi.controllers.specification import specification, uses_flaps
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
+from meltemi.iec.winds import ntm
 from meltemi.learning.kernels import (
     AGENT,
     COMMANDS,
@@ -37,7 +36,6 @@ from meltemi.learning.sensors import load_scale, sensors_of
 from meltemi.learning.settings import MODELS, TASKS, EnvironmentSettings, Weights
 from meltemi.postprocess.counting import DEPTH
 from meltemi.postprocess.fatigue import usual_slope
-from meltemi.simulation.loop import by_address
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
@@ -46,10 +44,9 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.fields import WindBox
-from meltemi.wind.iec.winds import ntm
-from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
@@ -98,7 +95,7 @@ class TaskSetup:
             given = fitted(load_turbine(given) if isinstance(given, str) else given, law)
         self.model = library_model(given, options) if isinstance(given, str) else build(given, options)
         self.given, self.below = given, make_controller(law, self.model)
-        if not isinstance(self.below.update, Dispatcher) or self.below.sample_time is not None:
+        if not is_compiled(self.below.update) or self.below.sample_time is not None:
             raise InputError(
                 f"controller {self.below.name}: the environments take controllers that are compiled (numba.njit) and "
                 "called at every time step"
@@ -343,7 +340,7 @@ class Fleet:
         if self._functions is None:
             run = episode.simulation
             functions = (run.loop.controller, *run.loop.physics)
-            kinds = [numba.typeof(each) for each in (*functions, *episode.records)]
+            kinds = [typeof(each) for each in (*functions, *episode.records)]
             loop = by_address(run.loop.function, types.int64, *kinds[:-1])
             self._functions = compiled(loop.type, *kinds), loop, *functions
         self.words[i] = [record.address for record in episode.records]

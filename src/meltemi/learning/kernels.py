@@ -13,19 +13,28 @@ from math import cos, exp, sin
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
+from meltemi.compiler import (
+    Array1,
+    Array2,
+    Array3,
+    Numbers,
+    Record,
+    Table,
+    blades,
+    function_at,
+    kernel,
+    kernel_for,
+    number,
+    part,
+    record_like,
+    types,
+    whole,
+)
 from meltemi.control.controller import ENTRY
 from meltemi.control.signals import Demands, Measurements
-from meltemi.control.yaw import wrap
-from meltemi.core.kernel import kernel, kernel_for
-from meltemi.maths.generic import whole
-from meltemi.maths.records import Array1, Array2, Array3, Record
-from meltemi.maths.tables import Numbers, Table, blades, number, part
+from meltemi.control_laws.yaw import wrap
 from meltemi.postprocess.counting import OpenCycles, count, damage_until_now
 from meltemi.simulation.tables import Clock
 
@@ -140,20 +149,7 @@ class Slot(Record):
 
 
 AGENT = len(AgentState)
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def _entry_at(typing_context: Any, c: Any, py: Any, jit: Any) -> Any:
-    """Entry of a controller from its three addresses."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        entry = cgutils.create_struct_proxy(ENTRY)(context, builder)
-        entry.c_addr, entry.py_addr, entry.jit_addr = (
-            builder.inttoptr(a, ir.IntType(8).as_pointer()) for a in arguments
-        )
-        return entry._getvalue()
-
-    return ENTRY(types.int64, types.int64, types.int64), generate
+_entry_at = function_at(ENTRY)
 
 
 # the controller -------------------------------------------------------------------------------------------
@@ -301,16 +297,6 @@ def reward(s: Slot, load: float, failed: bool, terms: Float) -> float:
 # time loop ------------------------------------------------------------------------------------------------
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _record_at(typing_context: Any, like: Any, address: Any) -> Any:
-    """Record of the same type as ``like`` whose words are at an address."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.inttoptr(arguments[1], ir.IntType(64).as_pointer())
-
-    return like(like, types.int64), generate
-
-
 WORDS = 7
 """Addresses of the records of a turbine."""
 
@@ -354,7 +340,7 @@ def step_turbines(  # noqa: PLR0913 - called by its address: no records
         if ended[i] != 0 and not first:
             continue  # the output has no rows beyond its end
         w = words[i]
-        s, clock = _record_at(slot, w[6]), _record_at(run, w[0]).clock
+        s, clock = record_like(slot, w[6]), record_like(run, w[0]).clock
         if not first:
             act(s, actions[i])
         loop(
@@ -362,12 +348,12 @@ def step_turbines(  # noqa: PLR0913 - called by its address: no records
             controller,
             evaluation,
             observation,
-            _record_at(run, w[0]),
-            _record_at(control, w[1]),
-            _record_at(m, w[2]),
-            _record_at(one, w[3]),
-            _record_at(plain, w[4]),
-            _record_at(sections, w[5]),
+            record_like(run, w[0]),
+            record_like(control, w[1]),
+            record_like(m, w[2]),
+            record_like(one, w[3]),
+            record_like(plain, w[4]),
+            record_like(sections, w[5]),
         )
         failed = clock.status != 0 or s.measured.generator_speed > s.episode.overspeed
         load = read_loads(s, first)

@@ -1,3 +1,3 @@
-"""Load cases as data."""
+"""Batches of runs on all cores, and what they keep."""
 
 KERNELS = ()

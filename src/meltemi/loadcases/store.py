@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
 
+from meltemi.compiler import package_folder, sources
 from meltemi.control.controller import Controller
 from meltemi.core.display import brief
 from meltemi.core.errors import InputError, Status
 from meltemi.core.fingerprint import fingerprint
-from meltemi.core.kernel import package_folder, sources
 from meltemi.core.representation import Card, badge
 from meltemi.core.shown import Shown
 from meltemi.core.stores import code_identity
-from meltemi.postprocess.files import read_netcdf, write_netcdf
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
@@ -138,7 +138,7 @@ class ResultFiles:
     def keep(self, name: str, result: Result, reduce: Reduce | None) -> Any:
         """Write the file; the value is its path, or the reduced result."""
         result.meta["inputs"] = self._inputs.pop(name)
-        path = write_netcdf(result, self._path(name))
+        path: Path = _files().write_netcdf(result, self._path(name))
         return path if reduce is None else reduced(result, reduce)
 
     def _path(self, name: str) -> Path:
@@ -155,9 +155,14 @@ def inputs_of(case: Run) -> str | None:
     return fingerprint(code, replace(case, name="", progress=None, partial=False))
 
 
+def _files() -> Any:
+    """The module of result files, imported for the first one."""
+    return import_module("meltemi.postprocess.files")
+
+
 def _read(path: Path) -> Result | None:
     """The result in a file; None if it cannot be read."""
     try:
-        return read_netcdf(path) if path.is_file() else None
+        return _files().read_netcdf(path) if path.is_file() else None
     except InputError:
         return None

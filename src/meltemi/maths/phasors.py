@@ -5,9 +5,8 @@ from __future__ import annotations
 import operator
 from math import cos, sin, sqrt
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.algebra import Phasor as Phasor
-from meltemi.maths.groups import group, operators
+from meltemi.compiler import Phasor as Phasor
+from meltemi.compiler import group, kernel, operators
 
 group(Phasor)
 

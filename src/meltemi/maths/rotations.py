@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from math import atan2, factorial, sqrt
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.maths.vectors import Rot, Vec, cross, dot
 
 C0, C1, C2, C3, C4, C5, C6, C7 = ((-1.0) ** k / factorial(2 * k + 2) for k in range(8))

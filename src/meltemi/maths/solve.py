@@ -7,7 +7,7 @@ from math import sqrt
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 
 Float = NDArray[float64]
 

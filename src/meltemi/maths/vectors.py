@@ -6,12 +6,10 @@ import operator
 from collections.abc import Callable
 from math import cos, sin, sqrt
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.algebra import Rot as Rot
-from meltemi.maths.algebra import Sym as Sym
-from meltemi.maths.algebra import Vec as Vec
-from meltemi.maths.generic import last, running, total
-from meltemi.maths.groups import group, operators
+from meltemi.compiler import Rot as Rot
+from meltemi.compiler import Sym as Sym
+from meltemi.compiler import Vec as Vec
+from meltemi.compiler import group, kernel, last, operators, running, total
 
 for _class in (Vec, Rot, Sym):
     group(_class)

@@ -110,7 +110,7 @@ def _parts(study: str, names: str) -> list[str]:
 
 
 def _rosco(quick: bool, workers: int | None, out: Path) -> None:
-    from meltemi.control.bladed.rosco import find_rosco
+    from meltemi.bladed_controllers.rosco import find_rosco
     from meltemi.tuning.run_store import run_store
 
     find_rosco()

@@ -9,10 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-from meltemi.maths.records import Array2, Record
-from meltemi.maths.tables import Table, number, part
+from meltemi.compiler import Array2, Record, Table, kernel, number, part, whole
 from meltemi.simulation.tables import Clock
 
 Float = NDArray[np.float64]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from meltemi.simulation.campbell import Campbell
+    from meltemi.analyses.campbell import Campbell
     from meltemi.simulation.model import Model
     from meltemi.simulation.operating_point import OperatingPoint
     from meltemi.simulation.result import Result

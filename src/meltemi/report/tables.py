@@ -16,10 +16,10 @@ from meltemi.simulation.result_tables import channel_statistics
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from meltemi.simulation.campbell import Campbell
+    from meltemi.analyses.campbell import Campbell
     from meltemi.simulation.operating_point import OperatingPoint
     from meltemi.simulation.result import Result
-    from meltemi.wind.statistics import FieldStatistics, SeriesStatistics
+    from meltemi.turbulence.statistics import FieldStatistics, SeriesStatistics
 
 
 class Number(str):
@@ -88,7 +88,7 @@ def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
     Of the grid, means, deviations and intensities are averages over its points, minimum and maximum are the extremes,
     and scales are those of the average autocorrelation.
     """
-    from meltemi.wind.statistics import CALM, COMPONENTS
+    from meltemi.turbulence.statistics import CALM, COMPONENTS
 
     head = ["where", "component", "mean m/s", "std m/s", "intensity %", "min m/s", "max m/s"]
     head += ["time scale s", "length m"]

@@ -9,13 +9,13 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.modes import Mode, natural_modes
+from meltemi.analyses.performance import performance_of, rotor_performance
+from meltemi.analyses.power_curve import above_rated, curve_size, power_curve
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.model import Model
-from meltemi.simulation.modes import Mode, natural_modes
 from meltemi.simulation.operating_point import OperatingPoint
-from meltemi.simulation.performance import performance_of, rotor_performance
-from meltemi.simulation.power_curve import above_rated, curve_size, power_curve
 from meltemi.simulation.rotors import build
 from meltemi.structure.beam import Beam
 from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam

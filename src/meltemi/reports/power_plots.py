@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meltemi.control.power_control.rotor import rotor_tables
 from meltemi.core.errors import InputError
 from meltemi.core.units import display
 from meltemi.environment.site import STANDARD
+from meltemi.power_control.rotor import rotor_tables
 from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import new_figure
 

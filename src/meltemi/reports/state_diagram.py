@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from meltemi.control.machine import Transition
-from meltemi.control.power_control import tables as power
-from meltemi.control.supervisor.tables import (
+from meltemi.control_laws.machine import Transition
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.power_control import tables as power
+from meltemi.report.palette import FACES, FAINT, SOFT
+from meltemi.report.plots import new_figure
+from meltemi.supervisor.tables import (
     GROUPS,
     STATES,
     TRANSITIONS,
     YAW_STATES,
     YAW_TRANSITIONS,
 )
-from meltemi.core.errors import InputError, did_you_mean
-from meltemi.report.palette import FACES, FAINT, SOFT
-from meltemi.report.plots import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

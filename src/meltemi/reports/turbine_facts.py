@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from meltemi.analyses.modes import Mode
 from meltemi.report import tables
 from meltemi.reports.portrait import Portrait, PowerPortrait, masses
-from meltemi.simulation.modes import Mode
 from meltemi.turbine.power_turbine import AnyTurbine
 
 Groups = list[tuple[str, list[tuple[str, str]]]]

@@ -16,11 +16,11 @@ from meltemi.core.errors import InputError
 from meltemi.report.palette import COLOURS, FAINT, INK, SOFT
 from meltemi.report.plots import ABOVE, ON_TOP, figure_title, heading, new_figure, note, panel
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbulence.field import generate_field, mean_profile
+from meltemi.turbulence.grid import WindGrid
+from meltemi.turbulence.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
+from meltemi.turbulence.targets import sigmas, target_coherence, target_densities
 from meltemi.wind.fields import SharedTurbulence, SteadyWind, WindBox, WindSeries
-from meltemi.wind.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
-from meltemi.wind.turbulence.field import generate_field, mean_profile
-from meltemi.wind.turbulence.grid import WindGrid
-from meltemi.wind.turbulence.targets import sigmas, target_coherence, target_densities
 from meltemi.wind.turbulent import AnyWind, TurbulentWind
 
 if TYPE_CHECKING:

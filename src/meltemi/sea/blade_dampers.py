@@ -17,12 +17,24 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import (
+    Constant,
+    Numbers,
+    Record,
+    Rot,
+    Rotations,
+    Single,
+    Table,
+    Vec,
+    Vectors,
+    View,
+    kernel,
+    number,
+    rotation,
+    whole,
+    xyz,
+)
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.algebra import Rot, Vec
-from meltemi.maths.generic import whole
-from meltemi.maths.records import Constant, Record, Single
-from meltemi.maths.tables import Numbers, Rotations, Table, Vectors, View, number, rotation, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.sea.mass_dampers import FAR, check_step, pull
 from meltemi.simulation.channels import Channel
@@ -38,8 +50,8 @@ from meltemi.simulation.step import (
     part_rates,
 )
 from meltemi.simulation.system import Control, Outputs, System
-from meltemi.structure.kinematics import blade_frames, blade_motion, nacelle_and_hub, tower_top
-from meltemi.structure.section_loads import station_place
+from meltemi.structure.blades import station_place
+from meltemi.structure.chain import motion
 from meltemi.structure.tables import BladePartial
 from meltemi.turbine.exchange import BladeMotion
 
@@ -224,10 +236,7 @@ def _(dt: float, c: BladeDamperControl, m: BladeDamperSystem) -> None:
     s = m.slide
     for i in range(s.sliders):
         s.velocity[i] = s.acceleration[i] = s.earlier[i] = s.held[i] = 0.0
-    tower_top(m)
-    nacelle_and_hub(m)
-    blade_frames(m)
-    blade_motion(m)
+    motion(m)
     for n in range(m.rider_load.dampers):
         # a run releases the masses; otherwise (trim, means) they are at rest in the blade
         m.rider_load.free[n] = 1.0 if dt > 0.0 else 0.0

@@ -15,12 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from meltemi.compiler import Numbers, Record, Single, Table, Vec, View, kernel, number
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
 from meltemi.core.record import Record as Described
-from meltemi.maths.algebra import Vec
-from meltemi.maths.records import Record, Single
-from meltemi.maths.tables import Numbers, Table, View, number
 from meltemi.maths.vectors import cross
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.parts import Part, StateRows

@@ -15,12 +15,23 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.algebra import Vec
-from meltemi.maths.generic import whole
-from meltemi.maths.records import Array1, Array2, Constant, Record, Single
+from meltemi.compiler import (
+    Array1,
+    Array2,
+    Constant,
+    Numbers,
+    Record,
+    Single,
+    Table,
+    Vec,
+    Vectors,
+    View,
+    kernel,
+    number,
+    whole,
+    xyz,
+)
 from meltemi.maths.rotations import rotation
-from meltemi.maths.tables import Numbers, Table, Vectors, View, number, xyz
 from meltemi.maths.vectors import cross
 from meltemi.sea import pile_beam as pile
 from meltemi.sea.field import AHEAD, BEHIND

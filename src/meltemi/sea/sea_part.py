@@ -11,8 +11,8 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import View
 from meltemi.core.errors import InputError
-from meltemi.maths.tables import View
 from meltemi.sea.conditions import Sea, StillWater, Stretching
 from meltemi.sea.field import sea_field
 from meltemi.sea.pile import PileNode, PilePart, PileWater

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.numbers.lanes import N_DERIVATIVES, WIDTH
+from meltemi.compiler import N_DERIVATIVES, WIDTH
 
 Float = NDArray[np.float64]
 

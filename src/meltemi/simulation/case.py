@@ -10,23 +10,18 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroMemory, StallState
+from meltemi.compiler import N_DERIVATIVES, Kind, View, announce, interpreted, joined, members, without_dispatch
 from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.faults import healthy
 from meltemi.control.signals import MOST_FLAP, MOST_PITCH, MOST_REACTIVE, MOST_TORQUE, REPORTS, Demands, Measurements
-from meltemi.core.kernel import announce
 from meltemi.environment.course import conditions_array
 from meltemi.environment.grid import NOMINAL_FREQUENCY, PowerGrid
-from meltemi.maths.records import Kind, joined, members
-from meltemi.maths.tables import View
-from meltemi.numbers.lanes import N_DERIVATIVES
 from meltemi.simulation.arena import Arena
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.loop import without_dispatch
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.parts import Part
 from meltemi.simulation.step import (
@@ -89,7 +84,7 @@ class Case:
         announce()
         rotor, turbine, stations = model.rotor, model.turbine, stations or Stations()
         rotor.check(stations, turbine)
-        lanes, duals = numbers == "lanes" and rotor.in_lanes and not numba.config.DISABLE_JIT, numbers == "duals"
+        lanes, duals = numbers == "lanes" and rotor.in_lanes and not interpreted(), numbers == "duals"
         self.model, nq = model, len(model.coordinates)
         coordinates = {"q": (nq,), "v": (nq,), "a": (nq,)}
         self.parts = (*model.parts, *parts)

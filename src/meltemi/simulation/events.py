@@ -17,14 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, model_validator
 
+from meltemi.compiler import MAX_BLADES, MAX_FLAPS, MAX_LINES
 from meltemi.control import faults as f
-from meltemi.control.controller import LogEntry
+from meltemi.control.controller import PRODUCING, LogEntry
 from meltemi.control.signals import REQUESTS
-from meltemi.control.supervisor.tables import PRODUCING
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import validated
-from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, MAX_LINES
 
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine

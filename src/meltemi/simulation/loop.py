@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
-import numba
-from numba import types
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.control.controller import EntryPoint
-from meltemi.core.kernel import kernel_for
+from meltemi.compiler import by_address, interpreted, kernel_for, typeof, types, without_dispatch
 from meltemi.simulation import step
 
 NUMBER = types.float64
@@ -55,14 +52,8 @@ def loop_of(controller: Any, records: tuple[Any, ...], output: NDArray[float64])
 
 def compiled_physics(run: Any, control: Any, m: Any, one: Any, plain: Any, sections: Any) -> tuple[Any, Any]:
     """Evaluation and observation of a turbine by their addresses."""
-    evaluate = by_address(step.evaluate.of(type(m)), NUMBER, NUMBER, numba.typeof(m))
-    return evaluate, by_address(step.observe, NUMBER, *map(numba.typeof, (control, one, sections)), types.boolean)
-
-
-@cache
-def by_address(function: Any, *kinds: Any) -> Any:
-    """A kernel for arguments of given types, to be passed to kernels whose machine code it is not to become part of."""
-    return function if numba.config.DISABLE_JIT else EntryPoint(function, types.void(*kinds))
+    evaluate = by_address(step.evaluate.of(type(m)), NUMBER, NUMBER, typeof(m))
+    return evaluate, by_address(step.observe, NUMBER, *map(typeof, (control, one, sections)), types.boolean)
 
 
 @cache
@@ -72,15 +63,6 @@ def _loop_for(function: Any, signature: Any) -> Any:
 
 def compiled_advance(*arguments: Any) -> Any:
     """The time loop, compiled for all its arguments but the first; the controller has the type of all controllers."""
-    if numba.config.DISABLE_JIT:
+    if interpreted():
         return step.advance
-    return _loop_for(step.advance, types.void(types.int64, *map(numba.typeof, arguments)))
-
-
-def without_dispatch(function: Any, *arguments: Any) -> Any:
-    """The form of a kernel for such arguments, which does not look for their types in every call: 20 us less."""
-    if numba.config.DISABLE_JIT:
-        return function
-    kinds = tuple(map(numba.typeof, arguments))
-    found = function.overloads.get(kinds)
-    return found.entry_point if found else function.compile(kinds)
+    return _loop_for(step.advance, types.void(types.int64, *map(typeof, arguments)))

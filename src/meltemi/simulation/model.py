@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Protocol, 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import Record, Table
 from meltemi.control.actuators import Actuators
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.shown import Brief, Viewed
 from meltemi.core.variants import number
 from meltemi.environment.site import Environment
-from meltemi.maths.records import Record
-from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import ParameterTables, Part
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
+from meltemi.structure.equations import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.wind.fields import Wind
 

@@ -16,17 +16,17 @@ from __future__ import annotations
 
 from collections import deque
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroOptions, InflowState
-from meltemi.core.kernel import kernel
+from meltemi.compiler import by_address, kernel, typeof, without_dispatch
 from meltemi.simulation.bladed.rotor import BladedModel, bladed_channels, with_static_gears
 from meltemi.simulation.case import Case
-from meltemi.simulation.loop import NUMBER, by_address, without_dispatch
+from meltemi.simulation.loop import NUMBER
 from meltemi.simulation.model import Stations
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint
 from meltemi.simulation.step import ABSURD, equations
@@ -102,7 +102,7 @@ class Orbit:
     def __init__(self, model: BladedModel, wind: SteadyWind) -> None:
         self.model, self.wind = model, wind
         self.case = Case(with_static_gears(model), wind)
-        self.equations = by_address(equations, NUMBER, NUMBER, numba.typeof(self.case.system))
+        self.equations = by_address(equations, NUMBER, NUMBER, typeof(self.case.system))
         self.case.control.drive.yaw_held = 1.0  # a free nacelle has no steady direction
         self.B, self.K = model.n_blades, len(model.rotor.blade.names)
         self.core = model.n_core
@@ -344,11 +344,10 @@ class Orbit:
     # result -------------------------------------------------------------------------------------
 
     def unstable(self) -> str:
-        """Result of ``modes.growing`` with blade 1 up."""
-        from meltemi.simulation.modes import growing
-
+        """Result of ``growing`` of ``meltemi.analyses.modes`` with blade 1 up."""
         self.prescribe(0.0)
-        return growing(self.case)
+        unstable: str = import_module("meltemi.analyses.modes").growing(self.case)
+        return unstable
 
     def finish(self, azimuth: float = 0.0, warnings: tuple[str, ...] = ()) -> OperatingPoint:
         """March one more revolution, average all signals, and store the state with blade 1 up.

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from meltemi.compiler import Record, Table
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.maths.records import Record
-from meltemi.maths.tables import Table
 
 if TYPE_CHECKING:
     from meltemi.control.controller import LogEntry
@@ -119,7 +118,7 @@ class Part:
 
 
 PARTS: dict[str, Callable[[Any, Any], bool]] = {
-    "meltemi.simulation.electric": lambda turbine, options: options.electrical != "ideal",
+    "meltemi.electrical.part": lambda turbine, options: options.electrical != "ideal",
     "meltemi.sea.mass_dampers": lambda turbine, _: any(d.span is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.blade_dampers": lambda turbine, _: any(d.height is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,

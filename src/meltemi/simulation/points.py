@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
+from importlib import import_module
 from typing import Any
 
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
@@ -14,7 +15,6 @@ from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint, steady_wind
 from meltemi.simulation.rotors import operating_point
 from meltemi.simulation.start import Start
-from meltemi.simulation.trim import rigid_point
 from meltemi.wind.fields import Wind
 
 KEEP = 32
@@ -51,6 +51,8 @@ def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> 
         if isinstance(start, Start):
             return _at_rest(start), words
         if isinstance(model.rotor, BladedRotor):
+            from meltemi.simulation.trim import rigid_point
+
             return _once(model, wind, ("rigid",), lambda: rigid_point(model, wind)), words
         speed, most = model.turbine.rated_rotor_speed, model.turbine.control.pitch.maximum
         point = _once(model, wind, ("held",), lambda: operating_point(model, wind, rotor_speed=speed, pitch=most))
@@ -72,10 +74,8 @@ def shared_point(model: Model[Any], wind: Wind) -> OperatingPoint:
 
 
 def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:
-    from meltemi.simulation.parked import parked_point
-
     def make() -> OperatingPoint:
-        return parked_point(
+        point: OperatingPoint = import_module("meltemi.analyses.parked").parked_point(
             model,
             steady_wind(wind, model.turbine.hub_height),
             rotor_speed=start.rotor_speed,
@@ -83,6 +83,7 @@ def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:
             azimuth=start.azimuth,
             generator_torque=start.generator_torque,
         )
+        return point
 
     return _once(model, wind, (repr(start),), make)
 

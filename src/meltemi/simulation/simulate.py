@@ -11,15 +11,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol
 
-import llvmlite.binding
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import N_DERIVATIVES, Kind, Record, View, compile_seconds, processor, versions
 from meltemi.control import constant
 from meltemi.control.controller import Controller, Entry, LogEntry
 from meltemi.control.faults import Faults, apply_events
@@ -27,11 +27,7 @@ from meltemi.control.signals import Demands, Measurements
 from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
-from meltemi.core.kernel import compile_seconds
 from meltemi.core.log import LOG
-from meltemi.maths.records import Kind, Record
-from meltemi.maths.tables import View
-from meltemi.numbers.lanes import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.loop import Loop, loop_of
@@ -387,11 +383,12 @@ class Simulation:
         if self.controller.warnings is not None:
             found += controller_warnings(self.controller, self.case.controller_state)
         if (state := int(self.case.view("demands")["operating_state"])) and self.events:
-            from meltemi.control.supervisor.tables import STATES
             from meltemi.simulation.events import misplaced_events
 
+            states = import_module("meltemi.supervisor.tables").STATES
+
             happened = [event for event in self.events if event.at < self.time]
-            found += misplaced_events(happened, self.log(), STATES[state - 1].name.replace("_", " "))
+            found += misplaced_events(happened, self.log(), states[state - 1].name.replace("_", " "))
         return found + [str(Finding(**each)) for each in notices(self.case["watch"])]
 
     @property
@@ -526,9 +523,9 @@ def describe(run: Simulation) -> dict[str, Any]:
         "events": [event.model_dump(mode="json", exclude_none=True) for event in run.events],
         "channels": [channel.name for channel in run.channels],
         "python": platform.python_version(),
-        "numba": numba.__version__,
+        "numba": versions()["numba"],
         "numpy": np.__version__,
         "machine": f"{platform.system()} {platform.machine()}",
-        "processor": llvmlite.binding.get_host_cpu_name(),
+        "processor": processor(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
     }

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from meltemi.compiler import kernel
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.kernel import kernel
 from meltemi.simulation.case import Case
 from meltemi.simulation.system import System
 from meltemi.turbine.imbalance import deviations

@@ -34,19 +34,15 @@ from collections.abc import Callable
 from math import atan2, sin, sqrt
 from typing import Any
 
-from numba import types
-from numba.extending import overload
 from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.aero.rotor import derivatives, disk_averages, loads, quasi_steady, relative_wind, settle
 from meltemi.aero.tower_flow import tower_load, tower_wind
+from meltemi.compiler import Vec, by_control, by_record, control_hook, hook, kernel, overload, types
 from meltemi.control.actuators import drive_advance, flap_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import apply_events, report
-from meltemi.core.kernel import kernel
 from meltemi.environment.conditions import conditions_now
-from meltemi.maths.algebra import Vec
-from meltemi.numbers.dispatch import by_control, by_record, control_hook, hook
 from meltemi.simulation.system import (
     AnySystem,
     Control,
@@ -56,14 +52,12 @@ from meltemi.simulation.system import (
     generator_speed,
     rotor_azimuth,
     rotor_speed,
-    shaft_row,
 )
 from meltemi.simulation.validity import watch_blades, watch_shaft
-from meltemi.structure.dynamics import accelerations, assemble, collect_blades
+from meltemi.structure.blades import collect_blades
+from meltemi.structure.chain import accelerations, assemble, chain_loads, implicit_terms, motion
+from meltemi.structure.equations import yaw_row
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
-from meltemi.structure.implicit import implicit_terms
-from meltemi.structure.kinematics import YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
-from meltemi.structure.section_loads import blade_loads, chain_loads, station_loads, tower_loads
 from meltemi.wind.velocity import series_now, wind_velocity
 
 Float = NDArray[float64]
@@ -201,11 +195,7 @@ def equations(t: float, dt: float, m: System) -> None:
     The results are ``core_mass``, ``core_force``, ``coupling``, ``arm_mass`` and ``arm_force``; ``dt`` is that of
     :func:`evaluate`.
     """
-    # motion
-    tower_top(m)
-    nacelle_and_hub(m)
-    blade_frames(m)
-    blade_motion(m)
+    motion(m)
     # wind and aerodynamic loads
     series_now(t, m)
     tower_wind(t, m)
@@ -234,11 +224,8 @@ def _(t: float, dt: float, m: System) -> None:
 @kernel
 def _(m: System, s: Outputs, everywhere: bool) -> None:
     outer_blade_loads(m)
-    blade_loads(m, s)
-    chain_loads(m, s)
+    chain_loads(m, s, everywhere)
     if everywhere:
-        tower_loads(m, s)
-        station_loads(m, s)
         outer_section_loads(m, s)
 
 
@@ -299,15 +286,15 @@ def surroundings(t: float, c: Control, m: AnySystem) -> None:
 @kernel
 def sample(t: float, c: Control, m: AnySystem) -> None:
     """Measure at time ``t``: motion of this instant with its accelerations (M-46), loads of the last one."""
-    x, n, drive, outside, chain = c.measured, shaft_row(m), c.drive, c.outside, c.chain
+    x, yaw, drive, outside, chain = c.measured, yaw_row(m), c.drive, c.outside, c.chain
     x.time = t
     x.generator_speed = generator_speed(m)
     x.rotor_speed = rotor_speed(m)
     x.azimuth = rotor_azimuth(m)
     x.torque = drive.generator_torque
     x.power = generated_power(c, m)
-    x.yaw = m.q[n + YAW]
-    x.yaw_rate = m.v[n + YAW]
+    x.yaw = m.q[yaw]
+    x.yaw_rate = m.v[yaw]
     for b in range(c.pitch.blades):
         moment = c.root.moment[b]
         x.pitch[b] = c.pitch.angle[b] - c.actuators.pitch_offset[b]
@@ -427,7 +414,7 @@ def control(t: float, controller: Controller, run: March, c: Control, m: AnySyst
 def actuate(dt: float, c: Control, m: AnySystem) -> None:
     """Advance the actuators by ``dt`` under constant demands; 0 for ideal actuators after new demands."""
     pitch_advance(dt, c)
-    yaw = shaft_row(m) + YAW
+    yaw = yaw_row(m)
     if dt <= 0.0:
         generate(c, m)
     yaw_advance(dt, c, m.structure.yaw_stiffness, m.q[yaw], m.v[yaw])

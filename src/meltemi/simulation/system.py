@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from meltemi.aero.air import Air
 from meltemi.aero.tables import AeroParameters, FlapParameters, RotorFlow
+from meltemi.compiler import Array1, Array2, Constant, Ints, Record, Table, kernel
 from meltemi.control.actuators import Actuation
 from meltemi.control.signals import Demands
-from meltemi.core.kernel import kernel
 from meltemi.environment.conditions import Conditions
-from meltemi.maths.records import Array1, Array2, Constant, Ints, Record
-from meltemi.maths.tables import Table
 from meltemi.simulation.tables import Clock, Settings, Summary, Watch
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
+from meltemi.structure.equations import generator_row, torsion_row
 from meltemi.structure.tables import (
     BladeRootLoad,
-    Columns,
+    Coordinates,
     Gears,
     MachineLoad,
     SectionLoads,
@@ -26,7 +24,7 @@ from meltemi.turbine.exchange import Drive, Machine, PitchMotion
 from meltemi.wind.velocity import WindField
 
 
-class AnySystem(WindField):
+class AnySystem(WindField, Coordinates):
     """Members common to turbines with any kind of rotor."""
 
     q: Array1
@@ -35,7 +33,6 @@ class AnySystem(WindField):
     weights: StepWeights
     locked: Array1
     structure: StructureParameters
-    columns: Columns
     aero: AeroParameters
     rotor: RotorFlow
     machine: Machine
@@ -64,29 +61,21 @@ class System(Structure, Air, AnySystem):
 
 
 @kernel
-def shaft_row(m: AnySystem) -> int:
-    """Index of the yaw in the coordinates; generator and torsion follow it."""
-    return m.columns.coordinates - N_SHAFT
-
-
-@kernel
 def generator_speed(m: AnySystem) -> float:
     """[rad/s] speed of the generator's shaft."""
-    return m.structure.gear_ratio * m.v[shaft_row(m) + GENERATOR]
+    return m.structure.gear_ratio * m.v[generator_row(m)]
 
 
 @kernel
 def rotor_speed(m: AnySystem) -> float:
     """[rad/s] speed of the rotor end of the shaft."""
-    n = shaft_row(m)
-    return m.v[n + GENERATOR] + m.v[n + TORSION]
+    return m.v[generator_row(m)] + m.v[torsion_row(m)]
 
 
 @kernel
 def rotor_azimuth(m: AnySystem) -> float:
     """[rad] azimuth of blade 1 at the rotor end of the shaft."""
-    n = shaft_row(m)
-    return m.q[n + GENERATOR] + m.q[n + TORSION]
+    return m.q[generator_row(m)] + m.q[torsion_row(m)]
 
 
 class Control(Actuation):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from meltemi.maths.algebra import Vec
-from meltemi.maths.tables import Numbers, Table, number, xyz
+from meltemi.compiler import Numbers, Table, Vec, number, xyz
 
 
 class Settings(Table):

@@ -1,7 +1,7 @@
 """Steady operation in steady wind: rotor speed and pitch from the balance of torque and the controller's steady law.
 
 The motion at each trial is that of ``simulation.orbit``; if its search does not converge, the motion is continued from
-a rotor in vacuum, with smaller corrections (``simulation.continuation``).
+a rotor in vacuum, with smaller corrections (``meltemi.analyses.continuation``).
 
 Reference: docs/theory/simulation.md (M-10 to M-16).
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 
 import numpy as np
 
@@ -64,10 +65,9 @@ def operating_point(
             return point if rotor_speed is None else _judged(point, quick)
     except NotConverged:
         pass
-    from meltemi.simulation.continuation import CarefulOrbit, balance_carefully
-
-    orbit = CarefulOrbit(model, steady)
-    return _judged(_search(orbit, rotor_speed, pitch, partial(balance_carefully, _balance_speed)), orbit)
+    careful = import_module("meltemi.analyses.continuation")
+    orbit = careful.CarefulOrbit(model, steady)
+    return _judged(_search(orbit, rotor_speed, pitch, partial(careful.balance_carefully, _balance_speed)), orbit)
 
 
 def _judged(point: OperatingPoint, orbit: Orbit) -> OperatingPoint:

@@ -16,8 +16,7 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import TowerFlow
-from meltemi.core.kernel import kernel
-from meltemi.maths.tables import View
+from meltemi.compiler import View, kernel
 from meltemi.simulation.system import AnySystem, System, generator_speed, rotor_speed
 from meltemi.simulation.tables import Watch
 from meltemi.structure.tables import BladeNode

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.structure.tables import GearModes, GearRows
 from meltemi.turbine.definition import Drivetrain
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from math import exp, sqrt
 
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.maths.vectors import Sym, Vec, cross, dot
-from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.structure.equations import generator_row, torsion_row, yaw_row
 from meltemi.structure.tables import SectionLoads, Structure
 
 
@@ -68,7 +68,7 @@ def gear_momentum(m: Structure, spins: Vec, spin_rates: Vec) -> tuple[float, flo
 
 
 @kernel
-def gear_equations(dt: float, m: Structure, n_tower: int) -> None:
+def gear_equations(dt: float, m: Structure) -> None:
     """Add the gears to the equations of the core, with their modes eliminated (S-55, S-56; M-33).
 
     Args:
@@ -78,7 +78,7 @@ def gear_equations(dt: float, m: Structure, n_tower: int) -> None:
     if J.yy <= 0.0:
         return
     v, modes, gears, machine, columns = m.v, m.gear_modes, m.gears, m.machine, m.columns
-    g, t = n_tower + GENERATOR, n_tower + TORSION
+    g, t = generator_row(m), torsion_row(m)
     shaft, w_n = machine.shaft, machine.nacelle_spin
     known = Vec(dot(machine.nacelle_spin_rate, shaft), 0.0, 0.0)
     momentum = (J @ Vec(dot(w_n, shaft), v[g], v[t])).x
@@ -99,7 +99,7 @@ def gear_equations(dt: float, m: Structure, n_tower: int) -> None:
         )
     F -= J @ known
     whirl = cross(w_n, shaft)
-    for i in range(n_tower + 1):
+    for i in range(yaw_row(m) + 1):
         W = columns.angular[i]
         along = dot(W, shaft)
         m.core_force[i] += along * F.x - momentum * dot(W, whirl)
@@ -117,11 +117,11 @@ def gear_equations(dt: float, m: Structure, n_tower: int) -> None:
 @kernel
 def gear_accelerations(dt: float, m: Structure) -> None:
     """Compute the accelerations of the modes from those of the core (S-56; M-33)."""
-    modes, n_tower, shaft = m.gear_modes, m.top_shape.modes, m.machine.shaft
+    modes, shaft = m.gear_modes, m.machine.shaft
     turning = dot(m.machine.nacelle_spin_rate, shaft)
-    for i in range(n_tower + 1):
+    for i in range(yaw_row(m) + 1):
         turning += m.a[i] * dot(m.columns.angular[i], shaft)
-    rates = Vec(turning, m.a[n_tower + GENERATOR], m.a[n_tower + TORSION])
+    rates = Vec(turning, m.a[generator_row(m)], m.a[torsion_row(m)])
     for k in range(modes.modes):
         push = dot(modes.coupling[k], rates) / modes.inertia[k]
         resistance = mode_resistance(dt, modes.frequency[k], modes.damping[k])

@@ -80,6 +80,8 @@ class Member:
       damping: (k, k) generalised damping.
       second: (k, k, n, 3) second-order displacements on the mesh.
       beam: the member's sections.
+      momenta: (6, k + 6) linear and angular momentum of a tower about its base, by unit rates of its modes on a base at
+        rest and then of that base along and about x, y, z; None unless the base moves.
     """
 
     names: tuple[str, ...]
@@ -87,6 +89,7 @@ class Member:
     damping: Float
     second: Float
     beam: Beam
+    momenta: Float | None = None
 
     def second_at(self, z: Float) -> Float:
         """(k, k, m, 3) second-order displacements at coordinates ``z`` (m,)."""
@@ -277,7 +280,9 @@ def on_foundation(tower: Member, mesh: Mesh, foundation: Foundation | None) -> M
     moving = Modes(mesh.z, mesh.points, shape, K, M, M)
     names = (*tower.names, *(f"base {name}" for name in foundation.motions))
     C = scipy.linalg.block_diag(tower.damping, damping[some])
-    return Member(names, moving, C, second_order(moving), tower.beam)
+    momenta = rigid.reshape(6, -1) @ mesh.mass @ np.concatenate([modes.shape, rigid]).reshape(-1, flat.shape[1]).T
+    momenta[:, -6:] += mass
+    return Member(names, moving, C, second_order(moving), tower.beam, momenta)
 
 
 def pick_modes(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple[Modes, list[str]]:

@@ -5,9 +5,23 @@ The quantities that structure and aerodynamics exchange are in ``turbine.exchang
 
 from __future__ import annotations
 
-from meltemi.maths.algebra import Sym, Vec
-from meltemi.maths.records import Array1, Array2, Array3, Array4, Constant, Record
-from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
+from meltemi.compiler import (
+    Array1,
+    Array2,
+    Array3,
+    Array4,
+    Constant,
+    Numbers,
+    Record,
+    Sym,
+    Symmetrics,
+    Table,
+    Vec,
+    Vectors,
+    number,
+    symmetric,
+    xyz,
+)
 from meltemi.turbine.exchange import Exchange
 
 
@@ -87,6 +101,14 @@ class TowerNode(Table, axes="node"):
     length: Numbers = number("m", "length of the piece of tower that moves with the node")
     mass: Numbers = number("kg", "mass of the piece")
     inertia: Vectors = xyz("kg m^2", "inertia of the piece about the node")
+
+
+class TowerPiece(Table, axes="node"):
+    """Present loads of the pieces of the tower, axes of its base."""
+
+    offset: Vectors = xyz("m", "deflection of the node")
+    force: Vectors = xyz("N", "force of wind and gravity minus inertia")
+    moment: Vectors = xyz("N m", "moment of inertia about the node")
 
 
 class BladeBody(Table, axes="blade"):
@@ -215,7 +237,13 @@ class StepWeights(Table, axes="coordinate"):
     expected: Numbers = number("m/s^2 or rad/s^2", "acceleration at the end of the step, extrapolated")
 
 
-class Structure(Exchange):
+class Coordinates(Record):
+    """Record of which the number of coordinates below the blades is known: that of the columns."""
+
+    columns: Columns
+
+
+class Structure(Exchange, Coordinates):
     """Record of the structural kernels."""
 
     # state
@@ -235,7 +263,6 @@ class Structure(Exchange):
     tower_weight: Array1
     gear_modes: GearModes
     # motion
-    columns: Columns
     partial: BladePartial
     # equations of motion
     body: BladeBody
@@ -256,6 +283,7 @@ class SectionLoads(Record):
     tip_shape: TipShape
     tip_second: Array3
     tower_nodes: TowerNode
+    tower_piece: TowerPiece
     tower_drag: TowerDrag
     blade_stations: Constant[Array1]
     tower_stations: Constant[Array1]

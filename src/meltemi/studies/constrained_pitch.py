@@ -18,16 +18,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control import load_control
+from meltemi.compiler import Table, kernel, number, part, whole
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.control.filters import SecondOrder, notch
-from meltemi.control.load_control import HarmonicLoop, LoadControl, LoadController
-from meltemi.control.multiblade import add_to_blades, to_fixed
 from meltemi.control.signals import Demands, Measurements
+from meltemi.control_laws import load_control
+from meltemi.control_laws.filters import SecondOrder, notch
+from meltemi.control_laws.load_control import HarmonicLoop, LoadControl, LoadController
+from meltemi.control_laws.multiblade import add_to_blades, to_fixed
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-from meltemi.maths.tables import Table, number, part
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import heading, new_figure

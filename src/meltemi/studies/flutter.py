@@ -17,15 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.campbell import WHIRL, curve_values, follow, participation
+from meltemi.analyses.continuation import CarefulOrbit
+from meltemi.analyses.linear import LinearModel, linearise
+from meltemi.analyses.modes import SLOW, Mode
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
-from meltemi.simulation.campbell import WHIRL, curve_values, follow, participation
-from meltemi.simulation.continuation import CarefulOrbit
-from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
-from meltemi.simulation.modes import SLOW, Mode
 from meltemi.simulation.operating_point import NotConverged, check_prescribed, steady_wind
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.orbit import FULL

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.modes import natural_modes
+from meltemi.compiler import View
 from meltemi.core.shown import Brief
+from meltemi.iec.winds import ntm
 from meltemi.loadcases.batch import completed, simulate_batch
-from meltemi.maths.tables import View
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.palette import COLOURS
@@ -19,7 +21,6 @@ from meltemi.report.plots import new_figure, panel
 from meltemi.reports.blocks import Table
 from meltemi.reports.ensemble_tables import change_bar, change_text
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
@@ -28,8 +29,7 @@ from meltemi.simulation.trim import operating_point
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
-from meltemi.wind.iec.winds import ntm
-from meltemi.wind.turbulence.field import generate_field
+from meltemi.turbulence.field import generate_field
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

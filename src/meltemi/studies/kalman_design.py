@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.simulation.linear import LinearModel
+from meltemi.analyses.linear import LinearModel
 
 Float = NDArray[np.float64]
 

@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from meltemi.control.lidar import LidarSensor
-from meltemi.control.load_control import Preview
+from meltemi.compiler import Vec, kernel
+from meltemi.control_laws.lidar import LidarSensor
+from meltemi.control_laws.load_control import Preview
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
-from meltemi.maths.algebra import Vec
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.studies.preview import FREQUENCY, SPACING, pitch_lead, steady_pitch
 from meltemi.turbine.definition import Turbine

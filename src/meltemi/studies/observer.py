@@ -18,20 +18,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.kalman import HEAD, SCHEDULE, filter_vector, kalman_step
+from meltemi.analyses.linear import LinearModel, linearise
+from meltemi.control_laws.kalman import HEAD, SCHEDULE, filter_vector, kalman_step
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.channels import Channel, Contents, catalogue
-from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.kalman_design import condensed, discrete, stationary
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbulence.spectra import coherence_decay, densities, scale_parameter
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.turbulence.spectra import coherence_decay, densities, scale_parameter
 
 Float = NDArray[np.float64]
 

@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.linear import linearise
+from meltemi.analyses.modes import Mode
+from meltemi.analyses.parked import standing_point
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
-from meltemi.simulation.linear import linearise
 from meltemi.simulation.model import Model
-from meltemi.simulation.modes import Mode
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.parked import standing_point
 from meltemi.studies.flutter import stability_model
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import aeroelastic

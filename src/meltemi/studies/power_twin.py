@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from meltemi.simulation.performance import performance_of
+from meltemi.analyses.performance import performance_of
 from meltemi.simulation.rotors import build
 from meltemi.tuning.baseline_tuning import rotor_inertia
 from meltemi.turbine.definition import Turbine, YawDrive

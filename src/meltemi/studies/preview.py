@@ -13,7 +13,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.load_control import Preview
+from meltemi.control_laws.load_control import Preview
 from meltemi.core.errors import InputError
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point

@@ -22,14 +22,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from meltemi.compiler import View, source_hash
 from meltemi.control.controller import LogEntry
 from meltemi.control.signals import CALLBACK
 from meltemi.core.errors import InputError
 from meltemi.core.files import bytes_of, replacing
-from meltemi.core.kernel import source_hash
 from meltemi.core.physics import PHYSICS
 from meltemi.core.private import signed, user_key, verified
-from meltemi.maths.tables import View
 from meltemi.simulation import step
 from meltemi.simulation.simulate import Simulation, describe
 from meltemi.simulation.tables import Watch

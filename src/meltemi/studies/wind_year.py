@@ -24,17 +24,17 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from meltemi.control.sensors import normal, philox
+from meltemi.compiler import njit
 from meltemi.control.signals import Measurements
-from meltemi.control.supervisor.threshold import YawProtection, YawThreshold, threshold
-from meltemi.control.yaw import YawControl, YawControlState, wrap, yaw_settings, yaw_step
+from meltemi.control_laws.sensors import normal, philox
+from meltemi.control_laws.yaw import YawControl, YawControlState, wrap, yaw_settings, yaw_step
 from meltemi.core.threads import available_cores
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.yaw_limits import BasePoints
+from meltemi.supervisor.threshold import YawProtection, YawThreshold, threshold
 from meltemi.tuning.run_store import FailedResult, FailedResultError, attempt
 from meltemi.turbine.definition import Turbine
 

@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from meltemi.control.controller import Controller, LogEntry
-from meltemi.control.supervisor.settings import Supervision
-from meltemi.control.supervisor.supervised import SupervisedController
-from meltemi.control.supervisor.threshold import YawProtection
-from meltemi.control.yaw import YawControl
+from meltemi.control_laws.yaw import YawControl
+from meltemi.iec.gusts import RISE_TIME, Sign, ecd
+from meltemi.iec.winds import NORMAL_EXPONENT
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
@@ -27,13 +26,14 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.machine_loads import CHANNELS, LOADS, extreme, fatigue
 from meltemi.studies.yaw_limits import BasePoints
+from meltemi.supervisor.settings import Supervision
+from meltemi.supervisor.supervised import SupervisedController
+from meltemi.supervisor.threshold import YawProtection
 from meltemi.tuning.run_store import FailedResult, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.superposition import with_gust
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
-from meltemi.wind.iec.gusts import RISE_TIME, Sign, ecd
-from meltemi.wind.iec.winds import NORMAL_EXPONENT
-from meltemi.wind.superposition import with_gust
-from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulent import TurbulentWind
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
-from meltemi.control.yaw import YawControl
+from meltemi.control_laws.yaw import YawControl
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.iec.winds import etm, ntm, nwp
 from meltemi.report.palette import COLOURS, DIVERGING, INK
 from meltemi.report.plots import new_figure
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -28,9 +28,9 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.simulation.validity import undeflected_clearance
 from meltemi.studies.machine_loads import CHANNELS, LOADS, extreme
+from meltemi.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.tuning.run_store import FailedResult, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
-from meltemi.wind.iec.winds import etm, ntm, nwp
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

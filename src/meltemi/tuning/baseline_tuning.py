@@ -36,10 +36,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import View
 from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
 from meltemi.core.units import rpm
-from meltemi.maths.tables import View
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model

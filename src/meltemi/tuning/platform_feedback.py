@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.linear import LinearModel, linearise
+from meltemi.analyses.modes import natural_modes
 from meltemi.control.baseline import MOTION_BAND
 from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
-from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.rotors import operating_point
 from meltemi.tuning.baseline_tuning import ABOVE_RATED, CHECKED, rated_wind
 from meltemi.tuning.speed_loop import region_3

@@ -25,10 +25,10 @@ from typing import Any, TypeVar, cast
 
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from meltemi.compiler import is_ours
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.fingerprint import fingerprint
-from meltemi.core.kernel import is_ours
 from meltemi.core.private import signed, user_key, verified
 from meltemi.core.stores import code_identity, keep_bytes
 from meltemi.loadcases.batch import Batch

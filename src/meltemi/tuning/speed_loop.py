@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.simulation.linear import linearise
+from meltemi.analyses.linear import linearise
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.tuning.controller_bench.margins import GAIN_MARGIN, PHASE_MARGIN, OpenLoop

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from meltemi.control.bladed.controller import BladedController
-from meltemi.control.bladed.rosco import find_rosco
+from meltemi.bladed_controllers.controller import BladedController
+from meltemi.bladed_controllers.rosco import find_rosco
 from meltemi.control.controller import StartPoint
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import MeltemiError

@@ -1,3 +1,5 @@
+from meltemi.electrical.system import ElectricalSystem as ElectricalSystem
+from meltemi.electrical.system import size_electrical as size_electrical
 from meltemi.floating.moorings import MooringLine as MooringLine
 from meltemi.floating.moorings import MooringPoint as MooringPoint
 from meltemi.floating.platform import Platform as Platform
@@ -10,8 +12,6 @@ from meltemi.studies.scaling.typical import typical_masses as typical_masses
 from meltemi.turbine.definition import Flap as Flap
 from meltemi.turbine.definition import FlapIncrements as FlapIncrements
 from meltemi.turbine.definition import Turbine as Turbine
-from meltemi.turbine.electrical import ElectricalSystem as ElectricalSystem
-from meltemi.turbine.electrical import size_electrical as size_electrical
 from meltemi.turbine.flaps import naca64618_flap as naca64618_flap
 from meltemi.turbine.flaps import with_flaps as with_flaps
 from meltemi.turbine.gearbox import Gearbox as Gearbox

@@ -16,23 +16,22 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
+from meltemi.compiler import MAX_FLAPS
 from meltemi.core.deferred import deferred
 from meltemi.core.record import Array, Record, Vector
-from meltemi.maths.tables import MAX_FLAPS
 from meltemi.turbine.checks import above_ground, angles, ordered, per_station, positive, stations
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.imbalance import Imbalance, deviations
 from meltemi.turbine.representation import TurbineBase
 
 if TYPE_CHECKING:
-    from meltemi.turbine import MassDamper, Platform, Support
-    from meltemi.turbine.electrical import ElectricalSystem
+    from meltemi.turbine import ElectricalSystem, MassDamper, Platform, Support
     from meltemi.turbine.gearbox import Gearbox
     from meltemi.turbine.ice import Icing
 else:
     Icing = deferred("meltemi.turbine.ice", "Icing")
     Gearbox = deferred("meltemi.turbine.gearbox", "Gearbox")
-    ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
+    ElectricalSystem = deferred("meltemi.electrical.system", "ElectricalSystem")
     MassDamper = deferred("meltemi.sea.mass_dampers", "MassDamper")
     Support = deferred("meltemi.sea.support", "Support")
     Platform = deferred("meltemi.floating.platform", "Platform")

@@ -11,9 +11,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from meltemi.maths.algebra import Rot, Vec
-from meltemi.maths.records import Array1, Record
-from meltemi.maths.tables import Numbers, Rotations, Table, Vectors, number, rotation, xyz
+from meltemi.compiler import Array1, Numbers, Record, Rot, Rotations, Table, Vec, Vectors, number, rotation, xyz
 
 ActuatorModel = Literal["second_order", "ideal"]
 """Models of the actuators of pitch and flaps: files in ``control/actuator_models``."""

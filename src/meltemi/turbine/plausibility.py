@@ -21,7 +21,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.moments import blade_moments, cumulative
 
 if TYPE_CHECKING:
-    from meltemi.turbine.electrical import ElectricalSystem
+    from meltemi.turbine import ElectricalSystem
     from meltemi.turbine.power_turbine import AnyTurbine, TableCoefficient
 
 BETZ = 16.0 / 27.0

@@ -24,9 +24,9 @@ from meltemi.turbine.definition import BaselineControl, Flap, PitchActuator, Tur
 from meltemi.turbine.representation import TurbineBase
 
 if TYPE_CHECKING:
-    from meltemi.turbine.electrical import ElectricalSystem
+    from meltemi.turbine import ElectricalSystem
 else:
-    ElectricalSystem = deferred("meltemi.turbine.electrical", "ElectricalSystem")
+    ElectricalSystem = deferred("meltemi.electrical.system", "ElectricalSystem")
 
 
 class HeierCoefficient(Record):

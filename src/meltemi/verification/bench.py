@@ -18,15 +18,12 @@ from math import cos, radians, sin
 from pathlib import Path
 from typing import Any
 
-import numba
-
+from meltemi.compiler import Kind, njit, processor, statistics, versions
 from meltemi.control.baseline import BaselineController
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.extras import skipped
-from meltemi.core.kernel import statistics
-from meltemi.maths.records import Kind
 from meltemi.sea.irregular import IrregularSea
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
@@ -36,14 +33,14 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.grid import WindGrid
 from meltemi.verification.env_bench import environment_rows
 from meltemi.verification.env_bench import timed_environments as timed_environments
 from meltemi.verification.measure import peak_memory
 from meltemi.verification.steps import needs
 from meltemi.verification.steps import timed_steps as timed_steps
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
 
 CHANNELS = (
@@ -180,19 +177,17 @@ def machine() -> dict[str, str]:
     import platform
     from datetime import UTC, datetime
 
-    import llvmlite
-    import llvmlite.binding
     import numpy
 
     import meltemi
 
     return {
-        "processor": llvmlite.binding.get_host_cpu_name(),
+        "processor": processor(),
         "cores": str(os.cpu_count()),
         "system": f"{platform.system()} {platform.machine()}",
         "versions": (
-            f"meltemi {meltemi.__version__}, Python {platform.python_version()}, Numba {numba.__version__}, "
-            f"llvmlite {llvmlite.__version__}, NumPy {numpy.__version__}"
+            f"meltemi {meltemi.__version__}, Python {platform.python_version()}, Numba {versions()['numba']}, "
+            f"llvmlite {versions()['llvmlite']}, NumPy {numpy.__version__}"
         ),
         "date": datetime.now(UTC).date().isoformat(),
     }
@@ -253,9 +248,9 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
 
 def beyond() -> dict[str, float]:
     """[s] compile time of features that compile on first use, after a first run."""
-    from meltemi.control.load_control import LoadController
+    from meltemi.analyses.linear import linearise
+    from meltemi.control_laws.load_control import LoadController
     from meltemi.gradients.sensitivity import sensitivity
-    from meltemi.simulation.linear import linearise
 
     model, wind = _model(), SteadyWind(speed=12.0)
     simulate(model, wind, duration=1.0)
@@ -266,7 +261,7 @@ def beyond() -> dict[str, float]:
         work()
         found[name] = round(time.perf_counter() - began, 2)
 
-    fast = Controller(numba.njit(_individual_pitch), init=lambda start: [start.generator_torque, start.pitch])
+    fast = Controller(njit(_individual_pitch), init=lambda start: [start.generator_torque, start.pitch])
     timed("a compiled controller of 30 lines", lambda: simulate(model, wind, duration=1.0, controller=fast))
     slow = Controller(_nothing)
     timed("the interface of controllers in plain Python", lambda: simulate(model, wind, duration=1.0, controller=slow))
@@ -355,7 +350,7 @@ def timed_gradient(run: Run) -> dict[str, float]:
 
 def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
     """Time a step of CPFC (docs/guide/controllers.md), with flaps that the other runs do not have."""
-    from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController
+    from meltemi.control_laws.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController
     from meltemi.turbine.flaps import with_flaps
 
     degree = radians(1.0)
@@ -433,7 +428,7 @@ def timed_controllers(duration: float) -> dict[str, float]:
     with_loads = _timed(model, wind, duration, controller=replace(law, uses_loads=True))["us_per_step"]
     update = law.update
 
-    @numba.njit
+    @njit
     def compiled(state: Any, measurements: Any, demands: Any, dt: float) -> None:
         update(state, measurements, demands, dt)
         moment = measurements.out_of_plane_moment
@@ -468,10 +463,10 @@ def timed_controllers(duration: float) -> dict[str, float]:
 
 def _observer_step(model: Any) -> float:
     """[us] of a step of an observer in a compiled controller."""
-    from meltemi.control.kalman import kalman_step
+    from meltemi.control_laws.kalman import kalman_step
     from meltemi.studies.observer import observer
 
-    @numba.njit
+    @njit
     def steps(count: int, memory: Any, inputs: Any, measured: Any) -> None:
         for _ in range(count):
             kalman_step(memory, inputs, measured)

@@ -10,11 +10,11 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
+from meltemi.analyses.modes import natural_modes
 from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroNode
+from meltemi.analyses.modes import natural_modes
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.rotors import build
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from meltemi.maths.tables import View
+from meltemi.compiler import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.step import equations
-from meltemi.structure.dynamics import STIFFNESS, WEIGHT
 from meltemi.structure.tables import BladeNode, GearModes, StructureParameters
+from meltemi.structure.tower import STIFFNESS, WEIGHT
 from meltemi.turbine.exchange import BladeFrame, BladeMotion, Machine
 
 

@@ -20,8 +20,7 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.beam import Beam
-from meltemi.structure.kinematics import blade_motion
-from meltemi.structure.section_loads import tip_deflection
+from meltemi.structure.blades import blade_motion, tip_deflection
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.exact_beam import DeadLoads, Deflection, deflect
 from meltemi.verification.table import Comparison, Row, angle, relative

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from meltemi.control.bladed.controller import BladedController
-from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
+from meltemi.bladed_controllers.controller import BladedController
+from meltemi.bladed_controllers.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError
@@ -39,7 +39,7 @@ from meltemi.verification.offshore import AIR, PARKED
 from meltemi.verification.table import Comparison, Row, at_least, relative
 from meltemi.verification.turbulent import thinned
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.files import read_bts
+from meltemi.wind_files import read_bts
 
 Float64 = NDArray[np.float64]
 

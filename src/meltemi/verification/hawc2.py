@@ -19,16 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroNode
+from meltemi.analyses.modes import natural_modes
+from meltemi.compiler import View
 from meltemi.core.errors import InputError
 from meltemi.environment.site import Environment
 from meltemi.exchange.hawc2.bodies import Body, read_bodies
 from meltemi.exchange.hawc2.htc import read_htc
 from meltemi.exchange.hawc2.model import SECTION
 from meltemi.exchange.hawc2.sections import at_elastic_centre, section_matrices, turned_centres
-from meltemi.maths.tables import View
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.rotors import build

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from meltemi.analyses.linear import linearise
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.linear import linearise
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build

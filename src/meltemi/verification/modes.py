@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from meltemi.analyses.modes import natural_modes
 from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start

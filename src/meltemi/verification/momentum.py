@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from meltemi.analyses.performance import RIGID, rotor_performance
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import AdvancedOptions, ModelOptions
-from meltemi.simulation.performance import RIGID, rotor_performance
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.modes import natural_modes
 from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
 from meltemi.io import read_openfast
@@ -24,7 +25,6 @@ from meltemi.report.plots import ABOVE, new_figure, panel
 from meltemi.sea.current import Current
 from meltemi.sea.given import ComponentSea
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build

@@ -25,7 +25,7 @@ from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.table import Comparison, Row, difference, reference_table, relative, source_of
 from meltemi.verification.turbulent import thinned_box
 from meltemi.wind.fields import SteadyWind, WindBox
-from meltemi.wind.files import read_bts
+from meltemi.wind_files import read_bts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from meltemi.analyses.modes import natural_modes
 from meltemi.environment.site import Environment
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.performance import RIGID, rotor_performance
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
 from meltemi.control.signals import Demands, Measurements
@@ -15,7 +16,6 @@ from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
-from meltemi.simulation.performance import RIGID, rotor_performance
 from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start

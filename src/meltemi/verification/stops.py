@@ -14,14 +14,13 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import njit
 from meltemi.control.controller import Controller
 from meltemi.control.signals import Demands, Measurements
-from meltemi.control.supervisor.settings import Supervision
-from meltemi.control.supervisor.supervised import SupervisedController
+from meltemi.iec.gusts import Sign, ecd, edc, eog, ews_horizontal, ews_vertical
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import heading, new_figure, panel
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -30,14 +29,15 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
+from meltemi.supervisor.settings import Supervision
+from meltemi.supervisor.supervised import SupervisedController
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.steady import deck_model
 from meltemi.verification.table import Comparison, Row, reference_table, source_of
 from meltemi.verification.turbulent import thinned
 from meltemi.wind.fields import SteadyWind, Wind, WindSeries
-from meltemi.wind.files import read_bts
-from meltemi.wind.iec.gusts import Sign, ecd, edc, eog, ews_horizontal, ews_vertical
+from meltemi.wind_files import read_bts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -143,7 +143,7 @@ INERTIA = 4650.0
 """[kg m^2] of rotor and generator on the generator's shaft."""
 
 
-@numba.njit  # type: ignore[untyped-decorator]
+@njit  # type: ignore[untyped-decorator]
 def play(state: Float, measurements: Measurements, demands: Demands, dt: float) -> None:
     """Pitch and torque of the table; until the event with what a PI law of the generator speed adds."""
     rows = int(state[ROWS])

@@ -23,7 +23,7 @@ from meltemi.simulation.start import Start
 from meltemi.verification.steady import deck_model
 from meltemi.verification.table import Comparison, Row, at_least, relative
 from meltemi.wind.fields import WindBox
-from meltemi.wind.files import read_bts
+from meltemi.wind_files import read_bts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroNode
 from meltemi.aero.variants import RotationalAugmentation
+from meltemi.analyses.performance import RIGID
 from meltemi.report.palette import COLOURS, INK, SHADE
 from meltemi.report.plots import new_figure
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import AdvancedOptions, ModelOptions
-from meltemi.simulation.performance import RIGID
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.library import load_turbine

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import View
 from meltemi.control.controller import Controller
-from meltemi.maths.tables import View
 from meltemi.simulation.model import Model
 from meltemi.simulation.run import Run
 from meltemi.simulation.scene.air import sampled
@@ -25,9 +25,9 @@ from meltemi.simulation.scene.motion import WIND_RATE
 from meltemi.simulation.scene.record import Scene, track_arrays
 from meltemi.simulation.simulate import Simulation
 from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbulence.field import generate_field
 from meltemi.view.sea_surface import surfaced
 from meltemi.wind.fields import WindBox
-from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulent import TurbulentWind
 from meltemi.wind.velocity import WindField, WindParameters
 

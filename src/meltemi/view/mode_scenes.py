@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.campbell import Campbell
+from meltemi.analyses.linear import PARTS
+from meltemi.analyses.modes import Mode
 from meltemi.core.errors import MeltemiError
 from meltemi.simulation.bladed.rotor import with_blades
-from meltemi.simulation.campbell import Campbell
 from meltemi.simulation.case import Case
-from meltemi.simulation.linear import PARTS
-from meltemi.simulation.model import Model
-from meltemi.simulation.modes import Mode
+from meltemi.simulation.model import Model, Rows
 from meltemi.simulation.scene.motion import blade_arrays, deformed
 from meltemi.simulation.scene.record import Scene
 from meltemi.simulation.scene.shape import machine, sections
@@ -34,7 +34,7 @@ def modes_scene(model: Model[Any], diagram: Campbell) -> Scene:
     """
     model = with_blades(model, "view")
     turbine, core, names = model.turbine, model.n_core, model.rotor.blade.names
-    K, M, R = len(names), len(model.rotor.tower.names), turbine.rotor_radius
+    K, R = len(names), turbine.rotor_radius
     s = sections(turbine.blade.length)
     heights = np.array(machine(turbine)["tower_height"])
     tower = model.rotor.tower.modes.at(heights)
@@ -53,7 +53,7 @@ def modes_scene(model: Model[Any], diagram: Campbell) -> Scene:
                 modes.append({"label": label, "frequency": 0.0, "damping": 0.0})
                 continue
             shape = ordered(mode, order)
-            shape = shape / max(largest(shape, tower[:, -1, :3], basis[:, -1, :3], M, R), 1e-12)
+            shape = shape / max(largest(shape, tower[:, -1, :3], basis[:, -1, :3], model.rows, R), 1e-12)
             shapes[i, j] = np.stack([shape.real, shape.imag], axis=1)
             modes.append({"label": label, "frequency": mode.frequency, "damping": mode.damping})
         speed, turns = diagram.wind_speed[i], diagram.rotor_speed[i] * 30.0 / np.pi
@@ -84,19 +84,19 @@ def ordered(mode: Mode, names: list[str]) -> NDArray[np.complex128]:
     return np.array([given.get(name, 0.0) for name in names], dtype=complex)
 
 
-def largest(shape: NDArray[np.complex128], top: Float, tip: Float, n_tower: int, radius: float) -> float:
+def largest(shape: NDArray[np.complex128], top: Float, tip: Float, rows: Rows, radius: float) -> float:
     """Largest displacement [m] of tower top and blade tips in a mode.
 
     Args:
       shape: amplitudes: tower, yaw, generator, drivetrain, blades.
       top: (M, 3) displacement of the tower top per coordinate of the tower.
       tip: (K, 3) displacement of the tip per coordinate of a blade.
-      n_tower: number of coordinates of the tower.
+      rows: indices of yaw, generator and torsion.
       radius: [m] rotor radius.
     """
-    moved = [np.linalg.norm(shape[:n_tower] @ top)]
-    turned = radius * abs(shape[n_tower]), radius * abs(shape[n_tower + 1] + shape[n_tower + 2])
-    collective, cosine, sine = shape[n_tower + 3 :].reshape(-1, 3).T
+    moved = [np.linalg.norm(shape[: rows.yaw] @ top)]
+    turned = radius * abs(shape[rows.yaw]), radius * abs(shape[rows.generator] + shape[rows.torsion])
+    collective, cosine, sine = shape[rows.torsion + 1 :].reshape(-1, 3).T
     for azimuth in 2.0 * np.pi / 12.0 * np.arange(12):
         q = collective + cosine * np.cos(azimuth) + sine * np.sin(azimuth)
         moved.append(np.linalg.norm(q @ tip))

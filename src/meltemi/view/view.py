@@ -27,7 +27,7 @@ from meltemi.view.sea_surface import with_sea
 from meltemi.view.viewer import beside, script
 
 if TYPE_CHECKING:
-    from meltemi.simulation.campbell import Campbell
+    from meltemi.analyses.campbell import Campbell
     from meltemi.simulation.model import Model
     from meltemi.turbine.power_turbine import AnyTurbine
     from meltemi.view.widget import ViewWidget
@@ -154,11 +154,11 @@ def view(
         return result_view({"result": what}, channels, look)
     if isinstance(what, Mapping):
         return result_view(cast("Mapping[str, Result]", what), channels, look)
-    from meltemi.simulation.campbell import campbell
+    from meltemi.analyses.campbell import campbell
     from meltemi.simulation.model import Model
     from meltemi.simulation.rotors import build
-    from meltemi.simulation.scene.air import usual_field
     from meltemi.turbine.representation import TurbineBase
+    from meltemi.view.wind_scene import usual_field
     from meltemi.wind.fields import Wind
     from meltemi.wind.turbulent import TurbulentWind
 
@@ -215,7 +215,7 @@ def modes_view(model: Model[Any], diagram: Campbell, look: Look = Look()) -> Vie
 
 def wind_view(wind: Wind, look: Look = Look()) -> View:
     """The view of a wind alone."""
-    from meltemi.simulation.scene.air import wind_scene
+    from meltemi.view.wind_scene import wind_scene
 
     note = "The section is through the tower's axis; travelling, it moves with the mean wind and keeps its pattern."
     return view_of("Wind", wind.label, [wind_scene(wind)], note=note, look=look)

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
+from meltemi.compiler import View
 from meltemi.core.display import rounded
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
 from meltemi.core.series import changing
 from meltemi.core.shown import Brief, Viewed
-from meltemi.maths.tables import View
 from meltemi.wind.velocity import WindField, WindNow, WindParameters
 
 if TYPE_CHECKING:

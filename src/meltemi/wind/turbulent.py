@@ -103,7 +103,7 @@ class TurbulentWind(Record, Viewed):
         return ", ".join([*parts, f"seed {self.seed}"])
 
 
-SYNTHESIS = "meltemi.wind.turbulence.field"
+SYNTHESIS = "meltemi.turbulence.field"
 """Module that makes fields of turbulent winds; it is imported for the first of them."""
 AnyWind = Wind | TurbulentWind
 """What a run takes as wind."""

@@ -15,13 +15,21 @@ from __future__ import annotations
 
 from math import cos, exp, floor, log, sin, tan
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import neighbours, where, whole
-from meltemi.maths.records import Array1, Array2, Box, Constant
-from meltemi.maths.tables import Table, number
+from meltemi.compiler import (
+    Array1,
+    Array2,
+    Box,
+    Constant,
+    Record,
+    Table,
+    by_record,
+    kernel,
+    neighbours,
+    number,
+    where,
+    whole,
+)
 from meltemi.maths.vectors import Vec
-from meltemi.numbers.dispatch import by_record
-from meltemi.numbers.records import Record
 
 
 class WindParameters(Table, title="wind"):

@@ -12,7 +12,7 @@ A model is a module with one kernel of the rotor and three of a node:
 from __future__ import annotations
 
 from meltemi.aero.variants import InflowModel
-from meltemi.core.kernel import choice
+from meltemi.compiler import choice
 from meltemi.core.variants import models
 
 MODELS = models(__name__, InflowModel)

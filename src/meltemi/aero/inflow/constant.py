@@ -6,7 +6,7 @@ from meltemi.aero.air import Air
 from meltemi.aero.inflow.lags import advance as advance
 from meltemi.aero.inflow.lags import derivative as derivative
 from meltemi.aero.inflow.lags import settle as settle
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 
 
 @kernel

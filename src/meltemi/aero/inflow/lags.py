@@ -16,8 +16,7 @@ from typing import NamedTuple
 from meltemi.aero.air import Air
 from meltemi.aero.lag import lag, lagged
 from meltemi.aero.tables import InflowState
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import where
+from meltemi.compiler import kernel, where
 
 
 class Inflow(NamedTuple):

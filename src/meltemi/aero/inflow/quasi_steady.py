@@ -6,7 +6,7 @@ from meltemi.aero.air import Air
 from meltemi.aero.inflow.constant import time_constant as time_constant
 from meltemi.aero.inflow.lags import Inflow, put, remember
 from meltemi.aero.inflow.lags import settle as settle
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 
 
 @kernel

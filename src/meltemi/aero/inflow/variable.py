@@ -7,7 +7,7 @@ from meltemi.aero.inflow.lags import advance as advance
 from meltemi.aero.inflow.lags import derivative as derivative
 from meltemi.aero.inflow.lags import first_time
 from meltemi.aero.inflow.lags import settle as settle
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 
 
 @kernel

@@ -14,7 +14,7 @@ A model is a module with three kernels of a node and a list:
 from __future__ import annotations
 
 from meltemi.aero.variants import StallModel
-from meltemi.core.kernel import choice
+from meltemi.compiler import choice
 from meltemi.core.variants import models
 
 MODELS = models(__name__, StallModel)

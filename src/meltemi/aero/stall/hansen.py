@@ -25,8 +25,7 @@ from meltemi.aero.lag import lag, lagged
 from meltemi.aero.polars import Coefficients, coefficient, locate, static_coefficients
 from meltemi.aero.stall.section import SectionFlow, count_switches, section_flow
 from meltemi.aero.tables import StallState
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import anywhere, where
+from meltemi.compiler import anywhere, kernel, where
 
 STATES = ("wake_1", "wake_2", "pressure", "attachment")
 

@@ -19,8 +19,7 @@ from typing import NamedTuple
 from meltemi.aero.air import Air
 from meltemi.aero.bem import STILL
 from meltemi.aero.polars import ramp
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import crossed, where, whole
+from meltemi.compiler import crossed, kernel, where, whole
 
 NO_ROTATION, CAMBER, OPENFAST = 0, 1, 2
 """Values of ``AeroOptions.stall_rotation``."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from meltemi.aero.air import Air
 from meltemi.aero.polars import Coefficients, static_coefficients
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
+from meltemi.compiler import kernel, whole
 
 STATES = ()
 

@@ -12,9 +12,8 @@ from math import sqrt
 
 from meltemi.aero.air import Air
 from meltemi.aero.variants import TowerInfluence
-from meltemi.core.kernel import choice, kernel
+from meltemi.compiler import choice, kernel, total
 from meltemi.core.variants import models
-from meltemi.maths.generic import total
 from meltemi.maths.vectors import Vec
 from meltemi.wind.velocity import wind_velocity
 

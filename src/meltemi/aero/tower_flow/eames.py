@@ -15,8 +15,7 @@ from math import exp, pi, sqrt
 
 from meltemi.aero.air import Air
 from meltemi.aero.tower_flow import potential
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import where
+from meltemi.compiler import kernel, where
 from meltemi.maths.vectors import Vec
 
 INTENSITY = 0.1

@@ -6,7 +6,7 @@ from math import cos
 
 from meltemi.aero.air import Air
 from meltemi.aero.tower_flow import potential
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.maths.vectors import Vec
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from meltemi.aero.air import Air
-from meltemi.core.kernel import kernel
+from meltemi.compiler import kernel
 from meltemi.maths.vectors import Vec
 
 

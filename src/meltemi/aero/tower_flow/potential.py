@@ -13,8 +13,7 @@ from __future__ import annotations
 from math import cos, pi, sqrt
 
 from meltemi.aero.air import Air
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import anywhere, whole
+from meltemi.compiler import anywhere, kernel, whole
 from meltemi.maths.vectors import Vec
 
 

@@ -11,7 +11,7 @@ A model is a module with a kernel and a function for linear models:
 
 from __future__ import annotations
 
-from meltemi.core.kernel import choice
+from meltemi.compiler import choice
 from meltemi.core.variants import models
 from meltemi.turbine.exchange import ActuatorModel
 

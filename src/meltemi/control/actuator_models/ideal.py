@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from meltemi.compiler import kernel
 from meltemi.control.actuator_models.parameters import ActuatorParameters
-from meltemi.core.kernel import kernel
 
 
 def coefficients(frequency: float, damping: float) -> tuple[float, ...]:

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 from math import cos, cosh, exp, sin, sinh, sqrt
 
+from meltemi.compiler import crossed, kernel
 from meltemi.control.actuator_models.parameters import ActuatorParameters
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import crossed
 
 RESTS, SECANTS = 4, 4
 """Times at rest within a step, and iterations to find each."""

@@ -13,7 +13,7 @@ from meltemi.app.terminal import OutOption, folder_for, print_table, simulation_
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
-    from meltemi.loadcases.case import LoadCase
+    from meltemi.cases.case import LoadCase
 
 
 def export(
@@ -42,8 +42,8 @@ def export(
     out: OutOption = Path("out"),
 ) -> None:
     """Export a turbine, or a case with its models, site and wind, as an OpenFAST 5 deck."""
+    from meltemi.cases.case import FileCase, StartCase, case_turbine, case_wind
     from meltemi.core.yamlfile import validated
-    from meltemi.loadcases.case import FileCase, StartCase, case_turbine, case_wind
     from meltemi.simulation.options import ModelOptions
     from meltemi.turbine.power_turbine import aeroelastic
     from meltemi.wind.fields import SteadyWind
@@ -103,7 +103,7 @@ def export(
 
 def _operation(turbine: Any, options: Any, case: LoadCase, folder: Path) -> tuple[float | None, float | None]:
     """Rotor speed [rad/s] and pitch [rad] of steady operation at the mean wind speed; None for a parked turbine."""
-    from meltemi.loadcases.case import case_wind
+    from meltemi.cases.case import case_wind
     from meltemi.simulation.rotors import build, operating_point
 
     try:
@@ -115,10 +115,10 @@ def _operation(turbine: Any, options: Any, case: LoadCase, folder: Path) -> tupl
 
 def case_of(target: str) -> tuple[LoadCase, Path]:
     """The case of a turbine, case file or deck, and the folder to which its paths are relative."""
+    from meltemi.cases.case import LoadCase, read_case
     from meltemi.core.yamlfile import validated
     from meltemi.exchange.deck_case import deck_case
     from meltemi.exchange.openfast import read_deck
-    from meltemi.loadcases.case import LoadCase, read_case
 
     path = Path(target)
     if path.suffix.lower() == ".fst":

@@ -33,9 +33,9 @@ def export_fmu(
     ] = None,
 ) -> None:
     """Export a turbine, or a case with its models and wind, as a functional mock-up unit (FMU) for co-simulation."""
+    from meltemi.cases.case import LoadCase
     from meltemi.core.yamlfile import validated
     from meltemi.exchange.fmu.export import export_fmu as export
-    from meltemi.loadcases.case import LoadCase
 
     case, folder = case_of(target)
     given: dict[str, Any] = {}

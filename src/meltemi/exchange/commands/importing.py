@@ -153,7 +153,7 @@ def _settings(source: Path, out: Path) -> str:
     """Copy the ROSCO settings and the table of coefficients that they name; return the name of the copy."""
     import shutil
 
-    from meltemi.control.bladed.rosco import edit_discon
+    from meltemi.bladed_controllers.rosco import edit_discon
     from meltemi.exchange.openfast.text import read_input
 
     target, changes = out / source.name, {}

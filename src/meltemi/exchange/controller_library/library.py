@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import shlex
 import shutil
 import subprocess
@@ -18,17 +17,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import llvmlite.binding as llvm
-import numba
 import numpy as np
 
 import meltemi
-from meltemi.control.bladed.records import MESSAGE_SIZE, RECORDS
+from meltemi.bladed_controllers.records import MESSAGE_SIZE, RECORDS
+from meltemi.compiler import CompilationError, is_compiled, last_line, object_code
 from meltemi.control.controller import UPDATE, Controller, of_vectors
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing, write_text
-from meltemi.core.intermediate_code import linked_code
 from meltemi.environment.grid import NOMINAL_FREQUENCY
 from meltemi.exchange.controller_library.starts import POINTS, StartRule, start_rules
 from meltemi.turbine.power_turbine import AnyTurbine
@@ -102,7 +99,7 @@ def export_controller(controller: Controller, turbine: AnyTurbine, path: str | P
         raise InputError(
             f"controller {controller.name!r} is a library, or keeps its state outside; it cannot be exported"
         )
-    if not isinstance(controller.update, numba.core.dispatcher.Dispatcher):
+    if not is_compiled(controller.update):
         raise InputError(
             f"controller {controller.name!r} is plain Python, which a library cannot contain: decorate its update by "
             "numba.njit"
@@ -138,42 +135,16 @@ def _object(controller: Controller) -> bytes:
       InputError: it cannot be compiled, or calls more than mathematical functions.
     """
     try:
-        code, name = linked_code(of_vectors(controller.update), UPDATE.args)
-    except numba.core.errors.NumbaError as error:
-        last = [line for line in str(error).splitlines() if line.strip()][-1].strip()
-        raise InputError(f"controller {controller.name!r} cannot be compiled: {last}") from None
-    module = llvm.parse_assembly(code)
-    for function in module.functions:
-        if function.name == name:
-            function.name, function.linkage = "meltemi_law", "external"
-            function.visibility = "hidden"
-        elif not function.is_declaration:
-            function.linkage = "internal"
-    for value in module.global_variables:  # Python environment structures, which no code reads
-        if value.linkage == llvm.Linkage.common:
-            value.linkage = "internal"
-    manager, target = llvm.create_new_module_pass_manager, llvm.Target.from_triple(llvm.get_process_triple())
-    machine = target.create_target_machine(opt=3, reloc="pic", codemodel="default")
-    _without_unused(module, machine, manager)
-    foreign = sorted(
-        f.name
-        for f in module.functions
-        if f.is_declaration and not f.name.startswith("llvm.") and f.name not in C_FUNCTIONS
-    )
-    if foreign or re.search(r"inttoptr \(i64 -?\d+ to ptr\)", str(module)):
-        what = ", ".join(foreign) or "an address of this process"
+        code, foreign = object_code(of_vectors(controller.update), UPDATE.args, "meltemi_law", C_FUNCTIONS)
+    except CompilationError as error:
+        raise InputError(f"controller {controller.name!r} cannot be compiled: {last_line(error)}") from None
+    if foreign:
         raise InputError(
-            f"controller {controller.name!r} needs {what}, which a library without Python does not have: an update may "
-            "compute with numbers and with the vectors that it is given, but not make arrays, lists or text, nor print"
+            f"controller {controller.name!r} needs {', '.join(foreign)}, which a library without Python does not have: "
+            "an update may compute with numbers and with the vectors that it is given, but not make arrays, lists or "
+            "text, nor print"
         )
-    return bytes(machine.emit_object(module))
-
-
-def _without_unused(module: Any, machine: Any, manager: Any) -> None:
-    """Remove functions that are never called."""
-    passes = manager()
-    passes.add_global_dead_code_eliminate_pass()
-    passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=0)))
+    return code
 
 
 def _compile(arguments: Sequence[str]) -> None:

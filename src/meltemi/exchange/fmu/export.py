@@ -17,12 +17,12 @@ from tempfile import TemporaryDirectory
 from typing import Literal
 from zipfile import ZIP_DEFLATED, ZipFile
 
+from meltemi.cases.case import LoadCase, case_turbine, self_contained
 from meltemi.core.errors import InputError
 from meltemi.core.extras import need
 from meltemi.core.files import replacing
 from meltemi.core.yamlfile import write_record
 from meltemi.exchange.fmu.unit import ABOUT, CASE
-from meltemi.loadcases.case import LoadCase, case_turbine, self_contained
 from meltemi.turbine.library import write_turbine
 
 ICON = base64.b64decode(

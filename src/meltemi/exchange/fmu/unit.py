@@ -11,11 +11,11 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from meltemi.cases.case import LoadCase, case_run, case_turbine
 from meltemi.control.signals import CALLBACK
 from meltemi.core.yamlfile import read_record
 from meltemi.exchange.fmu.library import end_with_python
 from meltemi.exchange.fmu.variables import model_description, variables_of
-from meltemi.loadcases.case import LoadCase, case_run, case_turbine
 from meltemi.simulation.simulate import Simulation
 from meltemi.wind.fields import SteadyWind
 

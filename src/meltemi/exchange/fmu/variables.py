@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement
 
 from meltemi.aero.tables import AeroParameters
+from meltemi.compiler import Table
 from meltemi.control.actuators import Actuators
 from meltemi.control.signals import Demands, Measurements
 from meltemi.environment.conditions import Conditions
-from meltemi.maths.tables import Table
 from meltemi.simulation.simulate import Simulation
 from meltemi.wind.velocity import WindNow
 

@@ -8,22 +8,25 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
-import llvmlite.binding as llvm
 import numpy as np
-from numba.core import event
 
+from meltemi.compiler import (
+    Loaded,
+    RecordType,
+    announced,
+    cache_folder,
+    linked_code,
+    machine_code,
+    reverse_code,
+    target_name,
+)
 from meltemi.core.errors import MeltemiError
 from meltemi.core.files import replacing
-from meltemi.core.intermediate_code import linked_code
-from meltemi.core.kernel import cache_folder
 from meltemi.core.private import signed, user_key, verified
 from meltemi.gradients.reverse.memory import Memory
 from meltemi.gradients.reverse.transform import Transformed
-from meltemi.numbers.lanes import REVERSE
-from meltemi.numbers.records import RecordType
 
 
 class Compiled:
@@ -52,33 +55,23 @@ class Compiled:
         name: str = "",
     ) -> None:
         text, top = ("", "") if name else code_of(function, kinds)
-        others = repr(
-            (sorted(arrays.items()), wanted and sorted(wanted), llvm.get_host_cpu_name(), llvm.llvm_version_info)
-        )
+        others = repr((sorted(arrays.items()), wanted and sorted(wanted), target_name()))
         key = hashlib.sha256((name or text).encode() + sources() + others.encode()).hexdigest()
         folder = cache_folder()
         file = None if folder is None else folder / f"adjoint-{key[:32]}.o"
-        machine = llvm.Target.from_default_triple().create_target_machine(
-            cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=3, jit=True
-        )
         kept = _kept(file)
         if kept is None:
             records = {2 + i: kind.cls for i, kind in enumerate(kinds) if isinstance(kind, RecordType)}
-            with event.trigger_event("numba:compile", {"dispatcher": SimpleNamespace(py_func=function), "args": ()}):
+            with announced(function):
                 text, top = (text, top) if text else code_of(function, kinds)
                 made = Transformed(text, top, records, arrays, wanted)
-                kept = made.used, _machine_code(made.text, machine)
+                kept = made.used, machine_code(made.text)
             _keep(file, *kept)
         self.used, code = kept
-        module = llvm.parse_assembly("")
-        self._engine = llvm.create_mcjit_compiler(module, machine)
-        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-        self._engine.finalize_object()
+        self._loaded = Loaded(code)
         made_of = [ctypes.c_void_p if isinstance(kind, RecordType) else ctypes.c_int64 for kind in kinds]
         prototype = ctypes.CFUNCTYPE(ctypes.c_int32, *[ctypes.c_void_p] * 3, *made_of)
-        self._forward, self._backward = (
-            prototype(self._engine.get_function_address(each)) for each in ("forward", "backward")
-        )
+        self._forward, self._backward = (prototype(self._loaded.address(each)) for each in ("forward", "backward"))
         self._results = np.zeros(4, dtype=np.int64)
         at = int(self._results.ctypes.data)
         self._places = at, at + 16
@@ -107,7 +100,7 @@ def sources() -> bytes:
 def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
     """Optimised LLVM code of a function with all that it calls, with names that no address is part of; its name."""
     code, name = linked_code(function, kinds)
-    text = _folded(code)
+    text = reverse_code(code)
     names: dict[str, str] = {}
 
     def renamed(match: re.Match[str]) -> str:
@@ -116,30 +109,6 @@ def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
     text = re.sub(r"^(?:; |!\d+ = |source_filename).*$| +; preds = .*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"(?<![-\w.$])_ZN[-\w.$]+", renamed, text)  # of functions, and of blocks where one was inlined
     return text, "@" + names[name]
-
-
-def _folded(text: str) -> str:
-    """The code for reverse differentiation: what is never evaluated there is left out."""
-    module = llvm.parse_assembly(
-        re.sub(rf"^@{REVERSE} = .*$", f"@{REVERSE} = internal constant i64 1", text, flags=re.M)
-    )
-    passes = llvm.create_new_module_pass_manager()
-    passes.add_sccp_pass()
-    passes.add_simplify_cfg_pass()
-    passes.add_loop_simplify_pass()  # what follows a loop is reached from it only
-    target = llvm.Target.from_default_triple().create_target_machine()
-    passes.run(module, llvm.create_pass_builder(target, llvm.create_pipeline_tuning_options(speed_level=1)))
-    return str(module)
-
-
-def _machine_code(text: str, machine: Any) -> bytes:
-    module = llvm.parse_assembly(text)
-    module.verify()
-    options = llvm.create_pipeline_tuning_options(speed_level=2)
-    options.loop_vectorization = options.slp_vectorization = False
-    builder = llvm.create_pass_builder(machine, options)
-    builder.getModulePassManager().run(module, builder)
-    return bytes(machine.emit_object(module))
 
 
 def _kept(file: Path | None) -> tuple[int, bytes] | None:

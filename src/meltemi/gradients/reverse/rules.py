@@ -171,7 +171,7 @@ FUNCTIONS: dict[str, Any] = {
 
 
 FLAT = ("floor", "ceil", "trunc", "rint", "round", "nearbyint", "roundeven", "arithmetic.fence")
-"""Functions whose derivative is zero; the last one is ``held`` of ``maths.generic``."""
+"""Functions whose derivative is zero; the last one is ``held`` of ``meltemi.compiler``."""
 
 
 def terms(

@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from meltemi.compiler import members
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.gradients.reverse.blocks import (
     AGAIN,
@@ -44,7 +45,6 @@ from meltemi.gradients.reverse.code import (
 )
 from meltemi.gradients.reverse.loops import loops_of
 from meltemi.gradients.reverse.rules import FLAT, Emitter
-from meltemi.maths.records import members
 
 HEAD = 128
 """[bytes] begin of the memory: the end of the tape, and a place that masked entries may use."""

@@ -26,11 +26,11 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
+    from meltemi.iec.classes import Edition
     from meltemi.loads.loadbase.campaign import Campaign
     from meltemi.loads.loadbase.engine import BaseStatus, Progress
     from meltemi.loads.loadbase.plan import Plan
     from meltemi.loads.loadbase.timing import Cost
-    from meltemi.wind.iec.classes import Edition
 
 BaseArgument = Annotated[Path, typer.Argument(help="Folder of a load base, as plan writes it.")]
 SettingsOption = Annotated[

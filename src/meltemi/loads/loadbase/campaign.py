@@ -8,7 +8,6 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from meltemi.control.supervisor.settings import Supervision, limits
 from meltemi.controllers.schemes import equipped, located, make_controller, settled
 from meltemi.controllers.specification import (
     BaselineCase,
@@ -29,15 +28,16 @@ from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, write_record
 from meltemi.environment.site import Environment
+from meltemi.iec.classes import WindClass, wind_class
 from meltemi.loads.loadbase.metocean import Metocean
 from meltemi.loads.loadbase.site import Site
 from meltemi.loads.loadbase.table import AT_SEA, Defaults, LoadTable, Standard, load_table
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build, operating_point
+from meltemi.supervisor.settings import Supervision, limits
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
-from meltemi.wind.iec.classes import WindClass, wind_class
 
 FILE = "campaign.yaml"
 RATED = 0.998

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-from meltemi.maths.tables import MAX_LINES
+from meltemi.compiler import MAX_LINES
 from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group
 from meltemi.turbine.definition import Turbine
 

@@ -13,13 +13,13 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 import meltemi
+from meltemi.cases.case import LoadCase, case_controller, case_run, case_turbine
 from meltemi.control.controller import Controller, LogEntry
 from meltemi.controllers.specification import hashed, specification, uses_flaps
 from meltemi.core.errors import InputError, Status
 from meltemi.core.physics import PHYSICS
 from meltemi.core.stores import code_identity
 from meltemi.core.yamlfile import validated
-from meltemi.loadcases.case import LoadCase, case_controller, case_run, case_turbine
 from meltemi.loads.loadbase.interfaces import interfaces_of, recorded, stations
 from meltemi.loads.loadbase.plan import Plan
 from meltemi.loads.loadbase.reduction import Reduced, equivalent, reduced

@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record, Vector
 from meltemi.core.yamlfile import read_record
-from meltemi.wind.iec.classes import WindClass
+from meltemi.iec.classes import WindClass
 
 FOLDER = Path(__file__).parent / "tables" / "metocean"
 Seas = Literal["normal", "joint", "severe", "1-year", "50-year"]

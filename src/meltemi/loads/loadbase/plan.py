@@ -11,13 +11,15 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from meltemi.cases.case import LoadCase
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import replacing
 from meltemi.core.record import Record
 from meltemi.core.representation import Card, Fold
 from meltemi.core.shown import Shown
 from meltemi.core.yamlfile import validated
-from meltemi.loadcases.case import LoadCase
+from meltemi.iec.classes import extreme_speed
+from meltemi.iec.models import MODELS
 from meltemi.loads.loadbase.campaign import Campaign
 from meltemi.loads.loadbase.metocean import Waves
 from meltemi.loads.loadbase.ranges import counts, numbers
@@ -25,8 +27,6 @@ from meltemi.loads.loadbase.situations import Setting, Variant, case_content, mi
 from meltemi.loads.loadbase.table import Fault, LoadTable, Row, names_in
 from meltemi.loads.loadbase.weights import HOURS, edges, time_share
 from meltemi.loads.loadbase.wording import in_words
-from meltemi.wind.iec.classes import extreme_speed
-from meltemi.wind.iec.models import MODELS
 
 if TYPE_CHECKING:
     import pandas as pd

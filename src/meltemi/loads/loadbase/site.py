@@ -18,8 +18,8 @@ from pydantic import Field, model_validator
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record, Vector
 from meltemi.core.yamlfile import read_text, validated
+from meltemi.iec.classes import Edition, WindClass
 from meltemi.loads.effective import FURTHEST, checked_neighbours, effective_intensity, wake_turbulence
-from meltemi.wind.iec.classes import Edition, WindClass
 
 VERSION = "1.1"
 """Of the digital exchange format."""

@@ -9,11 +9,11 @@ from typing import Any
 
 from meltemi.controllers.specification import keyed
 from meltemi.core.yamlfile import merged
+from meltemi.iec.models import MODELS
 from meltemi.loads.loadbase.campaign import Campaign, production_controller, start_controller
 from meltemi.loads.loadbase.metocean import Waves, wind_driven
 from meltemi.loads.loadbase.table import Fault, Row
 from meltemi.sea.conditions import breaking_height
-from meltemi.wind.iec.models import MODELS
 
 OPERATING = ("production", "start", "normal stop", "emergency stop")
 FULL = 360.0
@@ -235,7 +235,7 @@ SITUATIONS: dict[str, Callable[[Setting], dict[str, Any]]] = {
 
 
 def case_content(s: Setting) -> dict[str, Any]:
-    """Content of the case file of a case, as :class:`meltemi.loadcases.case.LoadCase` reads it."""
+    """Content of the case file of a case, as :class:`meltemi.cases.case.LoadCase` reads it."""
     c, row = s.campaign, s.row
     assert row.transient is not None and row.duration is not None
     content: dict[str, Any] = {

@@ -15,10 +15,10 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import merged, read_mapping, validated
+from meltemi.iec.models import MODELS
 from meltemi.loads.loadbase.metocean import Level, Seas
 from meltemi.loads.loadbase.ranges import SYMBOLS, counts, numbers
 from meltemi.simulation.events import read_events
-from meltemi.wind.iec.models import MODELS
 
 FOLDER = Path(__file__).parent / "tables"
 EDITIONS = (3, 4)

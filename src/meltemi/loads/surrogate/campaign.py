@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from meltemi.cases.case import LoadCase
 from meltemi.controllers.specification import BaselineCase, FixedCase, NamedCase, PowerCase
 from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import replacing, text_of
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, validated, write_record
-from meltemi.loadcases.case import LoadCase
 from meltemi.loads.loadbase.engine import Execution, run_jobs
 from meltemi.loads.loadbase.jobs import Job, case_key
 from meltemi.loads.loadbase.store import Store

@@ -18,12 +18,12 @@ from pydantic import Field, model_validator
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
 from meltemi.core.yamlfile import read_record
+from meltemi.iec.classes import WindClass, as_class, sigma_ntm
 from meltemi.loads.effective import checked_neighbours, effective_intensity
 from meltemi.loads.loadbase.site import read_site
 from meltemi.loads.loadbase.weights import Weibull
 from meltemi.loads.surrogate.model import Float, LoadModel, Surrogate
 from meltemi.loads.surrogate.space import SPEED
-from meltemi.wind.iec.classes import WindClass, as_class, sigma_ntm
 
 STEP = 0.5
 """[m/s] of the bins of wind speed."""

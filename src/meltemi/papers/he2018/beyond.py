@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.filters import response
+from meltemi.control_laws.filters import response
 from meltemi.controllers.tuning import margins
 from meltemi.papers.he2018.claims import change, edgewise, likelihood, percent
 from meltemi.papers.he2018.designs import ADDED, DECAY, LOST, SLOW

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 
-from meltemi.control.load_control import HarmonicLoop
+from meltemi.analyses.linear import LinearModel
+from meltemi.control_laws.load_control import HarmonicLoop
 from meltemi.controllers.names import SCHEMES, Target
 from meltemi.controllers.tuning import LoopTuning, tune_loops
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.linear import LinearModel
 from meltemi.studies.preview import LidarErrors
 
 ADDED, WHOLE_LEAD = "ipc as it is, with flaps", "cpfc, whole lead"

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.control.bladed.controller import BladedController
-from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
+from meltemi.bladed_controllers.controller import BladedController
+from meltemi.bladed_controllers.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
 from meltemi.controllers.names import SCHEMES
 from meltemi.papers.he2018.claims import change, percent

@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from meltemi.analyses.linear import LinearModel
 from meltemi.control.controller import Controller
-from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController, SpeedNotch
+from meltemi.control_laws.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController, SpeedNotch
 from meltemi.controllers.names import SCHEMES
 from meltemi.controllers.tuning import linear_models, scaled, speed_notch, tune_loops
+from meltemi.iec.winds import ntm
 from meltemi.papers.he2018.designs import ADDED, LIDARS, Tunings, added, designs
 from meltemi.papers.study import Progress
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.linear import LinearModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.studies.preview import LidarErrors, measured, preview_of, steady_pitch
@@ -26,7 +27,6 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind, Wind, WindBox
-from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulent import AnyWind
 
 Made = Controller | Callable[[Wind], Controller]

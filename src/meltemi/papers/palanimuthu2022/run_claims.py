@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.power_control.tables import NUMBER
 from meltemi.papers.claim import Claim, by_reading, claim_group, enough, listed
 from meltemi.papers.palanimuthu2022 import paper
 from meltemi.papers.palanimuthu2022.figure6 import temperature_claims
@@ -23,6 +22,7 @@ from meltemi.papers.palanimuthu2022.runs import (
     aero_power,
 )
 from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, mean_interval
+from meltemi.power_control.tables import NUMBER
 from meltemi.reports.blocks import Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.simulation.result import Result

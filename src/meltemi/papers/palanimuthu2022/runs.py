@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.power_control.controller import PowerController
-from meltemi.control.power_control.settings import PowerControl
+from meltemi.analyses.performance import performance_of
 from meltemi.core.series import TimeSeries
 from meltemi.environment.air import Air
 from meltemi.environment.grid import PowerGrid
@@ -28,8 +27,9 @@ from meltemi.papers.palanimuthu2022.machine import (
     turbine,
 )
 from meltemi.papers.study import Progress, step_progress
+from meltemi.power_control.controller import PowerController
+from meltemi.power_control.settings import PowerControl
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.grid import WindGrid
 from meltemi.wind.fields import WindSeries
-from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
 
 LENGTH = 600.0

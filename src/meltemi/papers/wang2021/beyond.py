@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.papers.study import Chapter, Draw, Progress, guarded_table, guarded_text, span, step_progress
 from meltemi.papers.wang2021 import lifetime
 from meltemi.papers.wang2021.beyond_figure import beyond_figure
@@ -34,6 +33,7 @@ from meltemi.studies.machine_loads import YAW_BENDING
 from meltemi.studies.wind_year import QUARTER, StrategyYear, WindSite, a_year, power_curve
 from meltemi.studies.yaw_gusts import FAST, OURS, QUICK, GustGrid, GustResults, run_grid
 from meltemi.studies.yaw_limits import YawLimits, find_limits, limit_rows, limit_words
+from meltemi.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.tuning.run_store import FailedResult, attempt
 from meltemi.turbine.definition import Turbine
 

@@ -10,7 +10,6 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, claims_of, listed, reasons_of
 from meltemi.papers.wang2021.gust import (
     DERATE,
@@ -36,6 +35,7 @@ from meltemi.reports.ensemble_tables import with_interval
 from meltemi.studies.machine_loads import TOP_SHEAR, YAW_BENDING
 from meltemi.studies.wind_year import StrategyYear
 from meltemi.studies.yaw_gusts import transitions
+from meltemi.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.tuning.run_store import survivors
 
 Float = NDArray[np.float64]

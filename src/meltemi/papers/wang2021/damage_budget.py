@@ -20,15 +20,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.coordinated import CoordinatedController
-from meltemi.control.power_control.settings import PowerControl, Scheme
+from meltemi.analyses.performance import performance_of
+from meltemi.iec.winds import ntm, nwp
 from meltemi.papers.study import Chapter, Draw, Progress, answer_chapter, step_progress
 from meltemi.papers.wang2021.words import sentence
 from meltemi.postprocess.ensemble import mean_interval, weibull_weights
+from meltemi.power_control.coordinated import CoordinatedController
+from meltemi.power_control.settings import PowerControl, Scheme
 from meltemi.reports.blocks import Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.simulation.events import PowerLimit
-from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
@@ -37,7 +38,6 @@ from meltemi.studies.machine_loads import BLADE_ROOT, CHANNELS, LOADS, TOWER_BAS
 from meltemi.studies.yaw_gusts import FAST
 from meltemi.tuning.run_store import attempt, cells
 from meltemi.turbine.definition import Turbine
-from meltemi.wind.iec.winds import ntm, nwp
 
 Float = NDArray[np.float64]
 SPEEDS = (5.0, 7.0, 9.0, 11.0, 13.0, 17.0, 21.0)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.papers.wang2021.gust import DERATE, DRAWN, SIGNS, Gust, Gusts
 from meltemi.papers.wang2021.table2 import MOMENT, POWER, Table2
 from meltemi.papers.wang2021.winds import TIMES, measured
@@ -18,6 +17,7 @@ from meltemi.report.plots import new_figure, panel
 from meltemi.reports.panels import Panel, channel, series
 from meltemi.simulation.result import Result
 from meltemi.studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
+from meltemi.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.tuning.run_store import survivors
 
 if TYPE_CHECKING:

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.iec.gusts import Sign
 from meltemi.papers.wang2021.winds import GUST_BEGIN, STATED
 from meltemi.simulation.result import Result
 from meltemi.studies.machine_loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION, extreme
 from meltemi.studies.yaw_gusts import transitions
 from meltemi.tuning.run_store import FailedResult, FailedResultError
-from meltemi.wind.iec.gusts import Sign
 
 Float = NDArray[np.float64]
 STOP, DERATE, IGNORE = "S1 stop", "S2 derate", "S3 ignore"

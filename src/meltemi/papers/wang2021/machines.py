@@ -5,13 +5,13 @@ from __future__ import annotations
 from functools import cache
 from typing import Final
 
+from meltemi.analyses.performance import performance_of
 from meltemi.control.controller import Controller
-from meltemi.control.coordinated import CoordinatedController
-from meltemi.control.power_control.settings import PowerControl
-from meltemi.control.yaw import YawControl
+from meltemi.control_laws.yaw import YawControl
 from meltemi.core.units import rpm
 from meltemi.papers.wang2021.gust import MACHINE, SLOW
-from meltemi.simulation.performance import performance_of
+from meltemi.power_control.coordinated import CoordinatedController
+from meltemi.power_control.settings import PowerControl
 from meltemi.studies.scaling.library import scaled_turbine
 from meltemi.studies.yaw_gusts import with_yaw_rate
 from meltemi.tuning.baseline_tuning import tune_baseline

@@ -13,6 +13,7 @@ from itertools import product
 
 import numpy as np
 
+from meltemi.iec.gusts import RISE_TIME
 from meltemi.papers.study import Chapter, Draw, Progress, answer_chapter, step_progress
 from meltemi.papers.wang2021.costs import KWH, by_wind, longest
 from meltemi.papers.wang2021.winds import GUST_SPEED
@@ -24,7 +25,6 @@ from meltemi.studies.machine_loads import BLADE_ROOT, TOWER_BASE, YAW_BENDING
 from meltemi.studies.yaw_gusts import OURS, GustGrid, GustResults, run_grid
 from meltemi.studies.yaw_limits import BasePoints
 from meltemi.turbine.definition import Turbine
-from meltemi.wind.iec.gusts import RISE_TIME
 
 TURN = np.radians(720.0 / GUST_SPEED)
 """[rad] of the standard at this wind speed."""

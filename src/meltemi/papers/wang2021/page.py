@@ -9,6 +9,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from meltemi.iec.gusts import RISE_TIME, Sign
 from meltemi.papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi.papers.study import (
     Chapter,
@@ -46,7 +47,6 @@ from meltemi.studies.machine_loads import YAW_BENDING
 from meltemi.studies.yaw_gusts import with_yaw_rate
 from meltemi.tuning.run_store import FailedResult, attempt, guarded
 from meltemi.turbine.definition import Turbine
-from meltemi.wind.iec.gusts import RISE_TIME, Sign
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

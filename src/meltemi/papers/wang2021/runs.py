@@ -10,9 +10,6 @@ from typing import Any
 import numpy as np
 
 from meltemi.control.controller import Controller
-from meltemi.control.supervisor.settings import Supervision
-from meltemi.control.supervisor.supervised import SupervisedController
-from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.papers.study import Progress, span, step_progress
 from meltemi.papers.wang2021 import winds
 from meltemi.papers.wang2021.gust import (
@@ -58,6 +55,9 @@ from meltemi.simulation.start import Start
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.machine_loads import CHANNELS
 from meltemi.studies.yaw_gusts import STOP_RATE, strategy
+from meltemi.supervisor.settings import Supervision
+from meltemi.supervisor.supervised import SupervisedController
+from meltemi.supervisor.threshold import YawProtection
 from meltemi.tuning.run_store import FailedResult, attempt, cells
 from meltemi.turbine.definition import Turbine
 

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
+from meltemi.iec.gusts import RISE_TIME, Sign
 from meltemi.studies.yaw_gusts import coherent_gust
 from meltemi.turbine.definition import Turbine
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.superposition import with_gust
 from meltemi.wind.fields import WindBox, WindSeries
-from meltemi.wind.iec.gusts import RISE_TIME, Sign
-from meltemi.wind.superposition import with_gust
-from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulent import TurbulentWind
 
 SHEAR = 0.2

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import MAX_FLAPS
 from meltemi.core.errors import InputError
-from meltemi.maths.tables import MAX_FLAPS
 from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group
 from meltemi.simulation.result import Result
 

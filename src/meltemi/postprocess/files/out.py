@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.postprocess.files.openfast import Columns, columns_of, result_of
 from meltemi.simulation.result import Result
-from meltemi.wind.files.common import replacing, text_of
+from meltemi.wind_files.common import replacing, text_of
 
 LARGEST = 4_000_000_000
 """[bytes] of an hour with many channels."""

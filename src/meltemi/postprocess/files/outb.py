@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.postprocess.files.openfast import Columns, columns_of, result_of
 from meltemi.simulation.result import Result
-from meltemi.wind.files.common import reading, replacing
+from meltemi.wind_files.common import reading, replacing
 
 Float = NDArray[np.float64]
 

@@ -21,12 +21,12 @@ from meltemi.app.options import (
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
 from meltemi.core.errors import InputError
 from meltemi.core.formats import suffixes
-from meltemi.wind.formats import FORMATS, WINDS
+from meltemi.wind_files.formats import FORMATS, WINDS
 
 if TYPE_CHECKING:
+    from meltemi.iec.models import IecModel
     from meltemi.turbine.power_turbine import AnyTurbine
     from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
-    from meltemi.wind.iec.models import IecModel
     from meltemi.wind.turbulent import TurbulentWind
 
 SUFFIXES = {f.name: f.suffix for f in WINDS}
@@ -138,11 +138,11 @@ def _generate(
     name: str, settings: dict[str, Any], field: FieldOptions, turbine: str, file_format: str | None, out: Path
 ) -> tuple[object, ...]:
     """Generate a wind of IEC 61400-1; returns the options of a run in it."""
+    from meltemi.iec.models import MODELS, iec_wind
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
-    from meltemi.wind.files import read_hub_csv
-    from meltemi.wind.iec.models import MODELS, iec_wind
     from meltemi.wind.turbulent import TurbulentWind
+    from meltemi.wind_files import read_hub_csv
 
     used = load_turbine(turbine)
     of_gust: tuple[str, ...] = () if field.gust is None else ("sign", "begin", "years")
@@ -186,7 +186,7 @@ def _option(name: str) -> str:
 
 def _check_options(model: IecModel, options: dict[str, Any], of: str = "") -> None:
     """Raise an error for options that do not apply to a model, and for missing required options."""
-    from meltemi.wind.iec.models import SITUATION
+    from meltemi.iec.models import SITUATION
 
     steady = "steady" in options and model.make_steady is not None
     takes = model.takes(steady=steady)
@@ -221,8 +221,8 @@ def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | Tu
 def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: float, periodic: bool) -> WindSeries:
     """The gust of ``--gust``, with the options that apply to it."""
     from meltemi.core.errors import did_you_mean
+    from meltemi.iec.models import MODELS, SITUATION, iec_wind
     from meltemi.wind.fields import WindSeries
-    from meltemi.wind.iec.models import MODELS, SITUATION, iec_wind
 
     transients = [m.name for m in MODELS.values() if m.kind == "transient"]
     if name not in transients:
@@ -244,8 +244,8 @@ def _read(path: Path) -> WindBox | WindSeries:
     import numpy as np
 
     from meltemi.wind.fields import WindSeries
-    from meltemi.wind.files import read_hub_csv
-    from meltemi.wind.formats import read_wind
+    from meltemi.wind_files import read_hub_csv
+    from meltemi.wind_files.formats import read_wind
 
     if path.suffix.lower() != ".csv":
         return read_wind(path)
@@ -263,9 +263,9 @@ def _field(
     width: float | None,
     gust: WindSeries | None,
 ) -> WindBox:
-    from meltemi.wind.superposition import with_gust
-    from meltemi.wind.turbulence.field import generate_field
-    from meltemi.wind.turbulence.grid import wind_grid_for
+    from meltemi.turbulence.field import generate_field
+    from meltemi.turbulence.grid import wind_grid_for
+    from meltemi.turbulence.superposition import with_gust
 
     grid = wind_grid_for(turbine, described.points, width=width)
     with progress_bar(described.label) as progress:
@@ -284,9 +284,9 @@ def _look(
     from meltemi.report.plots import save
     from meltemi.report.tables import field_rows, series_rows, write_csv
     from meltemi.reports.wind_plots import plot_wind
+    from meltemi.turbulence.statistics import field_statistics, series_statistics
     from meltemi.wind.fields import SteadyWind, WindBox
-    from meltemi.wind.formats import write_wind
-    from meltemi.wind.statistics import field_statistics, series_statistics
+    from meltemi.wind_files.formats import write_wind
 
     height = None if turbine is None else turbine.hub_height
     if isinstance(found, WindBox):

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from meltemi.aero import stall_tables, variants
 from meltemi.aero.flaps import ALPHAS, DELTAS
 from meltemi.aero.tables import AeroNode, AeroOptions, AeroParameters, PolarPoint, SectionConstants, TowerFlow
+from meltemi.compiler import View
 from meltemi.core.errors import InputError
 from meltemi.core.variants import number
 from meltemi.environment.site import Environment
-from meltemi.maths.tables import View
 from meltemi.simulation.options import ModelOptions
 from meltemi.structure.beam import section_axes
 from meltemi.structure.members import NodeLayout

@@ -11,12 +11,12 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import MAX_BLADES, View
 from meltemi.control.actuators import Actuators, FlapActuators
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.threads import one_blas_thread
 from meltemi.core.variants import number
 from meltemi.environment.site import Environment
-from meltemi.maths.tables import MAX_BLADES, View
 from meltemi.simulation.bladed.aerodynamics import (
     aero_nodes,
     aero_options,

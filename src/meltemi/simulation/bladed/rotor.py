@@ -10,17 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroMemory, AeroNode, AeroParameters, BladeFlow, InflowState, StallState, TowerFlow
+from meltemi.compiler import WIDTH, Record, Table, members
 from meltemi.core.errors import InputError
-from meltemi.maths.records import Record, members
-from meltemi.maths.tables import Table
-from meltemi.numbers.lanes import WIDTH
 from meltemi.simulation.arena import aligned
 from meltemi.simulation.blades import BladeModel, blade_model
 from meltemi.simulation.channels import Channel, Contents, catalogue
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.parts import ParameterTables
 from meltemi.simulation.system import COMMON_SIGNALS, Outputs
-from meltemi.structure.kinematics import N_SHAFT
+from meltemi.structure.equations import N_SHAFT
 from meltemi.structure.members import Member, NodeLayout
 from meltemi.structure.tables import (
     BladeBody,
@@ -212,6 +210,7 @@ class BladedRotor:
             "tower_lanes": tower_flow,
             "tower_push": np.zeros(M),
             "tower_drag": tower_flow[-3:],
+            "tower_piece": np.zeros((9, self.tower_nodes.shape[1])),
             "apex": np.zeros(6),
             "blade_stations": np.array(stations.blade, dtype=float),
             "tower_stations": np.array((0.0, *stations.tower), dtype=float),

@@ -16,17 +16,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import kernel
-from meltemi.maths.generic import last, running
-from meltemi.maths.records import Single
+from meltemi.compiler import Rotations, Single, Table, Vectors, kernel, last, running, xyz
+from meltemi.compiler import rotation as matrix
 from meltemi.maths.rotations import angular_acceleration, rotation, rotation_vector, tangent
-from meltemi.maths.tables import Rotations, Table, Vectors, xyz
-from meltemi.maths.tables import rotation as matrix
 from meltemi.maths.vectors import Rot, Vec, cross
 from meltemi.simulation import system
-from meltemi.structure.kinematics import blade_motion
+from meltemi.structure.blades import blade_motion, tip_deflection
 from meltemi.structure.members import Member, NodeLayout
-from meltemi.structure.section_loads import tip_deflection
 from meltemi.structure.tables import SectionLoads
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.exchange import BladeMotion

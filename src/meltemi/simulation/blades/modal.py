@@ -1,7 +1,7 @@
 """Modal blades: small deflections, of second order in the coordinates of the modes (docs/theory/structure.md, S-21).
 
-Their kernels are the variants for all turbines: ``modal_motion`` (``structure.kinematics``), ``collect_modal_blades``
-(``structure.dynamics``), ``modal_tip`` and ``modal_node_load`` (``structure.section_loads``).
+Their kernels are the variants for all turbines: ``modal_motion``, ``collect_modal_blades``, ``modal_tip`` and
+``modal_node_load`` of ``structure.blades``.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from meltemi.simulation.disk.channels import disk_channels
 from meltemi.simulation.disk.rotor import DiskModel
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint, check_prescribed, no_balance, steady_wind
 from meltemi.simulation.start import set_actuators
-from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.structure.equations import GENERATOR, TORSION
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.turbulent import AnyWind
 

@@ -10,18 +10,17 @@ from numpy.typing import NDArray
 
 from meltemi.aero.coefficient import RotorCoefficient, coefficient_arrays
 from meltemi.aero.tables import AeroParameters
+from meltemi.compiler import Record, Table, View
 from meltemi.control.actuators import FlapActuators
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.environment.rain import rain_parameters
 from meltemi.environment.site import Environment
-from meltemi.maths.records import Record
-from meltemi.maths.tables import Table, View
 from meltemi.simulation.disk.system import Disk, DiskFlow, DiskSystem
 from meltemi.simulation.model import Model, Stations, actuator_array
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import ParameterTables, parts_of
 from meltemi.simulation.system import COMMON_SIGNALS
-from meltemi.structure.kinematics import N_SHAFT
+from meltemi.structure.equations import N_SHAFT
 from meltemi.structure.tables import StructureParameters
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.fields import SharedTurbulence, Wind, WindBox

@@ -10,11 +10,8 @@ from __future__ import annotations
 from math import atan2, cos, exp, log, pi, sin, sqrt, tanh
 
 from meltemi.aero.coefficient import Coefficients, known, power_coefficient, thrust_coefficient
-from meltemi.core.kernel import kernel
+from meltemi.compiler import Array2, Constant, Table, Vec, kernel, number
 from meltemi.environment.rain import RainParameters, rain_power_loss
-from meltemi.maths.algebra import Vec
-from meltemi.maths.records import Array2, Constant
-from meltemi.maths.tables import Table, number
 from meltemi.simulation.step import (
     begin_step,
     check_rotor,
@@ -25,7 +22,7 @@ from meltemi.simulation.step import (
     settle_inflow,
 )
 from meltemi.simulation.system import AnySystem, March, Outputs, rotor_azimuth, rotor_speed
-from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
+from meltemi.structure.equations import GENERATOR, TORSION, YAW
 from meltemi.structure.tables import MachineLoad
 from meltemi.wind.velocity import series_now, wind_velocity
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from importlib import import_module
 
-from meltemi.simulation import trim, vibrations
+from meltemi.simulation import vibrations
 from meltemi.simulation.bladed.build import build_bladed
 from meltemi.simulation.bladed.rotor import bladed_channels
 from meltemi.simulation.channels import find
@@ -20,7 +21,7 @@ KIND = RotorKind(
     ),
     channels=bladed_channels,
     channel=lambda name, model, available: find(name, available),
-    operating_point=trim.operating_point,
+    operating_point=lambda *given, **others: import_module("meltemi.simulation.trim").operating_point(*given, **others),
     reach=lambda t: t.nacelle.overhang + t.rotor_radius * math.sin(t.hub.precone + t.nacelle.tilt),
     brake_inertia=lambda t: t.drivetrain.generator_inertia,
     tables=tuple(

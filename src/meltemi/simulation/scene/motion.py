@@ -14,7 +14,7 @@ from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.scene.air import CrossSection, wind_section
 from meltemi.simulation.scene.record import Scene, track_arrays
 from meltemi.simulation.scene.shape import beam_axis, blade_skin, machine, sections
-from meltemi.structure.kinematics import YAW, blade_motion
+from meltemi.structure.blades import blade_motion
 from meltemi.wind.fields import SteadyWind, Wind
 
 Float = NDArray[np.float64]
@@ -147,14 +147,14 @@ class Recorder:
             chosen = data[every(rate), self.columns[name]]
             return chosen.reshape(len(chosen), *shape)
 
-        turbine, B, n_core = self.model.turbine, self.model.n_blades, self.model.n_core
+        turbine, B, rows = self.model.turbine, self.model.n_blades, self.model.rows
         q = part("q", len(self.model.coordinates))
-        tower_modes, shaft = len(self.model.rotor.tower.names), n_core - 3
+        tower_modes = len(self.model.rotor.tower.names)
         steps["motion"] = step * every(RATE).step
-        azimuth = q[:, shaft + 1] + q[:, shaft + 2]
+        azimuth = q[:, rows.generator] + q[:, rows.torsion]
         whole_turns = 2.0 * np.pi * np.floor(azimuth[0] / (2.0 * np.pi))  # 32 bits lose precision in long runs
         arrays["azimuth"] = (azimuth - whole_turns).astype(np.float32)
-        arrays |= track_arrays("body", np.hstack([part("top", 6), q[:, shaft + YAW, None], part("pitch", B)]))
+        arrays |= track_arrays("body", np.hstack([part("top", 6), q[:, rows.yaw, None], part("pitch", B)]))
         arrays |= track_arrays("tower", q[:, :tower_modes])
         moved = deformed(self._case, q, part("tip", B, 6), self._sections)
         chord = float(np.max(turbine.blade.aerodynamics.chord))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.environment.rain import Rain
 from meltemi.environment.site import STANDARD, Environment
+from meltemi.iec.winds import ntm
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.operating_point import OperatingPoint
@@ -22,8 +23,7 @@ from meltemi.simulation.trim import operating_point
 from meltemi.tuning.run_store import FailedResult, FailedResultError, cells
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
-from meltemi.wind.iec.winds import ntm
-from meltemi.wind.turbulence.field import generate_field
+from meltemi.turbulence.field import generate_field
 
 Float = NDArray[np.float64]
 Progress = Callable[[float, str], None]

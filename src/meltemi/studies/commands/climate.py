@@ -31,10 +31,10 @@ def climate(
 ) -> None:
     """Compute energy and loads of a year of weather against standard air: tables, plot, hourly or monthly CSV."""
     check_workers(workers)
+    from meltemi.iec.classes import as_class
     from meltemi.studies.climate.weather import periods
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
-    from meltemi.wind.iec.classes import as_class
 
     described = aeroelastic(load_turbine(turbine), "meltemi climate")
     as_class(wind_class, None)

@@ -50,11 +50,11 @@ def yaw_limits(
     """Find the yaw errors that load limits allow over wind speed: table, plot, a case with these settings."""
     check_workers(workers)
     from meltemi.core.yamlfile import validated, write_record
+    from meltemi.iec.classes import as_class
     from meltemi.simulation.options import ModelOptions
     from meltemi.simulation.rotors import build
     from meltemi.turbine.library import list_turbines, load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
-    from meltemi.wind.iec.classes import as_class
 
     described = aeroelastic(load_turbine(turbine), "meltemi yaw-limits")
     as_class(wind_class, None)
@@ -67,11 +67,11 @@ def yaw_limits(
     ):
         if not least <= number <= most:
             raise InputError(f"{option} {number:g}: expected {least:g} to {most:g}")
-    from meltemi.control.supervisor.threshold import YawProtection
-    from meltemi.loadcases.case import LoadCase
+    from meltemi.cases.case import LoadCase
     from meltemi.report.plots import save
     from meltemi.report.tables import write_csv
     from meltemi.studies import yaw_limits as study
+    from meltemi.supervisor.threshold import YawProtection
     from meltemi.tuning.run_store import run_store
 
     limit = None if load_limits is None else _limits(load_limits)
@@ -134,7 +134,7 @@ def _case(turbine: str, cut_out: float, speeds: Float, thresholds: Float, settin
 
     It begins at the highest of their wind speeds from which that is so, at the lowest if there is none.
     """
-    from meltemi.wind.iec.gusts import COHERENT_GUST
+    from meltemi.iec.gusts import COHERENT_GUST
 
     speed = max((v for v in speeds if v + COHERENT_GUST <= cut_out), default=speeds[0])
     protection = settings | {"wind_speeds": speeds.tolist(), "thresholds": thresholds.round(4).tolist()}

@@ -16,20 +16,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.performance import performance_of
 from meltemi.control.controller import Controller
-from meltemi.control.coordinated import CoordinatedController, Coordination
-from meltemi.control.load_control import LoadControl
-from meltemi.control.power_control.settings import PowerControl
-from meltemi.control.yaw import YawControl
+from meltemi.control_laws.load_control import LoadControl
+from meltemi.control_laws.yaw import YawControl
 from meltemi.controllers.tuning import tune_ipc
 from meltemi.environment.grid import PowerGrid
+from meltemi.iec.winds import ntm
 from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel, ensemble_table
 from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.power_control.coordinated import CoordinatedController, Coordination
+from meltemi.power_control.settings import PowerControl
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi.reports.ensemble_tables import change_bar
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
@@ -39,10 +40,9 @@ from meltemi.studies.power_schemes.costs import ROOT, SHAFT, STEP, TOWER, few_mo
 from meltemi.studies.servo_duty import BEARING_SLOPE, servo_duty
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.performance import RotorPerformance
+from meltemi.turbulence.field import generate_field
+from meltemi.turbulence.superposition import with_gust
 from meltemi.wind.fields import WindBox, WindSeries
-from meltemi.wind.iec.winds import ntm
-from meltemi.wind.superposition import with_gust
-from meltemi.wind.turbulence.field import generate_field
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

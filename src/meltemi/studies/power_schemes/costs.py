@@ -17,26 +17,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.analyses.performance import performance_of
 from meltemi.control.controller import Controller
-from meltemi.control.power_control.controller import PowerController
-from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
+from meltemi.iec.winds import ntm
 from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel, ensemble_table
 from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.power_control.controller import PowerController
+from meltemi.power_control.settings import PowerControl
 from meltemi.report.palette import COLOURS, curve
 from meltemi.report.plots import new_figure, panel
 from meltemi.reports.ensemble_tables import half_bar
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.power_schemes.compared import Progress, SchemeSetup, by_seed
 from meltemi.turbine.definition import Turbine
-from meltemi.wind.iec.winds import ntm
-from meltemi.wind.turbulence.field import generate_field
+from meltemi.turbulence.field import generate_field
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,9 +8,9 @@ from typing import ParamSpec
 
 import numpy as np
 
+from meltemi.analyses.modes import natural_modes
 from meltemi.core.calls import explained
 from meltemi.core.errors import InputError
-from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.rotors import build
 from meltemi.studies.scaling import turbine as rigid
 from meltemi.turbine.definition import Turbine

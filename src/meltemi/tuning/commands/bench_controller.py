@@ -45,8 +45,8 @@ def bench_controller(
     from meltemi.controllers.schemes import located
     from meltemi.controllers.specification import digest, specification
     from meltemi.core.yamlfile import read_record
+    from meltemi.iec.classes import as_class
     from meltemi.tuning.controller_bench.suite import BenchLimits
-    from meltemi.wind.iec.classes import as_class
 
     reference = reference or ("baseline" if power is None else "A1")
     names = _names(controllers, reference)

@@ -187,8 +187,8 @@ def _with_actuator(turbine: Turbine, kind: str | None) -> Turbine:
 
 def _winds(given: Mapping[str, Any], turbine: Turbine, duration: float, seeds: range) -> list[TurbulentWind]:
     """The wind with each seed."""
+    from meltemi.cases.case import LoadCase, case_wind
     from meltemi.core.yamlfile import validated
-    from meltemi.loadcases.case import LoadCase, case_wind
     from meltemi.wind.turbulent import TurbulentWind
 
     described = wind_of_options(given)

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import interpreted, is_compiled
 from meltemi.control.controller import Controller, compiled_entry
 from meltemi.control.signals import Demands, Measurements
 from meltemi.tuning.controller_bench.suite import NOISE, RELATIVE
@@ -95,7 +95,7 @@ def _scales() -> Float:
 def _callable(controller: Controller) -> Callable[[Float, Float, Float, float], None]:
     """The update of a controller on vectors, compiled or not."""
     update: Any = controller.update
-    if isinstance(update, numba.core.dispatcher.Dispatcher) and not numba.config.DISABLE_JIT:
+    if is_compiled(update) and not interpreted():
         compiled: Callable[[Float, Float, Float, float], None] = compiled_entry(update)
         return compiled
     return lambda state, seen, own, dt: update(state, Measurements(seen), Demands(own), dt)

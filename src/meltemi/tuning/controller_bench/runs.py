@@ -11,6 +11,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError
 from meltemi.environment.grid import PowerGrid
+from meltemi.iec.classes import as_class
 from meltemi.loadcases.store import Outcome
 from meltemi.postprocess.ensemble import actuator_travel
 from meltemi.postprocess.fatigue import damage_equivalent_load
@@ -40,7 +41,6 @@ from meltemi.tuning.controller_bench.verdicts import SLOPES
 from meltemi.tuning.power_reference import tracking_error
 from meltemi.tuning.run_store import current, resumed
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.iec.classes import as_class
 
 STOPPED = 0.2
 """Share of the reference speed below which a stop is complete."""

@@ -9,6 +9,7 @@ from meltemi.controllers.names import SCHEMES, controller_keys, labelled
 from meltemi.controllers.schemes import equipped
 from meltemi.core.errors import InputError
 from meltemi.environment.grid import PowerGrid
+from meltemi.iec.classes import as_class
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.tuning.controller_bench.bench import ControllerBench
@@ -18,7 +19,6 @@ from meltemi.tuning.controller_bench.runs import run_bench
 from meltemi.tuning.controller_bench.suite import BenchLimits, suite_of
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
-from meltemi.wind.iec.classes import as_class
 
 QUICK_SINE = Multisine(period=50.0, settling=150.0)
 """Test signal of the margins in the reduced suite."""

@@ -13,13 +13,13 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from meltemi.control.supervisor.settings import OVER_SPEED
 from meltemi.core.record import Record
+from meltemi.iec.models import iec_wind
+from meltemi.supervisor.settings import OVER_SPEED
 from meltemi.tuning.controller_bench.margins import GAIN_MARGIN, PHASE_MARGIN
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.iec.models import iec_wind
 from meltemi.wind.turbulent import AnyWind
 
 FIRST_SEED = 7_400_000

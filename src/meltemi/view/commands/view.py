@@ -83,7 +83,7 @@ def _read(path: Path) -> Result | Wind:
       InputError: the file is neither.
     """
     from meltemi.postprocess.formats import read_result
-    from meltemi.wind.formats import FORMATS, read_wind
+    from meltemi.wind_files.formats import FORMATS, read_wind
 
     path = path / "result.nc" if path.is_dir() else path
     suffixes = {f.suffix for f in FORMATS} - {".csv"}

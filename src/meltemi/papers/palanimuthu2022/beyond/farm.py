@@ -18,20 +18,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.power_control.controller import PowerController, default_frequency, shaft_inertia
-from meltemi.control.power_control.rotor import rotor_tables
-from meltemi.control.power_control.settings import PowerControl
+from meltemi.analyses.performance import performance_of
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import STANDARD
+from meltemi.iec.winds import ntm
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
 from meltemi.papers.palanimuthu2022.beyond.machines import SLOW
 from meltemi.papers.study import Chapter, Draw, Progress, span
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.power_control.controller import PowerController, default_frequency, shaft_inertia
+from meltemi.power_control.rotor import rotor_tables
+from meltemi.power_control.settings import PowerControl
 from meltemi.reports.blocks import Table
 from meltemi.reports.ensemble_tables import change_text, with_interval
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
@@ -43,7 +44,6 @@ from meltemi.tuning.run_store import FailedResultError, cells, survivors
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
-from meltemi.wind.iec.winds import ntm
 
 Float = NDArray[np.float64]
 MACHINES = ("nrel5mw", "iea15mw")

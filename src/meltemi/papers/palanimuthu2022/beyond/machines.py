@@ -11,18 +11,18 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from meltemi.control.power_control.controller import PowerController, default_frequency, shaft_inertia
-from meltemi.control.power_control.rotor import rotor_tables
-from meltemi.control.power_control.settings import PowerControl
+from meltemi.analyses.performance import performance_of
 from meltemi.environment.site import STANDARD
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
 from meltemi.papers.study import Chapter, Draw, Progress, span
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
+from meltemi.power_control.controller import PowerController, default_frequency, shaft_inertia
+from meltemi.power_control.rotor import rotor_tables
+from meltemi.power_control.settings import PowerControl
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
 from meltemi.reports.blocks import Table
 from meltemi.reports.ensemble_tables import change_bar, change_text
-from meltemi.simulation.performance import performance_of
 from meltemi.studies.power_schemes.costs import (
     ENERGY,
     FRONT_LEVEL,

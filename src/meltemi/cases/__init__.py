@@ -1,0 +1,3 @@
+"""Cases: a run with its turbine, wind and controller as a record and a YAML file."""
+
+KERNELS = ()

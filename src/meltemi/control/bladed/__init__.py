@@ -1,1 +1,0 @@
-"""Bladed-style controller libraries as controllers of a run."""

@@ -1,0 +1,1 @@
+"""Control laws for the interface of controllers: individual pitch, yaw, preview, and their filters."""
