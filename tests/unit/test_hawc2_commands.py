@@ -472,7 +472,7 @@ def test_files_that_are_not_used_are_not_needed(tmp_path: Path, turbine: meltemi
         ("mbdy2_eulerang 5 0 0", "mbdy2_axisangle 0 0 0 5", "expected an axis"),
         ("mbdy2_eulerang 5 0 0", "mbdy2_eulerpar 1 1 0 0", "four numbers of length 1"),
         ("mbdy2_eulerang 5 0 0", "relpos 0 0 1", "relpos: a distance between two bodies"),
-        ("bearing_vector 2 0 0 -1;\nend bearing1", "bearing_vector 2 0 1 0;\nend bearing1", "about its own axis"),
+        ("bearing_vector 2 0 0 -1;\nend bearing1", "bearing_vector 2 0 1 0;\nend bearing1", "rotate it about its axis"),
         ("name tower;", "name ;", "name: expected a word at place 1, found nothing"),
     ],
 )  # fmt: skip
