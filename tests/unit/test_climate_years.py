@@ -24,7 +24,7 @@ from meltemi.studies.climate.tables import month_table
 from meltemi.studies.climate.weather import periods, read_weather
 from meltemi.studies.climate.year import SHED_SHARE, Curves, a_year
 
-SETUP = Setup(seeds=(1, 2))
+SETUP = ResponseSetup(seeds=(1, 2))
 SPEEDS, DENSITIES = np.array(SETUP.speeds), np.array(SETUP.densities)
 
 
@@ -52,9 +52,9 @@ def response(turbine: Turbine) -> Response:
         below=np.ones(power.shape),
         loads=loads,
         states={
-            ICED: State(1.3, 0.8 * power[-1], last, 11.5),
-            SHED: State(1.3, 0.9 * power[-1], {name: 2.0 * values for name, values in last.items()}, 11.3),
-            WET: State(1.15, power[1], {name: 1.01 * values for name, values in middle.items()}, 11.3),
+            ICED: WeatherState(1.3, 0.8 * power[-1], last, 11.5),
+            SHED: WeatherState(1.3, 0.9 * power[-1], {name: 2.0 * values for name, values in last.items()}, 11.3),
+            WET: WeatherState(1.15, power[1], {name: 1.01 * values for name, values in middle.items()}, 11.3),
         },
         rated_wind=11.0 * (1.225 / DENSITIES) ** (1.0 / 3.0),
         points=tuple(points),  # type: ignore[arg-type]

@@ -55,7 +55,7 @@ def test_the_errors_of_a_lidar_act_as_they_say() -> None:
     velocity[..., 0] = 20.0 + np.repeat(gusts, 5, axis=0)
     box = WindBox(velocity, dt=0.1, dy=15.0, dz=15.0, bottom=15.0, speed=20.0, periodic=True)
     ideal = preview_of(model, box, (4.0, np.zeros(40))).wind
-    np.testing.assert_array_equal(measured(box, model, Lidar()), ideal)
+    np.testing.assert_array_equal(measured(box, model, LidarErrors()), ideal)
     beams = measured(box, model, LIDARS["4 beams"])
     assert np.std(beams - ideal) == pytest.approx(0.5, rel=0.15)  # of the mean of four points
     evolved = measured(box, model, LIDARS["evolving turbulence"])
@@ -195,7 +195,7 @@ def test_both_models_meet_both_winds() -> None:
     """The model of the paper's FAST has stiff blades, static polars and a quasi-steady wake."""
     assert (FAST_MODEL.torsion_modes, FAST_MODEL.stall, FAST_MODEL.inflow) == (0, "static", "quasi_steady")
     c: Any = object()
-    runs = Runs(*[None] * 2, dict.fromkeys(READINGS, c), dict.fromkeys(READINGS, c), *[None] * 4)  # type: ignore[arg-type]
+    runs = LoadControlRuns(*[None] * 2, dict.fromkeys(READINGS, c), dict.fromkeys(READINGS, c), *[None] * 4)  # type: ignore[arg-type]
     assert list(runs.judged) == [f"{m}, {w}" for m in ("FAST's model", "full model") for w in ("class B", "ed. 2")]
     together = {
         name: value for part in MODEL_PARTS.values() for name, value in part.model_dump(exclude_unset=True).items()

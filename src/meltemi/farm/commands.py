@@ -1,4 +1,4 @@
-"""``meltemi farm``: a farm from a file, or a row of turbines, with a table and a figure of what its wakes cost."""
+"""``meltemi farm``: a farm from a file, or a row of turbines, with a table and a figure of the wake losses."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
     from meltemi.farm.layout import FarmCase
-    from meltemi.farm.report import Price
+    from meltemi.farm.report import FarmComparison
     from meltemi.farm.simulation import FarmResult
 
 SPEED, INTENSITY, DURATION, TRANSIENT = 9.0, 0.1, 600.0, 30.0
@@ -84,7 +84,7 @@ def farm(
     """Simulate turbines in each other's wakes: power and loads by turbine, and what the wakes cost."""
     given = options.given()
     case, folder = _case_of(target, given)
-    if seen:
+    if three_dimensional:
         case = case.replace(view=True)
     other = None if against is None else _other(against, len(case.positions))
     runs = [(case, folder)]
@@ -112,7 +112,7 @@ def farm(
 
 
 def _case_of(target: str, given: dict[str, Any]) -> tuple[FarmCase, Path]:
-    """The farm of a file, or a row by options, and the folder of its paths."""
+    """The farm of a file, or a row by options, and the folder to which its paths are relative."""
     from meltemi.core.yamlfile import read_record
     from meltemi.farm.layout import FarmCase
 
@@ -126,10 +126,10 @@ def _case_of(target: str, given: dict[str, Any]) -> tuple[FarmCase, Path]:
 
 
 def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
-    """The run to compare with: results of a folder, or a farm file, which is simulated.
+    """The reference run: results in a folder, or a farm file, which is simulated.
 
     Raises:
-      InputError: it is neither, or has another number of turbines.
+      InputError: the path is neither, or the numbers of turbines differ.
     """
     from meltemi.core.yamlfile import read_record
     from meltemi.farm.layout import FarmCase
@@ -168,10 +168,10 @@ def _compare(result: FarmResult, other: FarmResult, name: str, out: Path) -> lis
     """Print and write what the run gains over another one, and the loads that it costs; returns the files."""
     from meltemi.farm.report import differences, plot_price, price, price_rows
 
-    found: Price = price(result, other)
+    comparison: FarmComparison = compare_farms(result, other)
     label = f"change against {name}"
-    print_table(label, *price_rows(found, values=False), all_rows=price_rows(found))
-    print(f"%: change of mean power and of equivalent loads. {found.words()}")
+    print_table(label, *comparison_rows(comparison, values=False), all_rows=comparison_rows(comparison))
+    print(f"%: change of mean power and of equivalent loads. {comparison.words()}")
     print(f"differs from {name} in: {', '.join(differences(result, other)) or 'nothing'}")
     return write_results(out / "against", price_rows(found), plot_price(found, label))
 
@@ -221,12 +221,14 @@ def _positions(given: dict[str, Any], diameter: float) -> tuple[Any, dict[str, A
         raise InputError(f"--row {count}: expected 1 to {MOST_TURBINES} turbines")
     if not spacing >= CLOSEST:
         raise InputError(f"--spacing {spacing:g}: expected {CLOSEST:g} rotor diameters or more, behind the near wake")
-    first = 1 - count if "--wind-file" in given else 0  # a field of a file begins behind its origin: stand before it
+    first = (
+        1 - count if "--wind-file" in given else 0
+    )  # a field of a file begins downwind of its origin: place the row upwind of it
     return [(round((first + i) * spacing * diameter, 1), 0.0) for i in range(count)], {}
 
 
 def _simulated(runs: list[tuple[FarmCase, Path]]) -> list[FarmResult]:
-    """Farms one after the other; prints simulated time, that of the farm, over elapsed time."""
+    """Simulate farms one after the other; print the ratio of simulated to elapsed time."""
     from time import perf_counter
 
     from meltemi.farm.simulation import simulate_case
@@ -248,7 +250,7 @@ def _simulated(runs: list[tuple[FarmCase, Path]]) -> list[FarmResult]:
 
 
 def _part(progress: Callable[[float], None], begin: float, share: float) -> Callable[[float], None]:
-    """The progress of a part of the work that is a share of it."""
+    """Progress callback for a part of the work."""
 
     def done(completed: float) -> None:
         progress(begin + share * completed)
@@ -257,7 +259,7 @@ def _part(progress: Callable[[float], None], begin: float, share: float) -> Call
 
 
 def _words(given: dict[str, Any]) -> list[object]:
-    """Options as on a command line."""
+    """Text of options as on a command line."""
     words: list[object] = []
     for name, value in given.items():
         words += [name if value else f"--no-{name[2:]}"] if isinstance(value, bool) else [name, value]
@@ -265,7 +267,7 @@ def _words(given: dict[str, Any]) -> list[object]:
 
 
 def _next(case: FarmCase, target: str, given: dict[str, Any], out: Path) -> tuple[object, ...]:
-    """A row with its first turbine turned; after that, two of its turbines side by side."""
+    """Suggested next command: the row with its first turbine yawed, or two of its turbines side by side."""
     count = len(case.positions)
     if count == 1:
         return ("run", target, "--wind-speed", SPEED, "--turbulence", INTENSITY)

@@ -43,7 +43,7 @@ def reproduce(
     if rosco:
         if study != "he2018":
             raise InputError(f"--rosco belongs to he2018; {study} has no such part")
-        _duel(quick, workers, out)
+        _rosco(quick, workers, out)
         return
     parts = () if beyond is None else _parts(study, beyond)
     from meltemi.papers import study as skeleton
@@ -83,7 +83,7 @@ def _parts(study: str, names: tuple[str, ...]) -> Sequence[str]:
     return asked
 
 
-def _duel(quick: bool, workers: int | None, out: Path) -> None:
+def _rosco(quick: bool, workers: int | None, out: Path) -> None:
     from meltemi.bladed_controllers.rosco import find_rosco
     from meltemi.tuning.run_store import run_store
 
@@ -98,7 +98,7 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
         files = write_chapter(chapter(found), "duel", out)
     for table in map(brief, duel_tables(found)):
         print_table(table.caption, table.head, table.texts)
-    for line in findings(found):
+    for line in findings(comparison):
         print(line)
     wrote(*files)
     suggest("reproduce", "he2018", *(("--rosco",) if quick else ()), "--out", out)

@@ -26,7 +26,7 @@ def sea(
     crest: Annotated[float | None, "Height of an embedded crest [m], at 60 s."] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Make a sea; writes the series of its elevation and kinematics, a table and a plot."""
+    """Generate a sea; write the series of its elevation and kinematics, a table and a plot."""
     given = {"seed": seed, "spectrum": spectrum, "crest": None if crest is None else {"height": crest}}
     found = _described(target, regular, {name: value for name, value in given.items() if value is not None})
     from meltemi.core.csvfile import write_columns
@@ -42,7 +42,7 @@ def sea(
         meltemi.io.write_csv(out / "statistics.csv", head, rows),
         write_figure(out / "sea.png", plot_sea(found, series)),
     ]
-    print_table(found.label, head, rows)
+    print_table(described.label, head, rows)
     wrote(*files)
     suggest("run", "iea15mw-monopile", "--wind-speed", 12, "--sea", target, "--out", out)
 

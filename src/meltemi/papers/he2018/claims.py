@@ -106,7 +106,7 @@ class RuleOfRuns:
     tolerance: str = ""
 
 
-def claims(runs: Runs, readings: Mapping[str, Comparison] | None = None) -> list[Claim]:
+def claims(runs: LoadControlRuns, readings: Mapping[str, Comparison] | None = None) -> list[Claim]:
     """All claims of ``claims.csv``, judged in all readings of model and wind.
 
     Args:

@@ -26,7 +26,7 @@ from meltemi.tuning.run_store import guarded
 from meltemi.turbine.definition import Turbine
 
 
-def ceiling_table(runs: Runs) -> Table:
+def ceiling_table(runs: LoadControlRuns) -> Table:
     """Table of ceilings and of the fractions that are reached."""
     rows, window = [], False
     for reading, c in runs.readings.items():
@@ -45,7 +45,7 @@ def ceiling_table(runs: Runs) -> Table:
     return Table(head, rows, "Ceilings", text_columns=2, note=note)
 
 
-def gains_table(runs: Runs) -> Table:
+def gains_table(runs: LoadControlRuns) -> Table:
     """Table of tuned gains."""
     rows = []
     for name, scheme in SCHEMES.items():
@@ -72,12 +72,12 @@ def gains_table(runs: Runs) -> Table:
     return Table(head, rows, "Gains by the rule, from the turbine's own linear model", text_columns=2, note=note)
 
 
-def _lead(runs: Runs, lines: list[Claim], beside: list[Claim]) -> str:
+def _lead(runs: LoadControlRuns, lines: list[Claim], beside: list[Claim]) -> str:
     c = runs.readings[CLASS_B]
     share = {scheme: f"{100.0 * reached(c, scheme, 'std').mean:.0f} %" for scheme in CEILINGS}
     ideal, worst = (percent(change(c, "RootMyc1 std", scheme)) for scheme in (BEST, PREVIEWS[-1]))
     tower = percent(change(c, "TwrBsMyt DEL", PREVIEWS[-1]))
-    wind = guarded(lambda: search.told_briefly(search.estimate(runs)), lambda why: "")
+    wind = guarded(lambda: search.intensity_text(search.estimate(runs)), lambda why: "")
 
     def std(scheme: str) -> str:
         return ", ".join(percent(change(c, "RootMyc1 std", scheme)) for c in runs.judged.values())
@@ -126,7 +126,7 @@ def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Section]:
     }
 
 
-def _facts(runs: Runs) -> list[tuple[str, str]]:
+def _facts(runs: LoadControlRuns) -> list[tuple[str, str]]:
     turbine, setup = runs.bench.model.turbine, runs.setup
     flaps = ", ".join(f"{100.0 * flap.begin:.0f} to {100.0 * flap.end:.0f} %" for flap in turbine.blade.flaps)
     actuator = f"{turbine.pitch_actuator.natural_frequency:g} rad/s"
@@ -138,7 +138,7 @@ def _facts(runs: Runs) -> list[tuple[str, str]]:
     ]
 
 
-def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
+def contents(runs: LoadControlRuns, out: Path, draw: Draw) -> Contents:
     """Chapters, lead and facts of the page."""
     lines = claims(runs)
     beside = guarded(lambda: claims(runs, not_detuned(runs.judged)), lambda why: [])
@@ -149,7 +149,7 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
     )
 
     def verdicts() -> Table:
-        return tabled("Verdicts by model and wind", lambda: verdicts_table(lines, beside, list(runs.judged)))
+        return guarded_table("Verdicts by model and wind", lambda: verdicts_table(lines, beside, list(runs.judged)))
 
     why = reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why}))
     winds = [tabled("Other winds", partial(of, runs)) for of in (beyond.winds, search.search_table)]
@@ -158,7 +158,7 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
         draw("likelihood", "Likelihood of the paper's changes by wind", lambda: search.surface(runs)),
     ]
     return Contents(
-        lead=worded(partial(_lead, runs, lines, beside), "What came of it"),
+        lead=guarded_text(partial(_lead, runs, lines, beside), "What came of it"),
         chapters={
             "readings": Section("By model and wind", [verdicts()]),
             "claims": Section("Claim by claim", [claims_table(lines), words, *why]),
@@ -166,22 +166,22 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
             **_chapters(runs, draw, paper=True),
         },
         facts=_facts(runs),
-        shown=[brief(claims_table(lines)), verdicts(), tabled("Ceilings", lambda: ceiling_table(runs))],
+        shown=[brief(claims_table(lines)), verdicts(), guarded_table("Ceilings", lambda: ceiling_table(runs))],
     )
 
 
-def of_turbine(turbine: Turbine) -> Study[Runs]:
+def of_turbine(turbine: Turbine) -> Study[LoadControlRuns]:
     """The schemes on another turbine, in the wind of the class."""
 
-    def contents_of(runs: Runs, out: Path, draw: Draw) -> Contents:
-        lead, rivals = worded(partial(beyond.found_words, runs), "The schemes"), partial(beyond.rivals, runs)
-        return Contents(lead, _chapters(runs, draw, paper=False), _facts(runs), [tabled("Schemes", rivals)])
+    def contents_of(runs: LoadControlRuns, out: Path, draw: Draw) -> Contents:
+        lead, rivals = guarded_text(partial(beyond.findings_text, runs), "The schemes"), partial(beyond.rivals, runs)
+        return Contents(lead, _chapters(runs, draw, paper=False), _facts(runs), [guarded_table("Schemes", rivals)])
 
     words = "Combined pitch and flap control of He et al. (2018)"
     return applied(STUDY, turbine, words, run=partial(run_all, turbine=turbine), contents=contents_of)
 
 
-STUDY: Study[Runs] = Study(
+STUDY: Study[LoadControlRuns] = Study(
     name="he2018",
     title="He et al. (2018): combined individual pitch and flap control, reproduced",
     source="He, K., Qi, L., Zheng, L., Chen, Y. (2018): Combined pitch and trailing edge flap control for load "

@@ -1,4 +1,4 @@
-"""Verdicts on the paper by reading: model of the turbine, edition of the wind, flaps with and without detuned pitch."""
+"""Verdicts on the paper by reading: model of the turbine, edition of the standard, with and without detuned pitch."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Seq
 
     Args:
       lines: all claims.
-      added: the same with flaps beside an IPC that stays as it is.
+      added: all claims with flaps added to an unchanged IPC.
       readings: names.
     """
     whole = len(counted(lines))
@@ -43,7 +43,7 @@ def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Seq
 
 
 def counts_words(lines: Sequence[Claim], added: Sequence[Claim], readings: Sequence[str]) -> str:
-    """The counts in a few sentences."""
+    """Sentences on the counts."""
     checked = counted(lines)
     whole, unchecked = len(checked), sum(c.outcome == "unchecked" for c in lines if c.basis == "paper")
     if any(v.outcome == "unjudged" for c in checked for _, v in c.judgement.verdicts):

@@ -57,7 +57,7 @@ def _number(path: Path) -> int:
 
 
 def _names(files: list[Path]) -> list[str]:
-    """Names of the results: of the files; where these are equal, of their folders, or both."""
+    """Names of the results: those of the files or, where these are equal, of their folders, or both."""
     names = [path.stem for path in files]
     if len(set(names)) < len(names):
         names = [(path if path.is_dir() else path.absolute().parent).name for path in files]
@@ -67,10 +67,10 @@ def _names(files: list[Path]) -> list[str]:
 
 
 def _read(path: Path) -> Result | Wind:
-    """A result, or the wind of a file that is none.
+    """Read a result or a wind file.
 
     Raises:
-      InputError: it is neither.
+      InputError: the file is neither.
     """
     from meltemi.wind_files.formats import FORMATS
 
