@@ -30,7 +30,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-CORE = ("meltemi/aero", "meltemi/structure", "meltemi/simulation", "meltemi/wind")
+CORE = tuple(f"meltemi/{name}" for name in "aero structure simulation wind turbulence iec analyses".split())
 PACKAGES = (*CORE, "meltemi.sea", "meltemi.floating", "meltemi.farm")
 UNPHYSICAL = ("commands.py", "plots.py", "rao_plots.py", "report.py", "scene.py", "channels.py", "files")
 """Files and folders without physics."""

@@ -118,8 +118,11 @@ def _tests(night: Night) -> list[list[str]]:
 
 
 def _verify(night: Night) -> list[list[str]]:
-    more = ["--quick"] if night.quick else ["--reference", str(night.reference)] if night.reference else []
-    return [[night.tool("meltemi"), "verify", *more, "--out", str(night.folder / "verify")]]
+    out = ["--out", str(night.folder / "verify")]
+    if night.quick:
+        return [[night.tool("meltemi"), "verify", "--quick", *out]]
+    more = ["--reference", str(night.reference)] if night.reference else []
+    return [[night.tool("python"), "tools/verification_page.py", *more, *out]]
 
 
 def _fuzz(night: Night) -> list[list[str]]:

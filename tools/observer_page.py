@@ -13,7 +13,8 @@ import meltemi
 from meltemi.loads import damage_equivalent_load
 from meltemi.postprocess.fatigue import usual_slope
 from meltemi.report.tables import markdown_table
-from meltemi.studies.observer import SENSORS, observer
+from meltemi.studies.observer import observer
+from meltemi.studies.observer_signals import SENSORS
 from meltemi.studies.preview import rotor_average
 from meltemi.wind.turbulent import realised
 

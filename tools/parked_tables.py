@@ -1,4 +1,4 @@
-"""Makes the reference data of parked rotors for ``meltemi verify`` from a folder of OpenFAST runs.
+"""Makes the reference data of parked rotors for the comparisons with stored runs from a folder of OpenFAST runs.
 
     python tools/parked_tables.py FOLDER
 
@@ -14,11 +14,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from reference_tables import ABOUT_WIND, pack, thin, write
 
+from comparisons.measure import amplitudes, vibration
+from comparisons.parked import CHANNELS, EDGEWISE, FLAPWISE, MEASURES, SHORT
 from meltemi.postprocess.files.openfast import si_unit
-from meltemi.verification.measure import amplitudes, vibration
-from meltemi.verification.parked import CHANNELS, EDGEWISE, FLAPWISE, MEASURES, SHORT
 from meltemi.wind_files import read_bts
 
 SOURCE = "OpenFAST v5.0.0, NREL 5 MW land-based, deck of the ROSCO test cases (Apache-2.0), parked: no controller"

@@ -1,4 +1,4 @@
-"""Makes the reference data of ``meltemi verify`` from a folder of OpenFAST runs: small tables and thinned series.
+"""Makes reference tables of ``meltemi verify`` and the stored runs of ``tests/comparisons`` from runs of OpenFAST.
 
     python tools/reference_tables.py FOLDER
 
@@ -21,23 +21,25 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+from comparisons.floating import CASES as FLOAT_CASES
+from comparisons.floating import CHANNELS as FLOAT_CHANNELS
+from comparisons.floating import STEP as FLOAT_STEP
+from comparisons.floating import WIND_CHANNELS as FLOAT_WIND_CHANNELS
+from comparisons.floating import WINDS as FLOAT_WINDS
+from comparisons.measure import decay, extremes, harmonic, undershoot
+from comparisons.offshore import CASES as SEA_CASES
+from comparisons.offshore import CHANNELS as SEA_CHANNELS
+from comparisons.offshore import STEP as SEA_STEP
+from comparisons.offshore_wind import CHANNELS as SEA_WIND_CHANNELS
+from comparisons.offshore_wind import STEADY as SEA_WINDS
+from comparisons.stops import BEGIN, FIGURE, OUTPUT, SHOWN, STOPS, gust_cases, measured
+from comparisons.stops import CHANNELS as STOP_CHANNELS
+from comparisons.turbulent import CHANNELS, SHORT
 from meltemi.exchange.openfast.text import key, number, read_input, split
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation.channels import standard
-from meltemi.verification.floating import CASES as FLOAT_CASES
-from meltemi.verification.floating import CHANNELS as FLOAT_CHANNELS
-from meltemi.verification.floating import STEP as FLOAT_STEP
-from meltemi.verification.floating import WIND_CHANNELS as FLOAT_WIND_CHANNELS
-from meltemi.verification.floating import WINDS as FLOAT_WINDS
-from meltemi.verification.measure import decay, extremes, harmonic, undershoot
-from meltemi.verification.offshore import CASES as SEA_CASES
-from meltemi.verification.offshore import CHANNELS as SEA_CHANNELS
-from meltemi.verification.offshore import STEP as SEA_STEP
-from meltemi.verification.offshore_wind import CHANNELS as SEA_WIND_CHANNELS
-from meltemi.verification.offshore_wind import STEADY as SEA_WINDS
-from meltemi.verification.stops import BEGIN, FIGURE, OUTPUT, SHOWN, STOPS, gust_cases, measured
-from meltemi.verification.stops import CHANNELS as STOP_CHANNELS
-from meltemi.verification.turbulent import CHANNELS, SHORT
 from meltemi.wind.fields import WindBox
 from meltemi.wind_files import read_bts
 
@@ -45,8 +47,14 @@ SOURCE = (
     "OpenFAST v5.0.0, NREL 5 MW land-based, deck of the ROSCO test cases (Apache-2.0) with the baseline controller "
     "of NREL/TP-500-38060"
 )
-DATA = Path(__file__).parents[1] / "src/meltemi/verification/data"
-TESTS = Path(__file__).parents[1] / "tests"
+ROOT = Path(__file__).parents[1]
+DATA, TESTS = ROOT / "src/meltemi/verification/data", ROOT / "tests"
+RUNS = TESTS / "comparisons/data"
+OF_RUNS = (
+    "azimuth decay fixed pitch_step spin yaw gust gust_wind step stops parked parked_cases parked_vibration "
+    "parked_amplitude"
+).split()
+"""Tables that belong to stored runs."""
 WINDS = ("4", "6", "8", "10", "11.4", "12", "13", "15", "18", "20", "22", "24")
 STEADY = (
     "GenPwr RotSpeed BldPitch1 RotThrust RotTorq RotPwr RtFldFxh RootMyc1 RootMxc1 OoPDefl1 IPDefl1 TTDspFA TwrBsMyt "
@@ -460,7 +468,7 @@ def rounded(data: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pack(name: str, about: str, **content: np.ndarray) -> None:
-    path = DATA / f"{name}.npz"
+    path = RUNS / f"{name}.npz"
     np.savez_compressed(path, about=np.array(about), **content)
     print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
 
@@ -471,9 +479,10 @@ def write(
     head: str,
     rows: list[list[object]],
     units: str = "; SI units",
-    to: Path = DATA,
+    to: Path | None = None,
     source: str = SOURCE,
 ) -> None:
+    to = to or (RUNS if name in OF_RUNS else DATA)
     with (to / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
         file.write(f"# {what}{units}\n# Source: {source}\n")
         writer = csv.writer(file, lineterminator="\n")

@@ -38,14 +38,20 @@ def declared(namespace: str) -> dict[str, tuple[str, str]]:
 
 
 def public(namespace: str, *, explain: bool = True) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """``__getattr__`` and ``__dir__`` of the module of a namespace, whose functions explain invalid arguments."""
+    """``__getattr__`` and ``__dir__`` of the module of a namespace.
+
+    Args:
+      namespace: name of the module.
+      explain: whether its functions explain invalid arguments, and errors have the closest names.
+    """
 
     def get(name: str) -> Any:
         names = declared(namespace)
         if name == "__all__":
             return sorted(names)
         if name not in names:
-            raise AttributeError(f"module {namespace!r} has no attribute {name!r}: {_hint(name, namespace)}")
+            hint = f": {_hint(name, namespace)}" if explain else ""  # one of its modules, most often
+            raise AttributeError(f"module {namespace!r} has no attribute {name!r}{hint}")
         module, there = names[name]
         value = import_module(module)
         if there:

@@ -40,7 +40,7 @@ BY_REGISTRATION = (
     "turbine.icing turbine.power_turbine"
 ).split()
 """Modules of the core that a plain simulation reaches by registration only, as all that stands on the core."""
-MOST_LINES = 25_500
+MOST_LINES = 26_000
 """Of all packages of the core, which one person holds."""
 
 
@@ -59,8 +59,8 @@ def imported(what: str) -> dict[str, int]:
 @pytest.mark.parametrize(
     ("what", "most", "most_physics"),
     [
-        pytest.param("import meltemi.simulation.step", 9_000, 5_600, id="step"),
-        pytest.param(SIMULATE, 18_600, 15_100, id="simulate"),
+        pytest.param("import meltemi.simulation.step", 9_000, 5_700, id="step"),
+        pytest.param(SIMULATE, 19_000, 15_500, id="simulate"),
         pytest.param(BATCH, 22_000, 18_000, id="batch"),
     ],
 )

@@ -101,7 +101,9 @@ def test_no_circles_of_imports_types_included() -> None:
     graphlib.TopologicalSorter(imports()).prepare()
 
 
-@pytest.mark.parametrize("tool", sorted((ROOT / "tools").glob("*.py")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "tool", sorted([*(ROOT / "tools").glob("*.py"), *(ROOT / "benchmarks").glob("*.py")]), ids=lambda path: path.stem
+)
 def test_tools_import_what_is_there(tool: Path) -> None:
     """They run by hand, rarely: a module that has moved is noticed here, wherever in the file it is imported."""
     for node in ast.walk(ast.parse(tool.read_text(encoding="utf-8"))):

@@ -33,6 +33,29 @@ class Ran(NamedTuple):
         return [Path(name) for name in re.findall(r"^wrote (.+)$", self.out, re.MULTILINE)]
 
 
+def succeeded(ran: Ran, folder: Path, *names: str) -> None:
+    """The command ended well and wrote exactly these files, which it names."""
+    assert ran.status == 0, ran
+    assert ran.err == ""
+    assert sorted(ran.files) == sorted(folder / name for name in names)
+    assert sorted(folder.iterdir()) == sorted(ran.files)
+    assert all(path.stat().st_size > 0 for path in ran.files)
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in ran.files if path.suffix == ".png")
+
+
+def refused(ran: Ran, out: Path, *parts: str) -> None:
+    """Nothing was computed or written, and the message says all these things."""
+    assert ran.status == 2
+    assert ran.out == ""
+    assert ran.err.startswith("error: ")
+    assert "Traceback" not in ran.err
+    assert "pydantic" not in ran.err
+    for part in parts:
+        assert part in ran.err
+    if out.is_dir():
+        assert list(out.rglob("*")) == []
+
+
 def check_next(line: str) -> None:
     """The command that a ``next:`` line names exists, and takes its options and arguments."""
     words = shlex.split(line)

@@ -12,26 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 from ruamel.yaml import YAML
-from terminal import STEADY, Command, Ran
+from terminal import STEADY, Command, refused
 
 import meltemi
 from meltemi import InputError, Model, RunError, Status, SteadyWind, Turbine
 
 Content = dict[str, Any]
 NAN = float("nan")
-
-
-def refused(ran: Ran, out: Path, *parts: str) -> None:
-    """Nothing was computed or written, and the message says all these things."""
-    assert ran.status == 2
-    assert ran.out == ""
-    assert ran.err.startswith("error: ")
-    assert "Traceback" not in ran.err
-    assert "pydantic" not in ran.err
-    for part in parts:
-        assert part in ran.err
-    if out.is_dir():
-        assert list(out.rglob("*")) == []
 
 
 def named_line(message: str, path: Path, key: str) -> str:
@@ -352,41 +339,6 @@ def test_the_case_of_results_is_not_changed_by_options(command: Command, tmp_pat
 # options
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ((), "give one of --wind-speed, --iec (or --ntm), --wind-file"),
-        (("--wind-speed", 10, "--bts", "a.bts"), "give one of --wind-speed, --wind-file"),
-        (("--wind-speed", -3), "wind.speed: expected greater than or equal to 0, found -3"),
-        (("--wind-speed", "nan"), "wind.speed: expected a finite number"),
-        (("--wind-speed", 10, "--duration", 0), "duration: expected greater than 0, found 0"),
-        (("--wind-speed", 10, "--duration", -1), "duration: expected greater than 0, found -1"),
-        (("--wind-speed", 10, "--turbulence", 14), "wind.intensity: expected less than 2, found 14"),
-        (("--wind-speed", 10, "--turbulence", 0.1, "--seed", -1), "wind.seed: expected greater than or equal to 0"),
-        (("--ntm", "--class", "IID", "--wind-speed", 20), "found 'IID'; did you mean 'IIA'"),
-        (("--ntm", "--wind-speed", 20), "NTM: needs a wind_class (like 'IIB') or an intensity"),
-        (("--ntm", "--class", "IIB"), "NTM (normal turbulence model) needs speed"),
-        (("--iec", "NTN", "--class", "IIB", "--wind-speed", 20), "unknown model 'NTN'; did you mean 'NTM'?"),
-        (
-            ("--iec", "EOG", "--class", "IIB", "--wind-speed", 12, "--seed", 3),
-            "EOG (extreme operating gust) has no argument",
-        ),
-        (("--wind-speed", 10, "--class", "IIB"), "--wind-class: steady wind has none; add --turbulence or --ntm"),
-        (("--wind-speed", 10, "--turbulence", 0.1, "--class", "IIB"), "--wind-class: add --iec (or --ntm)"),
-        (("--wind-speed", 10, "--turbulence", 0.1, "--spectrum", "man"), "wind.spectrum: expected 'kaimal'"),
-        (("--wind-speed", 10, "--shear", 2), "wind.shear_exponent: expected less than 1"),
-        (("--wind-speed", 10, "--channels", "RootMyc9"), "no channel 'RootMyc9': did you mean RootMyc1, RootMyc2"),
-        (("--wind-speed", 10, "--channels", "B1N21Alpha"), "Blade nodes are numbered 1 to 20."),
-        (("--wind-speed", 10, "--channels", ","), "channels: name at least one"),
-        (("--wind-speed", 0.5), "no steady operation at a wind speed of 0.5 m/s"),
-        (("--bts", "nothing.bts"), "nothing.bts: cannot be read (No such file"),
-        (("--wnd", "nothing.wnd"), "nothing.wnd: cannot be read (No such file"),
-    ],
-)
-def test_options_of_run(command: Command, tmp_path: Path, options: tuple[Any, ...], said: str) -> None:
-    refused(command("run", "nrel5mw", *options, "--out", tmp_path / "out"), tmp_path / "out", said)
-
-
 def test_shear_does_not_go_with_a_wind_file(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     ran = command("run", "nrel5mw", "--bts", bts(), "--shear", 0.1, "--out", tmp_path / "out")
     refused(ran, tmp_path / "out", "--shear: a wind file defines shear")
@@ -450,16 +402,6 @@ def test_the_length_of_a_bench_is_looked_at_first(
 ) -> None:
     monkeypatch.setattr("meltemi.verification.bench.subprocess.run", lambda *_, **__: pytest.fail("began"))
     refused(command("bench", "--duration", duration), tmp_path, "duration")
-
-
-def test_the_page_of_a_bench_is_looked_at_first(
-    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("meltemi.verification.bench.subprocess.run", lambda *_, **__: pytest.fail("began"))
-    (tmp_path / "file").touch()
-    ran = command("bench", "--page", tmp_path / "file" / "page.md")
-    assert ran.status == 2
-    assert f"--page {tmp_path / 'file'}" in ran.err
 
 
 # winds
@@ -673,7 +615,6 @@ def test_ice_that_cannot_be(command: Command, tmp_path: Path, icing: str, words:
     ("arguments", "reason"),
     [
         (("power-curve", "nrel5mw", "--wind-speeds", "0.1"), "no steady operation"),
-        (("verify", "--reference", "/dev/null"), "no folder 'openfast' in it"),
         (("campbell", "pmsg20mw", "--wind-speeds", "5"), "pmsg20mw"),
     ],
 )

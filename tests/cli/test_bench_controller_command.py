@@ -77,32 +77,6 @@ def test_a_failed_run_is_reported_and_stops_no_other(
     assert "Failed runs" in (tmp_path / "page" / "bench.html").read_text()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("roscoe",), "did you mean 'rosco'"),
-        (("ours.so",), "ours.so: no such file"),
-        (("nowhere:controller",), "no module 'nowhere' here or installed"),
-        (("ipc", "ipc"), "'ipc' is named twice"),
-        (("ipc", "--wind-class", "IX"), "IX"),
-        (("ipc", "--turbine", "nrel5m"), "nrel5mw"),
-        (("ipc", "--limits", "none.yaml"), "none.yaml: no such file"),
-        (("ipc", "--workers", "0"), "--workers 0"),
-        (("ipc", "--power", "0.5"), "the controller 'ipc' does not follow a power reference; name some of A0, A1"),
-        (("A2", "--power", "0.5", "--reference", "cpc"), "the controller 'cpc' does not follow a power reference"),
-    ],
-)
-def test_bad_input_is_one_line_and_writes_nothing(
-    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], words: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    ran = command("bench-controller", *arguments, "--out", "page")
-    assert ran.status == 2
-    assert words in ran.err
-    assert ran.err.count("\n") == 1
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_unknown_limit_names_the_nearest(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "limits.yaml").write_text("overspeed: 1.2\n")

@@ -54,20 +54,3 @@ def test_a_single_seed_has_no_interval(command: Command, tmp_path: Path, asked: 
     assert ran.status == 0 and len(asked[0].seeds) == 1
     assert "nan" not in ran.out and "±" not in ran.out
     assert "rated wind at 1.225 kg/m³ [m/s]" in ran.out
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (("--climate", "north_see"), "unknown climate 'north_see': did you mean 'north_sea'"),
-        (("--climate", "none.csv"), "none.csv: cannot be read"),
-        (("--climate", "north_sea", "--altitude", 300), "the climate north_sea has its own"),
-        (("--climate", "north_sea", "--seeds", 0), "--seeds 0: expected 1 to 1000"),
-        (("--climate", "north_sea", "--workers", 0), "--workers 0: expected a number of simultaneous runs"),
-        (("--climate", "north_sea", "--duration", 1), "--duration 1: expected 20 to 100000"),
-    ],
-)
-def test_what_is_no_year_is_refused(command: Command, tmp_path: Path, options: tuple[Any, ...], said: str) -> None:
-    ran = command("climate", "nrel5mw", *options, "--out", tmp_path / "out")
-    assert (ran.status, ran.out) == (2, "") and ran.err.count("\n") == 1
-    assert said in ran.err and not (tmp_path / "out").exists()

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import csv
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from terminal import Command, Ran
+from terminal import Command, refused
 
 import meltemi
 from meltemi import Result
@@ -30,14 +29,6 @@ def pair(tmp_path: Path) -> tuple[Path, Path]:
     theirs = result(0.1, 0.1, NAMES[:3])
     theirs.meta["description"] = "OpenFAST"
     return meltemi.write_result(result(), tmp_path / "ours.nc"), meltemi.write_result(theirs, tmp_path / "theirs.outb")
-
-
-def refused(ran: Ran, out: Path, *parts: str) -> None:
-    assert (ran.status, ran.out) == (2, "")
-    assert re.fullmatch(r"error: [^\n]+\n", ran.err), ran.err
-    for part in parts:
-        assert part in ran.err
-    assert not out.exists()
 
 
 def test_two_results(command: Command, tmp_path: Path, pair: tuple[Path, Path]) -> None:

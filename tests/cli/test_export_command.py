@@ -97,27 +97,6 @@ def test_a_deck_is_written_anew(name: str, command: Command, rosco_cases: Path, 
     assert second.start == pytest.approx(first.start) and second.environment == first.environment
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("nrel5",), "nrel5mw"),
-        (("nrel5mw", "--wind-speed", "-3"), "--wind-speed"),
-        (("nrel5mw", "--wind-speed", "9", "--wind-file", "a.bts"), "one of --wind-speed, --wind-file"),
-        (("nrel5mw", "--wind-file", "a.wnd"), "TurbSim"),
-        (("nrel5mw", "--duration", "0"), "--duration 0"),
-        (("nrel5mw", "--option", "stall"), "expected an option and its value, such as stall=static"),
-        (("nrel5mw", "--option", "stal=static"), "did you mean 'stall'"),
-        (("nrel5mw", "--option", "stall_fit=openfast"), "did you mean 'advanced.stall_fit'"),
-        (("nrel5mw", "--option", "advanced.stall_fit=hanson"), "did you mean 'hansen'"),
-        (("nrel5mw", "--option", "stall=hanson"), "did you mean 'hansen'"),
-    ],
-)
-def test_bad_input_writes_nothing(arguments: tuple[str, ...], says: str, command: Command, tmp_path: Path) -> None:
-    ran = command("export", *arguments, "--out", tmp_path / "deck")
-    assert ran.status == 2 and says in ran.err and len(ran.err.splitlines()) == 1
-    assert not (tmp_path / "deck").exists()
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("of", ["library", "case"])
 def test_the_proposed_commands_work(command: Command, tmp_path: Path, of: str) -> None:

@@ -11,26 +11,6 @@ from terminal import STEADY, Command
 from meltemi.io import read_rosco_table
 
 
-def test_wrong_input_is_refused_in_a_line(command: Command, tmp_path: Path) -> None:
-    for arguments, words in (
-        (("export-controller", "ipcc", "--turbine", "nrel5mw"), "did you mean 'ipc'"),
-        (("export-controller", "baseline", "--turbine", "nrel5mv"), "nrel5mw"),
-        (
-            ("export-controller", "fixed", "--turbine", "nrel5mw", "--out", tmp_path / "x.txt"),
-            "name of a shared library",
-        ),
-        (("export-fmu", "nrel5mw", "--out", tmp_path / "x.zip"), "expected the ending .fmu"),
-        (("export-fmu", "nrel5mw", "--fmi", "1.0", "--out", tmp_path / "x.fmu"), "expected '2.0' or '3.0'"),
-        (("export-fmu", "nrel5mw", "--wind-speed", -3, "--out", tmp_path / "x.fmu"), "wind.speed"),
-        (("export-fmu", "nrel5mw", "--channels", "RotSped", "--out", tmp_path / "x.fmu"), "RotSpeed"),
-        (("export-linear", "nrel5mw", "--out", tmp_path / "x.txt"), "expected the ending .mat or .nc"),
-        (("export-linear", "nrel5mw", "--wind-speeds", "a"), "--wind-speeds"),
-    ):
-        ran = command(*arguments)
-        assert ran.status == 2 and words in ran.err and len(ran.err.splitlines()) == 1, ran
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("fmi", ["2.0", pytest.param("3.0", marks=pytest.mark.long)])
 def test_a_unit_has_what_the_options_say(command: Command, tmp_path: Path, fmi: str) -> None:

@@ -131,24 +131,6 @@ def test_mistakes_are_answered_in_words(command: Command, tmp_path: Path, before
     assert not out.exists()
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--row", "0"), "--row 0: expected 1 to 200 turbines"),
-        (("--spacing", "1.5"), "--spacing 1.5: expected 2 rotor diameters or more"),
-        (("--spacing", "nan"), "--spacing nan: expected 2 rotor diameters or more"),
-        (("--wakes", "frandsen"), "fast.farm"),
-        (("--yaw", "20"), "expected an angle for each of 3 turbines"),
-        (("--wind-file", "a.bts", "--wind-speed", "9"), "give one of --wind-speed, --wind-file"),
-    ],
-)
-def test_options_are_checked(command: Command, tmp_path: Path, options: tuple[str, ...], words: str) -> None:
-    ran = command("farm", "nrel5mw", *options, "--out", tmp_path / "out")
-    assert ran.status == 2
-    assert words in ran.err
-    assert not (tmp_path / "out").exists()
-
-
 def test_options_beside_the_file_of_a_farm_are_named(command: Command, tmp_path: Path) -> None:
     (tmp_path / "layout.yaml").write_text(LAYOUT)
     ran = command("farm", tmp_path / "layout.yaml", "--no-added-turbulence", "--out", tmp_path / "out")

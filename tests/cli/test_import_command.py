@@ -75,7 +75,7 @@ def test_a_deck_with_servodyn_own_torque_keeps_its_pitch(command: Command, deck:
     [
         (("nope.fst",), "nope.fst: cannot be read"),
         (("{own}",), "control.pitch.*--control-of"),
-        (("{deck}", "--blade", "beam"), "--blade 'beam': expected deck, elastodyn or beamdyn"),
+        (("{deck}", "--blade", "beam"), "--blade 'beam': did you mean 'beamdyn'"),
         (("{deck}", "--control-of", "nrel5mv"), "did you mean 'nrel5mw'"),
         (("{deck}", "--discon", "{deck}"), "not the settings of ROSCO"),
         (("{deck}", "--control-of", "nrel5mw", "--extra", "no.yaml"), "no.yaml: no such file"),

@@ -34,12 +34,6 @@ def test_what_is_missing_is_said(command: Command, tmp_path: Path, turbine: Turb
     assert "Missing data" in page and "4 blades; 2 and 3 are supported" in page
 
 
-def test_an_unknown_turbine_writes_nothing(command: Command, tmp_path: Path) -> None:
-    ran = command("inspect", "nrel5", "--out", tmp_path / "out")
-    assert ran.status == 2 and "nrel5mw" in ran.err and len(ran.err.splitlines()) == 1
-    assert not (tmp_path / "out").exists()
-
-
 def test_a_folder_that_cannot_be_made(command: Command, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     ran = command("inspect", "nrel5mw", "--out", tmp_path / "file" / "out")

@@ -452,25 +452,6 @@ def test_ctrl_c_ends_it() -> None:
     assert "Traceback" not in out
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--speed", "100"], "--speed must be from 0.25 to 20, found 100"),
-        (["--wind-speed", "60"], "wind_speed must be from 3 to 25 m/s"),
-        (["--theme", "red"], "expected light or dark"),
-        (["--controller", "none"], "no"),
-        (["--port", "99999"], "--port must be from 1 to 65535"),
-    ],
-)
-def test_bad_options(options: list[str], words: str) -> None:
-    from typer.testing import CliRunner
-
-    from meltemi.app.cli import app
-
-    with pytest.raises(InputError, match=words):
-        CliRunner().invoke(app, ["live", "nrel5mw", *options], catch_exceptions=False, standalone_mode=False)
-
-
 def until(page: Any, expression: str) -> None:
     """Wait until an expression is true; the page's policy forbids ``wait_for_function`` to evaluate it there."""
     end = time.monotonic() + 40.0

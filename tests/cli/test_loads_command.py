@@ -88,30 +88,6 @@ def test_a_controller_library_stops_but_does_not_start(command: Command, tmp_pat
     assert "cannot run (DLC 3.1, 3.2, 3.3): a start: controller bladed cannot start the turbine" in ran.err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["nrel5mw"], "give either --class (for instance --class IB) or --site FILE"),
-        (["nrel5mw", "--class", "IX"], "wind class"),
-        (["nrel5mw", "--class", "IB", "--edition", "5"], "edition of IEC 61400-1: expected 3 or 4, found 5"),
-        (["nrel5mw", "--class", "IB", "--cut-in", "26"], "cut_in < rated_wind < cut_out"),
-        (["nrel5mw", "--class", "IB", "--rated-wind", "2"], "cut_in < rated_wind < cut_out"),
-        (["nrel6mw", "--class", "IB"], "did you mean"),
-        (["pmsg20mw", "--class", "IB"], "power-coefficient"),
-        (["nrel5mw", "--class", "IB", "--site", "site.json"], "give either --class"),
-        (["nrel5mw", "--class", "IB", "--site-turbine", "T1"], "--site-turbine needs --site"),
-        (["nrel5mw", "--class", "IB", "--neighbours", "5"], "--neighbours needs --site"),
-        (["nrel5mw", "--class", "IB", "--table", "none.yaml"], "none.yaml"),
-    ],
-)
-def test_wrong_input_is_told_and_leaves_no_folder(
-    command: Command, tmp_path: Path, arguments: list[str], words: str
-) -> None:
-    ran = command("loads", "plan", *arguments, "--out", tmp_path / "base")
-    assert ran.status == 2 and words in ran.err
-    assert not (tmp_path / "base").exists()
-
-
 @pytest.mark.slow
 def test_the_options_of_a_base_are_in_its_file(command: Command, tmp_path: Path) -> None:
     command("loads", "plan", "nrel5mw", *QUICK, "--rated-wind", 11.4, "--out", tmp_path / "base")

@@ -58,8 +58,8 @@ def test_after_a_partial_report_a_case_that_ran_is_next(
     names = [case.name for case in planned.cases]
     missing = problems_of(read_results(planned, tmp_path))
     found = SimpleNamespace(problems=missing)
-    monkeypatch.setattr("meltemi.loads.loadbase.design.design_loads", lambda *_: found)
-    monkeypatch.setattr("meltemi.loads.loadbase.report.write_report", lambda *_, **__: [])
+    monkeypatch.setattr("meltemi.loads.design_loads", lambda *_: found)
+    monkeypatch.setattr("meltemi.loads.write_report", lambda *_, **__: [])
     assert f"meltemi loads run {tmp_path}\n" in command("loads", "report", tmp_path).out
     missing.loc[names[1], "state"], missing.loc[names[2], "state"] = "failed", "doubtful"
     assert f"meltemi loads show {tmp_path} {names[2]} --plot" in command("loads", "report", tmp_path).out

@@ -15,8 +15,3 @@ def test_operators_and_the_fit_of_the_radiation_are_written(command: Command, tm
     assert "oscillations, error" in told.out and "negative damping" in told.out
     assert [path.name for path in told.files] == ["rao_linear.csv", "rao.png", "radiation.png"]
     assert all(path.stat().st_size > 1_000 for path in told.files)
-
-
-def test_turbines_on_land_are_refused(command: Command, tmp_path: Path) -> None:
-    told = command("rao", "nrel5mw", "--out", tmp_path)
-    assert told.status != 0 and "nrel5mw does not float" in told.err and not list(tmp_path.iterdir())

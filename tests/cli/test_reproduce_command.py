@@ -15,30 +15,17 @@ import pytest
 from terminal import Command
 from typer.testing import CliRunner
 
-from meltemi import InputError, load_turbine
+from meltemi import load_turbine
 from meltemi.app.cli import app
 from meltemi.core.errors import Status
 from meltemi.core.yamlfile import write_record
 from meltemi.papers.commands import STUDIES
-from meltemi.papers.he2018.claims import harmonic_amplitude, percent
-from meltemi.papers.study import Chapter, Contents, Study
-from meltemi.reports.blocks import Table
+from meltemi.papers.he2018.measures import harmonic_amplitude, percent
+from meltemi.papers.study import Contents, Study
+from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.channels import catalogue
 from meltemi.simulation.result import Result
 from meltemi.turbine.definition import Turbine
-
-
-def test_an_unknown_study_is_refused_with_the_closest_name(tmp_path: Path) -> None:
-    found = CliRunner().invoke(app, ["reproduce", "he2081", "--out", str(tmp_path / "out")])
-    assert isinstance(found.exception, InputError)
-    assert "did you mean 'he2018'?" in str(found.exception)
-    assert not (tmp_path / "out").exists()
-
-
-def test_workers_below_one_are_refused(tmp_path: Path) -> None:
-    found = CliRunner().invoke(app, ["reproduce", "he2018", "--workers", "0", "--out", str(tmp_path / "out")])
-    assert "--workers 0: expected" in str(found.exception)
-    assert not (tmp_path / "out").exists()
 
 
 def test_the_duel_without_rosco_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -63,7 +50,7 @@ def test_a_study_is_applied_to_another_turbine(
         found = whole(turbine)
         assert found.figures == {} and found.parts == () and found.texts == ()
         table = Table(["load"], [["1"]], "Loads")
-        said = Contents("All of it.", {"loads": Chapter("Loads", [table])}, [("turbine", turbine.name)], [table])
+        said = Contents("All of it.", {"loads": Section("Loads", [table])}, [("turbine", turbine.name)], [table])
         return replace(found, run=lambda **_: 0, contents=lambda *_: said)
 
     monkeypatch.setattr(page, "STUDY", replace(page.STUDY, applied=short))
@@ -75,22 +62,6 @@ def test_a_study_is_applied_to_another_turbine(
     text = (tmp_path / f"{name}.md").read_text(encoding="utf-8")
     assert "applied to V 90/3" in text and "Nothing here is a claim of the paper" in text and "verdict" not in text
     assert "few, short runs, for a first impression only" in text and "Figures" not in text
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (("--turbine", "nrel5m"), "nrel5mw"),
-        (("--turbine", "pmsg20mw"), "pmsg20mw"),
-        (("--turbine", "nrel5mw", "--rosco"), "without --rosco and --beyond"),
-    ],
-)
-def test_what_no_study_applies_to_is_refused(
-    command: Command, tmp_path: Path, options: tuple[str, ...], said: str
-) -> None:
-    ran = command("reproduce", "he2018", *options, "--out", tmp_path / "out")
-    assert (ran.status, ran.out) == (2, "") and said in ran.err and ran.err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.long

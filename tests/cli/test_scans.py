@@ -73,28 +73,6 @@ def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path
         meltemi.analysis.campbell(model, wind_speeds=[0.5], air=False)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("compare", "nrel5mw", "--ntm", "--seeds", 10**23), "expected a number of seeds from 1 to 1000"),
-        (("compare", "nrel5mw", "--ntm", "--seed", 10**23), "--seed 1000"),
-        (("compare", "nrel5mw", "--ntm", "--workers", 10**9), "expected a number of simultaneous runs from 1 to 1000"),
-        (("run", "a" * 300 + ".yaml"), "File name too long"),
-        (("power-curve", "a" * 300), "File name too long"),
-        (
-            ("run", "nrel5mw", "--wind-speed", 9, "--direction", 700),
-            "wind.direction: expected less than or equal to 7",
-        ),
-        (("run", "nrel5mw", "--wind-file", "x.bts", "--shear", 0.2), "a wind file defines shear and turbulence"),
-    ],
-)
-def test_counts_have_limits_and_names_an_end(command: Command, arguments: tuple[object, ...], said: str) -> None:
-    ran = command(*arguments)
-    assert ran.status == 2
-    assert said in ran.err
-    assert "Traceback" not in ran.err
-
-
 def test_a_power_curve_under_a_controller(command: Command, tmp_path: Path) -> None:
     """The law of a file, with nine tenths of the optimal torque, turns the rotor faster than the turbine's own."""
     file = tmp_path / "mine.py"
@@ -159,37 +137,6 @@ def test_parked_writes_a_map(command: Command, tmp_path: Path) -> None:
     assert float(rows[0]["damping [%]"]) > 0.0 > float(rows[1]["damping [%]"])
     assert "side-side" in rows[1]["mode"]
     assert (tmp_path / "parked.png").is_file()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("flutter", "nrel5mw", "--rotor-speeds", "12,10"), "--rotor-speeds '12,10': expected increasing speeds"),
-        (("flutter", "nrel5mw", "--rotor-speeds", ""), "--rotor-speeds '': expected 4,6,8 or 4:24:2"),
-        (("flutter", "nrel5mw", "--rotor-speeds", "8,90"), "90 rpm, the blade tips would be faster than sound"),
-        (("flutter", "nrel5mw", "--pitch", "400"), "--pitch '400': expected angles between -180 and 180 deg"),
-        (("flutter", "nrel5mw", "--wind-speed", "-3"), "--wind-speed: speed: expected greater than or equal to 0"),
-        (("flutter", "pmsg20mw"), "pmsg20mw"),
-        (
-            ("parked", "nrel5mw", "--yaw", "180:-180:10"),
-            "expected first:last:step with a positive step and a last",
-        ),
-        (("parked", "nrel5mw", "--yaw", "-180:180:0.1"), "--yaw '-180:180:0.1': more than 1000 values"),
-        (("parked", "nrel5mw", "--shear", "5"), "--shear: shear_exponent: expected less than 1, found 5"),
-        (("campbell", "nrel5mw", "--rotor-speeds", ""), "--rotor-speeds '': expected 4,6,8 or 4:24:2"),
-        (("parked", "nrel5mw", "--yaw", "0:400:10"), "--yaw '0:400:10': expected angles between -180 and 180 deg"),
-        (("parked", "nrel5mw", "--pitch", "a"), "--pitch 'a': expected 4,6,8 or 4:24:2"),
-        (
-            ("parked", "nrel5mw", "--deep-stall", "plte"),
-            "--deep-stall: deep_stall: expected 'given' or 'plate', found 'plte'",
-        ),
-    ],
-)
-def test_stability_refuses(command: Command, tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
-    ran = command(*arguments, "--out", tmp_path / "new")
-    assert ran.status == 2
-    assert said in ran.err
-    assert not (tmp_path / "new").exists()
 
 
 def fake_point(rated: float, peak: float) -> Any:

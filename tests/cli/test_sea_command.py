@@ -39,20 +39,3 @@ def test_a_run_takes_a_sea(command: Command, tmp_path: Path) -> None:
     again = command("run", out / "case.yaml", "--out", tmp_path / "again")
     assert again.status == 0, again.err
     assert (tmp_path / "again" / "statistics.csv").read_bytes() == (out / "statistics.csv").read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("sea", "16,4", "--regular"), "error: sea.height: waves of 16 m break with a period of 4 s"),
-        (("sea", "4"), "expected significant wave height [m], peak period [s]"),
-        (("sea", "4,8", "--regular", "--seed", 2), "--regular: a regular wave has no seed"),
-        (("run", "nrel5mw", "--wind-speed", 9, "--sea", "2,8", "--duration", 5), "sea: nrel5mw stands on land"),
-    ],
-)
-def test_what_is_wrong_is_told_in_a_line(
-    command: Command, tmp_path: Path, words: tuple[object, ...], said: str
-) -> None:
-    ran = command(*words, "--out", tmp_path / "out")
-    assert ran.status == 2 and said in ran.err and "Traceback" not in ran.err
-    assert not (tmp_path / "out").exists()

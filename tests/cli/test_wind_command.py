@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ruamel.yaml import YAML
-from terminal import Command, Ran
+from terminal import Command, refused, succeeded
 
 import meltemi
 from meltemi import Turbine, WindSeries
@@ -20,26 +20,6 @@ FIELD = ("--points", 5, "--dt", 0.25, "--duration", 20)
 """A field that is made in no time."""
 NTM = ("wind", "NTM", "--class", "IIB", "--speed", 20, *FIELD)
 FIGURES = ("series.png", "spectra.png", "coherence.png", "section.png", "profile.png")
-
-
-def wrote(ran: Ran, folder: Path, *names: str) -> None:
-    """The command ended well and wrote exactly these files, which it names."""
-    assert (ran.status, ran.err) == (0, ""), ran
-    assert sorted(ran.files) == sorted(folder / name for name in names)
-    assert sorted(folder.iterdir()) == sorted(ran.files)
-    assert all(path.stat().st_size > 0 for path in ran.files)
-    for path in ran.files:
-        assert path.suffix != ".png" or path.read_bytes().startswith(b"\x89PNG")
-
-
-def refused(ran: Ran, out: Path, *parts: str) -> None:
-    """One line says all these things, and there is not even a folder."""
-    assert (ran.status, ran.out) == (2, "")
-    assert re.fullmatch(r"error: [^\n]+\n", ran.err), ran.err
-    assert "pydantic" not in ran.err
-    for part in parts:
-        assert part in ran.err
-    assert not out.exists()
 
 
 def table(folder: Path) -> dict[tuple[str, ...], dict[str, str]]:
@@ -53,7 +33,7 @@ def table(folder: Path) -> dict[tuple[str, ...], dict[str, str]]:
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures take most of the time; other tests look at them."""
-    monkeypatch.setattr("meltemi.reports.wind_plots.plot_wind", lambda *_, **__: {})
+    monkeypatch.setattr("meltemi.plots.plot_wind", lambda *_, **__: {})
 
 
 # fields
@@ -63,7 +43,7 @@ def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_field_of_the_standard(command: Command, tmp_path: Path, turbine: Turbine) -> None:
     out = tmp_path / "new" / "folder"
     ran = command(*NTM, "--seed", 1, "--out", out)
-    wrote(ran, out, "wind.bts", "statistics.csv", *FIGURES)
+    succeeded(ran, out, "wind.bts", "statistics.csv", *FIGURES)
     assert "NTM, Kaimal turbulence 20 m/s, intensity 14.4 %, shear exponent 0.2, seed 1" in ran.out
     assert "planes every 0.25 s" in ran.out
     assert "5 rows from 1.8 m to 178.2 m, 5 columns across 151.2 m, carried at 20 m/s" in ran.out
@@ -97,8 +77,8 @@ def test_a_written_field_has_the_same_statistics(
     command: Command, tmp_path: Path, file_format: str, files: tuple[str, ...], read: str
 ) -> None:
     a, b = tmp_path / "a", tmp_path / "b"
-    wrote(command(*NTM, "--format", file_format, "--out", a), a, *files, "statistics.csv")
-    wrote(command("wind", "--from", a / read, "--turbine", "nrel5mw", "--out", b), b, "statistics.csv")
+    succeeded(command(*NTM, "--format", file_format, "--out", a), a, *files, "statistics.csv")
+    succeeded(command("wind", "--from", a / read, "--turbine", "nrel5mw", "--out", b), b, "statistics.csv")
     made, again = table(a), table(b)
     assert made.keys() == again.keys()
     for key, row in made.items():
@@ -111,7 +91,7 @@ def test_a_written_field_has_the_same_statistics(
 def test_a_turbsim_file_needs_no_turbine(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     out = tmp_path / "out"
     ran = command("wind", "--from", bts(), "--format", "netcdf", "--out", out)
-    wrote(ran, out, "wind.nc", "statistics.csv", *FIGURES)
+    succeeded(ran, out, "wind.nc", "statistics.csv", *FIGURES)
     assert "field.bts" in ran.out
     # 1 m/s for half of the time
     assert float(table(out)["hub", "u"]["mean [m/s]"]) == pytest.approx(10.5, abs=0.01)
@@ -131,7 +111,7 @@ def test_a_turbsim_file_needs_no_turbine(command: Command, tmp_path: Path, bts: 
 @pytest.mark.usefixtures("no_pictures")
 def test_turbulent_models(command: Command, tmp_path: Path, options: tuple[Any, ...], said: str) -> None:
     ran = command("wind", *options, *FIELD, "--out", tmp_path)
-    wrote(ran, tmp_path, "wind.bts", "statistics.csv")
+    succeeded(ran, tmp_path, "wind.bts", "statistics.csv")
     assert said in ran.out
 
 
@@ -168,7 +148,7 @@ def test_a_field_through_a_measured_series(command: Command, tmp_path: Path) -> 
 @pytest.mark.usefixtures("no_pictures")
 def test_a_gust_on_turbulence(command: Command, tmp_path: Path, options: tuple[Any, ...], said: str) -> None:
     ran = command(*NTM, *options, "--out", tmp_path)
-    wrote(ran, tmp_path, "wind.bts", "statistics.csv")
+    succeeded(ran, tmp_path, "wind.bts", "statistics.csv")
     assert said in " ".join(ran.out.split())
 
 
@@ -192,13 +172,13 @@ def test_transients(
     command: Command, tmp_path: Path, options: tuple[Any, ...], column: str, lowest: float, highest: float
 ) -> None:
     a, b = tmp_path / "a", tmp_path / "b"
-    wrote(command("wind", *options, "--speed", 12, "--out", a), a, "wind.wnd", "statistics.csv")
+    succeeded(command("wind", *options, "--speed", 12, "--out", a), a, "wind.wnd", "statistics.csv")
     found = table(a)
     assert float(found[(column,)]["min"]) == pytest.approx(lowest, abs=0.006)
     assert float(found[(column,)]["max"]) == pytest.approx(highest, abs=0.006)
     assert found[("exponent",)]["std"] == "0"  # no rounding errors
     assert isinstance(meltemi.read_wind(a / "wind.wnd"), WindSeries)
-    wrote(command("wind", "--from", a / "wind.wnd", "--out", b), b, "statistics.csv")
+    succeeded(command("wind", "--from", a / "wind.wnd", "--out", b), b, "statistics.csv")
     again = table(b)
     for key, row in found.items():
         for name in ("mean", "std", "min", "max"):
@@ -215,7 +195,7 @@ def test_transients(
     ],
 )
 def test_steady_winds(command: Command, tmp_path: Path, options: tuple[Any, ...], speed: float) -> None:
-    wrote(command("wind", *options, "--out", tmp_path), tmp_path, "statistics.csv", "profile.png")
+    succeeded(command("wind", *options, "--out", tmp_path), tmp_path, "statistics.csv", "profile.png")
     assert float(table(tmp_path)[("hub speed",)]["mean"]) == pytest.approx(speed, abs=0.01)
 
 
@@ -223,7 +203,7 @@ def test_wind_at_the_hub(command: Command, tmp_path: Path) -> None:
     (tmp_path / "mast.csv").write_text("time [s],u [m/s],v [m/s],w [m/s]\n0,3,-4,1\n10,3,-4,1\n")
     out = tmp_path / "out"
     ran = command("wind", "--from", tmp_path / "mast.csv", "--format", "uniform", "--out", out)
-    wrote(ran, out, "wind.wnd", "statistics.csv", "series.png")
+    succeeded(ran, out, "wind.wnd", "statistics.csv", "series.png")
     found = table(out)
     assert found[("hub speed",)]["mean"] == "5"
     assert float(found[("direction",)]["mean"]) == pytest.approx(53.13, abs=0.01)  # to the right: clockwise
@@ -233,84 +213,10 @@ def test_wind_at_the_hub(command: Command, tmp_path: Path) -> None:
 def test_no_picture_of_another_wind_is_left(command: Command, tmp_path: Path) -> None:
     assert command("wind", "NWP", "--speed", 12, "--out", tmp_path).status == 0
     ran = command("wind", "ECD", "--speed", 12, "--out", tmp_path)
-    wrote(ran, tmp_path, "wind.wnd", "statistics.csv", "series.png")
+    succeeded(ran, tmp_path, "wind.wnd", "statistics.csv", "series.png")
 
 
 # what is wrong
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ((), "specify either a model (such as NTM) or --from FILE"),
-        (("NTM", "--from", "a.bts"), "specify either a model (such as NTM) or --from FILE"),
-        (("NTN", "--class", "IIB", "--speed", 20), "unknown model 'NTN'; did you mean 'NTM'?"),
-        (("NTM", "--class", "IIB"), "NTM (normal turbulence model) needs --speed"),
-        (("EOG",), "EOG (extreme operating gust) needs --speed and --wind-class"),
-        (("NTM", "--speed", 20), "needs a wind_class (like 'IIB') or an intensity"),
-        (("NTM", "--class", "IIX", "--speed", 20), "found 'IIX'; did you mean 'IIA'"),
-        (("ECG", "--class", "IIX", "--speed", 20), "found 'IIX'; did you mean 'IIA'"),
-        (("NWP", "--speed", 12, "--edition", 7), "not in edition 7"),
-        (("ETM", "--class", "IIB", "--speed", 20, "--edition", 2), "not in edition 2; expected edition 3 or 4"),
-        (("NWP", "--speed", 12, "--turbine", "nrel5wm"), "did you mean 'nrel5mw'"),
-        (("NWP", "--speed", 0), "speed must be above 0"),
-        (("NWP", "--speed", "nan"), "speed must be above 0"),
-        (("NWP", "--speed", 12, "--seed", 3), "--seed is no option of NWP (normal wind profile); it has --speed"),
-        (("NWP", "--speed", 12, "--format", "bts"), "--format bts: steady wind 12 m/s, shear exponent 0.2 needs no"),
-        (("ECD", "--speed", 12, "--steady"), "--steady is no option of ECD"),
-        (("ECD", "--speed", 12, "--unscaled"), "--unscaled is no option of ECD"),
-        (("ECD", "--speed", 12, "--width", 200), "--width: ECD does not generate a turbulent field"),
-        (("ECD", "--speed", 12, "--duration", 60), "--duration: ECD does not generate a turbulent field"),
-        (("ECD", "--speed", 12, "--gust", "ECD"), "--gust: ECD does not generate a turbulent field"),
-        (("ECD", "--speed", 12, "--hub-series", "a.csv"), "--hub-series: ECD does not generate a turbulent field"),
-        (("ECD", "--speed", 12, "--sign", 2), "sign: expected +1 or -1, found 2"),
-        (("ECD", "--speed", 12, "--begin", -1), "begin must be zero or a positive time"),
-        (("ECD", "--speed", 12, "--begin", 1e300), "begin: expected at most 1e+06 s"),
-        (("ECD", "--speed", 12, "--format", "bts"), "is a series; expected uniform"),
-        (("EOG", "--class", "IIB", "--speed", 12, "--years", 50), "years applies to edition 2 only"),
-        (("EOG", "--class", "IIB", "--speed", 12, "--edition", 2, "--years", 3), "expected years 1 or 50"),
-        (("EWM50", "--class", "IIB", "--speed", 30), "--speed is no option of EWM50"),
-        (("EWM50", "--class", "IIB", "--steady", "--points", 5), "--points is no option of EWM50 --steady"),
-    ],
-)
-def test_models_and_their_options(command: Command, tmp_path: Path, arguments: tuple[Any, ...], said: str) -> None:
-    refused(command("wind", *arguments, "--out", tmp_path / "out"), tmp_path / "out", said)
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (("--intensity", -0.1), "intensity must be from 0 to less than 2"),
-        (("--spectrum", "man"), "spectrum: expected 'kaimal', 'vonkarman' or 'mann', found 'man'"),
-        (("--coherent", "v"), "coherent: expected 'u' or 'all', found 'v'"),
-        (("--format", "btss"), "--format btss: did you mean 'bts'?"),
-        (("--format", "uniform"), "is a field; expected bts, bladed, hawc2 or netcdf"),
-        (("--width", 100), "it is 100 m wide, the rotor needs 126.0 m"),
-        (("--width", "nan"), "it is nan m wide"),
-        (("--width", 1e9), "rows, expected at most 1001: make it narrower"),
-        (("--points", 2), "points: expected greater than or equal to 3, found 2"),
-        (("--points", 500), "points: expected less than or equal to 201, found 500"),
-        (("--dt", 0), "dt: expected greater than 0"),
-        (("--dt", 1e-9), "does not fit into memory"),
-        (("--duration", 1e9), "does not fit into memory"),
-        (("--duration", 0), "duration must be positive"),
-        (("--duration", "nan"), "duration must be positive"),
-        (("--seed", -1), "seed: expected greater than or equal to 0, found -1"),
-        (("--seed", 10**30), "seed: expected less than 9223372036854775808"),
-        (("--shear", 2), "shear_exponent: expected less than 1"),
-        (("--sign", 1), "--sign is no option of NTM (normal turbulence model); it has --speed"),
-        (("--years", 50), "--years is no option of NTM"),
-        (("--steady",), "--steady is no option of NTM"),
-        (("--hub-series", "nothing.csv"), "nothing.csv: cannot be read (No such file"),
-        (("--gust", "NTM"), "--gust: unknown gust 'NTM'; valid are: ECD, ECG, EDC, EOG, EWSH, EWSV"),
-        (("--gust", "ECC"), "--gust: unknown gust 'ECC'; did you mean 'EC"),
-        (("--gust", "ECD"), "begins when the run of 20 s is over; choose another --begin"),
-        (("--gust", "EOG", "--begin", 1, "--sign", 1), "--sign is no option of --gust EOG"),
-        (("--gust", "ECD", "--begin", 1, "--periodic"), "--periodic: the field repeats"),
-    ],
-)
-def test_settings_of_a_field(command: Command, tmp_path: Path, options: tuple[Any, ...], said: str) -> None:
-    refused(command(*NTM, *options, "--out", tmp_path / "out"), tmp_path / "out", said)
 
 
 @pytest.mark.parametrize(
@@ -371,7 +277,7 @@ def test_an_interrupted_field_leaves_nothing(command: Command, tmp_path: Path, m
     def interrupt(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("meltemi.turbulence.field.generate_field", interrupt)
+    monkeypatch.setattr("meltemi.wind.generate_field", interrupt)
     ran = command(*NTM, "--out", tmp_path / "new" / "folder")
     assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
     assert list(tmp_path.iterdir()) == []

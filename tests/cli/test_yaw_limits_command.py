@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import Any
 
 import pytest
 from terminal import Command
@@ -42,28 +41,3 @@ def test_a_limit_that_is_not_reached_is_said(command: Command, tmp_path: Path) -
     assert (ran.status, ran.err) == (0, "")
     assert "no limit is reached at 8, 10, 12 m/s: 30 deg is the largest of --yaw-errors" in ran.out
     assert read_record(tmp_path / "yaw_limits.yaml", LoadCase).wind.speed == 10.0  # type: ignore[union-attr]
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (("--load-limits", "tower-base=3"), "--load-limits: no load 'tower-base': did you mean 'tower-base-bending'"),
-        (("--load-limits", "tower-base-bending"), "'tower-base-bending': expected tower-base-bending=number"),
-        (("--load-limits", "tower-base-bending=-1"), "expected a positive number"),
-        (("--load-limits", "tip-clearence=3"), "--load-limits: no load 'tip-clearence': did you mean 'tip-clearance'"),
-        (("--wind-speeds", "10"), "--wind-speeds: expected at least two increasing values"),
-        (("--yaw-errors", "-10,10"), "--yaw-errors: expected at least two increasing values, none of them negative"),
-        (("--strategy", "halt"), "--strategy, --recheck: strategy: expected 'derate', 'stop' or 'ignore'"),
-        (("--class", "IVB"), "IVB"),
-        (("--seeds", 0), "--seeds 0: expected 1 to 1000"),
-        (("--workers", 0), "--workers 0: expected a number of simultaneous runs from 1 to 1000"),
-        (("--duration", 1), "--duration 1: expected 10 to 100000"),
-    ],
-)
-def test_what_has_no_limits_is_refused_at_once(
-    command: Command, tmp_path: Path, options: tuple[Any, ...], said: str
-) -> None:
-    ran = command("yaw-limits", "nrel5mw", *options, "--out", tmp_path / "out")
-    assert (ran.status, ran.out) == (2, "")
-    assert ran.err.startswith("error: ") and ran.err.count("\n") == 1 and said in ran.err
-    assert not (tmp_path / "out").exists()

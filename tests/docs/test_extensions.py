@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from meltemi.app.signatures import with_options
+
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "development" / "extensions.md").read_text(encoding="utf-8")
 BLADES = "simulation/blades"
@@ -164,12 +166,12 @@ def test_the_command_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.Monkey
     (home / "__init__.py").touch()
     (home / "commands.py").write_text(text, encoding="utf-8")
     (home / "lifetime.py").write_text(
-        "def lifetime(turbine, out, progress):\n    (out / 'loads').write_text(turbine)\n", encoding="utf-8"
+        "def lifetime(turbine, years, out, progress):\n    (out / 'loads').write_text(turbine)\n", encoding="utf-8"
     )
     monkeypatch.syspath_prepend(tmp_path)
     ((module, name),) = re.findall(r'^fatigue = "([\w.]+):(\w+)"$', PAGE, re.MULTILINE)
     app = typer.Typer()
-    app.command()(getattr(__import__(module, fromlist=[name]), name))
+    app.command()(with_options(getattr(__import__(module, fromlist=[name]), name)))
     ran = testing.CliRunner().invoke(app, ["nrel5mw", "--out", str(tmp_path / "out")])
     assert ran.exit_code == 0, ran.output
     assert (tmp_path / "out" / "loads").read_text() == "nrel5mw"

@@ -184,7 +184,7 @@ def test_a_file_format_is_one_module_and_one_row(
         meltemi.read_wind("damaged.npz")
     with pytest.raises(meltemi.InputError, match=r"supported are \.npz, \.bts"):
         meltemi.read_wind("field.np")
-    for kind in ("wind.files.archive", "postprocess.files.csv_table"):
+    for kind in ("wind_files.archive", "postprocess.files.csv_table"):
         sys.modules.pop(f"meltemi.{kind}")
 
 

@@ -10,11 +10,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import meltemi
+from comparisons.floating import base_at
 from meltemi.core.errors import InputError
 from meltemi.io import restore_state, save_state, stop_at
 from meltemi.sea.airy import GRAVITY
 from meltemi.simulation.step import begin_parts_step
-from meltemi.verification.floating import base_at
 
 pytestmark = pytest.mark.long
 

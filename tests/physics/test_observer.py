@@ -18,13 +18,8 @@ from meltemi.simulation.channels import Contents, catalogue
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.studies.kalman_design import discrete, stationary
-from meltemi.studies.observer import (
-    SENSORS,
-    ExpectedTurbulence,
-    Observer,
-    SensorNoise,
-    observer,
-)
+from meltemi.studies.observer import ExpectedTurbulence, Observer, SensorNoise, observer
+from meltemi.studies.observer_signals import SENSORS
 from meltemi.turbine.library import write_turbine
 
 pytestmark = pytest.mark.slow

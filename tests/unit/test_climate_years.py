@@ -18,8 +18,7 @@ from meltemi.environment.climate import MONTH_HOURS, load_climate
 from meltemi.environment.drops import water_content
 from meltemi.papers.palanimuthu2022.beyond import climate as part
 from meltemi.papers.palanimuthu2022.beyond.climate import study, years
-from meltemi.papers.study import Drawing
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Block, Table
 from meltemi.studies.climate.response import ICED, SHED, SLOPES, WET, Response, Setup, State
 from meltemi.studies.climate.tables import month_table
 from meltemi.studies.climate.weather import periods, read_weather
@@ -138,10 +137,10 @@ def test_tables_figure_and_words(response: Response) -> None:
     found = years(response)
     drawn: list[str] = []
 
-    def draw(name: str, caption: str, figure: Callable[[], Any]) -> Drawing:
+    def draw(name: str, caption: str, figure: Callable[[], Any]) -> Block:
         figure()
         drawn.append(name)
-        return Drawing(caption, None)
+        return caption
 
     content = part.chapter(found, draw).content
     made = [each for each in content if isinstance(each, Table)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf, pi
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,7 +15,7 @@ from meltemi import InputError
 from meltemi.control.controller import StartPoint, compiled_entry
 from meltemi.control.signals import Demands, Measurements
 from meltemi.control_laws.load_control import HarmonicLoop
-from meltemi.studies.constrained_pitch import FULL, NONE, constrained_pitch, controllers, trades
+from meltemi.studies.constrained_pitch import FULL, NONE, constrained_pitch
 
 PLANT = -2e8 + 1.5e8j
 """[N m/rad] of pitch at 1P."""
@@ -76,11 +77,14 @@ def test_it_is_for_pitch_at_1p_and_a_limit_of_a_load() -> None:
         constrained_pitch(turbine, LOOP, PLANT, -1.0)
     with pytest.raises(InputError, match="loop is of 2P pitch, it must be of 1P pitch"):
         constrained_pitch(turbine, LOOP.replace(harmonic=2), PLANT, 1e6)
-    names = list(controllers(turbine, LOOP, PLANT, {"l2": [1e6], "linf": [2e6]}))
+
+
+def test_shares_are_of_what_full_individual_pitch_adds_and_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "tools")
+    from constrained_pitch import controllers, trades
+
+    names = list(controllers(meltemi.load_turbine("nrel5mw"), LOOP, PLANT, {"l2": [1e6], "linf": [2e6]}))
     assert names == [NONE, FULL, "l2 1 MN m", "linf 2 MN m"]
-
-
-def test_shares_are_of_what_full_individual_pitch_adds_and_takes() -> None:
     numbers = {
         "pitch travel": {NONE: [1.0, 2.0], FULL: [5.0, 10.0], "half": [3.0, 6.0]},
         "RootMyc1 DEL": {NONE: [10.0, 20.0], FULL: [6.0, 12.0], "half": [7.0, 14.0]},

@@ -16,20 +16,14 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import InputError
 from meltemi.analysis import preview_of
-from meltemi.papers.claim import Claim, by_reading, rows_of
-from meltemi.papers.he2018.claims import (
-    BY_FEW,
-    KINDS,
-    flap_slopes,
-    in_readings,
-    probability,
-    share_at,
-    thin_airfoil,
-)
+from meltemi.papers.claim import Claim, rows_of
+from meltemi.papers.he2018.claims import RULES, Finding
 from meltemi.papers.he2018.designs import LIDARS
+from meltemi.papers.he2018.measures import flap_slopes, probability, share_at, thin_airfoil
 from meltemi.papers.he2018.page import _facts
 from meltemi.papers.he2018.runs import FAST_MODEL, MODEL_PARTS, PAPER, QUICK, READINGS, Runs, paper_turbine
 from meltemi.papers.he2018.verdicts import counts_words, held, verdicts_table
+from meltemi.papers.verdict import HOLDS, by_reading, differs, judgement, judgement_in
 from meltemi.studies.preview import Lidar, measured
 from meltemi.studies.wind_likelihood import Minutes, estimate_wind
 from meltemi.tuning.compare import WHOLE
@@ -86,6 +80,10 @@ def test_the_facts_are_those_of_the_turbine() -> None:
         assert _facts(runs)[0] == ("turbine", words)
 
 
+def judged(kind: str, c: Any, row: dict[str, str]) -> Finding:
+    return RULES[kind].of(c, row)
+
+
 @dataclass
 class Drawn:
     """Changes of all quantities drawn about a factor times the paper's, in 240 minutes."""
@@ -107,21 +105,23 @@ class Drawn:
 
 def test_a_number_of_the_papers_holds_if_it_is_one_of_our_minutes() -> None:
     row = {"quantity": "RootMyc1 std", "scheme": "ipc", "paper": "-47.9 %"}
-    found = [KINDS["near"][0](Drawn(factor), row) for factor in (1.0, 0.5, 1.5)]  # type: ignore
-    assert [verdict for _, verdict in found] == ["holds", "smaller effect", "larger effect"]
-    assert "p = " in found[0][0] and "none of 234 as far" in found[1][0]
-    assert all("5 to 95 % of minutes" in ours for ours, _ in found)
+    found = [judged("near", Drawn(factor), row) for factor in (1.0, 0.5, 1.5)]
+    assert [each.judged for each in found] == [HOLDS, differs("smaller effect"), differs("larger effect")]
+    assert "p = " in found[0].ours and "none of 234 as far" in found[1].ours
+    assert all("5 to 95 % of minutes" in each.ours for each in found)
     few = Drawn(1.0, windows=dict.fromkeys([WHOLE, PAPER, "0", "1"], (0.0, 60.0)))
-    assert KINDS["near"][0](few, row)[-1] == "cannot be judged: it needs 40 minutes, there are 12"  # type: ignore
+    verdict = judgement(judged("near", few, row).judged)
+    assert verdict.text == "cannot be judged: it needs 40 minutes, there are 12"
 
 
 def test_a_claim_that_holds_by_few_minutes_says_so() -> None:
     """Of 60 minutes one is too few, two are enough, and up to three are few."""
     row = {"quantity": "RootMyc1 std", "scheme": "ipc", "paper": "-40 %"}
-    found = [KINDS["near"][0](Minutes60(reach), row) for reach in (1, 2, 3, 4)]  # type: ignore[arg-type]
-    assert [verdict for _, verdict in found] == ["smaller effect", "holds", "holds", "holds"]
-    assert [BY_FEW in ours for ours, _ in found] == [False, True, True, False]
-    assert "2 of 60 as far (p = 0.067)" in found[1][0]
+    found = [judged("near", Minutes60(reach), row) for reach in (1, 2, 3, 4)]
+    assert [each.judged for each in found] == [differs("smaller effect"), HOLDS, HOLDS, HOLDS]
+    assert [each.by_few for each in found] == [False, True, True, False]
+    assert [each.text.endswith(": holds by few") for each in found] == [False, True, True, False]
+    assert "2 of 60 as far (p = 0.067)" in found[1].ours
 
 
 @dataclass
@@ -142,19 +142,20 @@ class Minutes60:
 
 
 READ = ("FAST's model, class B", "full model, ed. 2")
+MIXED = by_reading({READ[0]: True, READ[1]: differs("smaller effect")})
 
 
 def lines(*verdicts: str) -> list[Claim]:
-    found = [Claim(f"claim {k}", "", "", verdict, "") for k, verdict in enumerate(verdicts)]
-    return [*found, Claim("asked for", "", "", "holds", "", basis="command")]
+    found = [Claim(f"claim {k}", "", "", judgement_in(verdict), "") for k, verdict in enumerate(verdicts)]
+    return [*found, Claim("asked for", "", "", judgement(True), "", basis="command")]
 
 
 def test_a_verdict_is_that_of_each_reading() -> None:
-    assert by_reading(dict.fromkeys(READ, "holds")) == "holds"
-    mixed = by_reading(dict(zip(READ, ("holds", "smaller effect"), strict=True)))
-    assert mixed == f"holds ({READ[0]}) / smaller effect ({READ[1]})"
-    found = lines("holds", mixed, "smaller effect")[:3]
-    assert [in_readings(c, READ) for c in found] == [
+    assert by_reading(dict.fromkeys(READ, True)) == judgement(True)
+    assert MIXED.text == f"holds ({READ[0]}) / smaller effect ({READ[1]})"
+    found = lines("holds", MIXED.text, "smaller effect")[:3]
+    assert found[1].judgement == MIXED
+    assert [[v.text for v in c.judgement.in_readings(READ)] for c in found] == [
         ["holds", "holds"],
         ["holds", "smaller effect"],
         ["smaller effect", "smaller effect"],
@@ -163,8 +164,7 @@ def test_a_verdict_is_that_of_each_reading() -> None:
 
 def test_the_headline_counts_each_reading() -> None:
     """What follows from a command and what cannot be checked is not among the claims that hold."""
-    mixed = by_reading(dict(zip(READ, ("holds", "smaller effect"), strict=True)))
-    claims = lines("holds", mixed, "smaller effect", "cannot be checked: because")
+    claims = lines("holds", MIXED.text, "smaller effect", "cannot be checked: because")
     assert held(claims, READ) == [2, 1]
     words = counts_words(claims, claims, READ)
     assert words.startswith("Of 3 claims of the paper that can be checked, 1 hold in every reading")
@@ -188,7 +188,7 @@ def test_what_a_controller_asks_for_is_no_prediction() -> None:
 def test_feed_forward_is_judged_alone_and_beside_the_feedback(alone: float, beside: float, verdict: str) -> None:
     loads = {"cpc": 100.0, "feedforward": alone, "feedback": 100.0, "ipc": beside}
     c: Any = SimpleNamespace(values=lambda quantity, scheme, window: loads[scheme] + np.array([-0.1, 0.0, 0.1, 0.0]))
-    assert KINDS["feedforward"][0](c, {"quantity": "RootMyc1 DEL"})[1] == verdict  # type: ignore[operator]
+    assert judgement(judged("feedforward", c, {"quantity": "RootMyc1 DEL"}).judged).text == verdict
 
 
 def test_both_models_meet_both_winds() -> None:

@@ -18,6 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import meltemi
+from comparisons import reference_table
 from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, UnsupportedError, WindBox, WindSeries
 from meltemi.iec.classes import CLASSES, extreme_speed, sigma_etm, sigma_ntm, wind_class
 from meltemi.iec.gusts import ecd, ecg, edc, eog, ews_horizontal, ews_vertical
@@ -26,7 +27,6 @@ from meltemi.iec.winds import etm, ewm_steady, ewm_turbulent, ntm, nwp
 from meltemi.maths.vectors import Vec
 from meltemi.turbulence.spectra import scale_parameter
 from meltemi.turbulence.superposition import with_gust
-from meltemi.verification.table import reference_table
 from meltemi.wind import WindClass
 from meltemi.wind.fields import Wind, wind_field
 from meltemi.wind.velocity import series_now, wind_velocity

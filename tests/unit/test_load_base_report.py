@@ -22,9 +22,9 @@ from meltemi.loads.loadbase.design import DesignLoads, design_loads
 from meltemi.loads.loadbase.engine import base_table
 from meltemi.loads.loadbase.plan import Plan
 from meltemi.loads.loadbase.project import read_project
-from meltemi.loads.loadbase.report import LOADS, limit_ratios, verdict, write_design_loads, write_report
+from meltemi.loads.loadbase.report import limit_ratios, verdict, write_design_loads, write_report
 from meltemi.loads.loadbase.report_comparison import write_base_comparison
-from meltemi.loads.loadbase.report_loads import by_speed, slopes_of, title_of, unit_of_driver
+from meltemi.loads.loadbase.report_loads import LOADS, by_speed, slopes_of, title_of, unit_of_driver
 from meltemi.loads.loadbase.settings import DesignSettings, read_settings
 from meltemi.loads.loadbase.wording import event_words
 from meltemi.reports.blocks import (
@@ -96,10 +96,10 @@ def plain(html: str) -> str:
     return unescape(TAG.sub("", html)).strip()
 
 
-def data_of(text: str, start: str) -> list[tuple[str, object]]:
-    """Data within the page, by the beginning of its name."""
-    found = re.findall(rf'<script type="application/json" id="({start}[^"]*)">(.*?)</script>', text, re.S)
-    return [(name, json.loads(content)) for name, content in found]
+def data_of(text: str, before: str) -> object:
+    """Data within the page, by what stands before it."""
+    (found,) = re.findall(rf'{before}<script type="application/json"[^>]*>(.*?)</script>', text, re.S)
+    return json.loads(found)
 
 
 @pytest.mark.slow
@@ -109,7 +109,7 @@ def test_page_needs_nothing_else_and_escapes_names(text: str, base: tuple[Plan, 
     markup = re.sub(r"<(script|style).*?</\1>", "", text, flags=re.S)
     assert "<b> &" not in markup and "<1>" not in markup and text.count("</script>") == text.count("<script")
     assert plain(markup).count('blade <1> "struck" & </script> broke') == 2  # at the top, and in the list of cases
-    ((_, page),) = data_of(text, "page-data")
+    page = data_of(text, "</main>\\s*")
     assert isinstance(page, dict) and page["cases"] == [[case.name for case in base[0].cases]]
     folder = str(base[1]).replace("'", "'\"'\"'")
     assert page["bases"] == [f"'{folder}'"]
@@ -224,7 +224,7 @@ def test_fatigue_and_shares_are_those_of_the_records(text: str, design: DesignLo
 
 
 def test_statistics_are_those_of_the_base(text: str, base: tuple[Plan, Path]) -> None:
-    ((_, content),) = data_of(text, "statistics")
+    content = data_of(text, '<figure class="chart" data-statistics>')
     assert isinstance(content, list)
     kept = base_table(*base, "statistics")
     names = [case.name for case in base[0].cases]
@@ -266,7 +266,7 @@ def test_comparison_has_both_bases(base: tuple[Plan, Path], tmp_path: Path) -> N
     synthetic_base(tmp_path, other)
     page, csv = write_base_comparison((str(folder), planned), (str(tmp_path), other), tmp_path / "out")
     text = page.read_text(encoding="utf-8")
-    ((_, about),) = data_of(text, "page-data")
+    about = data_of(text, "</main>\\s*")
     assert isinstance(about, dict) and len(about["bases"]) == 2
     found = pd.read_csv(csv)
     (table,) = (t for t in rows_of(text, "") if len(t) == len(found) and len(t[0]) == 9)
@@ -278,7 +278,7 @@ def test_blocks_of_pages() -> None:
     assert "&lt;b&gt;" in html and ">1235<" in html.replace("1234.6", "1235") and "<b>" not in html
     drawn = html_of(Chart("t", Axis("x"), Axis("y", log=True), [Curve("a", [1.0, math.nan], [2.0, 1 / 3], dots=True)]))
     content = json.loads(re.search(r">({.*?})<", drawn)[1])  # type: ignore[index]
-    assert content["series"][0]["x"] == [1, None] and content["series"][0]["y"] == [2, 0.3333]
+    assert content["curves"][0]["x"] == [1, None] and content["curves"][0]["y"] == [2, 0.3333]
     assert "</script><b>" not in stored("a", "</script><b>")
     assert rounded([math.inf, 1234.6, 0.00012345]) == [None, 1235, 0.0001234]
 

@@ -13,6 +13,7 @@ import meltemi
 from meltemi.aero.tables import AeroParameters, RotorFlow, TowerFlow
 from meltemi.compiler import Rot, Vec, View
 from meltemi.simulation import validity
+from meltemi.simulation import watch as watch_kernels
 from meltemi.simulation.system import System
 from meltemi.simulation.tables import Watch
 from meltemi.simulation.validity import BENDING, CRITERIA, DEFLECTION, EDGE, PITCH, POWER, REVERSED, SPEED, TIP, TOWER
@@ -49,25 +50,25 @@ def turbine(v: Float = V, **changes: Any) -> Any:
 def test_a_criterion_keeps_its_largest_value_and_the_first_times_beyond_limit_and_notice() -> None:
     watch = watch_of(limit=at(TIP, 3.0, np.inf), notice=at(TIP, 2.0, np.inf))
     for t, value in ((0.0, 2.0), (1.0, 2.5), (2.0, 1.0), (3.0, 3.5), (4.0, 3.2)):
-        plain(validity.record_criterion)(watch, TIP, t, value)
+        plain(watch_kernels.record_criterion)(watch, TIP, t, value)
     assert (watch.worst[TIP], watch.noticed[TIP], watch.first[TIP]) == (3.5, 1.0, 3.0)
 
 
 def test_speed_power_and_pitch() -> None:
     watch = watch_of(scale=at(POWER, 400.0), state=at(POWER, 1e4))
-    plain(validity.watch_shaft)(1.0, 0.5, turbine(), watch)
+    plain(watch_kernels.watch_shaft)(1.0, 0.5, turbine(), watch)
     assert watch.worst[SPEED] == pytest.approx(1.14)
     assert watch.worst[REVERSED] == -np.inf
     excess = 1e6 * 1.14 - 400.0 * 1.2 * 77.0**1.5
     assert watch.worst[POWER] == pytest.approx(1e4 + (excess - 1e4) * 0.5 / 10.0)
     assert watch.worst[PITCH] == 0.7
-    plain(validity.watch_shaft)(1.0, 30.0, turbine(), watch)  # a step beyond the time of the mean
+    plain(watch_kernels.watch_shaft)(1.0, 30.0, turbine(), watch)  # a step beyond the time of the mean
     assert watch.state[POWER] == pytest.approx(excess)
 
 
 def test_a_generator_that_drives_the_rotor_backwards() -> None:
     watch = watch_of(scale=at(POWER, 400.0))
-    plain(validity.watch_shaft)(1.0, 0.5, turbine(-V), watch)
+    plain(watch_kernels.watch_shaft)(1.0, 0.5, turbine(-V), watch)
     assert watch.worst[SPEED] == pytest.approx(1.14)
     assert watch.worst[REVERSED] == pytest.approx(2e3 * 50.0 * 1.1)
 
@@ -88,7 +89,7 @@ def test_deflection_of_the_blades_and_way_to_the_tower() -> None:
     frame.orientation[0] = Rot(1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0)
     frame.orientation[1] = Rot(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     m.frame, watch = frame, watch_of(state=at(BENDING, 0.7), last=at(BENDING, 4.0))
-    plain(validity.watch_blades)(5.0, m, watch)
+    plain(watch_kernels.watch_blades)(5.0, m, watch)
     first, second = np.hypot(1.0, 1.0), np.hypot(3.0, 0.5)
     assert watch.worst[DEFLECTION] == pytest.approx(second)
     mean = 0.5 * (first + second)
@@ -109,7 +110,7 @@ def test_an_edgewise_vibration_that_grows_from_interval_to_interval() -> None:
     for i in range(1, 13):
         square = 3.0 ** ((i - 1) // 4)
         m.v[6], m.v[8] = np.sqrt(0.25 * square), -np.sqrt(0.75 * square)
-        plain(validity.watch_edges)(0.5 * i, m, watch)
+        plain(watch_kernels.watch_edges)(0.5 * i, m, watch)
         found.append(watch.worst[EDGE])
     assert found[:11] == [-np.inf] * 11
     assert found[11] == pytest.approx(np.sqrt(18.0))
@@ -123,7 +124,7 @@ def test_a_vibration_that_grows_less_is_none(growth: tuple[float, float, float])
     m = turbine(np.zeros(9))
     for i, square in enumerate(growth):
         m.v[6] = np.sqrt(square)
-        plain(validity.watch_edges)(1.0 + i, m, watch)
+        plain(watch_kernels.watch_edges)(1.0 + i, m, watch)
     assert watch.worst[EDGE] == -np.inf
 
 
@@ -133,6 +134,6 @@ def test_two_intervals_are_no_growth() -> None:
     m, found = turbine(np.zeros(9)), []
     for i, square in enumerate((1.0, 3.0, 9.0)):
         m.v[6] = np.sqrt(square)
-        plain(validity.watch_edges)(1.0 + i, m, watch)
+        plain(watch_kernels.watch_edges)(1.0 + i, m, watch)
         found.append(watch.worst[EDGE])
     assert found[:2] == [-np.inf, -np.inf] and found[2] == pytest.approx(np.sqrt(18.0))

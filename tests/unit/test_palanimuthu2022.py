@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from meltemi import InputError
 from meltemi.analyses.performance import performance_of
 from meltemi.app.cli import app
-from meltemi.papers.claim import UNCHECKED, reason_lines
+from meltemi.papers.claim import reason_lines
 from meltemi.papers.palanimuthu2022 import page, paper
 from meltemi.papers.palanimuthu2022.beyond import climate, coordination, machines, power
 from meltemi.papers.palanimuthu2022.claims import REASONS, formula_claims
@@ -41,11 +41,11 @@ from meltemi.papers.palanimuthu2022.runs import (
     Steps,
     staircase,
 )
-from meltemi.papers.study import Chapter, Drawing
+from meltemi.papers.verdict import UNCHECKED
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
 from meltemi.power_control.rotor import rotor_tables
 from meltemi.report.plots import new_figure
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Picture, Section, Table
 from meltemi.reports.markdown import alone, documented
 from meltemi.simulation.channels import standard
 from meltemi.simulation.result import Result
@@ -61,7 +61,7 @@ DIFFER = {"moist", "pairs", "warm", "most", "rating"}
 
 def test_formulas_give_the_papers_numbers() -> None:
     found = formula_claims()
-    assert {c.reason for c in found if c.verdict != "holds" and not c.verdict.startswith(UNCHECKED)} == DIFFER
+    assert {c.reason for c in found if c.outcome not in ("held", "unchecked")} == DIFFER
     assert {c.reason for c in found if c.reason} <= set(REASONS)
     assert {c.basis for c in found} == {"paper"}
 
@@ -174,7 +174,7 @@ def test_steps_follow_a_lead_in() -> None:
 def test_a_part_on_another_turbine_is_without_the_verdict_on_the_reviews() -> None:
     lost: Any = FailedResult("climate: it diverged")
     for part in (machines, power, coordination, climate):
-        own, applied = (part.chapter(lost, lambda name, words, of: Drawing(words, None), applied=a) for a in (0, 1))
+        own, applied = (part.chapter(lost, lambda name, words, of: words, applied=a) for a in (0, 1))
         assert own.heading == f"Beyond the paper: {applied.heading[0].lower()}{applied.heading[1:]}"
         assert len(applied.content) == len(own.content) - 1 and "cannot be judged" in str(own.content[0])
 
@@ -207,9 +207,9 @@ def test_parts_beyond_the_paper_have_names(study: str, parts: str, said: str, tm
 def test_the_page_has_the_parts_that_lie_in_the_folder(tmp_path: Path) -> None:
     (tmp_path / "climate.md").write_text("## A year\n", encoding="utf-8")
     table = Table(["claim", "reason"], [["one", "pairs"], ["two", ""]])
-    claims = Chapter("Claims", [table, *reason_lines({"pairs": REASONS["pairs"]})])
-    figures = Chapter("Figures", [Drawing("the system", Path("fig01.png"))])
-    text = page.STUDY.markdown("All holds.", {"claims": claims, "climate": Chapter("Twice", [])}, [figures], tmp_path)
+    claims = Section("Claims", [table, *reason_lines({"pairs": REASONS["pairs"]})])
+    figures = Section("Figures", [Picture(Path("fig01.png"), "the system")])
+    text = page.STUDY.markdown("All holds.", {"claims": claims, "climate": Section("Twice", [])}, [figures], tmp_path)
     assert "## A year" in text and "## Twice" not in text
     assert text.count(f"*pairs:* {REASONS['pairs']}") == 1
     assert "![the system](fig01.png)" in text

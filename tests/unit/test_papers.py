@@ -9,21 +9,12 @@ import pytest
 
 import meltemi.papers
 from meltemi.core.physics import PHYSICS
-from meltemi.papers.claim import (
-    UNCHECKED,
-    Claim,
-    by_reading,
-    claims_of,
-    claims_table,
-    count_held,
-    outcome,
-    reasons_of,
-    rows_of,
-)
+from meltemi.papers.claim import Claim, claims_of, claims_table, count_held, reasons_of, rows_of
 from meltemi.papers.commands import STUDIES
-from meltemi.papers.he2018.claims import KINDS
+from meltemi.papers.he2018.claims import RULES
 from meltemi.papers.study import by_kind
 from meltemi.papers.summary import claims_on, summary
+from meltemi.papers.verdict import HOLDS, UNCHECKED, by_reading, judgement, judgement_in, unchecked, unjudged
 from meltemi.reports.blocks import Code, Section, Table
 from meltemi.reports.markdown import plain, sections, table_lines
 
@@ -55,7 +46,7 @@ def test_every_claims_reason_is_given(study: str) -> None:
 
 
 def test_every_kind_of_claim_of_he2018_occurs() -> None:
-    assert {row["kind"] for row in rows_of("he2018", "claims.csv").values()} == set(KINDS)
+    assert {row["kind"] for row in rows_of("he2018", "claims.csv").values()} == set(RULES)
 
 
 def test_a_claim_is_filled_and_judged() -> None:
@@ -64,9 +55,9 @@ def test_a_claim_is_filled_and_judged() -> None:
     found = claim("power std", True, **words)
     tolerance = "same bin, two standard errors over our seeds"
     item, paper, ours = "largest std of power, as scaled", "109 kW in bin 7", "110 ± 5 kW in bin 8"
-    assert found == Claim(item, paper, ours, "holds", "Table 2", tolerance=tolerance, basis="surrogate")
+    assert found == Claim(item, paper, ours, judgement(True), "Table 2", tolerance=tolerance, basis="surrogate")
     assert claim("power std", False, **words).verdict == "differs"
-    assert claim("power std", "cannot be judged: why", **words).verdict == "cannot be judged: why"
+    assert claim("power std", unjudged("why"), **words).verdict == "cannot be judged: why"
     assert claim("V1 loads").verdict == "cannot be checked: the paper does not name these loads"
     with pytest.raises(KeyError, match="name"):
         claim("power std", True)
@@ -88,10 +79,10 @@ def test_the_summary_is_that_of_the_pages() -> None:
 
 def test_a_summary_counts_what_the_paper_states() -> None:
     claims = [
-        Claim("one", "1 | 2", "1", "holds", "Fig. 1"),
-        Claim("two", "2", "3", "differs", "Fig. 2", "size"),
-        Claim("three", "much", "", f"{UNCHECKED}because it has no number", "Fig. 3"),
-        Claim("four", "4", "4", "holds", "", basis="command"),
+        Claim("one", "1 | 2", "1", judgement(True), "Fig. 1"),
+        Claim("two", "2", "3", judgement(False), "Fig. 2", "size"),
+        Claim("three", "much", "", judgement(unchecked("because it has no number")), "Fig. 3"),
+        Claim("four", "4", "4", judgement(True), "", basis="command"),
         Claim("five", "5", "5", by_reading({"of mean": True, "of peak": False}), "Fig. 5"),
     ]
     page = "\n".join(["# A paper", "", *table_lines(claims_table(claims)), "", "*size:* It is larger. Much larger."])
@@ -107,12 +98,29 @@ def test_a_summary_counts_what_the_paper_states() -> None:
 
 
 def test_a_verdict_by_readings() -> None:
-    assert by_reading({"a": True, "b": "holds"}) == "holds" and by_reading({"a": False, "b": False}) == "differs"
+    assert (
+        by_reading({"a": True, "b": HOLDS}).text == "holds" and by_reading({"a": False, "b": False}).text == "differs"
+    )
     both = by_reading({"20 %": False, "40 %": True})
-    assert both == "differs (20 %) / holds (40 %)"
-    verdicts = ["holds", both, "smaller effect", "holds only for 1P", f"{UNCHECKED}not given", "cannot be judged: x"]
+    assert both.text == "differs (20 %) / holds (40 %)"
+    verdicts = [
+        "holds",
+        both.text,
+        "smaller effect",
+        "holds only for 1P",
+        f"{UNCHECKED}not given",
+        "cannot be judged: x",
+    ]
     expected = ["held", "by_reading", "differ", "by_reading", "unchecked", "unjudged"]
-    assert [outcome(verdict) for verdict in verdicts] == expected
+    assert [judgement_in(text).outcome for text in verdicts] == expected
+    assert [judgement_in(text).text for text in verdicts] == verdicts
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_verdicts_of_the_pages_are_data(study: str) -> None:
+    page = (FOLDER.parents[2] / "docs" / "papers" / f"{study}.md").read_text(encoding="utf-8")
+    verdicts = [line.verdict for line in claims_on(page)]
+    assert verdicts and [judgement_in(text).text for text in verdicts] == verdicts
 
 
 def test_doubtful_runs_that_differ_in_numbers_only_are_one_line() -> None:
@@ -125,7 +133,7 @@ def test_texts_of_a_page_become_chapters() -> None:
     text = "# Title\n\nOf [air](../air.md), $M_i\\cos\\psi_i$.\n\n## Set-up\n\n```sh\na | b\n```\n"
     text += "\n- one\n  *more*\n- two\n\n| | here |\n|---|---|\n| `x` | 1 \\| 2 |\n\n## Empty\n"
     table = Table(["", "here"], [["x", "1 | 2"]], text_columns=2)
-    assert sections(text, "First") == [
+    assert plain(sections(text, "First")) == [
         Section("First", ["Of air, M_i cos ψ_i."]),
         Section("Set-up", [Code("a | b"), "• one more", "• two", table]),
     ]

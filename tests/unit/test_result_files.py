@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import meltemi
+from comparisons import thinned
 from meltemi import InputError, Result
 from meltemi.postprocess.files.openfast import UNITS, Columns, result_of, si_unit
 from meltemi.postprocess.files.outb import packed
 from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group, every_kind, find, standard
-from meltemi.verification.turbulent import thinned
 
 TIME = np.arange(0.0, 20.01, 0.05)
 NAMES = ("RotSpeed", "PtchPMzc1", "-RootMyc1", "mTwrBsMyt", "RtFldFxh", "B1N3Alpha", "Spn1MLyb1", "QD_TFA1", "Odd")

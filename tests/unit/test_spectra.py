@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from comparisons import thinned
 from meltemi import InputError, Result
 from meltemi.postprocess.bands import harmonic_bands, ideal_removal, remove_bands
 from meltemi.postprocess.spectra import average_spectra, decibels, power_spectrum, rotor_frequency, spectral_peak
 from meltemi.simulation.channels import standard
-from meltemi.verification.turbulent import thinned
 
 Float = NDArray[np.float64]
 DT, T = 0.05, 600.0

@@ -15,7 +15,8 @@ from meltemi.app.cli import app
 from meltemi.control import YawProtection, yaw_threshold
 from meltemi.iec.gusts import ecd
 from meltemi.loads.energy import YEAR
-from meltemi.papers.claim import UNCHECKED, Claim, count_held
+from meltemi.papers.claim import Claim, count_held
+from meltemi.papers.verdict import judgement
 from meltemi.papers.wang2021.beyond import site
 from meltemi.papers.wang2021.claims import _loads, _of_years, about_half, claim
 from meltemi.papers.wang2021.costs import recheck_table, relative
@@ -197,8 +198,8 @@ def test_what_a_run_is_commanded_to_do_is_counted_apart() -> None:
     commanded += [claim("S3 stop", True, power="1"), claim("V2 stop", True, power=0.0)]
     assert {c.basis for c in commanded} == {"command"}
     power = claim("V2", mean="2,037 kW", simulated=0.1, measured=1.3)
-    assert power.verdict.startswith(UNCHECKED)
-    found = count_held([Claim("a", "", "", "holds", ""), power, *commanded])
+    assert power.outcome == "unchecked"
+    found = count_held([Claim("a", "", "", judgement(True), ""), power, *commanded])
     assert found == "1 of 1 claims of the paper hold (1 cannot be checked)."
 
 

@@ -8,20 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from comparisons import stops, thinned
+from comparisons.transient import gust_wind, step_wind
 from meltemi.cases.case import LoadCase, case_controller, case_run, case_turbine, case_wind, read_case
 from meltemi.core.yamlfile import write_record
 from meltemi.sea.given import ComponentSea
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.turbine.library import write_turbine
-from meltemi.verification import stops
-from meltemi.verification.transient import gust_wind, step_wind
-from meltemi.verification.turbulent import thinned
 from meltemi.wind.fields import WindSeries
 from meltemi.wind_files.formats import write_wind
 
 STEADY: dict[str, Any] = {"kind": "steady", "speed": 12.0}
-PLAYED = """from meltemi.verification.stops import playback, reference_run
+PLAYED = """from comparisons.stops import playback, reference_run
 
 def controller(turbine):
     return playback(reference_run("ecd_p_11.4"), 81.0)

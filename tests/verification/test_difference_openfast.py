@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import meltemi
+from comparisons import thinned
+from comparisons.turbulent import SHORT, short_wind
 from meltemi.postprocess.files.openfast import Columns, result_of
 from meltemi.verification.steady import deck_model
-from meltemi.verification.turbulent import SHORT, short_wind, thinned
 
 UNCERTAIN = {"rotor_power", "skew_angle", "tip_speed_ratio"}
 """Whose definitions differ: mean wind and speed of the shaft."""

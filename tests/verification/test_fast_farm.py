@@ -13,11 +13,11 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
+from comparisons.elastodyn_blade import with_summed_tower
 from meltemi.farm.settings import WakeSettings
 from meltemi.farm.simulation import FarmResult
 from meltemi.farm.wakes import FarmWakes
 from meltemi.postprocess.fatigue import damage_equivalent_load
-from meltemi.verification.elastodyn_blade import with_summed_tower
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
 
 pytestmark = [pytest.mark.reference, pytest.mark.long]

@@ -8,8 +8,8 @@ import pytest
 
 pytest.importorskip("rosco")
 
-from meltemi.verification import floating
-from meltemi.verification.known import KNOWN
+from comparisons import floating
+from comparisons.known import KNOWN
 from meltemi.verification.table import Verdict
 
 pytestmark = pytest.mark.rosco

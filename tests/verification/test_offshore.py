@@ -9,14 +9,14 @@ import pytest
 
 pytest.importorskip("windIO")
 
+from comparisons import offshore, offshore_wind
+from comparisons.floating import full_series
+from comparisons.known import KNOWN
 from meltemi.control.constant import ConstantController
 from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
-from meltemi.verification import offshore, offshore_wind
-from meltemi.verification.floating import full_series
-from meltemi.verification.known import KNOWN
 from meltemi.verification.table import Verdict
 from meltemi.wind.fields import SteadyWind
 

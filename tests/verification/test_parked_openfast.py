@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from comparisons import reference_table
+from comparisons.elastodyn_blade import elastodyn_model
+from comparisons.measure import vibration
+from comparisons.parked import EDGEWISE, deck_blades, run, settings
 from meltemi.aero.tables import AeroNode
 from meltemi.simulation.options import BEDDOES
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.elastodyn_blade import elastodyn_model
-from meltemi.verification.measure import vibration
 from meltemi.verification.openfast_deck import deck_turbine
-from meltemi.verification.parked import EDGEWISE, deck_blades, run, settings
-from meltemi.verification.table import reference_table
 
 pytestmark = pytest.mark.slow
 

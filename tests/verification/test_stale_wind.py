@@ -14,6 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import comparisons
+from comparisons import stops
+from comparisons.measure import extremes, harmonic
+from comparisons.periodic import PERIODIC, PSI
+from comparisons.transient import CHANNELS, gust_wind, step_wind
+from comparisons.turbulent import SHORT, short_series, short_wind
 from meltemi import Result, Simulation
 from meltemi.aero.tables import BladeFlow, InflowState
 from meltemi.compiler import View
@@ -21,12 +27,7 @@ from meltemi.postprocess.statistics import azimuth_bins, means_over_revolutions
 from meltemi.simulation.bladed.aerodynamics import INFLOW_LEAD
 from meltemi.simulation.run import Run
 from meltemi.turbine.exchange import BladeFrame
-from meltemi.verification import stops
-from meltemi.verification.measure import extremes, harmonic
-from meltemi.verification.steady import PERIODIC, PSI, deck_model
-from meltemi.verification.table import reference_table
-from meltemi.verification.transient import CHANNELS, gust_wind, step_wind
-from meltemi.verification.turbulent import SHORT, short_series, short_wind
+from meltemi.verification.steady import deck_model
 
 pytestmark = pytest.mark.slow
 
@@ -59,7 +60,7 @@ def simulate_with_stale_wind(
 def test_extremes_of_the_gust() -> None:
     """4.7 % of the peak-to-peak value and 0.4 s become less than 0.7 % and 0.06 s."""
     result = simulate_with_stale_wind(gust_wind(), 120.0, CHANNELS, begin=70.0).between(80.0, 120.0)
-    for r in reference_table("gust", set="B"):
+    for r in comparisons.reference_table("gust", set="B"):
         span = float(r["peak_to_peak"])
         low, at_low, high, at_high = extremes(result.time, result[r["channel"]])
         assert abs(low - float(r["minimum"])) < 0.007 * span, r["channel"]
@@ -71,7 +72,7 @@ def test_extremes_of_the_gust() -> None:
 def test_largest_average_of_a_revolution_after_the_wind_step() -> None:
     """2.4 % of the power become less than 0.5 %."""
     result = simulate_with_stale_wind(step_wind(), 140.0, CHANNELS, begin=110.0)
-    for r in reference_table("step", set="B"):
+    for r in comparisons.reference_table("step", set="B"):
         means, ends = means_over_revolutions(result.time, result["azimuth"], result[r["channel"]])
         assert means[ends > 120.0].max() == pytest.approx(float(r["largest"]), rel=0.005), r["channel"]
 
@@ -79,7 +80,7 @@ def test_largest_average_of_a_revolution_after_the_wind_step() -> None:
 def test_amplitude_of_the_tip_deflection_in_shear() -> None:
     """5 % become less than 1 %."""
     result = simulate_with_stale_wind(PERIODIC["shear_12"], 90.0, ["azimuth", "OoPDefl1"]).between(30.0, 90.0)
-    table = reference_table("azimuth", case="B_shear_12", channel="OoPDefl1")
+    table = comparisons.reference_table("azimuth", case="B_shear_12", channel="OoPDefl1")
     _, amplitude, _ = harmonic(PSI, np.array([float(r["value"]) for r in table]))
     _, ours, _ = harmonic(PSI, azimuth_bins(result, "OoPDefl1"))
     assert ours == pytest.approx(amplitude, rel=0.01)

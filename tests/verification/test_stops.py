@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import meltemi
+from comparisons import reference_table, stops
+from comparisons.known import KNOWN
 from meltemi.bladed_controllers.rosco import edit_discon
 from meltemi.maths.vectors import Vec
-from meltemi.verification import stops
-from meltemi.verification.known import KNOWN
-from meltemi.verification.table import Row, Verdict, reference_table
+from meltemi.verification.table import Row, Verdict
 from meltemi.wind.fields import WindSeries, wind_field
 from meltemi.wind.velocity import series_now, wind_velocity
 from meltemi.wind_files import read_wnd

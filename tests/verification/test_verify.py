@@ -1,4 +1,4 @@
-"""Every study of ``meltemi verify`` passes within its bands or its known deviations."""
+"""Every study of ``meltemi verify``, and those with stored runs, pass within their bands or their known deviations."""
 
 from __future__ import annotations
 
@@ -8,20 +8,24 @@ from typing import Any
 import numpy as np
 import pytest
 
+from comparisons import reference_table, thinned
+from comparisons import studies as stored
+from comparisons.known import KNOWN
+from comparisons.turbulent import reference_series, short_series, short_wind, turbulence
 from meltemi.app.cli import main
 from meltemi.turbine.library import _from_library
-from meltemi.verification.known import KNOWN
-from meltemi.verification.table import Comparison, Known, Report, Row, Study, Verdict, reference_table, relative
-from meltemi.verification.turbulent import reference_series, short_series, short_wind, thinned, turbulence
-from meltemi.verification.verification import FULL, QUICK, verification
+from meltemi.verification.table import Comparison, Known, Report, Row, Study, Verdict, relative
+from meltemi.verification.verification import FULL, QUICK
 from meltemi.wind_files import read_bts, read_wnd
 
+ALL = (*QUICK, *stored.QUICK, *FULL[len(QUICK) :], *stored.LAND[len(stored.QUICK) :])
+N_QUICK = len(QUICK) + len(stored.QUICK)
 LONG_QUICK, LONG = 10.0, 3.0
 """[s] from which a study, of the quick look or not, is left to the tests that take long."""
 
 
 def studies(begin: int, end: int, seconds: float) -> list[Any]:
-    return [pytest.param(k, marks=[pytest.mark.long] * (FULL[k].seconds >= seconds)) for k in range(begin, end)]
+    return [pytest.param(k, marks=[pytest.mark.long] * (ALL[k].seconds >= seconds)) for k in range(begin, end)]
 
 
 def complaints(comparison: Comparison) -> list[str]:
@@ -36,24 +40,24 @@ def complaints(comparison: Comparison) -> list[str]:
 @pytest.fixture
 def bare(monkeypatch: pytest.MonkeyPatch, study: int) -> None:
     """Only the optional packages are there that the study says it needs."""
-    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: name in FULL[study].needs)
+    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: name in ALL[study].needs)
     _from_library.cache_clear()
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("bare")
-@pytest.mark.parametrize("study", studies(0, len(QUICK), LONG_QUICK))
+@pytest.mark.parametrize("study", studies(0, N_QUICK, LONG_QUICK))
 def test_quick_study(study: int) -> None:
-    comparison = QUICK[study][1]()
+    comparison = ALL[study].compare()
     assert len(comparison.rows) > 0
     assert complaints(comparison) == []
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("bare")
-@pytest.mark.parametrize("study", studies(len(QUICK), len(FULL), LONG))
+@pytest.mark.parametrize("study", studies(N_QUICK, len(ALL), LONG))
 def test_full_study(study: int) -> None:
-    assert complaints(FULL[study][1]()) == []
+    assert complaints(ALL[study].compare()) == []
 
 
 @pytest.mark.slow
@@ -137,9 +141,16 @@ def test_every_known_deviation_belongs_to_a_table() -> None:
     assert {k.table for k in KNOWN} <= names
 
 
-def test_reference_folder_is_checked(tmp_path: Path) -> None:
-    with pytest.raises(Exception, match="no folder 'openfast'"):
-        verification(quick=True, reference=tmp_path)
+def test_reference_folder_is_checked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "tools")
+    import verification_page
+
+    monkeypatch.setattr("sys.argv", ["verification_page", "--reference", str(tmp_path)])
+    with pytest.raises(SystemExit):
+        verification_page.main()
+    assert "no folder 'openfast'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("deviation", "status"), [(0.1, 0), (0.9, 1)])

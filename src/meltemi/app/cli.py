@@ -9,53 +9,60 @@ import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from io import TextIOWrapper
+from math import pi
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.commands import Commands
+import meltemi
+from meltemi.app.commands import CommandGroup, Commands
 from meltemi.app.docs import docs
 from meltemi.app.options import (
     CHANNELS,
     TURBINES,
+    WIND,
+    YAML,
     ControllerOption,
     RunOptions,
     TurbineArgument,
-    controller_of_options,
+    controller_of,
     is_case,
+    load_aeroelastic,
+    of_options,
     sea_of_options,
+    turbine_key,
     wind_changed,
     wind_of_options,
-    wind_options,
-    with_options,
 )
-from meltemi.app.scans import finish, speeds_of
+from meltemi.app.scans import at_speeds, finish, speeds_of
 from meltemi.app.terminal import (
     OutOption,
-    folder_for,
     print_table,
     progress_bar,
     remove_empty_folders,
     say,
     simulation_bar,
     suggest,
+    warn,
+    write_figure,
+    write_results,
     wrote,
 )
-from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 
 if TYPE_CHECKING:
     from meltemi.cases.case import LoadCase
     from meltemi.simulation.result import Result
     from meltemi.simulation.run import Run
 
-app = typer.Typer(
-    cls=Commands,
-    help="Aeroelastic simulation of controlled wind turbines in turbulent wind, with load analysis.",
-    no_args_is_help=True,
+app = CommandGroup(
+    "Aeroelastic simulation of controlled wind turbines in turbulent wind, with load analysis.",
+    Commands,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
@@ -89,8 +96,6 @@ def main() -> None:
 
 def _version(value: bool) -> None:
     if value:
-        import meltemi
-
         print(f"meltemi {meltemi.__version__}")
         raise typer.Exit
 
@@ -108,43 +113,28 @@ def options(
 
 
 @app.command()
-@with_options
 def run(
     target: Annotated[
-        str,
-        typer.Argument(
-            help="A turbine's name, the YAML file of a turbine or a case, or an OpenFAST deck (.fst).",
-            autocompletion=TURBINES,
-        ),
+        str, "A turbine's name, the YAML file of a turbine or a case, or an OpenFAST deck (.fst).", TURBINES
     ],
     options: RunOptions,
-    yaw: Annotated[
-        float | None, typer.Option(help="Yaw of the nacelle [deg], counter-clockwise from above [0].")
-    ] = None,
-    transient: Annotated[
-        float | None, typer.Option("--transient", help="Initial transient, excluded from statistics [s] [0].")
-    ] = None,
-    outb: Annotated[bool, typer.Option("--outb", help="Also write the result as OpenFAST's binary output.")] = False,
-    seen: Annotated[bool, typer.Option("--view", help="Also write the turbine in three dimensions (HTML).")] = False,
-    save_state: Annotated[Path | None, typer.Option(help="Save the state at the end, for --continue.")] = None,
-    resume: Annotated[
-        Path | None, typer.Option("--continue", help="Continue the same case from a saved state.")
-    ] = None,
-    until: Annotated[float | None, typer.Option(help="Stop at this time [s], before the end of the case.")] = None,
+    yaw: Annotated[float | None, "Yaw of the nacelle [deg], counter-clockwise from above [0]."] = None,
+    transient: Annotated[float | None, "Initial transient, excluded from statistics [s] [0]."] = None,
+    outb: Annotated[bool, "Also write the result as OpenFAST's binary output."] = False,
+    seen: Annotated[bool, "--view", "Also write the turbine in three dimensions (HTML)."] = False,
+    save_state: Annotated[Path | None, "Save the state at the end, for --continue."] = None,
+    resume: Annotated[Path | None, "--continue", "Continue the same case from a saved state."] = None,
+    until: Annotated[float | None, "Stop at this time [s], before the end of the case."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate a case; writes a table, a plot and a result file."""
-    if options.start not in (None, "operating", "deck"):
-        raise InputError(f"--start {options.start!r}: expected operating or deck")
     case, written = _case(target, options.given())
     path = Path(target)
     folder = path.parent if written else Path()
-    from dataclasses import replace
-    from tempfile import TemporaryDirectory
-
-    from meltemi import io
     from meltemi.cases.case import case_run, case_turbine, self_contained
+    from meltemi.core.usual import unusual_numbers
     from meltemi.core.yamlfile import write_record
+    from meltemi.simulation.simulate import march
 
     own = {} if transient is None else {"transient": f"{transient:g}"}
     own |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
@@ -154,34 +144,26 @@ def run(
             f"{path} describes the results in {out}, and options change it; choose another folder with --out"
         )
     case = case.replace(**own) if own else case
-    from meltemi.core.usual import unusual_numbers
-    from meltemi.simulation.simulate import Simulation, march
-
-    for words in unusual_numbers(case):
-        if not words.startswith(("wind.", "environment.", "sea.")):  # which the run tells
-            say(f"warning: {words}")
+    # the run itself warns of the others
+    warn(text for text in unusual_numbers(case) if not text.startswith(("wind.", "environment.", "sea.")))
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None):
-        folder_for(out)
         described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
         if not written:
             described, case = _recorded(described, case)
         with simulation_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
-            simulation = Simulation(described)
-            for note in io.restore_state(simulation, resume) if resume is not None else ():
-                say(f"note: {note}")
+            simulation = meltemi.Simulation(described)
+            warn(() if resume is None else meltemi.io.restore_state(simulation, resume), "note")
             if until is not None:
-                io.stop_at(simulation, until)
+                meltemi.io.stop_at(simulation, until)
             march(simulation, progress)
         result = simulation.result()
         files = _write(result, out, outb) + _library_files(Path(kept), out)
         if save_state is not None:
-            files.append(io.save_state(simulation, save_state))
+            files.append(meltemi.io.save_state(simulation, save_state))
         if result.scene is not None:
-            from meltemi.plots import view as view_of
-
-            files.append(view_of(result).write(out / "turbine.html"))
+            files.append(meltemi.plots.view(result).write(out / "turbine.html"))
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
             files.append(out / "case.yaml")
@@ -193,19 +175,15 @@ def run(
 
 def _recorded(described: Run, case: LoadCase) -> tuple[Run, LoadCase]:
     """A run and its case without the channels that OpenFAST has, but not this turbine, each with a note."""
-    from dataclasses import replace
-
-    from meltemi.simulation.model import Model
     from meltemi.simulation.plan import model_channels
     from meltemi.simulation.recordable import recordable
 
-    assert isinstance(described.model, Model)
+    assert isinstance(described.model, meltemi.Model)
     names, missing = recordable(case.channels, model_channels(described.model, described.stations))
     if missing and not names:
         name, why = next(iter(missing.items()))
         raise InputError(f"no channel {name!r}: {why}")
-    for name, why in missing.items():
-        say(f"note: channel {name} is not recorded: {why}")
+    warn((f"channel {name} is not recorded: {why}" for name, why in missing.items()), "note")
     return replace(described, channels=names), case.replace(channels=names)
 
 
@@ -216,7 +194,7 @@ def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:
         return _case_of_deck(path, given), False
     if given.get("--start") == "deck":
         raise InputError("--start deck: only available for OpenFAST decks (.fst)")
-    if path.suffix in (".yaml", ".yml") and (is_case(path) or not (given or path.exists())):
+    if is_case(path) or (path.suffix in YAML and not (given or path.exists())):
         return _case_of_file(path, given), True
     return _case_of_options(target, given), False
 
@@ -244,14 +222,11 @@ def _show(result: Result, after: str) -> None:
 
 def _tell(result: Result) -> None:
     """Print warnings and findings; ends the command with the status of the run."""
-    from meltemi.core.errors import Status
     from meltemi.report.tables import early_extremes
 
-    for warning in (*result.warnings, *filter(None, [early_extremes(result) if result.sampled else ""])):
-        say(f"warning: {warning}")
+    warn((*result.warnings, *filter(None, [early_extremes(result) if result.sampled else ""])))
     if result.status is Status.DOUBTFUL:
-        for finding in result.findings:
-            say(f"DOUBTFUL: {finding}")
+        warn(result.findings, "DOUBTFUL")
         raise typer.Exit(1)
     if result.status is not Status.OK:
         say(f"the run ended early: {result.message}")
@@ -282,66 +257,52 @@ def _named(path: Path | None) -> Iterator[None]:
 
 def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
     """The case of a file, with options overriding it."""
-    from meltemi.cases.case import read_case
-
-    case = read_case(path)
+    case = meltemi.io.read_case(path)
     changes: dict[str, Any] = {"start": given["--start"]} if "--start" in given else {}
     if given.keys() & {"--controller", "--controller-input"}:
-        changes["controller"] = controller_of_options(given)
+        changes["controller"] = controller_of(given.get("--controller"), given.get("--controller-input"))
     return _changed(case, given, changes)
 
 
 def _changed(case: LoadCase, given: dict[str, Any], changes: dict[str, Any]) -> LoadCase:
     """A case with the wind and the run that options name, and other changes."""
-    from meltemi.core.yamlfile import validated
-
     changes |= _run_of_options(given)
-    if wind := wind_options(given):
+    if wind := {name: given[name] for name in WIND & given.keys()}:
         changes["wind"] = wind_changed(wind, case.wind.model_dump(exclude_unset=True), type(case.wind).model_fields)
     if not changes:
         return case
-    return validated(case.model_dump(exclude_unset=True) | changes, type(case), "command line")
+    return of_options(case.model_dump(exclude_unset=True) | changes, type(case))
 
 
 def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
     """The case of an OpenFAST deck: its wind, models, controller and duration, with options overriding them."""
-    from meltemi.io import deck_case, deck_controller, read_deck
-
-    deck = read_deck(path)
+    deck = meltemi.io.read_deck(path)
     for words in deck.brief(path):
         say(words)
-    own, note = deck_controller(deck)
+    own, note = meltemi.io.deck_controller(deck)
     if {"--controller", "--controller-input"} & given.keys():
-        own, note = controller_of_options(given), ""
+        own, note = controller_of(given.get("--controller"), given.get("--controller-input")), ""
     if note:
         say(f"note: {note}")
-    case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck", controller=own)
+    case = meltemi.io.deck_case(deck, path.absolute(), started=given.get("--start") == "deck", controller=own)
     return _changed(case, given, {})
 
 
 def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:
     """Keys of a case that describe the run, from options."""
-    found: dict[str, Any] = {"duration": given["--duration"]} if "--duration" in given else {}
-    if "--sea" in given:
-        found["sea"] = sea_of_options(given["--sea"])
-    if "--channels" in given:
-        found["channels"] = [name.strip() for name in given["--channels"].split(",") if name.strip()]
-    return found
+    found = {key: given[f"--{key}"] for key in ("duration", "sea", "channels") if f"--{key}" in given}
+    return found | ({"sea": sea_of_options(found["sea"])} if "sea" in found else {})
 
 
 def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
-    from meltemi.cases.case import LoadCase
-    from meltemi.core.yamlfile import validated
-
     wind = wind_of_options(given)
-    path = Path(target)
     data: dict[str, Any] = {
-        "turbine": str(path.absolute()) if path.is_file() else target,
+        "turbine": turbine_key(target),
         "wind": wind,
-        "controller": controller_of_options(given),
+        "controller": controller_of(given.get("--controller"), given.get("--controller-input")),
         "duration": _usual_duration(wind),
     }
-    return validated(data | _run_of_options(given), LoadCase, "command line")
+    return of_options(data | _run_of_options(given), meltemi.io.LoadCase)
 
 
 def _usual_duration(wind: dict[str, Any]) -> float:
@@ -354,17 +315,16 @@ def _usual_duration(wind: dict[str, Any]) -> float:
 
 
 def _write(result: Result, out: Path, outb: bool) -> list[Path]:
-    from meltemi.postprocess.files import write_netcdf, write_outb
-    from meltemi.report.plots import plot, save
-    from meltemi.report.tables import statistics_rows, write_csv
+    from meltemi.postprocess.files import write_outb
+    from meltemi.report.tables import statistics_rows
 
-    files = [write_netcdf(result, out / "result.nc")]
+    files = [meltemi.io.write_netcdf(result, out / "result.nc")]
     if result.sampled:
-        files.append(write_csv(out / "statistics.csv", *statistics_rows(result)))
+        files.append(meltemi.io.write_csv(out / "statistics.csv", *statistics_rows(result)))
     if outb:
         files.append(write_outb(result, out / "result.outb"))
     if len(result.time) > 1:
-        files.append(save(plot(result), out / "result.png"))
+        files.append(write_figure(out / "result.png", meltemi.plot(result)))
     for stale in {out / "statistics.csv", out / "result.png"}.difference(files):
         stale.unlink(missing_ok=True)  # of an earlier run
     return files
@@ -403,13 +363,8 @@ def turbines() -> None:
 
 @app.command()
 def channels(
-    explain: Annotated[
-        str | None,
-        typer.Option("--explain", help="Channel, by its meltemi or OpenFAST name.", autocompletion=CHANNELS),
-    ] = None,
-    search: Annotated[
-        str | None, typer.Option("--search", help="Only channels whose name or description contains this text.")
-    ] = None,
+    explain: Annotated[str | None, "Channel, by its meltemi or OpenFAST name.", CHANNELS] = None,
+    search: Annotated[str | None, "Only channels whose name or description contains this text."] = None,
 ) -> None:
     """List the output channels, or explain one of them."""
     from meltemi.simulation.channels import Contents, catalogue, every_kind, find
@@ -441,34 +396,25 @@ def channels(
 @app.command("power-curve")
 def power_curve(
     turbine: TurbineArgument,
-    speeds: Annotated[
-        str | None, typer.Option("--wind-speeds", help="Wind speeds [m/s], e.g. 4,6,8 or 4:24:2.")
-    ] = None,
+    speeds: Annotated[str | None, "--wind-speeds", "Wind speeds [m/s], e.g. 4,6,8 or 4:24:2."] = None,
     controller: ControllerOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute steady operation over wind speed: table, plot, CSV."""
     from meltemi.controllers.specification import specification
-    from meltemi.turbine.definition import Turbine
-    from meltemi.turbine.library import load_turbine
 
-    described = load_turbine(turbine)
+    described = meltemi.load_turbine(turbine)
     wanted = speeds_of(speeds) if speeds is not None else None
-    named = None if controller is None else specification(controller_of_options({"--controller": controller}))
+    named = None if controller is None else specification(controller_of(controller))
     from meltemi.analyses.power_curve import curve_size
     from meltemi.analyses.power_curve import power_curve as points_of
-    from meltemi.controllers.schemes import fitted, make_controller
-    from meltemi.report.plots import plot_power_curve, save
-    from meltemi.report.tables import power_curve_rows, write_csv
-    from meltemi.simulation.rotors import build
-    from meltemi.turbine.plausibility import plausibility_warnings
+    from meltemi.controllers.schemes import fitted
+    from meltemi.report.tables import power_curve_rows
 
-    for words in plausibility_warnings(described):
-        say(f"warning: {words}")
+    warn(meltemi.turbine.plausibility_warnings(described))
     points, failures, interrupted, size = [], {}, False, curve_size(described, wanted)
-    folder_for(out)
-    model = build(described if named is None else fitted(described, named))
-    law = None if named is None else make_controller(named, model)
+    model = meltemi.build(described if named is None else fitted(described, named))
+    law = None if named is None else meltemi.control.make_controller(named, model)
     with simulation_bar("operating points", size, "points") as progress:
         try:
             for i, (speed, point) in enumerate(points_of(model, wanted, law), 1):
@@ -484,11 +430,10 @@ def power_curve(
     points.sort(key=lambda point: point.wind.speed)
     head, rows = power_curve_rows(points, failures)
     print_table(f"{described.name}: steady operation", head, rows, 0)
-    wrote(write_csv(out / "power_curve.csv", head, rows))
-    wrote(save(plot_power_curve(points, model), out / "power_curve.png"))
-    further = ("campbell", turbine) if isinstance(described, Turbine) else ("run", turbine, "--wind-speed", 12)
+    wrote(*write_results(out / "power_curve", (head, rows), meltemi.plots.plot_power_curve(points, model)))
+    further = ("campbell", turbine) if isinstance(described, meltemi.Turbine) else ("run", turbine, "--wind-speed", 12)
     suggest(*further, "--out", out)
-    finish(failures, interrupted)
+    finish(at_speeds(failures), interrupted=interrupted)
 
 
 app.command()(docs)
@@ -501,40 +446,27 @@ SHOWN_POINTS = 6
 @app.command()
 def campbell(
     turbine: TurbineArgument,
-    speeds: Annotated[
-        str | None, typer.Option("--wind-speeds", help="Wind speeds [m/s], e.g. 4,6,8 or 4:24:2.")
-    ] = None,
-    rotor_speeds: Annotated[
-        str | None, typer.Option("--rotor-speeds", help="Instead: rotor speeds [rpm], in vacuum; 0 is standstill.")
-    ] = None,
-    vacuum: Annotated[bool, typer.Option("--vacuum", help="Structure in vacuum, generator speed constant.")] = False,
-    seen: Annotated[bool, typer.Option("--view", help="Also write the moving mode shapes (HTML).")] = False,
+    speeds: Annotated[str | None, "--wind-speeds", "Wind speeds [m/s], e.g. 4,6,8 or 4:24:2."] = None,
+    rotor_speeds: Annotated[str | None, "Instead: rotor speeds [rpm], in vacuum; 0 is standstill."] = None,
+    vacuum: Annotated[bool, "Structure in vacuum, generator speed constant."] = False,
+    seen: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute natural frequencies and damping ratios: table, plot, CSV."""
-    from math import pi
-
-    from meltemi.turbine.library import load_turbine
-    from meltemi.turbine.power_turbine import aeroelastic
-
     if speeds is not None and rotor_speeds is not None:
         raise InputError("give one of --wind-speeds, --rotor-speeds")
-    described = aeroelastic(load_turbine(turbine), "meltemi campbell")
+    described = load_aeroelastic(turbine, "meltemi campbell")
     turns = None
     if rotor_speeds is not None:
         turns = [w * pi / 30.0 for w in speeds_of(rotor_speeds, "--rotor-speeds", "rpm", zero=True)]
     winds = speeds_of(speeds) if speeds is not None else None
-    from meltemi.analyses.campbell import campbell as diagram_of
     from meltemi.analyses.power_curve import whole_speeds
-    from meltemi.report.plots import plot_campbell, save
-    from meltemi.report.tables import campbell_rows, number, write_csv
-    from meltemi.simulation.rotors import build
+    from meltemi.report.tables import campbell_rows, number
 
     winds = winds or whole_speeds(described)
-    folder_for(out)
     with simulation_bar("Campbell diagram", len(turns or winds), "points") as progress:
-        model = build(described)
-        diagram = diagram_of(
+        model = meltemi.build(described)
+        diagram = meltemi.analysis.campbell(
             model,
             wind_speeds=None if turns else winds,
             rotor_speeds=turns,
@@ -561,17 +493,14 @@ def campbell(
     )
     if len(shown) <= last:
         print(f"{len(shown)} of {last + 1} operating points; campbell.csv has all of them")
-    wrote(write_csv(out / "campbell.csv", *campbell_rows(diagram)))
-    wrote(save(plot_campbell(diagram, described.name), out / "campbell.png"))
+    drawn = meltemi.plots.plot_campbell(diagram, described.name)
+    wrote(*write_results(out / "campbell", campbell_rows(diagram), drawn))
     if seen:
-        from meltemi.plots import modes_view
-
-        wrote(modes_view(model, diagram).write(out / "modes.html"))
+        wrote(meltemi.plots.modes_view(model, diagram).write(out / "modes.html"))
     suggest("flutter", turbine, "--out", out)
-    finish(
-        {u * 30.0 / pi: why for u, why in diagram.failures.items()} if turns else diagram.failures,
-        unit="rpm" if turns else "m/s",
-    )
+    if turns:
+        finish(at_speeds({u * 30.0 / pi: why for u, why in diagram.failures.items()}, "rpm"))
+    finish(at_speeds(diagram.failures))
 
 
 @app.command()
@@ -599,12 +528,12 @@ def warmup() -> None:
 @app.command()
 def template(
     what: Annotated[str, typer.Argument(help="Template to write: case, farm, turbine.")] = "case",
-    out: Annotated[Path | None, typer.Option("--out", help="Output file; by default the terminal.")] = None,
+    out: Annotated[Path | None, "Output file; by default the terminal."] = None,
 ) -> None:
     """Write a commented template file."""
     from importlib.resources import files
 
-    from meltemi.core.errors import did_you_mean
+    from meltemi.core.files import write_text
 
     places = {"case": ("meltemi.cases", "template.yaml", "run"), "farm": ("meltemi.farm", "template.yaml", "farm")}
     places["turbine"] = ("meltemi.turbine", "data/nrel5mw.yaml", "inspect")
@@ -617,8 +546,6 @@ def template(
         return
     if out.exists():
         raise InputError(f"{out}: the file already exists; choose another name")
-    from meltemi.core.files import write_text
-
     write_text(out, text)
     wrote(out)
     suggest(following, out)

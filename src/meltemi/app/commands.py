@@ -1,22 +1,25 @@
-"""Groups of commands: the option ``--json`` of each, and the commands of other packages.
+"""Groups of commands, and the commands of other packages.
 
 These register them as entry points of the group ``meltemi.commands``.
 
-An entry point is a function as Typer takes it, whose docstring is the help and whose arguments are the options, or a
-``Typer`` with commands of its own. The module it stands in is imported by ``meltemi --help``, so it leaves what is
-heavy to the function; another command does not import it.
+An entry point is a function whose docstring is the help and whose arguments are the options
+(:mod:`meltemi.app.signatures`), or a ``Typer`` with commands of its own. The module it stands in is imported by
+``meltemi --help``, so it leaves what is heavy to the function; another command does not import it.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import typer
 from typer.core import TyperGroup
 
-from meltemi.app.terminal import output, say
+from meltemi.app.signatures import with_options
+from meltemi.app.terminal import say
 from meltemi.core.errors import InputError, RunError, Status
 
+Function = TypeVar("Function", bound=Callable[..., None])
 GROUP = "meltemi.commands"
 SECTIONS = {
     "Simulate": "run power-curve campbell flutter parked farm yaw-limits live",
@@ -31,52 +34,24 @@ SECTIONS = {
 """Commands of the help, by what they are for; those of other packages come last."""
 
 
-class Group(TyperGroup):
-    """Commands whose output is text that ends with the next command, or JSON."""
+class CommandGroup(typer.Typer):
+    """A group of commands that take their options from the signatures of their functions."""
 
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """A command by its name, with the option ``--json``."""
-        found = super().get_command(ctx, cmd_name)
-        return found if found is None or isinstance(found, TyperGroup) else _with_output(found)
+    def __init__(self, about: str, kind: type[TyperGroup] = TyperGroup, **settings: Any) -> None:
+        super().__init__(cls=kind, help=about, no_args_is_help=True, rich_markup_mode=None, **settings)
 
+    def command(self, *names: Any, **settings: Any) -> Callable[[Function], Function]:
+        """Decorator: a function is a command, see :func:`with_options`; it is returned as it is."""
+        register = super().command(*names, **settings)
 
-def _with_output(command: Any) -> Any:
-    """The command, printing through :func:`meltemi.app.terminal.output`."""
-    if any(p.name == _JSON for p in command.params):
-        return command
-    command.params.append(_json_option())
-    invoke = command.invoke
+        def decorate(function: Function) -> Function:
+            register(with_options(function))
+            return function
 
-    def invoked(ctx: typer.Context) -> Any:
-        with output(ctx.command_path.removeprefix(ctx.find_root().command_path).strip(), ctx.meta.get(_JSON, False)):
-            return invoke(ctx)
-
-    command.invoke = invoked
-    return command
+        return decorate
 
 
-_JSON = "as_json"
-
-
-def _json_option() -> Any:
-    """The option ``--json``, as Typer makes it of a function's argument."""
-
-    def chosen(ctx: typer.Context, value: bool) -> None:
-        ctx.meta[_JSON] = value
-
-    about = "Print tables, files and messages as JSON."
-
-    def function(
-        as_json: bool = typer.Option(False, "--json", help=about, callback=chosen, expose_value=False),
-    ) -> None:
-        """Only its option is used."""
-
-    alone = typer.Typer(add_completion=False)
-    alone.command()(function)
-    return next(p for p in typer.main.get_command(alone).params if p.name == _JSON)
-
-
-class Commands(Group):
+class Commands(TyperGroup):
     """Commands of meltemi, and those of other packages, loaded when an unknown name is used."""
 
     def invoke(self, ctx: Any) -> Any:
@@ -122,17 +97,18 @@ class Commands(Group):
 
 def _command(entry: Any) -> Any:
     """The registered command, or one that reports why it cannot be loaded."""
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
     try:
         function = entry.load()
+        if isinstance(function, typer.Typer):
+            return typer.main.get_group(function)
+        alone.command(entry.name)(with_options(function))
     except Exception as error:
         why = f"{entry.name}: {entry.value}, which a package registers, cannot be loaded: {error}"
 
-        def function() -> None:
+        def fail() -> None:
+            """Cannot be loaded."""
             raise InputError(why)
 
-        function.__doc__ = "Cannot be loaded."
-    if isinstance(function, typer.Typer):
-        return typer.main.get_group(function)
-    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-    alone.command(entry.name)(function)
+        alone.command(entry.name)(with_options(fail))
     return typer.main.get_command(alone)

@@ -9,8 +9,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from meltemi.app.terminal import folder_for, say
 from meltemi.core.errors import InputError
 
@@ -19,8 +17,8 @@ if TYPE_CHECKING:
 
 
 def docs(
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for the pages [the user's cache].")] = None,
+    browser: Annotated[bool, "Open the page in the browser."] = True,
+    out: Annotated[Path | None, "Folder for the pages [the user's cache]."] = None,
 ) -> None:
     """Show the documentation in the browser until Ctrl-C; builds it first where its sources are newer."""
     folder = clone()

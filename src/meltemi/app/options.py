@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import asdict, dataclass
 from math import radians
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import typer
 
+from meltemi.app.signatures import Range
 from meltemi.controllers.names import NAMES, controller_keys
 from meltemi.core.errors import InputError
+
+if TYPE_CHECKING:
+    from meltemi.core.record import Record
+    from meltemi.turbine.definition import Turbine
+
+Kind = TypeVar("Kind", bound="Record")
 
 
 def completing(
@@ -54,39 +60,26 @@ CONTROLLER = "a name (baseline, supervised, ipc, cpfc, A2, rosco ...), a Python 
 """What an option of a controller takes (docs/guide/controller-names.md)."""
 CONTROLLERS = completing(lambda: NAMES)
 """Completion of a controller."""
-ControllerOption = Annotated[
-    str | None, typer.Option("--controller", help=f"Controller: {CONTROLLER}.", autocompletion=CONTROLLERS)
-]
-ControllerInputOption = Annotated[
-    Path | None,
-    typer.Option("--controller-input", help="Input file of a library, e.g. DISCON.IN; the same as LIBRARY@FILE."),
-]
+ControllerOption = Annotated[str | None, f"Controller: {CONTROLLER}.", CONTROLLERS]
+ControllerInputOption = Annotated[Path | None, "Input file of a library, e.g. DISCON.IN; the same as LIBRARY@FILE."]
 TURBINES = completing(turbine_names)
 """Completion of a turbine."""
-TurbineArgument = Annotated[str, typer.Argument(help="A turbine's name or YAML file.", autocompletion=TURBINES)]
+TurbineArgument = Annotated[str, "A turbine's name or YAML file.", TURBINES]
 ClassOption = Annotated[
     str | None,
-    typer.Option(
-        "--wind-class",
-        "--class",
-        help="Wind turbine class of IEC 61400-1, e.g. IIB.",
-        autocompletion=_one_of(*(f"{v}{i}" for v in ("I", "II", "III") for i in "ABC")),
-    ),
+    "--wind-class",
+    "--class",
+    "Wind turbine class of IEC 61400-1, e.g. IIB.",
+    _one_of(*(f"{v}{i}" for v in ("I", "II", "III") for i in "ABC")),
 ]
-DirectionOption = Annotated[
-    float | None, typer.Option("--direction", help="Wind direction [deg], clockwise from above; the nacelle stays [0].")
-]
-EditionOption = Annotated[int | None, typer.Option("--edition", help="Edition of IEC 61400-1: 2, 3, 4 [3].")]
+DirectionOption = Annotated[float | None, "Wind direction [deg], clockwise from above; the nacelle stays [0]."]
+EditionOption = Annotated[int | None, "Edition of IEC 61400-1: 2, 3, 4 [3]."]
 SpectrumOption = Annotated[
-    str | None,
-    typer.Option(
-        "--spectrum",
-        help="Of turbulence: kaimal, vonkarman, mann [kaimal].",
-        autocompletion=_one_of("kaimal", "vonkarman", "mann"),
-    ),
+    Literal["kaimal", "vonkarman", "mann"] | None, "Of turbulence: kaimal, vonkarman, mann [kaimal]."
 ]
 
-
+YAML = (".yaml", ".yml")
+"""Suffixes of case files and of other files that describe something."""
 SeaOption = Annotated[
     str | None,
     typer.Option(
@@ -97,49 +90,42 @@ SeaOption = Annotated[
     ),
 ]
 
-WorkersOption = Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")]
-MOST_WORKERS = 1000
-
-
-def check_workers(workers: int | None) -> None:
-    """Refuse an impossible ``--workers`` before the work begins."""
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
-
-
+WorkersOption = Annotated[int | None, "Simultaneous runs [one per core].", Range(1, 1000)]
 IEC_MODELS = _one_of("NTM", "ETM", "EWM1", "EWM50", "NWP", "EOG", "EDC", "ECD", "ECG", "EWSH", "EWSV")
 """Completion of a wind model of IEC 61400-1."""
 
 
 @dataclass(frozen=True)
-class WindOptions:
-    """Options of a wind."""
-
-    wind_speed: Annotated[float | None, typer.Option(help="Mean wind speed at hub height [m/s].")] = None
-    turbulence: Annotated[
-        float | None, typer.Option(help="Turbulence intensity, e.g. 0.14; steady wind without it.")
-    ] = None
-    shear: Annotated[float | None, typer.Option(help="Power-law exponent [0 in steady wind, 0.2 in turbulence].")] = (
-        None
-    )
-    spectrum: SpectrumOption = None
-    iec: Annotated[
-        str | None,
-        typer.Option(
-            help="Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).", autocompletion=IEC_MODELS
-        ),
-    ] = None
-    ntm: Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")] = False
-    wind_class: ClassOption = None
-    edition: EditionOption = None
-    begin: Annotated[float | None, typer.Option(help="Begin of the gust of --iec [s] [60].")] = None
+class Options:
+    """Options of a command."""
 
     def given(self) -> dict[str, Any]:
         """The given options under their names on the command line."""
-        values = asdict(self)
-        if values.pop("ntm"):
-            values["iec"] = "NTM"
-        return {f"--{name.replace('_', '-')}": value for name, value in values.items() if value is not None}
+        return {f"--{name.replace('_', '-')}": value for name, value in asdict(self).items() if value is not None}
+
+
+@dataclass(frozen=True)
+class WindOptions(Options):
+    """Options of a wind."""
+
+    wind_speed: Annotated[float | None, "Mean wind speed at hub height [m/s]."] = None
+    turbulence: Annotated[float | None, "Turbulence intensity, e.g. 0.14; steady wind without it."] = None
+    shear: Annotated[float | None, "Power-law exponent [0 in steady wind, 0.2 in turbulence]."] = None
+    spectrum: SpectrumOption = None
+    iec: Annotated[
+        str | None,
+        "Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).",
+        IEC_MODELS,
+    ] = None
+    ntm: Annotated[bool, "The same as --iec NTM: normal turbulence."] = False
+    wind_class: ClassOption = None
+    edition: EditionOption = None
+    begin: Annotated[float | None, "Begin of the gust of --iec [s] [60]."] = None
+
+    def given(self) -> dict[str, Any]:
+        """The given options under their names on the command line."""
+        found = super().given()
+        return found | {"--iec": "NTM"} if found.pop("--ntm") else found
 
 
 CHANNELS = completing(channel_names, several=True)
@@ -150,58 +136,48 @@ CHANNELS = completing(channel_names, several=True)
 class RunOptions(WindOptions):
     """Options of a simulation that stand for keys of a case file."""
 
-    seed: Annotated[int | None, typer.Option(help="Seed of the turbulence [1].")] = None
+    seed: Annotated[int | None, "Seed of the turbulence [1]."] = None
     direction: DirectionOption = None
-    wind_file: Annotated[
-        Path | None, typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc.")
-    ] = None
+    wind_file: Annotated[Path | None, "--wind-file", "--bts", "--wnd", "Wind file: .bts, .wnd, .bin, .nc."] = None
     sea: SeaOption = None
     controller: ControllerOption = None
     controller_input: ControllerInputOption = None
-    duration: Annotated[
-        float | None, typer.Option(help="Duration of the simulation [s] [60; with a gust, 60 after its begin].")
-    ] = None
+    duration: Annotated[float | None, "Duration of the simulation [s] [60; with a gust, 60 after its begin]."] = None
     start: Annotated[
-        str | None,
-        typer.Option(help="operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating]."),
+        Literal["operating", "deck"] | None,
+        "operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating].",
     ] = None
     channels: Annotated[
-        str | None,
-        typer.Option(
-            help="Channels to record, separated by commas; 'all' records everything.", autocompletion=CHANNELS
-        ),
+        tuple[str, ...] | None, "Channels to record, separated by commas; 'all' records everything.", CHANNELS
     ] = None
 
 
-def with_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Decorator: the fields of a record of options that a command takes are options of the command."""
-    hints, taken = get_type_hints(command, include_extras=True), inspect.signature(command).parameters
-    records = {name: hints[name] for name in taken if is_dataclass(hints[name])}
-    shown: list[inspect.Parameter] = []
-    for name, parameter in taken.items():
-        if name in records:
-            kinds = get_type_hints(records[name], include_extras=True)
-            inner = inspect.signature(records[name]).parameters.values()
-            shown += [p.replace(kind=p.KEYWORD_ONLY, annotation=kinds[p.name]) for p in inner]
-        else:
-            shown.append(parameter.replace(kind=parameter.KEYWORD_ONLY, annotation=hints[name]))
+def load_aeroelastic(name: str, what: str) -> Turbine:
+    """A turbine by its name or file, which must have blades and a tower for ``what``."""
+    from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
 
-    def call(**values: Any) -> None:
-        made = {
-            name: record(**{f.name: values.pop(f.name) for f in fields(record)}) for name, record in records.items()
-        }
-        command(**made, **values)
+    return aeroelastic(load_turbine(name), what)
 
-    call.__doc__, call.__name__ = command.__doc__, command.__name__
-    call.__annotations__ = {p.name: p.annotation for p in shown}
-    vars(call)["__signature__"] = inspect.Signature(shown)
-    return call
+
+def of_options(data: dict[str, Any], kind: type[Kind], where: str = "command line") -> Kind:
+    """A record of what options say, which stand in messages as ``where``."""
+    from meltemi.core.yamlfile import validated
+
+    return validated(data, kind, where)
+
+
+def turbine_key(target: str) -> str:
+    """The turbine of a case: a name in the library, or the whole path of a file."""
+    return str(Path(target).absolute()) if Path(target).is_file() else target
 
 
 def is_case(path: Path) -> bool:
     """Whether a file is a case file: only these have the key ``turbine`` at top level."""
     from meltemi.core.files import text_of
 
+    if path.suffix not in YAML:
+        return False
     try:
         text = text_of(path)
     except InputError:  # which the reader reports
@@ -209,16 +185,19 @@ def is_case(path: Path) -> bool:
     return re.search(r"""^(\{\s*)?(['"]?)(turbine|wind|duration)\2\s*:""", text, re.MULTILINE) is not None
 
 
-WIND = tuple(
-    f"--{name}"
-    for name in "wind-speed turbulence seed shear direction spectrum iec wind-class edition begin wind-file".split()
-)
+SPEED = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
+STANDARD = {"--wind-class": "wind_class", "--edition": "edition", "--begin": "begin"}
+FURTHER = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
+"""Options and keys of a wind; the last ones stand under ``turbulence`` in a wind of IEC 61400-1."""
+TURNED = {"--direction": "direction"}
+WIND = {*SPEED, *STANDARD, *FURTHER, *TURNED, "--iec", "--wind-file"}
 """Options of a wind."""
 
 
-def wind_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The wind options among the given options."""
-    return {name: given[name] for name in WIND if name in given}
+def _keyed(given: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
+    """The values of given options by their keys, a direction in radians."""
+    found = {key: given[name] for name, key in names.items() if name in given}
+    return found | ({"direction": radians(found["direction"])} if "direction" in found else {})
 
 
 def wind_changed(given: Mapping[str, Any], before: Mapping[str, Any], known: Collection[str]) -> dict[str, Any]:
@@ -234,27 +213,19 @@ def wind_changed(given: Mapping[str, Any], before: Mapping[str, Any], known: Col
     """
     steady, file = before["kind"] == "steady", "file" in before
     if file and given.keys() == {"--direction"}:
-        return {**before, "direction": radians(given["--direction"])}
+        return {**before, **_keyed(given, TURNED)}
     if file or given.keys() & {"--iec", "--wind-file"} or (steady and "--turbulence" in given):
         speed = before.get("speed") if not given.keys() & {"--wind-speed", "--wind-file"} else None
         return wind_of_options({**({} if speed is None else {"--wind-speed": speed}), **given})
-    further = {name: key for name, key in FURTHER.items() if name in given}
-    keys = {name: key for name, key in (SPEED | STANDARD).items() if name in given}
+    names, inner = SPEED | STANDARD | TURNED, {}
     if before["kind"] == "iec":
-        inner = {"turbulence": {**before.get("turbulence", {}), **{key: given[name] for name, key in further.items()}}}
+        inner = {"turbulence": {**before.get("turbulence", {}), **_keyed(given, FURTHER)}}
     else:
-        inner, keys = {}, keys | further
-    for name, key in keys.items():
-        if key not in known:
+        names |= FURTHER
+    for name, key in names.items():
+        if name in given and key not in known:
             raise InputError(f"{name}: the wind of the case, of kind {before['kind']}, has no {key.replace('_', ' ')}")
-    turned = {"direction": radians(given["--direction"])} if "--direction" in given else {}
-    return {**before, **{key: given[name] for name, key in keys.items()}, **inner, **turned}
-
-
-SPEED = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
-STANDARD = {"--wind-class": "wind_class", "--edition": "edition", "--begin": "begin"}
-FURTHER = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
-"""Options and keys of a wind; the last ones stand under ``turbulence`` in a wind of IEC 61400-1."""
+    return {**before, **_keyed(given, names), **inner}
 
 
 def wind_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -265,8 +236,8 @@ def wind_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
     """
 
     def only(*allowed: str, because: str) -> None:
-        for name in ("--turbulence", "--seed", "--shear", "--spectrum", "--wind-class", "--edition", "--direction"):
-            if name in given and name not in allowed:
+        for name in (*SPEED, *FURTHER, *STANDARD, *TURNED):
+            if name != "--wind-speed" and name in given and name not in allowed:
                 raise InputError(f"{name}: {because}")
 
     if "--begin" in given and "--iec" not in given:
@@ -276,24 +247,15 @@ def wind_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
             if name in given:
                 raise InputError(f"give one of {name}, --wind-file")
         only("--direction", because="a wind file defines shear and turbulence")
-        turned = {"direction": radians(given["--direction"])} if "--direction" in given else {}
-        return {"kind": "file", "file": str(given["--wind-file"].absolute())} | turned
-    wind = {key: given[name] for name, key in SPEED.items() if name in given}
-    if "--direction" in given:
-        wind["direction"] = radians(given["--direction"])
-    more = {key: given[name] for name, key in FURTHER.items() if name in given}
+        return {"kind": "file", "file": str(given["--wind-file"].absolute())} | _keyed(given, TURNED)
+    wind, more = _keyed(given, SPEED | TURNED), _keyed(given, FURTHER)
     if "--iec" in given:
-        wind |= {key: given[name] for name, key in STANDARD.items() if name in given}
-        return {"kind": "iec", "model": given["--iec"], **wind, "turbulence": more}
+        return {"kind": "iec", "model": given["--iec"], **wind, **_keyed(given, STANDARD), "turbulence": more}
     if "--wind-speed" not in given:
         raise InputError("give one of --wind-speed, --iec (or --ntm), --wind-file")
     if "--turbulence" in given:
-        only(
-            *("--turbulence", "--seed", "--shear", "--spectrum", "--edition", "--direction"),
-            because="add --iec (or --ntm)",
-        )
-        edition = {"edition": given["--edition"]} if "--edition" in given else {}
-        return {"kind": "turbulence", **wind, **more, **edition}
+        only(*SPEED, *FURTHER, *TURNED, "--edition", because="add --iec (or --ntm)")
+        return {"kind": "turbulence", **wind, **more, **_keyed(given, {"--edition": "edition"})}
     only("--shear", "--direction", because="steady wind has none; add --turbulence or --ntm")
     return {"kind": "steady", **wind, **more}
 
@@ -318,14 +280,13 @@ def sea_of_options(text: str) -> dict[str, Any]:
     return {"kind": kind or "irregular", "height": height, "period": period, "direction": radians(direction)}
 
 
-def controller_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The controller of a case from the options of a command, by option name.
+def controller_of(name: str | None = None, file: Path | None = None) -> dict[str, Any]:
+    """The controller of a case from ``--controller`` and ``--controller-input``; the baseline one without.
 
     Raises:
       InputError: no such controller or file, or there is an input file without a library.
     """
-    name, file = given.get("--controller", "baseline"), given.get("--controller-input")
-    keys: dict[str, Any] = controller_keys(name)
+    keys: dict[str, Any] = controller_keys("baseline" if name is None else name)
     if file is not None:
         if keys["kind"] != "bladed":
             raise InputError("--controller-input: requires --controller, the path of a library or rosco")

@@ -1,8 +1,8 @@
-"""Scans over speeds: their arguments and the report of their failures."""
+"""Scans: their values from the command line, and the report of what failed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import typer
 
@@ -13,15 +13,26 @@ MOST = 1000
 """Largest number of values of a scan."""
 
 
-def finish(failures: Mapping[float, str], interrupted: bool = False, unit: str = "m/s") -> None:
-    """Report the failed points of a scan, and exit with status 1 if there are any."""
-    for value, why in failures.items():
-        say(f"failed at {value:.4g} {unit}: {why}")
+def finish(failed: Iterable[str], *, interrupted: bool = False) -> None:
+    """Print what failed to stderr, and exit with status 1 if anything did."""
+    failures = list(failed)
+    for words in failures:
+        say(words)
     if interrupted:
         say("interrupted; partial results are written")
         raise typer.Exit(130)
     if failures:
         raise typer.Exit(1)
+
+
+def at_speeds(failures: Mapping[float, str], unit: str = "m/s") -> list[str]:
+    """Messages on the failed points of a scan, for :func:`finish`."""
+    return [f"failed at {value:.4g} {unit}: {why}" for value, why in failures.items()]
+
+
+def cells(failures: Mapping[str, str]) -> list[str]:
+    """Messages on the failed runs of a study, for :func:`finish`."""
+    return [f"failed: {cell}: {why}" for cell, why in failures.items()]
 
 
 def values_of(text: str, option: str) -> list[float]:
@@ -43,6 +54,26 @@ def values_of(text: str, option: str) -> list[float]:
     if not (last - first) / step < MOST:
         raise InputError(f"{option} {text!r}: more than {MOST} values; take a larger step")
     return [first + i * step for i in range(int((last - first) / step + 1e-9) + 1)]
+
+
+def pairs_of(text: str, option: str, expected: str = "NAME=VALUE") -> dict[str, str]:
+    """Values by name from text such as a=1,b=2:3.
+
+    Raises:
+      InputError: it is something else.
+    """
+    found = [part.partition("=") for part in text.split(",") if part.strip()]
+    if not found or any(not (name.strip() and sign and value.strip()) for name, sign, value in found):
+        raise InputError(f"{option} {text!r}: expected {expected}, separated by commas")
+    return {name.strip(): value.strip() for name, _, value in found}
+
+
+def numbers_of(text: str, option: str, expected: str = "NAME=NUMBER") -> dict[str, float]:
+    """Numbers by name from text, as :func:`pairs_of`."""
+    try:
+        return {name: float(value) for name, value in pairs_of(text, option, expected).items()}
+    except ValueError:
+        raise InputError(f"{option} {text!r}: expected {expected}, separated by commas") from None
 
 
 def angles_of(text: str, option: str) -> list[float]:

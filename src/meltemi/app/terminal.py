@@ -6,7 +6,7 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from datetime import timedelta
@@ -20,7 +20,12 @@ import typer
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.files import check_name
 
-OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
+
+class Folder:
+    """Marks an option whose folder is there, and can be written, when the command begins (:func:`folder_for`)."""
+
+
+OutOption = Annotated[Path, "Folder for the results.", Folder()]
 
 
 @contextmanager
@@ -139,6 +144,12 @@ def say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
+def warn(words: Iterable[object], kind: str = "warning") -> None:
+    """Print messages of a kind to stderr."""
+    for each in words:
+        say(f"{kind}: {each}")
+
+
 def made_by() -> dict[str, str]:
     """Command line and version, for the page of a command."""
     import meltemi
@@ -153,6 +164,20 @@ def wrote(*files: Path) -> None:
             _OUTPUT[-1].files.append(str(file))
         else:
             print(f"wrote {file}")
+
+
+def write_figure(file: Path, figure: Any) -> Path:
+    """Write a figure of Matplotlib, which is then closed; returns the file."""
+    from meltemi.report.plots import save
+
+    return save(figure, file)
+
+
+def write_results(name: Path, rows: Rows, figure: Any) -> list[Path]:
+    """Write a table as ``name``.csv and a figure of Matplotlib as ``name``.png."""
+    from meltemi.report.tables import write_csv
+
+    return [write_csv(name.with_suffix(".csv"), *rows), write_figure(name.with_suffix(".png"), figure)]
 
 
 def suggest(*words: object) -> None:

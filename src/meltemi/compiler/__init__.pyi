@@ -28,6 +28,7 @@ from meltemi.compiler.functions import is_cached as is_cached
 from meltemi.compiler.functions import is_compiled as is_compiled
 from meltemi.compiler.functions import is_compiled_for as is_compiled_for
 from meltemi.compiler.functions import last_line as last_line
+from meltemi.compiler.functions import llvm_version as llvm_version
 from meltemi.compiler.functions import processor as processor
 from meltemi.compiler.functions import record_like as record_like
 from meltemi.compiler.functions import versions as versions

@@ -32,6 +32,11 @@ def versions() -> dict[str, str]:
     return {"numba": numba.__version__, "llvmlite": llvmlite.__version__}
 
 
+def llvm_version() -> str:
+    """Version of LLVM."""
+    return ".".join(map(str, llvmlite.binding.llvm_version_info))
+
+
 def processor() -> str:
     """LLVM's name of the processor of this machine."""
     return str(llvmlite.binding.get_host_cpu_name())

@@ -26,7 +26,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
 
 from meltemi.compiler.algebra import Phasor, Rot, Sym, Vec
-from meltemi.core.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     import numpy as np
@@ -157,6 +156,8 @@ class Field:
                 table.array[self.row : self.row + self.count] = [*value] if self.kind else value
         except (TypeError, ValueError):  # of a controller in Python, most often
             many = "a number" if not self.shape and self.kind is None else f"{self.extent(table.array)} numbers"
+            from meltemi.core.errors import InputError
+
             raise InputError(f"{self.name}: expected {many}, found {value!r:.60}") from None
 
 
@@ -446,6 +447,8 @@ class Table(metaclass=TableType):
             return cls.fields[name].row
         if name in cls.names:
             return cls.names.index(name)
+        from meltemi.core.errors import InputError, did_you_mean
+
         raise InputError(f"{cls.title} has no {name!r}: {did_you_mean(name, cls.names)}")
 
     @classmethod

@@ -12,7 +12,7 @@ from math import sqrt
 
 from meltemi.aero.tables import FlapParameters
 from meltemi.compiler import Numbers, Record, Table, blades, crossed, kernel, number, whole
-from meltemi.control import actuator_models
+from meltemi.control.actuator_models import advance
 from meltemi.control.actuator_models.parameters import ActuatorParameters
 from meltemi.control.faults import Faults
 from meltemi.control.signals import Demands, Measurements
@@ -99,7 +99,7 @@ def pitch_advance(dt: float, c: Actuation) -> None:
         limits = ActuatorParameters(
             p.pitch_frequency, p.pitch_damping, most, low, high, run != 0.0, pitch_friction(b, c)
         )
-        new, pitch.rate[b], switches = actuator_models.advance(whole(p.pitch_model), angle, rate, demand, limits, dt)
+        new, pitch.rate[b], switches = advance(whole(p.pitch_model), angle, rate, demand, limits, dt)
         pitch.held[b], pitch.angle[b] = pitch.angle[b], new + offset
         if dt > 0.0:
             pitch.switches[b] += switches
@@ -125,7 +125,7 @@ def flap_advance(dt: float, c: Actuation) -> None:
             demand = min(max(demand, low), high)
             angle, rate = flap.angle[j, b], flap.rate[j, b]
             limits = ActuatorParameters(p.frequency[j], p.damping[j], p.rate[j], low, high, False, 0.0)
-            new, new_rate, switches = actuator_models.advance(whole(p.model[j]), angle, rate, demand, limits, dt)
+            new, new_rate, switches = advance(whole(p.model[j]), angle, rate, demand, limits, dt)
             flap.held[j, b], flap.angle[j, b] = angle, new
             flap.rate[j, b] = new_rate
             if dt > 0.0:

@@ -9,10 +9,8 @@ another controller; plain ones are called back on the same vectors.
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -20,9 +18,7 @@ from numpy.typing import NDArray
 
 from meltemi.compiler import (
     CompilationError,
-    EntryPoint,
     EntryType,
-    interpreted,
     is_cached,
     is_compiled,
     is_compiled_for,
@@ -32,7 +28,7 @@ from meltemi.compiler import (
     njit,
     types,
 )
-from meltemi.control.signals import CALLBACK, Demands, Measurements
+from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
 
 Vector = NDArray[np.float64]
@@ -138,35 +134,6 @@ class Controller:
                 f"controller {self.name!r}: {len(self.state_names)} state_names for a state of {len(state)} entries"
             )
         return state
-
-
-class Entry:
-    """Controller bound to the vectors of one case, for the time loop.
-
-    Attributes:
-      function: what the loop calls.
-      exception: what a plain Python controller raised, if it did.
-    """
-
-    def __init__(
-        self, controller: Controller, state: Vector, measurements: Vector, demands: Vector, *, duals: bool = False
-    ) -> None:
-        self.exception: BaseException | None = None
-        self._callback: Any = None
-        update: Any = controller.update
-        if interpreted():
-            self.function = lambda x, measured, wanted, dt: update(x, Measurements(measured), Demands(wanted), dt)
-        elif duals:
-            elsewhere = import_module("meltemi.control.dual_updates")
-            self.function = EntryPoint(elsewhere.dual_entry(controller), elsewhere.update_of_duals())
-        elif is_compiled(update):
-            self.function = EntryPoint(compiled_entry(update), UPDATE)
-        else:
-            elsewhere = import_module("meltemi.control.plain_updates")
-            self.function = EntryPoint(elsewhere.call_python(), UPDATE)
-            self._callback = elsewhere.callback(self, update, state, measurements, demands)
-            address = ctypes.cast(self._callback, ctypes.c_void_p).value
-            measurements[CALLBACK] = np.array([address], dtype=np.int64).view(np.float64)[0]
 
 
 _ENTRIES: dict[Any, Any] = {}

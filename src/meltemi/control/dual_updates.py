@@ -1,4 +1,4 @@
-"""Updates of controllers for runs with derivatives; ``control/controller.py`` imports them for such a run."""
+"""Updates of controllers for runs with derivatives; ``control/entry.py`` imports them for such a run."""
 
 from __future__ import annotations
 

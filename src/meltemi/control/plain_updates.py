@@ -1,19 +1,22 @@
-"""Controllers in plain Python, called back on the vectors of a case; ``control/controller.py`` imports them for one."""
+"""Controllers in plain Python, called back on the vectors of a case; ``control/entry.py`` imports them for one."""
 
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 from meltemi.compiler import call_address, kernel_for
-from meltemi.control.controller import UPDATE, Entry, Vector
+from meltemi.control.controller import UPDATE, Vector
 from meltemi.control.signals import CALLBACK, Demands, Measurements
 from meltemi.core.errors import InputError, did_you_mean
 
 
-def callback(entry: Entry, update: Any, state: Vector, measurements: Vector, demands: Vector) -> Any:
-    """C function that calls a plain update on the vectors of a case, and keeps in its entry what it raises."""
+def callback(
+    failed: Callable[[BaseException], None], update: Any, state: Vector, measurements: Vector, demands: Vector
+) -> Any:
+    """C function that calls a plain update on the vectors of a case, and passes what it raises to ``failed``."""
     measured, wanted = Measurements(measurements), Demands(demands)
     known = set(vars(wanted))
 
@@ -29,7 +32,7 @@ def callback(entry: Entry, update: Any, state: Vector, measurements: Vector, dem
                 name = min(vars(wanted).keys() - known)
                 raise InputError(f"demands have no {name!r}: {did_you_mean(name, Demands.fields)}")
         except BaseException as error:  # a Python exception must not cross compiled code
-            entry.exception = error
+            failed(error)
             return 1
         return 0
 

@@ -23,7 +23,6 @@ from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
 from meltemi.core.extras import need
 from meltemi.cuda import single_precision
-from meltemi.loadcases.batch import CHUNK
 from meltemi.simulation import step
 from meltemi.simulation.simulate import Simulation
 
@@ -195,21 +194,22 @@ def kernel_of(run: Simulation, registers: int | None = None, *, single: bool = F
 
 
 def march_together(
-    runs: Sequence[Simulation], stop: Callable[[], bool] = lambda: False, *, single: bool = False
+    runs: Sequence[Simulation], stop: Callable[[], bool] = lambda: False, *, steps: int = 500, single: bool = False
 ) -> None:
     """March runs on the card to their ends, or until ``stop``; they are then interrupted.
 
     Args:
+      steps: time steps between two checks of ``stop``; a run without a series holds the output of as many.
       single: evaluate in single precision.
     """
     groups: dict[Any, list[Simulation]] = {}
     for run in runs:
         groups.setdefault((run.case.controller.update, *map(type, records_of(run))), []).append(run)
     for group in groups.values():
-        _march(group, stop, single)
+        _march(group, stop, steps, single)
 
 
-def _march(runs: Sequence[Simulation], stop: Callable[[], bool], single: bool) -> None:
+def _march(runs: Sequence[Simulation], stop: Callable[[], bool], steps: int, single: bool) -> None:
     from numba import cuda
 
     began = time.perf_counter()
@@ -218,7 +218,7 @@ def _march(runs: Sequence[Simulation], stop: Callable[[], bool], single: bool) -
     words = cuda.to_device(image.at(address(memory)))
     left = np.array([run.n_steps - int(run.case.clock.step) for run in runs])
     while left.any() and not stop():
-        counts = np.minimum(left, CHUNK)
+        counts = np.minimum(left, steps)
         kernel[-(-len(runs) // BLOCK), BLOCK](cuda.to_device(counts), words)
         cuda.synchronize()
         left -= counts

@@ -3,14 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import TURBINES, controller_of_options, is_case, wind_of_options
+import meltemi
+from meltemi.app.options import (
+    TURBINES,
+    YAML,
+    Options,
+    controller_of,
+    is_case,
+    of_options,
+    turbine_key,
+    wind_of_options,
+)
 from meltemi.app.scans import angles_of
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
+from meltemi.app.terminal import (
+    OutOption,
+    print_table,
+    simulation_bar,
+    suggest,
+    warn,
+    write_results,
+    wrote,
+)
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,57 +43,46 @@ WIND = {"--wind-speed": SPEED, "--turbulence": INTENSITY, "--seed": 1}
 DEL = "DEL: damage-equivalent load, 1 Hz, of the blade root out of plane (slope 10) and the tower base fore-aft (4)"
 
 
-def farm(
-    target: Annotated[
-        str, typer.Argument(help="YAML file of a farm, or a turbine for a row of them.", autocompletion=TURBINES)
-    ],
-    row: Annotated[int | None, typer.Option("--row", help="Turbines of a row, one behind the other [3].")] = None,
-    spacing: Annotated[float | None, typer.Option("--spacing", help="Between them, in rotor diameters [5].")] = None,
+@dataclass(frozen=True)
+class RowOptions(Options):
+    """Options of a row, or of another layout; the file of a farm has all of them."""
+
+    row: Annotated[int | None, "Turbines of a row, one behind the other [3]."] = None
+    spacing: Annotated[float | None, "Between them, in rotor diameters [5]."] = None
     layout: Annotated[
         Path | None,
-        typer.Option("--layout", help="Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml)."),
-    ] = None,
-    wind_speed: Annotated[float | None, typer.Option(help="Mean wind speed at hub height [m/s] [9].")] = None,
-    turbulence: Annotated[
-        float | None, typer.Option(help="Turbulence intensity [0.1]; 0 is a wind without turbulence.")
-    ] = None,
-    wind_file: Annotated[
-        Path | None, typer.Option("--wind-file", help="Wind file in place of these: .bts, .wnd, .bin, .nc.")
-    ] = None,
+        "Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml).",
+    ] = None
+    wind_speed: Annotated[float | None, "Mean wind speed at hub height [m/s] [9]."] = None
+    turbulence: Annotated[float | None, "Turbulence intensity [0.1]; 0 is a wind without turbulence."] = None
+    wind_file: Annotated[Path | None, "Wind file in place of these: .bts, .wnd, .bin, .nc."] = None
     direction: Annotated[
-        float | None, typer.Option(help="Wind direction [deg], clockwise from above; turbines face it [0: along x].")
-    ] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the turbulence [1].")] = None,
-    duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [600].")] = None,
-    wakes: Annotated[
-        str | None, typer.Option("--wakes", help="Constants: fast.farm, curled, iec, madsen, keck, none [fast.farm].")
-    ] = None,
+        float | None,
+        "Wind direction [deg], clockwise from above; turbines face it [0: along x].",
+    ] = None
+    seed: Annotated[int | None, "Seed of the turbulence [1]."] = None
+    duration: Annotated[float | None, "Duration of the simulation [s] [600]."] = None
+    wakes: Annotated[str | None, "Constants: fast.farm, curled, iec, madsen, keck, none [fast.farm]."] = None
     added_turbulence: Annotated[
-        bool | None,
-        typer.Option("--added-turbulence/--no-added-turbulence", help="Small-scale turbulence that wakes add [yes]."),
-    ] = None,
+        bool | None, "--added-turbulence/--no-added-turbulence", "Small-scale turbulence that wakes add [yes]."
+    ] = None
     yaw: Annotated[
-        str | None,
-        typer.Option(
-            "--yaw", help="Yaw of the turbines from the wind [deg], counter-clockwise from above, e.g. 20,0,0."
-        ),
-    ] = None,
-    against: Annotated[
-        Path | None,
-        typer.Option("--against", help="Another run to compare with: output folder of a farm, or the file of one."),
-    ] = None,
+        str | None, "Yaw of the turbines from the wind [deg], counter-clockwise from above, e.g. 20,0,0."
+    ] = None
+
+
+def farm(
+    target: Annotated[str, "YAML file of a farm, or a turbine for a row of them.", TURBINES],
+    options: RowOptions,
+    against: Annotated[Path | None, "Another run to compare with: output folder of a farm, or the file of one."] = None,
     alone: Annotated[
-        bool | None,
-        typer.Option("--alone/--no-alone", help="Also simulate without wakes, to compare [unless --against]."),
+        bool | None, "--alone/--no-alone", "Also simulate without wakes, to compare [unless --against]."
     ] = None,
-    seen: Annotated[bool, typer.Option("--view", help="Also write the farm in three dimensions (HTML).")] = False,
+    seen: Annotated[bool, "--view", "Also write the farm in three dimensions (HTML)."] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate turbines in each other's wakes: power and loads by turbine, and what the wakes cost."""
-    options: dict[str, Any] = {"--row": row, "--spacing": spacing, "--layout": layout, "--wind-speed": wind_speed}
-    options |= {"--turbulence": turbulence, "--wind-file": wind_file, "--direction": direction, "--seed": seed}
-    options |= {"--duration": duration, "--wakes": wakes, "--added-turbulence": added_turbulence, "--yaw": yaw}
-    given = {name: value for name, value in options.items() if value is not None}
+    given = options.given()
     case, folder = _case_of(target, given)
     if seen:
         case = case.replace(view=True)
@@ -85,7 +93,6 @@ def farm(
     bare = len(runs) > 1
     if isinstance(other, tuple):
         runs.append(other)
-    folder_for(out)
     results = _simulated(runs)
     files = _report(results[0], results[1] if bare else None, case, out)
     if other is not None:
@@ -99,8 +106,7 @@ def farm(
     wrote(*files)
     suggest(*_next(case, target, given, out))
     for i, each in enumerate(results[0].turbines):
-        for words in (*each.warnings, *map(str, each.findings)):
-            say(f"T{i + 1}: {words}")
+        warn((*each.warnings, *each.findings), f"T{i + 1}")
     if any(each.findings for each in results[0].turbines):
         raise typer.Exit(1)
 
@@ -111,7 +117,7 @@ def _case_of(target: str, given: dict[str, Any]) -> tuple[FarmCase, Path]:
     from meltemi.farm.layout import FarmCase
 
     path = Path(target)
-    if path.suffix in (".yaml", ".yml") and (is_case(path) or not path.exists()):
+    if is_case(path) or (path.suffix in YAML and not path.exists()):
         if given:
             words = ", ".join(word for word in map(str, _words(given)) if word.startswith("--"))
             raise InputError(f"{path} is the file of a farm, which defines its own run; remove {words}")
@@ -134,7 +140,7 @@ def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
         found = read_farm(path)
         check_counts(count, len(found), f"--against {path}")
         return found
-    if not (path.suffix in (".yaml", ".yml") and path.is_file()):
+    if not (path.suffix in YAML and path.is_file()):
         raise InputError(f"--against {path}: expected the output folder of meltemi farm, or the file of a farm (.yaml)")
     case = read_record(path, FarmCase)
     check_counts(count, len(case.positions), f"--against {path}")
@@ -143,49 +149,39 @@ def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
 
 def _report(result: FarmResult, before: FarmResult | None, case: FarmCase, out: Path) -> list[Path]:
     """Print and write what wakes cost; returns the files."""
-    from meltemi.farm.report import SHOWN, cost_rows, plot_farm
+    from meltemi.farm.report import SHOWN, cost_rows
     from meltemi.farm.stored import write_farm
-    from meltemi.report.plots import save
-    from meltemi.report.tables import write_csv
 
     head, rows = cost_rows(result, before)
     label = f"{case.turbine}, {case.wakes.words}: {result[0].meta['wind']}"
     print_table(label, *cost_rows(result, before, SHOWN), all_rows=(head, rows))
     print(f"{DEL}; %: change by the wakes" if before else DEL)
-    files = [*write_farm(result, out), write_csv(out / "farm.csv", head, rows)]
-    files.append(save(plot_farm(result, before, label), out / "farm.png"))
+    drawn = meltemi.plots.plot_farm(result, before, label)
+    files = [*write_farm(result, out), *write_results(out / "farm", (head, rows), drawn)]
     if case.view:
-        from meltemi.plots import view
-
-        files.append(view({f"T{i + 1}": each for i, each in enumerate(result.turbines)}).write(out / "farm.html"))
+        seen = {f"T{i + 1}": each for i, each in enumerate(result.turbines)}
+        files.append(meltemi.plots.view(seen).write(out / "farm.html"))
     return files
 
 
 def _compare(result: FarmResult, other: FarmResult, name: str, out: Path) -> list[Path]:
     """Print and write what the run gains over another one, and the loads that it costs; returns the files."""
     from meltemi.farm.report import differences, plot_price, price, price_rows
-    from meltemi.report.plots import save
-    from meltemi.report.tables import write_csv
 
     found: Price = price(result, other)
     label = f"change against {name}"
     print_table(label, *price_rows(found, values=False), all_rows=price_rows(found))
     print(f"%: change of mean power and of equivalent loads. {found.words()}")
     print(f"differs from {name} in: {', '.join(differences(result, other)) or 'nothing'}")
-    return [
-        write_csv(out / "against.csv", *price_rows(found)),
-        save(plot_price(found, label), out / "against.png"),
-    ]
+    return write_results(out / "against", price_rows(found), plot_price(found, label))
 
 
 def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
     """A row of turbines, one behind the other."""
-    from meltemi.core.yamlfile import validated
     from meltemi.farm.layout import FarmCase
     from meltemi.farm.report import CHANNELS
-    from meltemi.turbine.library import load_turbine
 
-    positions, settings = _positions(given, load_turbine(target).rotor_diameter)
+    positions, settings = _positions(given, meltemi.load_turbine(target).rotor_diameter)
     wind: dict[str, Any] = {} if "--wind-file" in given else dict(WIND)
     wind |= {name: given[name] for name in (*WIND, "--wind-file", "--direction") if name in given}
     if not wind.get("--turbulence", True):
@@ -196,10 +192,10 @@ def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
         settings["added_turbulence"] = given["--added-turbulence"]
     duration = given.get("--duration", DURATION)
     data: dict[str, Any] = {
-        "turbine": str(Path(target).absolute()) if Path(target).is_file() else target,
+        "turbine": turbine_key(target),
         "positions": positions,
         "wind": wind_of_options(wind),
-        "controller": controller_of_options({}),
+        "controller": controller_of(),
         "duration": duration,
         "transient": TRANSIENT if duration > 2.0 * TRANSIENT else 0.0,
         "channels": list(CHANNELS),
@@ -207,7 +203,7 @@ def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
     }
     if "--yaw" in given:
         data["yaw"] = [f"{angle:g} deg" for angle in angles_of(given["--yaw"], "--yaw")]
-    return validated(data, FarmCase, "command line")
+    return of_options(data, FarmCase)
 
 
 def _positions(given: dict[str, Any], diameter: float) -> tuple[Any, dict[str, Any]]:
@@ -215,13 +211,10 @@ def _positions(given: dict[str, Any], diameter: float) -> tuple[Any, dict[str, A
     from meltemi.farm.layout import CLOSEST, MOST_TURBINES
 
     if "--layout" in given:
-        from meltemi.farm.sources import read_layout
-
         if other := sorted(given.keys() & {"--row", "--spacing"}):
             raise InputError(f"give one of {other[0]}, --layout")
-        found = read_layout(given["--layout"], diameter)
-        for words in found.notes:
-            say(f"{given['--layout']}: {words}")
+        found = meltemi.io.read_layout(given["--layout"], diameter)
+        warn(found.notes, str(given["--layout"]))
         return found.positions, found.wakes
     count, spacing = given.get("--row", 3), given.get("--spacing", 5.0)
     if not 1 <= count <= MOST_TURBINES:
@@ -276,7 +269,7 @@ def _next(case: FarmCase, target: str, given: dict[str, Any], out: Path) -> tupl
     count = len(case.positions)
     if count == 1:
         return ("run", target, "--wind-speed", SPEED, "--turbulence", INTENSITY)
-    if given.keys() & {"--yaw", "--row", "--layout"} or Path(target).suffix in (".yaml", ".yml"):
+    if given.keys() & {"--yaw", "--row", "--layout"} or Path(target).suffix in YAML:
         return ("diff", out / "turbine_1.nc", out / "turbine_2.nc", "--out", out)
     steered = ("--yaw", "20" + ",0" * (count - 1), "--against", out, "--out", f"{out}-yawed")
     return ("farm", target, *_words(given), *steered)

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import typer
 
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
-from meltemi.core.errors import InputError
+import meltemi
+from meltemi.app.signatures import POSITIVE, Range
+from meltemi.app.terminal import OutOption, print_table, progress_bar, suggest, write_figure, wrote
 
 if TYPE_CHECKING:
     from meltemi.floating.rao import Operators
@@ -22,29 +22,22 @@ SLOW = 1.0
 
 
 def rao(
-    turbine: Annotated[str, typer.Argument(help="Floating turbine: library name or file.")],
-    wind_speed: Annotated[float, typer.Option("--wind-speed", help="[m/s]; 0: rotor at rest, blades feathered.")] = 0.0,
-    direction: Annotated[float, typer.Option("--direction", help="Of the waves [deg], clockwise.")] = 0.0,
-    height: Annotated[float, typer.Option("--height", help="Significant, of the white-noise sea [m].")] = 2.0,
-    duration: Annotated[float, typer.Option("--duration", help="Of the run [s]; 0: linear model only.")] = 3600.0,
-    channels: Annotated[
-        str | None, typer.Option("--channels", help="Separated by commas [motions, tower base moment].")
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Of the waves.")] = 1,
+    turbine: Annotated[str, "Floating turbine: library name or file."],
+    wind_speed: Annotated[float, "[m/s]; 0: rotor at rest, blades feathered.", Range(0)] = 0.0,
+    direction: Annotated[float, "Of the waves [deg], clockwise."] = 0.0,
+    height: Annotated[float, "Significant, of the white-noise sea [m].", POSITIVE] = 2.0,
+    duration: Annotated[float, "Of the run [s]; 0: linear model only.", Range(0)] = 3600.0,
+    channels: Annotated[tuple[str, ...] | None, "Separated by commas [motions, tower base moment]."] = None,
+    seed: Annotated[int, "Of the waves."] = 1,
     out: OutOption = Path("out"),
 ) -> None:
     """Find motions and loads per wave amplitude, from the linear model and from a run in a white-noise sea."""
-    if wind_speed < 0.0 or duration < 0.0 or not height > 0.0:
-        raise InputError("--wind-speed and --duration must be 0 or more, and --height above 0")
     from meltemi.core.csvfile import write_columns
     from meltemi.floating.rao import CHANNELS, floater_of, linear_operators, random_operators
     from meltemi.floating.rao_plots import plot_operators, plot_radiation, shown_name
-    from meltemi.report.plots import save
-    from meltemi.simulation.rotors import build
-    from meltemi.turbine import load_turbine
 
-    names: Any = CHANNELS if channels is None else tuple(part.strip() for part in channels.split(",") if part.strip())
-    model = build(load_turbine(turbine))
+    names: Any = CHANNELS if channels is None else channels
+    model = meltemi.build(meltemi.load_turbine(turbine))
     with progress_bar("linear model") as progress:
         linear = linear_operators(model, wind_speed, radians(direction), names, progress=progress)
     both: list[tuple[str, Operators, Any]] = [("linear", linear, None)]
@@ -55,11 +48,11 @@ def rao(
                 progress=progress,
             )  # fmt: skip
         both.append(("run", run, coherence))
-    folder_for(out)
     files = [write_columns(out / f"rao_{label}.csv", *columns(found, coherence)) for label, found, coherence in both]
-    files.append(save(plot_operators(turbine, both), out / "rao.png"))
+    files.append(write_figure(out / "rao.png", plot_operators(turbine, both)))
     platform = floater_of(model)
-    files.append(save(plot_radiation(turbine, platform.coefficients, platform.radiation), out / "radiation.png"))
+    drawn = plot_radiation(turbine, platform.coefficients, platform.radiation)
+    files.append(write_figure(out / "radiation.png", drawn))
     silent = linear.silent()
     head, table = ["period [s]"], [[f"{period:g}" for period in LISTED]]
     for channel, value, (unit, factor) in zip(linear.channels, linear.value.T, linear.readable, strict=True):
@@ -71,10 +64,10 @@ def rao(
     print_table(f"{turbine}, linear", head, [[*row] for row in zip(*table, strict=True)])
     if silent:
         words = ", ".join(map(shown_name, silent))
-        typer.echo(f"negligible: {words} (in waves of 5 to 25 s below a thousandth of the largest of their unit)")
+        print(f"negligible: {words} (in waves of 5 to 25 s below a thousandth of the largest of their unit)")
     slow = [f"{w / (2.0 * np.pi):.4g} Hz ({100.0 * d:.2g} %)" for w, d in linear.resonances if w < SLOW]
-    typer.echo(f"resonances and damping ratios, without drag: {', '.join(slow) or 'none'}")
-    typer.echo(f"radiation: {platform.radiation.words}")
+    print(f"resonances and damping ratios, without drag: {', '.join(slow) or 'none'}")
+    print(f"radiation: {platform.radiation.words}")
     wrote(*files)
     suggest("run", turbine, "--wind-speed", wind_speed or 12, "--sea", "3,9", "--out", out)
 

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-import typer
 
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, wrote
-from meltemi.core.errors import InputError
+from meltemi.app.signatures import POSITIVE, Range
+from meltemi.app.terminal import OutOption, print_table, progress_bar, say, write_figure, wrote
 
 PANELS = 1200
 """Panels by default, about."""
@@ -18,18 +17,14 @@ LISTED = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0)
 
 
 def hydro(
-    hull: Annotated[Path, typer.Argument(help="YAML file of the hull: depth, members, boxes.")],
-    panel: Annotated[float, typer.Option("--panel", help="Size of the panels [m]; 0: for about 1200 panels.")] = 0.0,
-    frequencies: Annotated[int, typer.Option("--frequencies", help="How many, equally spaced.")] = 50,
-    shortest: Annotated[float, typer.Option("--shortest-period", help="[s].")] = 2.5,
-    step: Annotated[float, typer.Option("--heading-step", help="Between directions of waves [deg].")] = 10.0,
+    hull: Annotated[Path, "YAML file of the hull: depth, members, boxes."],
+    panel: Annotated[float, "Size of the panels [m]; 0: for about 1200 panels.", Range(0)] = 0.0,
+    frequencies: Annotated[int, "How many, equally spaced.", Range(10)] = 50,
+    shortest: Annotated[float, "--shortest-period", "[s].", POSITIVE] = 2.5,
+    step: Annotated[float, "--heading-step", "Between directions of waves [deg].", Range(0, 360, above=True)] = 10.0,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute added mass, damping and excitation of a platform by Capytaine; writes files that coefficients: reads."""
-    if panel < 0.0 or frequencies < 10 or not shortest > 0.0 or not 0.0 < step <= 360.0:
-        raise InputError(
-            "--panel must be 0 or more, --frequencies 10 or more, --shortest-period and --heading-step above 0"
-        )
     from meltemi.core.extras import need
     from meltemi.core.yamlfile import read_record
     from meltemi.hydro.hull import Hull
@@ -37,7 +32,6 @@ def hydro(
     from meltemi.hydro.plots import plot_coefficients
     from meltemi.hydro.potential import change_by_panels, coefficients_of, hydrostatics, shortest_period
     from meltemi.hydro.wamit import wamit_texts
-    from meltemi.report.plots import save
 
     need("meltemi hydro", "capytaine")
     found = read_record(hull, Hull)
@@ -52,12 +46,11 @@ def hydro(
     say(f"{len(panels.faces)} panels of {size:.3g} m, {frequencies} periods from {shortest:g} s")
     with progress_bar("potential flow") as progress:
         c = coefficients_of(found, panels, frequency, heading, stiffness, progress)
-    folder_for(out)
     files = []
     for end, text in wamit_texts(c).items():
         files.append(out / f"{hull.stem}{end}")
         files[-1].write_text(text, encoding="utf-8")
-    files.append(save(plot_coefficients(hull.stem, c), out / f"{hull.stem}.png"))
+    files.append(write_figure(out / f"{hull.stem}.png", plot_coefficients(hull.stem, c)))
     along = int(np.argmin(np.abs(heading)))
     rows = []
     for n in dict.fromkeys(int(np.argmin(np.abs(frequency - 2.0 * np.pi / T))) for T in LISTED):

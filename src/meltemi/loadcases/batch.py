@@ -156,7 +156,8 @@ class Batch:
         if self.device != "cpu":
             with self.card_lock:
                 runs = [begun[-1] for _, _, begun in group]
-                _cards().march_together(runs, self.stop.is_set, single=self.device == "cuda-single")
+                single = self.device == "cuda-single"
+                _cards().march_together(runs, self.stop.is_set, steps=CHUNK, single=single)
         for i, name, begun in group:
             self._guarded(i, name, self._end, i, name, *begun)
             self.under_way.pop(i, None)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from meltemi.papers.verdict import Judged, Judgement, Outcome, judgement, judgement_in, unjudged
 from meltemi.reports.blocks import Table
 from meltemi.tuning.run_store import guarded
 
@@ -27,21 +28,33 @@ class Claim:
       item: what it is about.
       paper: what the paper says.
       ours: what we find.
-      verdict: "holds", how it differs, or why it cannot be checked; of each reading of the paper if it hinges on that.
+      judgement: whether it holds, in each reading of the paper if it hinges on that.
       where: in the paper.
       reason: key of the study's reasons; empty if there is nothing to explain.
       tolerance: within which it holds, where it is not said with the paper's number, and what it is derived from.
       basis: only claims that the paper states are counted.
+      by_few: whether it holds, in a reading, by few of our numbers only.
     """
 
     item: str
     paper: str
     ours: str
-    verdict: str
+    judgement: Judgement
     where: str
     reason: str = ""
     tolerance: str = ""
     basis: Basis = "paper"
+    by_few: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """The judgement in words."""
+        return self.judgement.text
+
+    @property
+    def outcome(self) -> Outcome:
+        """What the judgement comes to."""
+        return self.judgement.outcome
 
 
 def listed(values: Iterable[float], form: str = "g") -> str:
@@ -52,16 +65,15 @@ def listed(values: Iterable[float], form: str = "g") -> str:
 def claims_of(study: str) -> Callable[..., Claim]:
     """Constructor of the claims that ``claims.csv`` in the folder of a study lists.
 
-    They are called with a key, a verdict and words. A verdict is whether it holds, or in words how it differs; without
-    one, that of the file stands. Words stand for what is in braces in the file.
+    They are called with a key, whether the claim holds and words; without a verdict, that of the file stands. Words
+    stand for what is in braces in the file.
     """
     stated = rows_of(study, "claims.csv")
 
-    def claim(key: str, verdict: object = None, **words: object) -> Claim:
+    def claim(key: str, holds: Judged | None = None, **words: object) -> Claim:
         fields: dict[str, Any] = {name: text.format(**words) for name, text in stated[key].items()}
-        if verdict is not None:
-            fields["verdict"] = _worded(verdict)
-        return Claim(**fields)
+        text = fields.pop("verdict")
+        return Claim(**fields, judgement=judgement_in(text) if holds is None else judgement(holds))
 
     return claim
 
@@ -83,54 +95,16 @@ def paragraphs_of(study: str, name: str) -> dict[str, str]:
 
 
 HERE = Path(__file__).parent
-UNJUDGED = "cannot be judged: "
-"""How a verdict begins that depends on a cell that failed."""
-FEWEST_SEEDS = 4
-"""Below which intervals are as wide as effects, and nothing is judged by them."""
-UNCHECKED = "cannot be checked: "
-"""How a verdict begins on a claim for which the paper, or this simulation, lacks what a comparison needs."""
-
-
-def _worded(verdict: object) -> str:
-    return verdict if isinstance(verdict, str) else "holds" if verdict else "differs"
-
-
-def by_reading(found: Mapping[str, object]) -> str:
-    """Verdict of a claim by the readings of the paper: one if all agree, otherwise each with its reading."""
-    verdicts = {reading: _worded(verdict) for reading, verdict in found.items()}
-    same = set(verdicts.values())
-    return same.pop() if len(same) == 1 else " / ".join(f"{each} ({reading})" for reading, each in verdicts.items())
-
-
-Outcome = Literal["held", "by_reading", "differ", "unjudged", "unchecked"]
-
-
-def outcome(verdict: str) -> Outcome:
-    """What a verdict comes to: ``by_reading`` if it is not the same in all readings of the paper."""
-
-    def of(part: str) -> Outcome:
-        if part.startswith("holds only"):
-            return "by_reading"
-        begins: dict[str, Outcome] = {UNJUDGED: "unjudged", UNCHECKED: "unchecked", "holds": "held"}
-        return next((name for begin, name in begins.items() if part.startswith(begin)), "differ")
-
-    found = {of(part) for part in verdict.split(" / ")}
-    return found.pop() if len(found) == 1 else "by_reading"
-
-
-def enough(seeds: int, verdict: object) -> object:
-    """A verdict that rests on seeds, if they are enough."""
-    return verdict if seeds >= FEWEST_SEEDS else f"{UNJUDGED}it needs {FEWEST_SEEDS} seeds, there are {seeds}"
 
 
 def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Claim]:
     """Claims that need the same results; one line for all of them if a result is missing."""
-    return guarded(of, lambda why: [Claim(item, "", "", UNJUDGED + why, where)])
+    return guarded(of, lambda why: [Claim(item, "", "", judgement(unjudged(why)), where)])
 
 
 def count(found: Sequence[Claim]) -> Counter[Outcome]:
     """Numbers of claims that the paper states, by what their verdicts come to."""
-    return Counter(outcome(c.verdict) for c in found if c.basis == "paper")
+    return Counter(c.outcome for c in found if c.basis == "paper")
 
 
 def count_held(found: Sequence[Claim]) -> str:
@@ -141,7 +115,7 @@ def count_held(found: Sequence[Claim]) -> str:
     some = f", {n['by_reading']} in one reading of it and not in another" if n["by_reading"] else ""
     of = n.total() - n["unchecked"]
     told = f"{n['held']} of {of} claims of the paper hold{some}" + (f" ({', '.join(rest)})." if rest else ".")
-    hinge = [f"{c.item}: {c.verdict}" for c in found if c.basis == "paper" and outcome(c.verdict) == "by_reading"]
+    hinge = [f"{c.item}: {c.verdict}" for c in found if c.basis == "paper" and c.outcome == "by_reading"]
     return f"{told} By reading: {'; '.join(hinge)}." if hinge else told
 
 

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
-import typer
-
-from meltemi.app.options import TURBINES, WorkersOption, check_workers, completing
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
+from meltemi.app.options import TURBINES, WorkersOption, completing, load_aeroelastic
+from meltemi.app.scans import cells, finish
+from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, warn, wrote
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.extras import need, skipped
-
-if TYPE_CHECKING:
-    from meltemi.turbine.definition import Turbine
 
 STUDIES = {
     "he2018": "combined individual pitch and flap control of the NREL 5 MW (Energies 11, 2519)",
@@ -25,27 +22,15 @@ STUDIES = {
 
 def reproduce(
     study: Annotated[
-        str,
-        typer.Argument(
-            help="Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()),
-            autocompletion=completing(lambda: STUDIES),
-        ),
+        str, "Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()), completing(lambda: STUDIES)
     ],
-    quick: Annotated[bool, typer.Option("--quick", help="Few, short runs, for a first impression only.")] = False,
-    rosco: Annotated[
-        bool, typer.Option("--rosco", help="he2018: only the comparison of its load control with ROSCO.")
-    ] = False,
+    quick: Annotated[bool, "Few, short runs, for a first impression only."] = False,
+    rosco: Annotated[bool, "he2018: only the comparison of its load control with ROSCO."] = False,
     beyond: Annotated[
-        str,
-        typer.Option("--beyond", help="Parts beyond palanimuthu2022 or wang2021, as gusts,budget, or all."),
-    ] = "",
+        tuple[str, ...] | None, "Parts beyond palanimuthu2022 or wang2021, as gusts,budget, or all."
+    ] = None,
     turbine: Annotated[
-        str | None,
-        typer.Option(
-            "--turbine",
-            help="Apply the paper's methods to another turbine: a page of its own, without claims.",
-            autocompletion=TURBINES,
-        ),
+        str | None, "Apply the paper's methods to another turbine: a page of its own, without claims.", TURBINES
     ] = None,
     workers: WorkersOption = None,
     out: OutOption = Path("out"),
@@ -53,23 +38,23 @@ def reproduce(
     """Reproduce a published study: comparison of all claims, figures and page."""
     if study not in STUDIES:
         raise InputError(f"no study {study!r}: {did_you_mean(study, STUDIES)}")
-    check_workers(workers)
-    if turbine is not None and (rosco or beyond):
+    if turbine is not None and (rosco or beyond is not None):
         raise InputError(f"--turbine runs all of {study} that applies to another turbine: without --rosco and --beyond")
     if rosco:
         if study != "he2018":
             raise InputError(f"--rosco belongs to he2018; {study} has no such part")
         _duel(quick, workers, out)
         return
-    parts = _parts(study, beyond) if beyond else ()
+    parts = () if beyond is None else _parts(study, beyond)
     from meltemi.papers import study as skeleton
 
     page = import_module(f"meltemi.papers.{study}.page")
-    chosen = page.STUDY if turbine is None else page.STUDY.applied(_described(turbine, study))
+    chosen = page.STUDY
+    if turbine is not None:
+        chosen = chosen.applied(load_aeroelastic(turbine, f"meltemi reproduce {study} --turbine"))
     need(f"reproduce {study}", *chosen.needs)
     for words in skipped(chosen.parts_need).values() if turbine is None else ():
         say(words)
-    folder_for(out)
     with simulation_bar(study) as progress:
         found = skeleton.reproduce(
             chosen, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
@@ -77,30 +62,19 @@ def reproduce(
     for table in found.tables:
         print_table(table.caption, table.head, table.texts, text_columns=len(table.head))
     print(found.lead)
-    for cell, why in found.failed.items():
-        say(f"failed: {cell}: {why}")
-    for cell, why in found.doubtful.items():
-        say(f"DOUBTFUL: {cell}: {why}")
+    warn((f"{cell}: {why}" for cell, why in found.doubtful.items()), "DOUBTFUL")
     wrote(*found.files)
     again = ("reproduce", study, *(("--turbine", turbine) if turbine else ()), "--out", out)
     suggest(*(again if quick or found.failed else ("verify", "--out", out)))
-    if found.failed:
-        raise typer.Exit(1)
+    finish(cells(found.failed))
 
 
-def _described(turbine: str, study: str) -> Turbine:
-    from meltemi.turbine.library import load_turbine
-    from meltemi.turbine.power_turbine import aeroelastic
-
-    return aeroelastic(load_turbine(turbine), f"meltemi reproduce {study} --turbine")
-
-
-def _parts(study: str, names: str) -> list[str]:
-    """Parse the comma-separated names of the parts beyond a paper."""
+def _parts(study: str, names: tuple[str, ...]) -> Sequence[str]:
+    """The parts beyond a paper of these names."""
     parts = import_module(f"meltemi.papers.{study}.page").STUDY.parts
     if not parts:
         raise InputError(f"--beyond is an option of palanimuthu2022 and wang2021; {study} always runs all of its parts")
-    asked = list(parts) if names == "all" else [name.strip() for name in names.split(",")]
+    asked = tuple(parts) if names == ("all",) else names
     for name in asked:
         if name not in parts:
             raise InputError(f"--beyond: no part {name!r}: {did_you_mean(name, [*parts, 'all'])}")
@@ -114,14 +88,14 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
     from meltemi.tuning.run_store import run_store
 
     find_rosco()
-    folder_for(out)
     with run_store(out, f"duel, quick {quick}", "meltemi.papers"):
         from meltemi.papers.he2018.duel import brief, chapter, duel, duel_tables, findings
         from meltemi.papers.he2018.runs import QUICK, Setup
+        from meltemi.papers.study import write_chapter
 
         with simulation_bar("he2018 compared with ROSCO") as progress:
             found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
-        files = chapter(found).write("duel", out)
+        files = write_chapter(chapter(found), "duel", out)
     for table in map(brief, duel_tables(found)):
         print_table(table.caption, table.head, table.texts)
     for line in findings(found):

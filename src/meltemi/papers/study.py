@@ -9,17 +9,17 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import meltemi
 from meltemi.core.files import write_text
 from meltemi.core.physics import PHYSICS
-from meltemi.papers.claim import UNJUDGED
+from meltemi.papers.verdict import UNJUDGED
 from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
-from meltemi.reports.blocks import Document, Picture, Section, Table
-from meltemi.reports.html import result_first, write_page
-from meltemi.reports.markdown import alone, documented, plain, plain_table, sections, table_lines
+from meltemi.reports.blocks import Block, Document, Picture, Section, Table
+from meltemi.reports.html import write_page
+from meltemi.reports.markdown import alone, documented, plain, section_lines, sections
 from meltemi.tuning.run_store import current, guarded, run_store
 from meltemi.turbine.definition import Turbine
 
@@ -35,69 +35,13 @@ NUMBER = re.compile(r"[-+]?\d[\d.e+-]*")
 QUICK = "few, short runs, for a first impression only; ?: what two seeds do not tell"
 
 
-class Drawing(NamedTuple):
-    """A figure: its caption and file; without a file the caption says why it could not be drawn."""
-
-    caption: str
-    file: Path | None
-
-
-Draw = Callable[[str, str, "Callable[[], Figure]"], Drawing]
-"""Draws a figure of a file name and a caption."""
-Content = str | Table | Drawing
-"""Of a chapter: a paragraph of Markdown, a table or a figure."""
-
-
-@dataclass(frozen=True)
-class Chapter:
-    """A heading of the page and its content, in order."""
-
-    heading: str
-    content: Sequence[Content]
-
-    def markdown(self) -> list[str]:
-        """The chapter as lines of Markdown."""
-        lines = [f"## {self.heading}", ""]
-        for each in self.content:
-            if isinstance(each, Drawing):
-                lines.append(f"![{each.caption}]({each.file.name})" if each.file else f"*{each.caption}*")
-            else:
-                lines += table_lines(each) if isinstance(each, Table) else [each]
-            lines.append("")
-        return lines
-
-    def section(self) -> Section:
-        """The chapter as a section of an HTML page."""
-
-        def block(each: Content) -> str | Table | Picture:
-            if isinstance(each, str):
-                return plain(each.lstrip("# "))
-            if isinstance(each, Table):
-                return plain_table(each)
-            return Picture(each.file, plain(each.caption)) if each.file else plain(each.caption)
-
-        return Section(self.heading, [block(each) for each in self.content])
-
-    def write(self, name: str, out: Path) -> list[Path]:
-        """Write its tables as CSV files and its text as a Markdown file."""
-        return [*self.write_tables(name, out), write_text(out / f"{name}.md", "\n".join(self.markdown()))]
-
-    def write_tables(self, name: str, out: Path) -> list[Path]:
-        """Write each table as a CSV file; several tables are numbered."""
-        tables = [each for each in self.content if isinstance(each, Table)]
-        return [
-            write_csv(
-                out / f"{name if len(tables) == 1 else f'{name}_{i}'}.csv",
-                [h.replace("\n", " ") for h in table.head],
-                table.texts,
-            )
-            for i, table in enumerate(tables, start=1)
-        ]
+Draw = Callable[[str, str, "Callable[[], Figure]"], Block]
+"""Draws a figure of a file name and a caption: a picture, or a text that says why it could not be drawn."""
 
 
 @dataclass(frozen=True)
 class Contents:
-    """Content of the page of a study.
+    """Content of the page of a study; texts are Markdown.
 
     Attributes:
       lead: the result in a few sentences.
@@ -108,7 +52,7 @@ class Contents:
     """
 
     lead: str
-    chapters: Mapping[str, Chapter]
+    chapters: Mapping[str, Section]
     facts: Sequence[tuple[str, str]]
     shown: Sequence[Table]
     files: Sequence[Path] = ()
@@ -160,15 +104,15 @@ class Study(Generic[Found]):
         return (Path(__file__).parent / self.name / name).read_text(encoding="utf-8")
 
     def markdown(
-        self, lead: str, chapters: Mapping[str, Chapter], figures: Sequence[Chapter], out: Path, made_by: str = MADE_BY
+        self, lead: str, chapters: Mapping[str, Section], figures: Sequence[Section], out: Path, made_by: str = MADE_BY
     ) -> str:
         """The page for the documentation."""
         lines = [self.before, lead, "", f"*Computed by {made_by}.*", ""]
         for name, chapter in chapters.items():
-            lines += chapter.markdown() if name not in self.parts else []
+            lines += section_lines(chapter) if name not in self.parts else []
         files = [out / f"{name}.md" for name in self.parts]
         lines += [file.read_text(encoding="utf-8") for file in files if file.is_file()]
-        lines += [line for chapter in figures for line in chapter.markdown()]
+        lines += chain.from_iterable(map(section_lines, figures))
         return "\n".join([*lines, *map(self.text, self.texts)])
 
 
@@ -212,33 +156,32 @@ def reproduce(
       progress: called with the completed fraction and the current step.
       parts: of what lies beyond the paper.
     """
-    began, drawings = time.perf_counter(), dict[str, Drawing]()
+    began, drawings = time.perf_counter(), dict[str, Block]()
 
-    def draw(name: str, caption: str, of: Callable[[], Figure]) -> Drawing:
-        if name not in drawings or drawings[name].file is None:  # perhaps what it needs is there now
+    def draw(name: str, caption: str, of: Callable[[], Figure]) -> Block:
+        if not isinstance(drawings.get(name), Picture):  # perhaps what it needs is there now
             drawings[name] = drawn(name, caption, of, out)
         return drawings[name]
 
     def write(found: Any) -> Reproduction:
         runs = study.runs(found)
         pictures = [draw(name, caption, partial(of, runs)) for name, (caption, of) in study.figures.items()]
-        figures = [Chapter("The paper's figures", pictures)] if pictures else []
+        figures = [Section("The paper's figures", pictures)] if pictures else []
         said = study.contents(found, out, draw)
         own = {name: chapter for name, chapter in said.chapters.items() if name not in study.parts}
         chapters = {**own, **failed_chapters(), **said.chapters}
-        files = [drawing.file for drawing in drawings.values() if drawing.file]
+        files = [d.png for d in drawings.values() if isinstance(d, Picture) and isinstance(d.png, Path)]
         for name, chapter in chapters.items():
-            files += (chapter.write if name in study.parts else chapter.write_tables)(name, out)
+            files += (write_chapter if name in study.parts else write_tables)(chapter, name, out)
         made_by = MADE_BY + (f"; {QUICK}" if quick else "")
         text = study.markdown(said.lead, chapters, figures, out, made_by)
         files.append(write_text(out / f"{study.name}.md", alone(text)))
-        parts = [chapter.section() for chapter in (*chapters.values(), *figures)]
         before = sections(study.before, "Paper and reproduction")
         after = chain.from_iterable(sections(study.text(name), "Notes") for name in study.texts)
         facts = [*said.facts, ("computed by", made_by), ("computed in", f"{time.perf_counter() - began:.0f} s")]
-        lead = result_first(plain(said.lead))
-        page = Document(study.title, [*before, *parts, *after], facts=facts, lead=lead, footer=study.source)
-        html = write_page(out / f"{study.name}.html", page)
+        whole = [*before, *chapters.values(), *figures, *after]
+        page = Document(study.title, whole, facts=facts, lead=said.lead, footer=study.source)
+        html = write_page(out / f"{study.name}.html", plain(page))
         return Reproduction(said.shown, said.lead, [*files, *said.files, html], documented(text, study.name))
 
     with run_store(out, f"{study.name}, quick {quick}", PACKAGE) as book:
@@ -283,23 +226,37 @@ def tabled(caption: str, of: Callable[[], Table]) -> Table:
 
 
 def answered(
-    heading: str, verdict: Callable[[], str] | None, drawings: Sequence[Drawing], tables: Callable[[], Sequence[Table]]
-) -> Chapter:
+    heading: str, verdict: Callable[[], str] | None, drawings: Sequence[Block], tables: Callable[[], Sequence[Table]]
+) -> Section:
     """A chapter that begins with the answer in words, if there is one."""
     made = guarded(tables, lambda why: [Table([heading], [[f"cannot be made: {why}"]], heading)])
     words = worded(verdict, "The answer").split("\n\n") if verdict else []
-    return Chapter(heading, [*words, *drawings, *made])
+    return Section(heading, [*words, *drawings, *made])
 
 
-def drawn(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Drawing:
-    """Caption and file of a figure; without a file and with the reason if it cannot be drawn."""
-    return guarded(
-        lambda: Drawing(caption, save(draw(), out / f"{name}.png")),
-        lambda why: Drawing(f"{caption}: cannot be drawn: {why}", None),
-    )
+def drawn(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Block:
+    """A figure with its caption; a text with the reason if it cannot be drawn."""
+
+    def picture() -> Block:
+        return Picture(save(draw(), out / f"{name}.png"), caption)
+
+    return guarded(picture, lambda why: f"*{caption}: cannot be drawn: {why}*")
 
 
-def failed_chapters() -> dict[str, Chapter]:
+def write_tables(chapter: Section, name: str, out: Path) -> list[Path]:
+    """Write each table of a chapter as a CSV file; several tables are numbered."""
+    tables = [each for each in chapter.content if isinstance(each, Table)]
+    names = [name] if len(tables) == 1 else [f"{name}_{i}" for i, _ in enumerate(tables, start=1)]
+    return [write_csv(out / f"{name}.csv", t.head, t.texts) for name, t in zip(names, tables, strict=True)]
+
+
+def write_chapter(chapter: Section, name: str, out: Path) -> list[Path]:
+    """Write the tables of a chapter as CSV files and the whole as a Markdown file."""
+    text = "\n".join(section_lines(chapter))
+    return [*write_tables(chapter, name, out), write_text(out / f"{name}.md", text)]
+
+
+def failed_chapters() -> dict[str, Section]:
     """Tables of failed and of doubtful cells, if any."""
     book = current()
     listed = {
@@ -307,7 +264,7 @@ def failed_chapters() -> dict[str, Chapter]:
         "doubtful": ("Doubtful runs", book.doubtful, "Runs beyond what the model is made for; they count all the same"),
     }
     return {
-        name: Chapter(heading, [Table(["cells", "reason"], by_kind(cells), caption, text_columns=2)])
+        name: Section(heading, [Table(["cells", "reason"], by_kind(cells), caption, text_columns=2)])
         for name, (heading, cells, caption) in listed.items()
         if cells
     }

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from meltemi.papers.claim import outcome
+from meltemi.papers.verdict import judgement_in
 from meltemi.reports.blocks import Table
 from meltemi.reports.markdown import table_lines, table_rows
 
@@ -34,7 +34,7 @@ class Line:
     @property
     def outcome(self) -> str:
         """What its verdict comes to; what cannot be judged is as what cannot be checked."""
-        found = outcome(self.verdict)
+        found = judgement_in(self.verdict).outcome
         return "unchecked" if found == "unjudged" else found
 
 

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 MOST_PERIODS = 2.0**53
 """Largest number of periods that a float counts one by one."""
-STATISTICS = ("mean", "std", "min", "max")
+OVER = {"mean": "mean", "std": "mean", "min": "min", "max": "max"}
+"""Statistics of periods, and what stands in a bin of them."""
+STATISTICS = tuple(OVER)
 TEN_MINUTES = 600.0
 """[s]."""
 EDGES = (0.0, *(k + 0.5 for k in range(2, 25)))
@@ -70,17 +72,14 @@ def period_statistics(
         which = np.floor(t / period + 1e-9)
     if not np.abs(which).max() < MOST_PERIODS:
         raise InputError(f"period_statistics: period {period:g} s is too short for times up to {np.abs(t).max():g} s")
-    first = np.flatnonzero(np.append(True, np.diff(which) > 0))
     expected = complete * (period / step) - 0.5  # a period may have lost or won a sample by rounding
-    rows: dict[float, dict[tuple[str, str], float]] = {}
-    for begin, end in zip(first, [*first[1:], len(t)], strict=True):
-        parts = {name: x[begin:end][np.isfinite(x[begin:end])] for name, x in values.items()}
-        if all(len(x) >= max(expected, 1.0) for x in parts.values()):
-            rows[float(which[begin] * period)] = {
-                (name, of): float(getattr(x, of)()) for name, x in parts.items() for of in STATISTICS
-            }
-    columns = pd.MultiIndex.from_product([list(values), STATISTICS])
-    return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("begin")
+    there = pd.DataFrame({name: np.where(np.isfinite(x), x, np.nan) for name, x in values.items()})
+    groups = there.groupby(pd.Index(which * period, name="begin"))
+    found = pd.concat(
+        {"mean": groups.mean(), "std": groups.std(ddof=0), "min": groups.min(), "max": groups.max()}, axis=1
+    )
+    whole = (groups.count() >= max(expected, 1.0)).all(axis=1)
+    return found.swaplevel(axis=1).loc[whole, pd.MultiIndex.from_product([list(values), STATISTICS])]
 
 
 def result_statistics(result: Result, names: Sequence[str], *, begin: float = 0.0) -> pd.DataFrame:
@@ -128,15 +127,14 @@ def bin_statistics(periods: pd.DataFrame, by: str = "wind_speed", *, edges: Sequ
     mean = periods[by, "mean"].to_numpy()
     which = np.searchsorted(limits, mean, side="right")
     which[mean == limits[-1]] -= 1
-    rows: list[dict[tuple[str, str], float]] = []
-    for k in range(1, len(limits)):
-        inside = periods[which == k]
-        row = {("bin", "from"): limits[k - 1], ("bin", "to"): limits[k], ("bin", "sets"): float(len(inside))}
-        row["bin", "intensity"] = float((inside[by, "std"] / inside[by, "mean"]).mean())
-        for name in names:
-            for of, over in (("mean", "mean"), ("std", "mean"), ("min", "min"), ("max", "max")):
-                row[name, of] = float(getattr(inside[name, of], over)())
-        rows.append(row)
-    table = pd.DataFrame(rows, index=pd.RangeIndex(1, len(limits), name="bin"))
-    table["bin", "sets"] = table["bin", "sets"].astype(int)
-    return table
+    groups, bins = periods.groupby(which), pd.RangeIndex(1, len(limits), name="bin")
+    head = pd.DataFrame(
+        {
+            ("bin", "from"): limits[:-1],
+            ("bin", "to"): limits[1:],
+            ("bin", "sets"): groups.size().reindex(bins, fill_value=0),
+            ("bin", "intensity"): (periods[by, "std"] / periods[by, "mean"]).groupby(which).mean().reindex(bins),
+        },
+        bins,
+    )
+    return head.join(groups.agg({(name, of): over for name in names for of, over in OVER.items()}).reindex(bins))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +13,6 @@ from numpy.typing import ArrayLike
 from meltemi.reports.turbine_facts import number
 
 # -------------------------------------------------------------------------------------------------------- cells
-
-
-@dataclass(frozen=True)
-class Markup:
-    """HTML, whose texts are escaped already; only on pages."""
-
-    html: str
 
 
 @dataclass(frozen=True)
@@ -59,8 +52,30 @@ class Share:
         return f"{100.0 * self.value:.1f}"
 
 
-Cell = str | float | Case | Entry | Share | None
+@dataclass(frozen=True)
+class Marked:
+    """A cell that stands out.
+
+    Attributes:
+      cell: its content.
+      kind: "own" (what the row is about), "over" (a limit), "good", "doubtful" or "bad", or the state of a case:
+        "warned", "failed".
+    """
+
+    cell: str | float
+    kind: str
+
+    def __str__(self) -> str:
+        return words(self.cell)
+
+
+Cell = str | float | Case | Entry | Share | Marked | None
 """Of a table."""
+
+
+def unmarked(cell: Cell) -> Cell:
+    """A cell, or what is in it if it stands out."""
+    return cell.cell if isinstance(cell, Marked) else cell
 
 
 def words(cell: Cell) -> str:
@@ -83,7 +98,6 @@ class Table:
         Numbers stand to the right.
       groups: a row above the head, of (text, columns that it spans); it must span all of them.
       note: below the table.
-      classes: of cells, by row and column.
       ids: of rows.
       paper: a sentence in place of the table on paper; empty: the table itself.
     """
@@ -94,7 +108,6 @@ class Table:
     text_columns: int = 1
     groups: Sequence[tuple[str, int]] = ()
     note: str = ""
-    classes: Mapping[tuple[int, int], str] = field(default_factory=dict)
     ids: Sequence[str] = ()
     paper: str = ""
 
@@ -105,9 +118,8 @@ class Table:
 
     def left(self) -> set[int]:
         """Columns of text, which stand to the left."""
-        filled = [
-            [row[j] for row in self.rows if j < len(row) and row[j] not in (None, "")] for j in range(len(self.head))
-        ]
+        columns = [[unmarked(row[j]) for row in self.rows if j < len(row)] for j in range(len(self.head))]
+        filled = [[cell for cell in column if cell not in (None, "")] for column in columns]
         return {j for j, own in enumerate(filled) if j < self.text_columns or 2 * sum(map(_is_text, own)) > len(own)}
 
 
@@ -186,8 +198,8 @@ class Chart:
       curves: what it shows.
       caption: below it.
       polar: x are angles [deg], anticlockwise from the right.
-      spokes: names of evenly spaced angles, the first to the right: then it is polar, with a value of each curve on
-        every spoke; a line break within a name is one on the page.
+      spokes: of a polar one, names of evenly spaced angles, the first to the right, with a value of each curve on every
+        spoke; a line break within a name is one on the page.
     """
 
     title: str
@@ -196,7 +208,7 @@ class Chart:
     curves: Sequence[Curve]
     caption: str = ""
     polar: bool = False
-    spokes: Sequence[str] = ()
+    spokes: Sequence[str] | None = None
 
 
 @dataclass(frozen=True)
@@ -212,6 +224,10 @@ class Statistics:
     bases: Sequence[Mapping[str, Any]]
     first: str
     caption: str = ""
+
+    def labels(self, kind: str) -> list[str]:
+        """Labels of the ``channels``, or of what they are drawn ``across``, of all load bases."""
+        return list(dict.fromkeys(each["label"] for base in self.bases for each in base[kind]))
 
 
 @dataclass(frozen=True)
@@ -290,22 +306,7 @@ class Choice:
     parts: Sequence[Part]
 
 
-Block = (
-    str
-    | Table
-    | Picture
-    | Code
-    | Chart
-    | Statistics
-    | Drawing
-    | Facts
-    | Verdict
-    | Folded
-    | Part
-    | Beside
-    | Choice
-    | Markup
-)
+Block = str | Table | Picture | Code | Chart | Statistics | Drawing | Facts | Verdict | Folded | Part | Beside | Choice
 """Of a section; a text is a paragraph."""
 
 
@@ -333,7 +334,7 @@ class Document:
       title: of the report.
       sections: in their order.
       facts: names and values below the title, such as turbine and wind.
-      lead: the result, before everything else.
+      lead: the result, before everything else; of a text the first sentence stands out.
       footer: last line, such as version and licence.
       running: at the foot of each printed page, such as project and revision.
       cases: of each load base; on a page a click on one shows its conditions and its command.

@@ -19,8 +19,7 @@ TOGETHER = 9
 
 def chart_figure(chart: Chart) -> Figure:
     """A chart as a figure."""
-    polar = chart.polar or bool(chart.spokes)
-    if not polar:
+    if not chart.polar:
         figure, axes = new_figure(1, size=(6.0, 3.0))
         _draw(axes[0, 0], chart)
         return figure
@@ -82,13 +81,12 @@ def grid_figures(charts: Sequence[Chart]) -> Iterator[Figure]:
 
 def statistics_charts(block: Statistics) -> Iterator[Chart]:
     """A chart of each channel."""
-    names = dict.fromkeys(channel["label"] for base in block.bases for channel in base["channels"])
-    for name in names:
+    for name in block.labels("channels"):
         curves, unit = [], ""
         for base in block.bases:
             wind = base["across"][0]["values"]
             for channel in (each for each in base["channels"] if each["label"] == name):
                 unit = channel["unit"]
-                values = [math.nan if v is None else v for end in ("max", "min") for v in channel[end]]
+                values = np.concatenate((channel["max"], channel["min"]))
                 curves.append(Curve(base["name"], [*wind, *wind], values, dots=True))
         yield Chart(name, Axis("wind speed", "m/s"), Axis("", unit), curves)

@@ -1,14 +1,17 @@
-"""Markdown pages: tables, links, paths of pictures; the same texts for HTML pages."""
+"""Documents as Markdown, whose texts have its marks: sections, links, paths of pictures; their texts without marks."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
 
 from meltemi.report.tables import markdown_table
-from meltemi.reports.blocks import Code, Section, Table
+from meltemi.reports.blocks import Block, Code, Part, Picture, Section, Table
 
+Whole = TypeVar("Whole")
 PICTURE = re.compile(r"(!\[.*?\]\()([^/)\s]+\.png\))")
 ELSEWHERE = re.compile(r"(?<!!)\[([^\]]+)\]\(\.\./[^)]*\)")
 SIGNS = {"sum": "Σ ", "cos": " cos ", "sin": " sin ", "psi": "ψ", "omega": "ω", "lambda": "λ", "beta": "β"}
@@ -23,6 +26,25 @@ def alone(text: str) -> str:
 def documented(text: str, name: str) -> str:
     """A page for the documentation, with its pictures in a folder of its name."""
     return PICTURE.sub(rf"\g<1>{name}/\g<2>", text)
+
+
+def section_lines(section: Section) -> list[str]:
+    """A section as lines of Markdown."""
+    return [f"## {section.heading}", "", *(line for each in section.content for line in (*block_lines(each), ""))]
+
+
+def block_lines(block: Block) -> list[str]:
+    """A text, table, picture or part as lines of Markdown."""
+    match block:
+        case str():
+            return [block]
+        case Table():
+            return table_lines(block)
+        case Picture(png=Path() as file):
+            return [f"![{block.caption}]({file.name})"]
+        case Part():
+            return [f"### {block.heading}", *(line for each in block.content for line in ("", *block_lines(each)))]
+    raise TypeError(f"{type(block).__name__}: no block of Markdown")
 
 
 def table_lines(table: Table) -> list[str]:
@@ -42,42 +64,43 @@ def table_rows(lines: list[str]) -> list[list[str]]:
     return [row for row in cells if not all(re.fullmatch(":?-+:?", cell) for cell in row)]
 
 
-def plain(text: str) -> str:
-    """Text without the marks of Markdown: links, emphasis, code, and formulas in TeX."""
+def plain(value: Whole) -> Whole:
+    """A text without the marks of Markdown, or a document whose texts are without: links, emphasis, code, formulas."""
+    made: Any = value
+    if isinstance(value, str):
+        text = re.sub(r"(?<!!)\[([^\]]+)\]\([^)\s]*\)", r"\1", value)
+        text = re.sub(r"\$([^$]+)\$", _formula, text)
+        made = re.sub(r"(\*\*|\*|`)(?=\S)(.+?)(?<=\S)\1", r"\2", text, flags=re.S)
+    elif isinstance(value, list | tuple):
+        texts = map(plain, value)
+        made = tuple(texts) if isinstance(value, tuple) else list(texts)
+    elif is_dataclass(value) and not isinstance(value, Code | type):
+        made = replace(value, **{each.name: plain(getattr(value, each.name)) for each in fields(value)})
+    return made
 
-    def formula(found: re.Match[str]) -> str:
-        signs = re.sub(r"\\(\w+?)(?![a-z])", lambda sign: SIGNS.get(sign[1], sign[1]), found[1])
-        return " ".join(signs.replace("{", "").replace("}", "").split())
 
-    text = re.sub(r"(?<!!)\[([^\]]+)\]\([^)\s]*\)", r"\1", text)
-    text = re.sub(r"\$([^$]+)\$", formula, text)
-    return re.sub(r"(\*\*|\*|`)(?=\S)(.+?)(?<=\S)\1", r"\2", text, flags=re.S)
-
-
-def plain_table(table: Table) -> Table:
-    """The table with plain texts."""
-    rows = [[plain(cell) for cell in row] for row in table.texts]
-    return replace(
-        table, head=list(map(plain, table.head)), rows=rows, caption=plain(table.caption), note=plain(table.note)
-    )
+def _formula(found: re.Match[str]) -> str:
+    """A formula in TeX as text."""
+    signs = re.sub(r"\\(\w+?)(?![a-z])", lambda sign: SIGNS.get(sign[1], sign[1]), found[1])
+    return " ".join(signs.replace("{", "").replace("}", "").split())
 
 
 def sections(text: str, first: str) -> list[Section]:
     """Chapters of a Markdown text for an HTML page; ``first`` heads what stands before the first of them."""
-    heading, content, found = first, list[str | Table | Code](), []
+    heading, content, found = first, list[Block](), []
     for block in _blocks(text):
         if block.startswith("# "):
             continue  # the title is that of the page
         if block.startswith("##"):
             found.append(Section(heading, content))
-            heading, content = plain(block.lstrip("# ")), []
+            heading, content = block.lstrip("# "), []
         elif block.startswith("```"):
             content.append(Code("\n".join(block.split("\n")[1:-1])))
         elif block.startswith("|"):
             head, *rows = table_rows(block.split("\n"))
-            content.append(plain_table(Table(head, rows, text_columns=len(head))))
+            content.append(Table(head, rows, text_columns=len(head)))
         else:
-            content.append(plain(" ".join(line.strip() for line in re.sub("^- ", "• ", block).split("\n"))))
+            content.append(" ".join(line.strip() for line in re.sub("^- ", "• ", block).split("\n")))
     return [section for section in (*found, Section(heading, content)) if section.content]
 
 

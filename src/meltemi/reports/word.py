@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cache
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.sax.saxutils import escape
+
+from jinja2 import Template
 
 from meltemi.core.extras import need
 from meltemi.core.files import bytes_of, replacing
 from meltemi.reports.blocks import (
     Beside,
     Block,
+    Cell,
     Chart,
     Choice,
     Code,
@@ -21,6 +24,7 @@ from meltemi.reports.blocks import (
     Drawing,
     Facts,
     Folded,
+    Marked,
     Part,
     Picture,
     Statistics,
@@ -30,6 +34,7 @@ from meltemi.reports.blocks import (
 )
 from meltemi.reports.chart_figures import chart_figure, grid_figures, statistics_charts
 from meltemi.reports.drawing import figure_of
+from meltemi.reports.rendering import templates
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,7 +43,8 @@ WIDTH, SMALL, MANY = 257.0, 7, 12
 """[mm] between the margins of A4 landscape; size [pt] of tables, and columns above which it is smaller."""
 DOTS = 150
 """Of pictures, an inch."""
-SPACE = "http://schemas.openxmlformats.org/wordprocessingml/2006/main"
+PAGE = '<w:fldSimple xmlns:w="http://schemas.openxmlformats.org/wordprocessingml/2006/main" w:instr="PAGE"/>'
+"""Field of the number of a page."""
 
 
 def write_word(path: str | Path, document: Document) -> Path:
@@ -75,8 +81,7 @@ def _layout(word: Any, running: str) -> None:
     word.styles["Normal"].font.size = shared.Pt(9)
     foot = section.footer.paragraphs[0]
     foot.text = f"{running}    "
-    field = f'<w:fldSimple xmlns:w="{SPACE}" w:instr="PAGE"/>'
-    foot._p.append(import_module("docx.oxml").parse_xml(field))
+    foot._p.append(import_module("docx.oxml").parse_xml(PAGE))
 
 
 def _add(word: Any, block: Block) -> None:  # noqa: C901 - a case for each kind of block
@@ -149,7 +154,7 @@ def _caption(block: Block) -> str:
 def _figures(blocks: Sequence[Block]) -> Iterator[Figure]:
     """Figures of drawings and charts; those of many charts have several."""
     charts = [each for each in blocks if isinstance(each, Chart)]
-    straight = not any(each.polar or each.spokes for each in charts)
+    straight = not any(each.polar for each in charts)
     if len(charts) > 1 and straight:
         yield from grid_figures(charts)
     else:
@@ -169,43 +174,28 @@ def _add_table(word: Any, table: Table) -> None:
     if table.caption:
         caption = word.add_paragraph(table.caption, style="Caption")
         caption.paragraph_format.keep_with_next = True
-    left, size = table.left(), 2 * SMALL - (2 if len(table.head) > MANY else 0)
-
-    def cell(text: str, j: int, bold: bool, head: bool) -> str:
-        side = "left" if j in left else "right"
-        weight = "<w:b/>" if bold else ""
-        lines = "<w:br/>".join(f'<w:t xml:space="preserve">{escape(line)}</w:t>' for line in text.split("\n"))
-        border = '<w:tcBorders><w:bottom w:val="single" w:sz="4"/></w:tcBorders>' if head else ""
-        return (
-            f"<w:tc><w:tcPr>{widths[j]}{border}</w:tcPr><w:p><w:pPr><w:spacing w:before='30' w:after='0'/>"
-            f"<w:jc w:val='{side}'/></w:pPr>"
-            f"<w:r><w:rPr>{weight}<w:sz w:val='{size}'/></w:rPr>{lines}</w:r></w:p></w:tc>"
-        )
-
-    def row(texts: list[str], i: int) -> str:
-        marked = (i < 0 or table.classes.get((i, j)) == "own" for j in range(len(texts)))
-        cells = "".join(cell(text, j, bold, i < 0) for j, (text, bold) in enumerate(zip(texts, marked, strict=True)))
-        repeated = "<w:trPr><w:cantSplit/><w:tblHeader/></w:trPr>" if i < 0 else "<w:trPr><w:cantSplit/></w:trPr>"
-        return f"<w:tr>{repeated}{cells}</w:tr>"
-
-    rows = [[words(value) for value in cells] + [""] * (len(table.head) - len(cells)) for cells in table.rows]
-    shares = _shares([list(table.head), *rows])
-    widths = [f'<w:tcW w:w="{share}" w:type="dxa"/>' for share in shares]
-    head = row(list(table.head), -1) if any(table.head) else ""
-    body = head + "".join(row(texts, i) for i, texts in enumerate(rows))
-    margins = "".join(f'<w:{side} w:w="40" w:type="dxa"/>' for side in ("left", "right"))
-    grid = "".join(f'<w:gridCol w:w="{share}"/>' for share in shares)
-    xml = (
-        f'<w:tbl xmlns:w="{SPACE}"><w:tblPr><w:tblW w:w="{sum(shares)}" w:type="dxa"/>'
-        '<w:tblLayout w:type="fixed"/>'
-        f"<w:tblCellMar>{margins}</w:tblCellMar></w:tblPr>"
-        f"<w:tblGrid>{grid}</w:tblGrid>{body}</w:tbl>"
+    rows = [[*cells, *[""] * (len(table.head) - len(cells))] for cells in table.rows]
+    has_head = any(table.head)
+    xml = _table_template().render(
+        rows=[table.head, *rows] if has_head else rows,
+        has_head=has_head,
+        widths=_widths([list(map(words, cells)) for cells in (table.head, *rows)]),
+        left=table.left(),
+        size=2 * SMALL - (2 if len(table.head) > MANY else 0),
     )
     after = word.add_paragraph(table.note)
     after._p.addprevious(import_module("docx.oxml").parse_xml(xml))
 
 
-def _shares(rows: Sequence[Sequence[str]]) -> list[int]:
+@cache
+def _table_template() -> Template:
+    def is_bold(cell: Cell) -> bool:
+        return isinstance(cell, Marked) and cell.kind == "own"
+
+    return templates(words=words, is_bold=is_bold).get_template("table.xml")
+
+
+def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
     """Widths of columns [1/20 pt] for their texts; programs of offices would give all columns the same.
 
     Columns get what their longest line needs while the page has it; else long texts share what short ones leave.

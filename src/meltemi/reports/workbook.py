@@ -12,7 +12,20 @@ import numpy as np
 
 from meltemi.core.extras import need
 from meltemi.core.files import replacing
-from meltemi.reports.blocks import Block, Cell, Chart, Choice, Document, Entry, Share, Table, Verdict, within, words
+from meltemi.reports.blocks import (
+    Block,
+    Cell,
+    Chart,
+    Choice,
+    Document,
+    Entry,
+    Share,
+    Table,
+    Verdict,
+    unmarked,
+    within,
+    words,
+)
 
 LONGEST_NAME, WIDEST, NARROWEST = 31, 60, 7
 """Characters of the name of a sheet, and of the width of a column."""
@@ -156,6 +169,7 @@ def _free_name(book: Any, name: str) -> str:
 
 def _content(cell: Cell) -> tuple[str | float | None, str]:
     """Content of a cell of a sheet, and its number format: a number keeps its value, shows the digits of the report."""
+    cell = unmarked(cell)
     if isinstance(cell, Share):
         return 100.0 * cell.value, "0.0"
     if isinstance(cell, Entry) and cell.value is not None and not cell.note:

@@ -6,10 +6,10 @@ from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
+import meltemi
 from meltemi.app.options import sea_of_options
-from meltemi.app.terminal import OutOption, folder_for, print_table, suggest, wrote
+from meltemi.app.signatures import POSITIVE
+from meltemi.app.terminal import OutOption, print_table, suggest, write_figure, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,38 +17,30 @@ if TYPE_CHECKING:
 
 
 def sea(
-    target: Annotated[str, typer.Argument(help="HEIGHT,PERIOD[,DIRECTION] in m, s, deg; or a YAML file of a sea.")],
-    depth: Annotated[float, typer.Option("--depth", help="Of the water [m].")] = 30.0,
-    duration: Annotated[float, typer.Option("--duration", help="Of the series [s].")] = 600.0,
-    regular: Annotated[bool, typer.Option("--regular", help="A regular wave of this height and period.")] = False,
-    seed: Annotated[int | None, typer.Option(help="Of the waves [1].")] = None,
-    spectrum: Annotated[
-        str | None, typer.Option("--spectrum", help="jonswap, pierson_moskowitz, white [jonswap].")
-    ] = None,
-    crest: Annotated[float | None, typer.Option("--crest", help="Height of an embedded crest [m], at 60 s.")] = None,
+    target: Annotated[str, "HEIGHT,PERIOD[,DIRECTION] in m, s, deg; or a YAML file of a sea."],
+    depth: Annotated[float, "Of the water [m].", POSITIVE] = 30.0,
+    duration: Annotated[float, "Of the series [s].", POSITIVE] = 600.0,
+    regular: Annotated[bool, "A regular wave of this height and period."] = False,
+    seed: Annotated[int | None, "Of the waves [1]."] = None,
+    spectrum: Annotated[str | None, "jonswap, pierson_moskowitz, white [jonswap]."] = None,
+    crest: Annotated[float | None, "Height of an embedded crest [m], at 60 s."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Make a sea; writes the series of its elevation and kinematics, a table and a plot."""
     given = {"seed": seed, "spectrum": spectrum, "crest": None if crest is None else {"height": crest}}
     found = _described(target, regular, {name: value for name, value in given.items() if value is not None})
-    if not (depth > 0.0 and duration > 0.0):
-        raise InputError(f"--depth and --duration must be positive, found {depth:g} m and {duration:g} s")
     from meltemi.core.csvfile import write_columns
-    from meltemi.report.plots import save
-    from meltemi.report.tables import write_csv
     from meltemi.sea.plots import plot_sea
     from meltemi.sea.statistics import SeaSeries, sea_series, sea_statistics
 
     series: SeaSeries = sea_series(found, depth, duration)
-    folder_for(out)
     head, rows = sea_statistics(series)
     columns = [("time", "s"), ("elevation", "m")]
     columns += [(f"{name} at {z:g} m", unit) for z in series.height for name, unit in (("u", "m/s"), ("a", "m/s^2"))]
-    figure = plot_sea(found, series)
     files = [
         write_columns(out / "sea.csv", columns, series.table()),
-        write_csv(out / "statistics.csv", head, rows),
-        save(figure, out / "sea.png"),
+        meltemi.io.write_csv(out / "statistics.csv", head, rows),
+        write_figure(out / "sea.png", plot_sea(found, series)),
     ]
     print_table(found.label, head, rows)
     wrote(*files)

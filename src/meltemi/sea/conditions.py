@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
@@ -51,10 +50,6 @@ class Sea(Record, Viewed):
     def doubts(self) -> list[str]:
         """Sentences about numbers that are unusual."""
         return [*unusual_numbers(self, "sea")]
-
-    def part(self, model: Any, duration: float, origin: tuple[float, float]) -> Any:
-        """What the sea does in a run of a model, see :func:`meltemi.sea.sea_part.sea_part`."""
-        return import_module("meltemi.sea.sea_part").sea_part(self, model, duration, origin)  # it builds on this
 
 
 class StillWater(Sea):

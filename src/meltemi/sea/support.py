@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -180,10 +179,6 @@ class Support(Record):
                 found.append(doubt(f"support.growth.{i}", "its top [m]", layer.top, foot, min(top, 10.0)))
                 found.append(doubt(f"support.growth.{i}", "its bottom [m]", layer.bottom, foot, min(top, 10.0)))
         return list(dict.fromkeys(found))
-
-    def member(self, *arguments: Any, **options: Any) -> Any:
-        """The modal member of pile and tower, see :func:`meltemi.sea.pile_beam.supported_tower`."""
-        return import_module("meltemi.sea.pile_beam").supported_tower(self, *arguments, **options)  # it builds on this
 
     @property
     def load_stations(self) -> Any:

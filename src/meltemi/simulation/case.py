@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroMemory, StallState
 from meltemi.compiler import N_DERIVATIVES, Kind, View, announce, interpreted, joined, members, without_dispatch
-from meltemi.control.controller import Controller, Entry, StartPoint
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.control.entry import Entry
 from meltemi.control.faults import healthy
 from meltemi.control.signals import MOST_FLAP, MOST_PITCH, MOST_REACTIVE, MOST_TORQUE, REPORTS, Demands, Measurements
 from meltemi.environment.course import conditions_array

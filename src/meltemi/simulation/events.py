@@ -26,6 +26,7 @@ from meltemi.core.record import Record
 from meltemi.core.yamlfile import validated
 
 if TYPE_CHECKING:
+    from meltemi.simulation.case import Case
     from meltemi.turbine.power_turbine import AnyTurbine
 
 NEVER = 1e18
@@ -564,6 +565,22 @@ def check_parts(event: BaseEvent, where: str, turbine: AnyTurbine) -> None:
     sensor = getattr(event, "sensor", None)
     if sensor is not None and sensor not in (known := _sensors(n_blades, n_flaps)):
         raise InputError(f"{where}.sensor: {turbine.name} has no {sensor!r}; {did_you_mean(sensor, known)}")
+
+
+def act(event: BaseEvent, case: Case, time: float, *, ended: bool) -> tuple[int, LogEntry]:
+    """Let an event happen, or end, in a case at the present time [s]: its step, and the entry for the log.
+
+    Raises:
+      InputError: the turbine lacks what the event concerns, or events of the run are still to come.
+    """
+    check_parts(event, "event", case.model.turbine)
+    clock, faults = case.clock, case["faults"]
+    if clock.next_event < len(case.events):
+        raise InputError(f"{event.what}: events of the run are still to come")
+    for name, on, off in event.changes():
+        faults[f.Faults.index(name)] = off if ended else on
+    clock.next_event = max(int(clock.next_event), 1)  # from now on sensors report faults and requests
+    return int(clock.step), LogEntry(time, "event", f"{event.what}: over" if ended else event.what)
 
 
 def _sensors(n_blades: int, n_flaps: int) -> list[str]:

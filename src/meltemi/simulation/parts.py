@@ -130,6 +130,8 @@ PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.floating.lumped": lambda turbine, options: getattr(turbine, "platform", None) is not None,
 }
 """Modules of parts, and whether a turbine with options has it; ``part_of(turbine, options, rotor)`` there makes it."""
+SEA = "meltemi.sea.sea_part"
+"""Module whose ``sea_part`` makes the part of a sea."""
 GROUP = "meltemi.parts"
 """Entry points of such functions in other packages; ``extensions`` of a turbine names those that it has."""
 
@@ -143,6 +145,18 @@ def parts_of(turbine: Any, options: Any, rotor: Any) -> tuple[Part, ...]:
     makers = [import_module(module).part_of for module, has in PARTS.items() if has(turbine, options)]
     makers += [_registered(name) for name in getattr(turbine, "extensions", ())]
     return tuple(make(turbine, options, rotor) for make in makers)
+
+
+def part_of_sea(sea: Any, model: Any, duration: float, origin: tuple[float, float]) -> Part | None:
+    """The part of a run that has a sea, which may already be one.
+
+    Raises:
+      InputError: the turbine does not stand in water, waves break, or the sea does not last.
+    """
+    if sea is None or isinstance(sea, Part):
+        return sea
+    part: Part = import_module(SEA).sea_part(sea, model, duration, origin)
+    return part
 
 
 def _registered(name: str) -> Callable[[Any, Any, Any], Part]:

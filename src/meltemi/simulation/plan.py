@@ -19,7 +19,7 @@ from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.grid import check_grid
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.operating_point import OperatingPoint
-from meltemi.simulation.parts import Part
+from meltemi.simulation.parts import Part, part_of_sea
 from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
@@ -98,7 +98,7 @@ def planned(run: Run) -> Plan:
         )
     every_output = multiple(run.output_step, dt, "output_step")
     stations = run.stations or Stations()
-    sea = run.sea if run.sea is None or isinstance(run.sea, Part) else run.sea.part(model, run.duration, run.origin)
+    sea = part_of_sea(run.sea, model, run.duration, run.origin)
     parts = tuple(part for part in (sea, run.other_wind) if part is not None)
     chosen = choose(model, run.channels, stations, parts)
     recorder = None

@@ -19,27 +19,22 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import N_DERIVATIVES, Kind, Record, View, compile_seconds, processor, versions
+from meltemi.compiler import Kind, Record, View, compile_seconds, processor, versions
 from meltemi.control import constant
-from meltemi.control.controller import Controller, Entry, LogEntry
-from meltemi.control.faults import Faults, apply_events
+from meltemi.control.controller import Controller, LogEntry
+from meltemi.control.entry import CALLED_BACK
+from meltemi.control.faults import apply_events
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.calls import arguments_of
-from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.errors import InputError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.log import LOG
-from meltemi.simulation import step
-from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
-from meltemi.simulation.loop import Loop, loop_of
-from meltemi.simulation.plan import Plan, controller_of, first_point, planned, wind_of
-from meltemi.simulation.points import initial_state
+from meltemi.simulation import stages, step
+from meltemi.simulation.case import Case
+from meltemi.simulation.plan import planned
 from meltemi.simulation.result import Finding, Result
-from meltemi.simulation.rotors import kind_of
 from meltemi.simulation.run import Run
-from meltemi.simulation.start import Start, begin
-from meltemi.simulation.unsteady import wind_log
 from meltemi.simulation.validity import notices, violations
-from meltemi.wind.fields import Wind
 
 if TYPE_CHECKING:
     from meltemi.simulation.events import BaseEvent
@@ -81,7 +76,7 @@ def march(
     def heard(frame: FrameType | None) -> None:
         run.interrupted = True
         # an exception in a controller that compiled code calls would be lost: the chunk is completed
-        if frame is None or frame.f_globals.get("__name__") != Entry.__module__:
+        if frame is None or frame.f_globals.get("__name__") != CALLED_BACK:
             raise KeyboardInterrupt
 
     chunk = 100
@@ -144,76 +139,31 @@ class Simulation:
     ) -> None:
         plan = planned(run)
         began, compiled = clock_time.perf_counter(), compile_seconds()
-        wind, self._noticed = wind_of(run, plan)
-        controller, every_control = controller_of(run, plan, wind)
-        try:
-            start, words = initial_state(plan.model, wind, run.start() if callable(run.start) else run.start)
-        except InputError as error:  # what is implausible may be why
-            raise InputError("; note: ".join([str(error), *self._noticed])) from None
-        self._noticed += words
-        self.events, self._acted = plan.events.given, list[tuple[int, LogEntry]]()
-        self._planned = (*plan.events.log, *wind_log(wind, run.duration, plan.dt))
-        case = _prepared(run, plan, wind, numbers)
-        entry = case.bind(controller, first_point(plan.model, wind, start))
+        around = stages.surroundings(run, plan)
+        case = stages.bound(run, plan, around, numbers)
         if case.controller.close is not None:
             weakref.finalize(self, case.controller.close)  # for a run that is never finished
         if prepare is not None:
             prepare(case)
-        unsettled = isinstance(start, Start)
-        start.set(case) if isinstance(start, Start) else start.put(case)
-        if starting is not None:
-            starting(case, unsettled)
-        if unsettled:
-            case.settle(0.0)
-        case.begin_parts(plan.dt)
-        begin(case)
-        clock, settings = case.clock, case.settings
-        clock.every_output, clock.every_control, settings.time_step = plan.every_output, every_control, plan.dt
-        # an instant stands for half a step before and after it: what is held between calls and jumps there would lead
-        settings.held_share = 0.0 if controller.sample_time is None else 0.5
-        self.model, self.wind, self.case, self.controller = plan.model, wind, case, case.controller
+        at_start = stages.started(plan, around, case, starting)
+        self.held_steps, self.sink = held_steps or plan.n_steps, None
+        self.loop = stages.compiled(plan, at_start, self.held_steps, numbers)
+        self.moving, self._begin = at_start.moving, at_start.begin
+        self.model, self.wind, self.case, self.controller = plan.model, around.wind, case, case.controller
         self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
-        self.start = {
-            "kind": type(start).__name__,
-            "rotor_speed": float(start.rotor_speed),
-            "pitch": float(start.pitch),
-            "generator_torque": float(start.generator_torque),
+        numbers_of_start = ("rotor_speed", "pitch", "generator_torque")
+        self.start = {"kind": type(around.start).__name__} | {
+            name: float(getattr(around.start, name)) for name in numbers_of_start
         }
         self.dt, self.n_steps, self.duration, self.transient = plan.dt, plan.n_steps, run.duration, run.transient
-        self.channels, self.recorder, self.grid, self.sea = plan.channels, plan.recorder, run.grid, run.sea
-        self.interrupted = False
         self.output_step = plan.every_output * plan.dt
-        self.held_steps, self.sink = held_steps or plan.n_steps, None
-        self.loop = self._compiled(entry, plan, numbers)
-        self.moving = (
-            case.signals.vector,
-            case.aero_state.vector,
-            case.measured,
-            case.v_old,
-            case.a_old,
-            case.clock.array,
-            case.controller_state,
-            case["faults"],
-            case["watch"],
-            case["weights"],
-        )
-        self._begin = tuple(array.copy() for array in self.moving)
+        self.channels, self.recorder, self.grid, self.sea = plan.channels, plan.recorder, run.grid, run.sea
+        self.events, self._noticed, self._planned = plan.events.given, around.noticed, around.log
+        self._acted: list[tuple[int, LogEntry]] = []
+        self.interrupted = False
         self.compile_seconds = compile_seconds() - compiled
         self.prepare_seconds = clock_time.perf_counter() - began - self.compile_seconds
         self.run_seconds = 0.0
-
-    def _compiled(self, entry: Entry, plan: Plan, numbers: Kind) -> Loop:
-        """The time loop of the run, with room for what it holds of its output."""
-        case = self.case
-        places = np.array([case.place(channel) for channel in plan.channels], dtype=np.int64)
-        if plan.recorder:
-            places = np.concatenate([places, plan.recorder.places(case)])
-        samples = (plan.n_steps - 1) // plan.every_output + 1
-        output = np.full((min(samples, (self.held_steps - 1) // plan.every_output + 1), len(places)), np.nan)
-        if numbers == "duals":
-            case.slopes["output"] = np.zeros((*output.shape, N_DERIVATIVES))
-        records = (case.run(places, output), case.control, case.system, case.one, case.plain, case.sections)
-        return loop_of(entry.function, records, output)
 
     @property
     def time(self) -> float:
@@ -277,17 +227,9 @@ class Simulation:
         Raises:
           InputError: the turbine lacks what the event concerns, or events of the run are still to come.
         """
-        from meltemi.simulation.events import check_parts
+        from meltemi.simulation.events import act
 
-        check_parts(event, "event", self.model.turbine)
-        clock, faults = self.case.clock, self.case["faults"]
-        if clock.next_event < len(self.case.events):
-            raise InputError(f"{event.what}: events of the run are still to come")
-        for name, on, off in event.changes():
-            faults[Faults.index(name)] = off if ended else on
-        clock.next_event = max(int(clock.next_event), 1)  # from now on sensors report faults and requests
-        entry = LogEntry(self.time, "event", f"{event.what}: over" if ended else event.what)
-        self._acted.append((int(clock.step), entry))
+        self._acted.append(act(event, self.case, self.time, ended=ended))
 
     def close(self) -> None:
         """Release what the controller holds besides its state; a run that has ended has done so."""
@@ -394,8 +336,12 @@ class Simulation:
     @property
     def message(self) -> str:
         """Why the run has ended early or is doubtful; empty if neither."""
-        findings = (str(Finding(**each)) for each in violations(self.case["watch"]))
-        return "; ".join(filter(None, [explain(self.case, self.status, self.time, self.dt), *findings]))
+        found = [str(Finding(**each)) for each in violations(self.case["watch"])]
+        if not (status := self.status).complete:
+            from meltemi.simulation.failure import explain
+
+            found = [explain(self.case, status, self.time, self.dt), *found]
+        return "; ".join(found)
 
     def result(self) -> Result:
         """Result up to now."""
@@ -427,57 +373,9 @@ class Simulation:
         )
 
 
-def _prepared(run: Run, plan: Plan, wind: Wind, numbers: Kind) -> Case:
-    """The case of a run, with what depends on its time step."""
-    model, turbine, kind = plan.model, plan.model.turbine, kind_of(plan.model)
-    case = Case(model, wind, plan.stations, numbers=numbers, grid=run.grid, parts=plan.parts, origin=run.origin)
-    if plan.events.rows is not None:
-        case.events = plan.events.rows
-    case["weights"][:2] = kind.step_weights(model, plan.dt)
-    # dry friction acts over a speed that a step of full braking cannot cross: as a damper on the generator
-    # it has h c / J = 0.4, below the bound of 0.5 with a margin for the shaft (docs/theory/simulation.md, M-7)
-    brake_step = turbine.drivetrain.brake_torque * plan.dt / kind.brake_inertia(turbine)
-    case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.5 * brake_step)
-    return case
-
-
 @cache
 def _demand_rows(name: str) -> int | slice:
     return View(Demands, Demands.zeros()).rows(name)
-
-
-def explain(case: Case, status: Status, t: float, dt: float) -> str:
-    """Reason for the end of a run, with time, state and a hint."""
-    if status.complete:
-        return ""
-    name = case.controller.name
-    if status is Status.DIVERGED:
-        if reasons := [why for part in case.parts if (why := part.why(case))]:
-            return f"at t = {t:.3f} s {reasons[0]}"
-        # once one coordinate is NaN all are, within a step: the last velocities show which diverged first
-        last = np.where(np.isfinite(case["v"]), case["v"], case.v_old)
-        size = np.nan_to_num(np.abs(case["q"]), posinf=np.inf) + np.abs(last)
-        worst = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
-        return (
-            f"at t = {t:.3f} s {status.message} "
-            f"(worst: {case.model.coordinates[worst]!r}, q = {case['q'][worst]:.3g}, dq/dt = {case['v'][worst]:.3g}; "
-            f"time step {dt:g} s)"
-        )
-    if status is Status.CONTROLLER_RAISED:
-        error = case.entry.exception
-        if isinstance(error, MeltemiError):
-            return f"at t = {t:.3f} s the controller {name!r} failed: {error}"
-        what = f"{type(error).__name__}: {error}" if error is not None else "an exception in compiled code"
-        return f"at t = {t:.3f} s the controller {name!r} raised {what}"
-    if status is Status.CONTROLLER_DEMAND:
-        demands = case.view("demands")
-        bad = [
-            f"{n} = {demands.array[i]:g} (limit {case.limits[i]:g})"
-            for i, n in enumerate(demands.table.names)
-            if not abs(demands.array[i]) <= case.limits[i]
-        ]
-        return f"at t = {t:.3f} s the controller {name!r} returned {', '.join(bad)}"
-    return f"at t = {t:.3f} s: {status.message}"
 
 
 def controller_warnings(controller: Controller, state: Any) -> list[str]:

@@ -53,7 +53,7 @@ from meltemi.simulation.system import (
     rotor_azimuth,
     rotor_speed,
 )
-from meltemi.simulation.validity import watch_blades, watch_shaft
+from meltemi.simulation.watch import watch_blades, watch_shaft
 from meltemi.structure.blades import collect_blades
 from meltemi.structure.chain import accelerations, assemble, chain_loads, implicit_terms, motion
 from meltemi.structure.equations import yaw_row

@@ -13,7 +13,7 @@ Reference: docs/theory/structure.md (S-1 to S-9).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
@@ -238,32 +238,27 @@ class Modes:
     def pick(self, which: list[int]) -> Modes:
         """Some of the modes, in the given order."""
         some = np.ix_(which, which)
-        return replace(
-            self,
-            shape=self.shape[which],
-            stiffness=self.stiffness[some],
-            mass=self.mass[some],
-            mass_alone=self.mass_alone[some],
-        )
+        squares = (square[some] for square in (self.stiffness, self.mass, self.mass_alone))
+        return Modes(self.z, self.points, self.shape[which], *squares)
 
     def scaled(self, factor: Float) -> Modes:
         """Modes with every shape multiplied by its factor (k,)."""
-        square = np.outer(factor, factor)
-        return replace(
-            self,
-            shape=self.shape * factor[:, None, None],
-            stiffness=self.stiffness * square,
-            mass=self.mass * square,
-            mass_alone=self.mass_alone * square,
-        )
+        product = np.outer(factor, factor)
+        squares = (square * product for square in (self.stiffness, self.mass, self.mass_alone))
+        return Modes(self.z, self.points, self.shape * factor[:, None, None], *squares)
 
     def at(self, z: Float) -> Float:
         """(k, m, 6) shapes at coordinates ``z`` (m,), interpolated linearly between the mesh's nodes."""
-        result = np.empty((len(self.shape), len(z), 6))
-        for k in range(len(self.shape)):
-            for c in range(6):
-                result[k, :, c] = np.interp(z, self.z, self.shape[k, :, c])
-        return result
+        return interpolated(z, self.z, self.shape)
+
+
+def interpolated(z: Float, nodes: Float, values: Float) -> Float:
+    """(..., m, c) values at coordinates ``z`` (m,), linear between those (..., n, c) at nodes (n,)."""
+    result = np.empty((*values.shape[:-2], len(z), values.shape[-1]))
+    for i in np.ndindex(values.shape[:-2]):
+        for c in range(values.shape[-1]):
+            result[*i, :, c] = np.interp(z, nodes, values[*i, :, c])
+    return result
 
 
 def natural_modes(
@@ -309,6 +304,11 @@ def residual_modes(mesh: Mesh, modes: Modes, loads: Float) -> Modes:
     mass = shape @ mesh.mass @ shape.T
     K = scipy.linalg.block_diag(modes.stiffness, np.diag(stiffness))
     return Modes(mesh.z, mesh.points, shape.reshape(-1, len(mesh.z), 6), K, mass, mass)
+
+
+def ordinal(n: int) -> str:
+    """Number of a mode in its name: 1st, 2nd, 3rd ..."""
+    return f"{n}{({1: 'st', 2: 'nd', 3: 'rd'}).get(n, 'th')}"
 
 
 def energy_shares(modes: Modes, mass: Float) -> Float:

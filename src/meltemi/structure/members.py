@@ -1,11 +1,12 @@
 """Blade and tower as modal members, from section data to the arrays of the kernels.
 
-Host side, NumPy and SciPy. A missing stiffness (torsion, stretch, shear) counts as rigid.
+In the order of the file: a member is made of the sections of a description (``blade_beam``, ``tower_beam``), finite
+elements between the nodes of its layout, their natural modes or given ones (``given_modes.py``), and their damping. The
+elements are those of ``beam.py``. NumPy and SciPy. A missing stiffness (torsion, stretch, shear) counts as rigid.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -20,7 +21,9 @@ from meltemi.structure.beam import (
     Modes,
     assemble,
     energy_shares,
+    interpolated,
     natural_modes,
+    ordinal,
     residual_modes,
     second_order,
     section_axes,
@@ -93,13 +96,111 @@ class Member:
 
     def second_at(self, z: Float) -> Float:
         """(k, k, m, 3) second-order displacements at coordinates ``z`` (m,)."""
-        k = len(self.names)
-        result = np.empty((k, k, len(z), 3))
-        for i in range(k):
-            for j in range(k):
-                for c in range(3):
-                    result[i, j, :, c] = np.interp(z, self.modes.z, self.second[i, j, :, c])
-        return result
+        return interpolated(z, self.modes.z, self.second)
+
+
+def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, given: bool = False) -> Member:
+    """Modal member of a blade, clamped at its root, with given numbers of flap, edge, torsion and residual modes.
+
+    Args:
+      given: use the mode shapes of the description instead of natural modes.
+    """
+    residual = counts.get("residual", 0)
+    if counts["torsion"] and not blade.twists:
+        raise UnsupportedError("torsion_modes needs a blade with torsion_stiffness")
+    beam = blade_beam(blade)
+    mesh = _mesh(beam, layout)
+    if given:
+        from meltemi.structure.given_modes import given_blade_modes
+
+        modes, names = given_blade_modes(blade, beam, mesh, counts)
+        return _member(modes, names, beam, blade.damping or blade.damping_time)
+    modes = natural_modes(mesh, 12 + 4 * (sum(counts.values()) - residual))
+    picked, names = pick_modes(
+        modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])}
+    )
+    if residual:
+        picked = residual_modes(mesh, picked, _static_loads(mesh, beam)[:, :residual])
+        kind = np.argmax(energy_shares(picked, mesh.mass), axis=1)
+        picked = picked.scaled(np.where(np.arange(len(kind)) < len(names), 1.0, _to_unit_motion(picked, kind)))
+        names += [f"{ordinal(i + 1)} residual {DIRECTIONS[k]}" for i, k in enumerate(kind[len(names) :])]
+    return _member(picked, names, beam, blade.damping or blade.damping_time)
+
+
+def tower_member(
+    tower: Tower,
+    counts: dict[str, int],
+    tip_mass: Float,
+    foundation: Foundation | None,
+    layout: NodeLayout,
+    *,
+    given: bool = False,
+) -> Member:
+    """Modal member of the tower with given numbers of fore-aft, side-to-side and torsion modes.
+
+    Args:
+      tip_mass: (6, 6) inertia that the tower carries, about its top.
+      foundation: its motions, if it has any, become further modes, ``"base surge"``.
+      given: use the mode shapes of the description instead of natural modes.
+
+    Raises:
+      UnsupportedError: modes or shapes that the tower does not have.
+    """
+    springs = None if foundation is None or foundation.motions else foundation
+    if counts["torsion"] and tower.torsion_stiffness is None:
+        raise UnsupportedError("tower_torsion_modes needs a tower with torsion_stiffness")
+    beam = tower_beam(tower)
+    mesh = _mesh(beam, layout)
+    if given:
+        if springs is not None:
+            raise UnsupportedError("mode_shapes 'given': the tower has a foundation")
+        from meltemi.structure.given_modes import given_tower_modes
+
+        modes, names = given_tower_modes(tower, beam, mesh, counts)
+        return on_foundation(_member(modes, names, beam, tower.damping), mesh, foundation)
+    modes = natural_modes(
+        mesh,
+        12 + 4 * sum(counts.values()),
+        tip_mass=tip_mass,
+        base=None if springs is None else (springs.stiffness, springs.matrix("mass")),
+    )
+    wanted = {
+        "fore-aft": (0, counts["fore_aft"]),
+        "side-side": (1, counts["side_side"]),
+        "torsion": (2, counts["torsion"]),
+    }
+    picked, names = pick_modes(modes, mesh, wanted)
+    return on_foundation(_member(picked, names, beam, tower.damping), mesh, foundation)
+
+
+def on_foundation(tower: Member, mesh: Mesh, foundation: Foundation | None) -> Member:
+    """The tower with the damping of its foundation; motions of the base are rigid shapes after its modes."""
+    if foundation is None:
+        return tower
+    mass, stiffness, damping = (foundation.matrix(name) for name in ("mass", "stiffness", "damping"))
+    if not foundation.motions:
+        base = tower.modes.shape[:, 0]
+        return replace(tower, damping=tower.damping + base @ damping @ base.T)
+    free = [BASE_MOTIONS.index(name) for name in foundation.motions]
+    some, modes = np.ix_(free, free), tower.modes
+    rigid = np.zeros((6, len(mesh.z), 6))
+    for i in range(6):
+        rigid[i, :, i] = 1.0
+        if i >= 3:
+            rigid[i, :, :3] = np.cross(np.eye(3)[i - 3], mesh.points - mesh.points[0])
+    shape = np.concatenate([modes.shape, rigid[free]])
+    flat = shape.reshape(len(shape), -1)
+    M = flat @ mesh.mass @ flat.T + scipy.linalg.block_diag(np.zeros_like(modes.mass), mass[some])
+    K = scipy.linalg.block_diag(modes.stiffness, stiffness[some])
+    moving = Modes(mesh.z, mesh.points, shape, K, M, M)
+    names = (*tower.names, *(f"base {name}" for name in foundation.motions))
+    C = scipy.linalg.block_diag(tower.damping, damping[some])
+    momenta = rigid.reshape(6, -1) @ mesh.mass @ np.concatenate([modes.shape, rigid]).reshape(-1, flat.shape[1]).T
+    momenta[:, -6:] += mass
+    return Member(names, moving, C, second_order(moving), tower.beam, momenta)
+
+
+# sections ---------------------------------------------------------------------------------------
 
 
 def blade_beam(blade: BladeStructure) -> Beam:
@@ -162,127 +263,17 @@ def _diagonal_stiffness(
     return K
 
 
-def _mesh(beam: Beam, also: Float) -> Mesh:
-    """Finite elements with nodes at ``also`` and sufficiently fine elsewhere."""
+# elements and modes -----------------------------------------------------------------------------
+
+
+def _mesh(beam: Beam, layout: NodeLayout) -> Mesh:
+    """Finite elements with nodes at those of the layout and between its pieces, and sufficiently fine elsewhere."""
     length = beam.position[-1]
-    z = np.union1d(also, np.linspace(0.0, length, ELEMENTS + 1))
+    z = np.union1d(np.concatenate([layout.position, layout.edges]), np.linspace(0.0, length, ELEMENTS + 1))
     keep = np.concatenate([[True], np.diff(z) > 1e-6 * length])
     z = z[keep]
     z[-1] = length
     return assemble(beam, z)
-
-
-def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, given: bool = False) -> Member:
-    """Modal member of a blade, clamped at its root, with given numbers of flap, edge, torsion and residual modes.
-
-    Args:
-      given: use the mode shapes of the description instead of natural modes.
-    """
-    residual = counts.get("residual", 0)
-    if counts["torsion"] and not blade.twists:
-        raise UnsupportedError("torsion_modes needs a blade with torsion_stiffness")
-    beam = blade_beam(blade)
-    mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
-    if given:
-        if blade.mode_shapes is None or blade.flap_stiffness is None or blade.edge_stiffness is None:
-            raise UnsupportedError(
-                "mode_shapes 'given': the blade has no mode_shapes (with classical section properties)"
-            )
-        directions = {
-            "flap": (blade.mode_shapes.flap, blade.flap_stiffness, np.cos(blade.twist), -np.sin(blade.twist)),
-            "edge": (blade.mode_shapes.edge, blade.edge_stiffness, np.sin(blade.twist), np.cos(blade.twist)),
-            "torsion": ((), blade.flap_stiffness, blade.twist, blade.twist),
-        }
-        modes, names = _given_modes(beam, mesh, counts, directions)
-        return _member(modes, names, beam, blade.damping or blade.damping_time)
-    modes = natural_modes(mesh, 12 + 4 * (sum(counts.values()) - residual))
-    picked, names = pick_modes(
-        modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])}
-    )
-    if residual:
-        picked = residual_modes(mesh, picked, _static_loads(mesh, beam)[:, :residual])
-        kind = np.argmax(energy_shares(picked, mesh.mass), axis=1)
-        picked = picked.scaled(np.where(np.arange(len(kind)) < len(names), 1.0, _to_unit_motion(picked, kind)))
-        names += [f"{_ordinal(i + 1)} residual {DIRECTIONS[k]}" for i, k in enumerate(kind[len(names) :])]
-    return _member(picked, names, beam, blade.damping or blade.damping_time)
-
-
-def tower_member(
-    tower: Tower,
-    counts: dict[str, int],
-    tip_mass: Float,
-    foundation: Foundation | None,
-    layout: NodeLayout,
-    *,
-    given: bool = False,
-) -> Member:
-    """Modal member of the tower with given numbers of fore-aft, side-to-side and torsion modes.
-
-    Args:
-      tip_mass: (6, 6) inertia that the tower carries, about its top.
-      foundation: its motions, if it has any, become further modes, ``"base surge"``.
-      given: use the mode shapes of the description instead of natural modes.
-
-    Raises:
-      UnsupportedError: modes or shapes that the tower does not have.
-    """
-    springs = None if foundation is None or foundation.motions else foundation
-    if counts["torsion"] and tower.torsion_stiffness is None:
-        raise UnsupportedError("tower_torsion_modes needs a tower with torsion_stiffness")
-    beam = tower_beam(tower)
-    mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
-    if given:
-        if tower.mode_shapes is None or springs is not None:
-            raise UnsupportedError("mode_shapes 'given': the tower has no mode_shapes, or has a foundation")
-        one, zero = np.ones(len(tower.position)), np.zeros(len(tower.position))
-        directions = {
-            "fore-aft": (tower.mode_shapes.fore_aft, tower.fore_aft_stiffness, one, zero),
-            "side-side": (tower.mode_shapes.side_side, tower.side_side_stiffness, zero, one),
-            "torsion": ((), tower.fore_aft_stiffness, zero, zero),
-        }
-        named = {name.replace("_", "-"): count for name, count in counts.items()}
-        modes, names = _given_modes(beam, mesh, named, directions)
-        return on_foundation(_member(modes, names, beam, tower.damping), mesh, foundation)
-    modes = natural_modes(
-        mesh,
-        12 + 4 * sum(counts.values()),
-        tip_mass=tip_mass,
-        base=None if springs is None else (springs.stiffness, springs.matrix("mass")),
-    )
-    wanted = {
-        "fore-aft": (0, counts["fore_aft"]),
-        "side-side": (1, counts["side_side"]),
-        "torsion": (2, counts["torsion"]),
-    }
-    picked, names = pick_modes(modes, mesh, wanted)
-    return on_foundation(_member(picked, names, beam, tower.damping), mesh, foundation)
-
-
-def on_foundation(tower: Member, mesh: Mesh, foundation: Foundation | None) -> Member:
-    """The tower with the damping of its foundation; motions of the base are rigid shapes after its modes."""
-    if foundation is None:
-        return tower
-    mass, stiffness, damping = (foundation.matrix(name) for name in ("mass", "stiffness", "damping"))
-    if not foundation.motions:
-        base = tower.modes.shape[:, 0]
-        return replace(tower, damping=tower.damping + base @ damping @ base.T)
-    free = [BASE_MOTIONS.index(name) for name in foundation.motions]
-    some, modes = np.ix_(free, free), tower.modes
-    rigid = np.zeros((6, len(mesh.z), 6))
-    for i in range(6):
-        rigid[i, :, i] = 1.0
-        if i >= 3:
-            rigid[i, :, :3] = np.cross(np.eye(3)[i - 3], mesh.points - mesh.points[0])
-    shape = np.concatenate([modes.shape, rigid[free]])
-    flat = shape.reshape(len(shape), -1)
-    M = flat @ mesh.mass @ flat.T + scipy.linalg.block_diag(np.zeros_like(modes.mass), mass[some])
-    K = scipy.linalg.block_diag(modes.stiffness, stiffness[some])
-    moving = Modes(mesh.z, mesh.points, shape, K, M, M)
-    names = (*tower.names, *(f"base {name}" for name in foundation.motions))
-    C = scipy.linalg.block_diag(tower.damping, damping[some])
-    momenta = rigid.reshape(6, -1) @ mesh.mass @ np.concatenate([modes.shape, rigid]).reshape(-1, flat.shape[1]).T
-    momenta[:, -6:] += mass
-    return Member(names, moving, C, second_order(moving), tower.beam, momenta)
 
 
 def pick_modes(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple[Modes, list[str]]:
@@ -296,7 +287,7 @@ def pick_modes(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> 
         if len(found) < count:
             raise UnsupportedError(f"only {len(found)} {name} modes were found, {count} are requested")
         which += found.tolist()
-        names += [f"{_ordinal(i + 1)} {name}" for i in range(count)]
+        names += [f"{ordinal(i + 1)} {name}" for i in range(count)]
     picked = modes.pick(which)
     return picked.scaled(_to_unit_motion(picked, kind[which])), names
 
@@ -309,14 +300,6 @@ def _to_unit_motion(modes: Modes, kind: NDArray[np.int64]) -> Float:
         largest, end = values[np.argmax(np.abs(values))], values[-1]
         factor[i] = 1.0 / (end if abs(end) > 0.3 * abs(largest) else abs(largest) * np.sign(end))
     return factor
-
-
-def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | DampingTime | None) -> Member:
-    share = np.array([getattr(damping, name.split(" ")[-1].replace("-", "_")) for name in names])
-    # C = 2 zeta / omega K, with omega of the member alone: each mode has its damping ratio for the separate member
-    time = share if isinstance(damping, DampingTime) else 2.0 * share / modes.frequency_alone
-    C = modes.stiffness * time[None, :]
-    return Member(tuple(names), modes, C, second_order(modes), beam)
 
 
 def _static_loads(mesh: Mesh, beam: Beam) -> Float:
@@ -341,52 +324,15 @@ def _static_loads(mesh: Mesh, beam: Beam) -> Float:
     return flat / np.abs(flat).sum(axis=0)
 
 
-def _given_modes(
-    beam: Beam,
-    mesh: Mesh,
-    counts: dict[str, int],
-    directions: Mapping[str, tuple[Sequence[Sequence[float]], Float, Float, Float]],
-) -> tuple[Modes, list[str]]:
-    """Modes from polynomials: bending curvature phi'' along a direction that rotates with the section.
-
-    Args:
-      directions: for each kind the coefficients of x^2, x^3, ... over the span, the stiffness at the
-        stations, and the direction's x and y components there.
-    """
-    names: list[str] = []
-    z = mesh.z
-    length = z[-1]
-    middle, step = 0.5 * (z[1:] + z[:-1]), np.diff(z)
-    q, weights = beam.pieces(z)
-    weight = weights.sum(axis=1)
-    shapes: list[Float] = []
-    curvature: list[Float] = []
-    for kind, (polynomials, stiffness, x, y) in directions.items():
-        if counts[kind] > len(polynomials):
-            raise UnsupportedError(
-                f"{counts[kind]} {kind} modes are requested, but {len(polynomials)} shapes are given"
-            )
-        for i, coefficients in enumerate(polynomials[: counts[kind]]):
-            names.append(f"{_ordinal(i + 1)} {kind}")
-            second = np.polynomial.Polynomial([0.0, 0.0, *coefficients]).deriv(2)
-            shape = np.zeros((len(z), 6))
-            for component, rotation, sign, part in ((0, 4, 1.0, x), (1, 3, -1.0, y)):
-                bent = second(middle / length) / length**2 * np.interp(middle, beam.position, part)
-                slope = np.concatenate([[0.0], np.cumsum(bent * step)])
-                shape[:, rotation] = sign * slope
-                shape[1:, component] = np.cumsum(0.5 * (slope[1:] + slope[:-1]) * step)
-            shapes.append(shape)
-            curvature.append(second(q / length) / length**2 * np.sqrt(np.interp(q, beam.position, stiffness)))
-    shape_array, curved = np.array(shapes).reshape(-1, len(z), 6), np.array(curvature).reshape(-1, len(q))
-    same = np.array([[a.split(" ", 1)[1] == b.split(" ", 1)[1] for a in names] for b in names], dtype=float)
-    K = (curved * weight) @ curved.T * same.reshape(len(names), len(names))
-    flat = shape_array.reshape(len(names), 6 * len(z))
-    alone = flat @ mesh.mass @ flat.T
-    return Modes(z, mesh.points, shape_array, K, alone, alone), names
+# damping, and what members carry ----------------------------------------------------------------
 
 
-def _ordinal(n: int) -> str:
-    return f"{n}{({1: 'st', 2: 'nd', 3: 'rd'}).get(n, 'th')}"
+def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | DampingTime | None) -> Member:
+    share = np.array([getattr(damping, name.split(" ")[-1].replace("-", "_")) for name in names])
+    # C = 2 zeta / omega K, with omega of the member alone: each mode has its damping ratio for the separate member
+    time = share if isinstance(damping, DampingTime) else 2.0 * share / modes.frequency_alone
+    C = modes.stiffness * time[None, :]
+    return Member(tuple(names), modes, C, second_order(modes), beam)
 
 
 def rigid_body(mass: float, centre: Float, inertia: Float) -> Float:

@@ -10,10 +10,8 @@ Reference: Hummel, Kober, Mulders (2025), Wind Energ. Sci. 10, 2005-2025; docs/g
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import hypot, inf
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,14 +24,7 @@ from meltemi.control_laws.filters import SecondOrder, notch
 from meltemi.control_laws.load_control import HarmonicLoop, LoadControl, LoadController
 from meltemi.control_laws.multiblade import add_to_blades, to_fixed
 from meltemi.core.errors import InputError
-from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
-from meltemi.report.palette import COLOURS, INK
-from meltemi.report.plots import heading, new_figure
-from meltemi.tuning.compare import Comparison
 from meltemi.turbine.definition import Turbine
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
 Norm = Literal["l2", "linf"]
@@ -115,69 +106,3 @@ def constrained_pitch(
         return np.concatenate([x.array, law.array])
 
     return Controller(update=update, init=init, name=name, uses_loads=True)
-
-
-def controllers(
-    turbine: Turbine, loop: HarmonicLoop, plant: complex, limits: Mapping[Norm, Sequence[float]]
-) -> dict[str, Controller]:
-    """Controllers for several limits [N m] by norm, by name; first those without and with full individual pitch."""
-    ends = [constrained_pitch(turbine, loop, plant, limit) for limit in (inf, 0.0)]
-    more = [constrained_pitch(turbine, loop, plant, limit, norm) for norm, each in limits.items() for limit in each]
-    return {controller.name: controller for controller in (*ends, *more)}
-
-
-@dataclass(frozen=True)
-class Trade:
-    """A controller between no and full individual pitch: means over seeds with 95 % intervals.
-
-    Attributes:
-      name: of the controller.
-      travel: pitch travel over that without individual pitch.
-      load: change of the load, a share.
-      actuation: share of the travel that full individual pitch adds.
-      reduction: share of the load that full individual pitch takes.
-    """
-
-    name: str
-    travel: MeanEstimate
-    load: MeanEstimate
-    actuation: MeanEstimate
-    reduction: MeanEstimate
-
-
-def trades(c: Comparison, quantity: str = "RootMyc1 DEL") -> list[Trade]:
-    """Trade of a load for travel by all controllers of :func:`controllers`, formed seed by seed.
-
-    Args:
-      c: all of them in the same winds.
-      quantity: load that is traded.
-    """
-    found = []
-    travel0, travel1 = (c.values("pitch travel", name) for name in (NONE, FULL))
-    load0, load1 = (c.values(quantity, name) for name in (NONE, FULL))
-    for name in c.schemes:
-        travel, load = c.values("pitch travel", name), c.values(quantity, name)
-        shares = (travel - travel0) / (travel1 - travel0), (load - load0) / (load1 - load0)
-        found.append(Trade(name, *map(mean_interval, (travel / travel0, load / load0 - 1.0, *shares))))
-    return found
-
-
-def plot_trades(
-    found: Mapping[str, Sequence[Trade]], published: Mapping[str, tuple[float, float]] | None = None
-) -> Figure:
-    """Share of the reduction over share of the actuation [%], a curve for each set of trades, and published points."""
-    figure, axes = new_figure(1, size=(7.4, 4.6))
-    ax = axes[0, 0]
-    ax.plot([0.0, 100.0], [0.0, 100.0], color=INK, linewidth=0.8, linestyle=":", label="load in proportion to travel")
-    for colour, (label, each) in zip(COLOURS, found.items(), strict=False):
-        ordered = sorted(each, key=lambda trade: trade.actuation.mean)
-        x, y = ([100.0 * getattr(trade, name).mean for trade in ordered] for name in ("actuation", "reduction"))
-        width = [100.0 * trade.reduction.half_width for trade in ordered]
-        ax.errorbar(x, y, yerr=width, color=colour, marker="o", markersize=4, capsize=2, label=label)
-    for label, (added, taken) in (published or {}).items():
-        ax.plot(100.0 * added, 100.0 * taken, color=INK, marker="D", linestyle="", label=label)
-    ax.set_xlabel("share of the travel that full individual pitch adds [%]")
-    ax.set_ylabel("[%]")
-    ax.legend(loc="lower right")
-    heading(ax, "Share of the load that full individual pitch takes")
-    return figure

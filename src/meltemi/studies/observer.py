@@ -29,26 +29,19 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.kalman_design import condensed, discrete, stationary
+from meltemi.studies.observer_signals import INPUTS, SENSORS, STEP, Signals, signals_of
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.turbulence.spectra import coherence_decay, densities, scale_parameter
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
 
-STEP = 0.04
-"""[s] of the filter: 25 Hz."""
-INPUTS = ("generator_torque", "pitch")
-"""Signals that are known inputs of the model."""
-SENSORS = ("generator_speed", "tower_top_acceleration_x", "tower_top_acceleration_y")
-"""Signals that correct the estimate."""
 TOWER = ("tower_base_moment_fore_aft", "tower_base_moment_side_side", "tower_top_fore_aft", "tower_top_side_side")
 BLADE = ("root_moment_out_of_plane", "root_moment_in_plane")
 HARMONICS = (1, 2, 3, 4)
 """Multiples of the rotor frequency of the turbulence in a rotating frame."""
 AZIMUTHS = 4
 """Rotor positions in a third of a revolution over which the matrices are averaged."""
-LONGEST = 0.1
-"""[s] between samples; where they are further apart, the sensors are not used."""
 BEYOND = 0.3
 """Share of the largest steady value by which speed, torque and pitch may leave their range in production."""
 MISFIT = 10.0
@@ -251,18 +244,18 @@ class Observer(Brief):
           InputError: a signal is missing, hardly any of its samples is finite, or the series is too short.
           MeltemiError: without the accelerations the state is not determined.
         """
-        time, u, measured, azimuth, told = self._signals(result)
-        missing = np.isnan(measured[0])
+        signals = signals_of(result, self.model.turbine)
+        missing = np.isnan(signals.sensors[0])
         made = self.using(~missing) if np.any(missing) else self
-        found = made._estimate(time, u, measured, azimuth, result, samples, seed)
-        told += self._outside(measured[:, 0], *u.T) + _misfits(found.innovation)
-        meta = found.result.meta | {"warnings": told}
+        meta = {k: v for k, v in result.meta.items() if k in ("turbine", "wind", "transient", "file")}
+        found = made._estimate(signals, meta | {"controller": "observer"}, samples, seed)
+        outside = self._outside(signals.sensors[:, 0], *signals.inputs.T)
+        meta = found.result.meta | {"warnings": [*signals.warnings, *outside, *_misfits(found.innovation)]}
         return replace(found, result=replace(found.result, meta=meta))
 
-    def _estimate(
-        self, time: Float, u: Float, measured: Float, azimuth: Float, result: Result, samples: int, seed: int
-    ) -> Estimate:
-        T, n, p = len(time), len(self.states), len(self.output_names)
+    def _estimate(self, signals: Signals, meta: dict[str, Any], samples: int, seed: int) -> Estimate:
+        u, measured, azimuth = signals.inputs, signals.sensors, signals.azimuth
+        T, p = len(signals.time), len(self.output_names)
         y, speeds, schedule, gaps = np.zeros((T, p)), np.zeros(T), np.zeros(T), np.zeros((T, len(SENSORS)))
         now = self.start(self.guess(float(measured[0, 0]), float(u[0, 0]), float(u[0, 1])))
         for i in range(T):
@@ -282,22 +275,27 @@ class Observer(Brief):
                 _deviations(self.output_names, errors[near], azimuth, places),
             ]
         )
-        meta = {k: v for k, v in result.meta.items() if k in ("turbine", "wind", "transient", "file")}
-        found = Result(time, data, channels, meta=meta | {"warnings": [], "controller": "observer"})
-        drawn = []
+        found = Result(signals.time, data, channels, meta=meta)
         chance = np.random.default_rng(seed)
-        roots = [np.linalg.cholesky(Q + 1e-14 * np.trace(Q) / n * np.eye(n)) for Q in self.Q] if samples else []
-        for _ in range(samples):
-            e = np.linalg.cholesky(self.covariance[near[0]] + 1e-12 * np.eye(n)) @ chance.standard_normal(n)
-            wrong, wind = np.zeros((T, p)), np.zeros(T)
-            shocks, noise = chance.standard_normal((T, n)), chance.standard_normal((T, len(SENSORS)))
-            noise *= np.sqrt(np.diag(self.R))
-            for i, k in enumerate(near):
-                e = self.A[k] @ e + roots[k] @ shocks[i]
-                e = e - self.K[k] @ (self.C[k, : len(SENSORS)] @ e + noise[i])
-                wrong[i], wind[i] = self.C[k] @ e, e[self.wind_place]
-            drawn.append(replace(found, data=data + np.column_stack([wind, mix(wrong)])))
-        return Estimate(found, deviation, gaps, tuple(drawn))
+        roots = [_root(Q, 1e-14 * np.trace(Q) / len(Q)) for Q in self.Q] if samples else []
+        errors_drawn = (self._drawn_error(near, roots, chance) for _ in range(samples))
+        drawn = tuple(replace(found, data=data + np.column_stack([wind, mix(wrong)])) for wind, wrong in errors_drawn)
+        return Estimate(found, deviation, gaps, drawn)
+
+    def _drawn_error(
+        self, near: NDArray[np.intp], roots: Sequence[Float], chance: np.random.Generator
+    ) -> tuple[Float, Float]:
+        """(T,) and (T, p) a realisation of the error of the wind and of the outputs (O-12)."""
+        T, n = len(near), len(self.states)
+        e = _root(self.covariance[near[0]], 1e-12) @ chance.standard_normal(n)
+        wrong, wind = np.zeros((T, len(self.output_names))), np.zeros(T)
+        shocks, noise = chance.standard_normal((T, n)), chance.standard_normal((T, len(SENSORS)))
+        noise *= np.sqrt(np.diag(self.R))
+        for i, k in enumerate(near):
+            e = self.A[k] @ e + roots[k] @ shocks[i]
+            e = e - self.K[k] @ (self.C[k, : len(SENSORS)] @ e + noise[i])
+            wrong[i], wind[i] = self.C[k] @ e, e[self.wind_place]
+        return wind, wrong
 
     def _outside(self, *signals: Float) -> list[str]:
         """Warnings about generator speed, torque and pitch that are mostly outside their range in production."""
@@ -324,59 +322,10 @@ class Observer(Brief):
         places = [*TOWER, *(f"{b}_{i}" for b in BLADE for i in (1, 2, 3))]
         return (WIND, *(known[name] for name in places)), places
 
-    def _signals(self, result: Result) -> tuple[Float, Float, Float, Float, list[str]]:
-        """Times of the filter's steps, inputs (T, 2), sensors (T, 3), azimuth (T,) and warnings."""
-        if len(result.time) < 2 or result.time[-1] - result.time[0] < 1.0:
-            raise InputError("observer: the series is shorter than 1 s")
-        for name in ("generator_speed", "pitch_1"):
-            if name not in result:
-                raise InputError(f"observer: the signal {name!r} is missing; found {', '.join(result.names)}")
-        if not {"generator_torque", "generator_power"} & set(result.names):
-            raise InputError("observer: neither 'generator_torque' nor 'generator_power' is given")
-        torque = "generator_torque" if "generator_torque" in result else "generator_power"
-        pitches = [name for b in (1, 2, 3) if (name := f"pitch_{b}") in result]
-        sensors = [name for name in SENSORS[1:] if name in result]
-        used = ["generator_speed", torque, *pitches, *sensors, *(["azimuth"] if "azimuth" in result else [])]
-        table = {name: np.asarray(result[name], float) for name in used}
-        finite = np.all([np.isfinite(x) for x in table.values()], axis=0)
-        if finite.sum() < max(2.0, 0.5 * len(finite)):
-            broken = min(table, key=lambda name: np.isfinite(table[name]).sum())
-            raise InputError(
-                f"observer: {finite.sum()} of {len(finite)} samples are finite; most are not in the signal {broken!r}"
-            )
-        known, told = result.time[finite], []
-        if some := len(finite) - int(finite.sum()):
-            told.append(f"{some} of {len(finite)} samples are left out: not all of their signals are finite")
-        apart = np.diff(known)
-        if (spacing := float(np.median(apart))) > LONGEST + 1e-9:
-            raise InputError(
-                f"observer: signals need a sample every {LONGEST:g} s or more often, found one every {spacing:g} s"
-            )
-        time = np.arange(known[0], known[-1] + 0.25 * STEP, STEP)
 
-        def at(name: str) -> Float:
-            return np.interp(time, known, table[name][finite])
-
-        speed, pitch = at("generator_speed"), np.mean([at(name) for name in pitches], axis=0)
-        moment = at(torque)
-        if torque == "generator_power":
-            efficiency = self.model.turbine.drivetrain.generator_efficiency
-            moment = moment / efficiency / np.maximum(speed, 1e-3)
-        missing = np.full(len(time), np.nan)
-        measured = np.column_stack([speed, *(at(name) if name in sensors else missing for name in SENSORS[1:])])
-        for k in np.flatnonzero(apart > LONGEST + 1e-9):
-            begin, end = float(known[k]), float(known[k + 1])
-            measured[(time > begin) & (time < end)] = np.nan
-            told.append(f"no samples from {begin:g} to {end:g} s: the estimate there is a prediction without sensors")
-        if "azimuth" in result:
-            azimuth = np.interp(time, known, np.unwrap(table["azimuth"][finite]))
-        else:
-            azimuth = np.cumsum(speed) * STEP / self.model.turbine.drivetrain.gear_ratio
-        return time, np.column_stack([moment, pitch]), measured, azimuth, _few(told)
-
-
-def _few(lines: list[str], most: int = 4) -> list[str]:
-    return lines if len(lines) <= most else [*lines[: most - 1], f"and {len(lines) - most + 1} more gaps"]
+def _root(covariance: Float, least: float) -> Float:
+    """Factor of a covariance, with ``least`` added to the variances so that there is one."""
+    return np.asarray(np.linalg.cholesky(covariance + least * np.eye(len(covariance))), float)
 
 
 def _misfits(innovation: Float) -> list[str]:

@@ -89,7 +89,7 @@ def save_state(simulation: Simulation, path: str | Path) -> Path:
     acted = [[at, asdict(entry)] for at, entry in simulation._acted]
     about = {"format": FORMAT, "identity": _identity(simulation), "machine": _machine(simulation), "acted": acted}
     about["run_seconds"] = simulation.run_seconds
-    vectors = dict(zip(VECTORS, simulation.moving, strict=True))
+    vectors: dict[str, Any] = dict(zip(VECTORS, simulation.moving, strict=True))
     past = case.events[: int(case.clock.next_event)]
     output = simulation.loop.output[: int(case.clock.row)]
     text, content = np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), BytesIO()

@@ -13,6 +13,7 @@ Reference: docs/theory/control.md (C-60 to C-68).
 from __future__ import annotations
 
 from math import exp, sqrt
+from typing import NamedTuple
 
 from numpy import float64
 from numpy.typing import NDArray
@@ -123,6 +124,24 @@ class SupervisedState(Table, title="supervised controller"):
     wind_mean: MovingMean = part(MovingMean, "mean of the wind")
     long_mean: MovingMean = part(MovingMean, "long mean of the wind")
     protection_mean: MovingMean = part(MovingMean, "mean of the wind for the threshold")
+
+
+class Call(NamedTuple):
+    """One call of the controller.
+
+    Attributes:
+      speed: [rad/s] of the generator, by its own sensor, or by that of the rotor where that gives no number.
+      twin: [rad/s] of the generator, by the sensor of the rotor.
+      blades: number.
+      dt: [s] since the last call.
+    """
+
+    measured: Measurements
+    demands: Demands
+    speed: float
+    twin: float
+    blades: int
+    dt: float
 
 
 ROOMS = (240, 2400, 600, 2400)
@@ -241,12 +260,10 @@ def region(law: BaselineState) -> float:
 
 
 @kernel
-def quantities(  # noqa: C901 - one line of conditions after the other
-    x: SupervisedState, speed: float, twin: float, measured: Measurements, demands: Demands, dt: float
-) -> None:
+def quantities(x: SupervisedState, call: Call) -> None:  # noqa: C901 - one line of conditions after the other
     """Quantities of the conditions from the measurements, with the state of yaw protection before this call."""
-    own, law, now = x.supervisor, x.load.collective, x.supervisor.now
-    state, blades = whole(own.operation.state), whole(measured.n_blades)
+    own, law, now, measured, demands = x.supervisor, x.load.collective, x.supervisor.now, call.measured, call.demands
+    state = whole(own.operation.state)
     now.yaw_error = abs(x.yaw.filtered)
     own.limit[YAW_EXCEEDED] = own.threshold
     now.producing = float(t.CONNECTED[state - 1])
@@ -256,7 +273,7 @@ def quantities(  # noqa: C901 - one line of conditions after the other
     if whole(own.strategy) == 1:
         now.stop = 1.0
     now.time_over, now.standing_by = 0.0, 0.0
-    if whole(own.protection.since) + 1 >= samples(own.recheck_time, dt):
+    if whole(own.protection.since) + 1 >= samples(own.recheck_time, call.dt):
         now.time_over = 1.0
     if state == STANDBY:
         now.standing_by = 1.0
@@ -273,19 +290,19 @@ def quantities(  # noqa: C901 - one line of conditions after the other
     elif own.fresh > 0.5 or (own.latched < 0.5 and own.auto_start > 0.5):
         now.may_start = 1.0
     now.grid = measured.grid
-    now.speed = speed
-    if twin > speed:
-        now.speed = twin
+    now.speed = call.speed
+    if call.twin > call.speed:
+        now.speed = call.twin
     now.difference = abs(measured.generator_speed - own.gear_ratio * measured.rotor_speed)
     if measured.generator_speed == own.last_speed and measured.rotor_speed != own.last_rotor:
-        own.frozen += dt
+        own.frozen += call.dt
     else:
         own.frozen = 0.0
     own.last_speed, own.last_rotor = measured.generator_speed, measured.rotor_speed
     now.frozen = own.frozen
     now.pitch_gap = 0.0
     now.feathered = demands.pitch[0]
-    for b in range(blades):
+    for b in range(call.blades):
         gap = abs(demands.pitch[b] - measured.pitch[b])
         if not (gap <= now.pitch_gap):
             now.pitch_gap = gap
@@ -295,7 +312,7 @@ def quantities(  # noqa: C901 - one line of conditions after the other
     along, aside = measured.fore_aft_acceleration, measured.side_side_acceleration
     now.acceleration = sqrt(along * along + aside * aside)
     now.gust, now.wind, now.mean_wind = own.gust, own.wind, own.mean_wind
-    now.start_time = own.operation.since * dt
+    now.start_time = own.operation.since * call.dt
     now.share = 0.0
     if law.speed >= law.rated_speed or law.pitch < law.power_pitch or law.pitch <= law.minimum_pitch:
         now.share = own.share
@@ -309,15 +326,16 @@ def approach(value: float, target: float, step: float) -> float:
 
 
 @kernel
-def set_point(own: SupervisorState, law: BaselineState, measured: Measurements, dt: float) -> None:
+def set_point(x: SupervisedState, call: Call) -> None:
     """Set-points of the power for operator and yaw protection, each with its own rate (C-65)."""
+    own, law = x.supervisor, x.load.collective
     rated = own.rated_power
-    wanted = min(rated, max(measured.power_limit, 0.0) / own.efficiency)
-    own.operator_power = approach(own.operator_power, wanted, own.derate_rate * dt)
+    wanted = min(rated, max(call.measured.power_limit, 0.0) / own.efficiency)
+    own.operator_power = approach(own.operator_power, wanted, own.derate_rate * call.dt)
     wanted = rated
     if whole(own.protection.state) == DERATED:
         wanted = min(rated, own.yaw_power)
-    own.protected_power = approach(own.protected_power, wanted, own.yaw_rate * dt)
+    own.protected_power = approach(own.protected_power, wanted, own.yaw_rate * call.dt)
     power = min(own.operator_power, own.protected_power)
     # written where it differs, so that derivatives by the law's own entries stay
     if power != law.rated_power:
@@ -325,31 +343,31 @@ def set_point(own: SupervisorState, law: BaselineState, measured: Measurements, 
 
 
 @kernel
-def begin_state(x: SupervisedState, state: int, speed: float, demands: Demands, blades: int) -> None:
+def begin_state(x: SupervisedState, state: int, call: Call) -> None:
     """Actions at the entry of a state of operation."""
-    own, law = x.supervisor, x.load.collective
+    own, law, demands = x.supervisor, x.load.collective, call.demands
     if state == START_UP:
         own.share, law.torque, own.latched, own.fresh = 0.0, 0.0, 0.0, 0.0
         mean = 0.0
-        for b in range(blades):
-            mean = mean + demands.pitch[b] / blades
-        law.reference_speed = min(max(speed, 0.0), own.reference)
-        set_collective(x.load, mean, speed)
+        for b in range(call.blades):
+            mean = mean + demands.pitch[b] / call.blades
+        law.reference_speed = min(max(call.speed, 0.0), own.reference)
+        set_collective(x.load, mean, call.speed)
         own.lowering = 1.0
         reset_loops(x.load)
     if state == CONNECTION:
         law.torque = 0.0
     if state in (NORMAL_STOP, EMERGENCY_STOP):
-        own.stop_torque, own.stop_speed, own.fresh = demands.generator_torque, speed, 0.0
+        own.stop_torque, own.stop_speed, own.fresh = demands.generator_torque, call.speed, 0.0
     if state == STANDBY:
         own.latched = 0.0
 
 
 @kernel
-def start_law(x: SupervisedState, state: int, speed: float, dt: float) -> None:
+def start_law(x: SupervisedState, state: int, dt: float) -> None:
     """Parameters of the collective law during start-up: reference and minimum pitch follow the speed (C-66)."""
     own, law = x.supervisor, x.load.collective
-    step = own.start_acceleration * dt
+    speed, step = law.speed, own.start_acceleration * dt
     ahead = max(speed, 0.0) + AHEAD * own.start_acceleration
     law.reference_speed = min(max(min(law.reference_speed + step, ahead), 0.0), own.reference)
     fine = min(own.connect_speed, own.start_ratio * max(own.wind, 1.0))
@@ -359,15 +377,15 @@ def start_law(x: SupervisedState, state: int, speed: float, dt: float) -> None:
 
 
 @kernel
-def lower_pitch(x: SupervisedState, speed: float, measured: Measurements, demands: Demands, dt: float) -> None:
+def lower_pitch(x: SupervisedState, call: Call) -> None:
     """Lower the pitch to its minimum or until the rotor reaches its reference speed; then the law takes over (C-66)."""
     own, law = x.supervisor, x.load.collective
-    pitch = max(law.pitch - law.pitch_rate * dt, law.minimum_pitch)
-    if speed >= law.reference_speed or pitch <= law.minimum_pitch:
+    pitch = max(law.pitch - law.pitch_rate * call.dt, law.minimum_pitch)
+    if call.speed >= law.reference_speed or pitch <= law.minimum_pitch:
         own.lowering = 0.0
-    set_collective(x.load, pitch, speed)
-    for b in range(whole(measured.n_blades)):
-        demands.pitch[b] = pitch
+    set_collective(x.load, pitch, call.speed)
+    for b in range(call.blades):
+        call.demands.pitch[b] = pitch
 
 
 @kernel
@@ -391,26 +409,25 @@ def limit_torque(law: BaselineState, most: float, demands: Demands) -> None:
 
 
 @kernel
-def produce(x: SupervisedState, state: int, measured: Measurements, demands: Demands, dt: float) -> None:
+def produce(x: SupervisedState, state: int, call: Call) -> None:
     """States with the pitch of the collective law."""
-    own, law = x.supervisor, x.load.collective
+    own, law, demands = x.supervisor, x.load.collective, call.demands
     mode = t.MODES[state - 1, M_TORQUE]
     if mode == TORQUE_LAW:
-        restore_law(x, dt)
-        load_step(x.load, measured, demands, dt)
+        restore_law(x, call.dt)
+        load_step(x.load, call.measured, demands, call.dt)
         if law.rated_power < own.rated_power:
             limit_torque(law, law.rated_power / max(law.speed, 1e-3), demands)
         return
-    speed = measured.generator_speed
-    start_law(x, state, law.speed, dt)
+    start_law(x, state, call.dt)
     if own.lowering > 0.5 and mode == TORQUE_NONE:
-        lower_pitch(x, speed, measured, demands, dt)
+        lower_pitch(x, call)
     else:
-        collective_step(law, speed, measured, demands, dt)
+        collective_step(law, call.speed, call.measured, demands, call.dt)
     for b in range(MAX_BLADES):
         x.load.group[PITCH].last[b] = law.pitch
     if mode == TORQUE_JOIN:
-        own.share = min(own.share + dt / own.connect_time, 1.0)
+        own.share = min(own.share + call.dt / own.connect_time, 1.0)
         # below rated speed the torque of the regions: held power would stop the rotor that is to speed up
         most = min(law_torque(law, law.speed), law.rated_power / max(law.speed, 1e-3))
         limit_torque(law, min(own.share * law.maximum_torque, most), demands)
@@ -420,57 +437,55 @@ def produce(x: SupervisedState, state: int, measured: Measurements, demands: Dem
 
 
 @kernel
-def shut_down(
-    x: SupervisedState, state: int, speed: float, twin: float, measured: Measurements, demands: Demands, dt: float
-) -> None:
+def shut_down(x: SupervisedState, state: int, call: Call) -> None:
     """States that pitch to feather: torque falls with speed, or is zero (C-68).
 
     Of the two sensors of speed the lower one counts for the torque, the higher one for the brake: one that is stuck can
     neither drive the rotor backwards nor brake it at full speed.
     """
-    own, law = x.supervisor, x.load.collective
-    mode, blades = t.MODES[state - 1, M_TORQUE], whole(measured.n_blades)
-    keep = 1.0 - exp(-dt * law.filter_frequency)
-    law.speed = law.speed + keep * (speed - law.speed)
+    own, law, demands = x.supervisor, x.load.collective, call.demands
+    mode = t.MODES[state - 1, M_TORQUE]
+    keep = 1.0 - exp(-call.dt * law.filter_frequency)
+    law.speed = law.speed + keep * (call.speed - law.speed)
     wanted = 0.0
     if mode == TORQUE_FALL and own.stop_speed > own.connect_speed:
-        share = (min(speed, twin) - own.connect_speed) / (own.stop_speed - own.connect_speed)
+        share = (min(call.speed, call.twin) - own.connect_speed) / (own.stop_speed - own.connect_speed)
         wanted = own.stop_torque * min(max(share, 0.0), 1.0)
     if state == EMERGENCY_STOP and own.emergency_torque < 0.5:
         wanted = 0.0
-    law.torque = approach(demands.generator_torque, wanted, law.torque_rate * dt)
+    law.torque = approach(demands.generator_torque, wanted, law.torque_rate * call.dt)
     demands.generator_torque = law.torque
-    step, mean = own.rate[t.MODES[state - 1, M_RATE]] * dt, 0.0
-    for b in range(blades):
+    step, mean = own.rate[t.MODES[state - 1, M_RATE]] * call.dt, 0.0
+    for b in range(call.blades):
         demands.pitch[b] = approach(demands.pitch[b], own.feather, step)
-        mean = mean + demands.pitch[b] / blades
+        mean = mean + demands.pitch[b] / call.blades
     law.pitch = mean
     demands.brake = 0.0
-    if t.MODES[state - 1, M_BRAKE] > 0 and max(speed, twin) < own.brake_speed:
+    if t.MODES[state - 1, M_BRAKE] > 0 and max(call.speed, call.twin) < own.brake_speed:
         demands.brake = own.brake
 
 
 @kernel
-def protect(own: SupervisorState, time: float, dt: float) -> None:
+def protect(own: SupervisorState, call: Call) -> None:
     """One step of the machine of yaw protection (C-64)."""
-    evaluate_conditions(own, 0, N_YAW, dt)
-    row = step_machine(own, own.protection, t.YAW_MACHINE, YAW_PROTECTION, time)
+    evaluate_conditions(own, 0, N_YAW, call.dt)
+    row = step_machine(own, own.protection, t.YAW_MACHINE, YAW_PROTECTION, call.measured.time)
     if row >= 0 and t.YAW_MACHINE[row, TO] == DERATED:
         own.derates += 1.0
     own.now.yaw_state = own.protection.state
 
 
 @kernel
-def operate(x: SupervisedState, speed: float, demands: Demands, blades: int, time: float, dt: float) -> None:
+def operate(x: SupervisedState, call: Call) -> None:
     """One step of the machine of operation (C-63)."""
     own = x.supervisor
-    evaluate_conditions(own, N_YAW, N_CONDITIONS, dt)
+    evaluate_conditions(own, N_YAW, N_CONDITIONS, call.dt)
     x.load.collective.switches += switches_near(own, whole(own.operation.state))
-    row = step_machine(own, own.operation, t.MACHINE, OPERATION, time)
+    row = step_machine(own, own.operation, t.MACHINE, OPERATION, call.measured.time)
     if row < 0:
         return
     state = t.MACHINE[row, TO]
-    begin_state(x, state, speed, demands, blades)
+    begin_state(x, state, call)
     if state in (NORMAL_STOP, EMERGENCY_STOP):
         c = abs(t.MACHINE[row, FIRST]) - 1
         lasting = own.yaw_latching if c == YAW_STOP else own.latching * t.LATCHES[c]
@@ -486,12 +501,13 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 @kernel
 def supervise(x: SupervisedState, measured: Measurements, demands: Demands, dt: float) -> None:
     """Means of the wind, yaw control, machines, demands of the state (C-60 to C-68)."""
-    own, law, blades, time = x.supervisor, x.load.collective, whole(measured.n_blades), measured.time
+    own, law = x.supervisor, x.load.collective
     # a sensor that gives no number is lost: its twin stands in for it until the stop that follows
     speed, twin = measured.generator_speed, own.gear_ratio * measured.rotor_speed
     lost = speed != speed
     if lost:
         speed = twin
+    call = Call(measured, demands, speed, twin, whole(measured.n_blades), dt)
     wind = measured.wind_speed
     own.gust = moving_mean(x.gust_mean, wind, dt)
     own.wind = moving_mean(x.wind_mean, wind, dt)
@@ -502,17 +518,17 @@ def supervise(x: SupervisedState, measured: Measurements, demands: Demands, dt: 
     if protected:
         own.protection_wind = moving_mean(x.protection_mean, wind, dt)
         own.threshold = threshold(x.protection, own.protection_wind)
-    quantities(x, speed, twin, measured, demands, dt)
-    protect(own, time, dt)
-    operate(x, speed, demands, blades, time, dt)
-    set_point(own, law, measured, dt)
+    quantities(x, call)
+    protect(own, call)
+    operate(x, call)
+    set_point(x, call)
     if lost:
         measured.generator_speed = speed
     state = whole(own.operation.state)
     if t.MODES[state - 1, M_PITCH] == PITCH_FEATHER:
-        shut_down(x, state, speed, twin, measured, demands, dt)
+        shut_down(x, state, call)
     else:
-        produce(x, state, measured, demands, dt)
+        produce(x, state, call)
         demands.brake = 0.0
     if measured.grid < 0.5:
         law.torque = 0.0

@@ -1,8 +1,8 @@
 """``compare``: control schemes on the same turbine in the same wind fields, with confidence intervals.
 
 Every scheme runs in every wind, in parallel; a wind field is generated once for all schemes. Each run gives the
-quantities of ``QUANTITIES`` after the initial transient (and in further windows), spectra, and for the first scheme the
-ceiling: the loads that ideal removal of 1P, and of 1P and 2P, would leave. It is a reference, not a bound.
+quantities of ``quantities.py`` after the initial transient (and in further windows), spectra, and for the first scheme
+the ceiling: the loads that ideal removal of 1P, and of 1P and 2P, would leave. It is a reference, not a bound.
 """
 
 from __future__ import annotations
@@ -10,8 +10,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
-from math import pi
 from typing import Any, Literal
 
 import numpy as np
@@ -21,18 +19,16 @@ from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError
 from meltemi.core.representation import Card, Fold, badge
 from meltemi.core.shown import Brief
-from meltemi.core.units import display
 from meltemi.environment.grid import PowerGrid
 from meltemi.loadcases.store import Outcome
 from meltemi.postprocess.bands import IdealRemoval, harmonic_bands, ideal_removal
-from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, ensemble_table, mean_interval
-from meltemi.postprocess.fatigue import damage_equivalent_load
+from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, ensemble_table, mean_interval
 from meltemi.postprocess.spectra import RESOLUTION, PowerSpectrum, average_spectra, power_spectrum, rotor_frequency
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
-from meltemi.tuning.power_reference import tracking_error
+from meltemi.tuning.quantities import BLADE_SLOPE, QUANTITIES, TRACKING, Quantity
 from meltemi.tuning.run_store import current, resumed
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulent import AnyWind, realised
@@ -41,7 +37,6 @@ Float = NDArray[np.float64]
 
 TRANSIENT = 100.0
 """[s] initial transient, excluded from the evaluation."""
-BLADE_SLOPE, STEEL_SLOPE = 10.0, 4.0
 SHORTEST = 20.0
 """[s] of evaluated time, needed to separate 1P and 2P."""
 FEWEST_SEGMENTS = 3
@@ -54,94 +49,6 @@ CHANNELS = (
     *("OoPDefl1", "IPDefl1", "pitch_1", "pitch_2", "pitch_3", "TwrBsMyt", "YawBrMyp", "YawBrMzp"),
 )
 """Channels that every run records, in addition to the flap angles."""
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A scalar evaluated from a run.
-
-    Attributes:
-      name: begins with OpenFAST's name of the channel.
-      unit: engineering unit.
-      factor: from SI to that unit.
-      of: its value in SI from a result.
-      slope: m of the S-N curve if it is an equivalent load.
-      about: description.
-    """
-
-    name: str
-    unit: str
-    factor: float
-    of: Callable[[Result], float] = field(repr=False)
-    slope: float | None = None
-    about: str = ""
-
-
-def hub_moments(result: Result) -> tuple[Float, Float]:
-    """(T,) tilt and yaw moment on the hub [N m], from the blades' out-of-plane root moments: sum M_i cos psi_i, sin."""
-    names = [name for name in ("RootMyc1", "RootMyc2", "RootMyc3") if name in result]
-    angles = [result["azimuth"] + 2.0 * pi * i / len(names) for i in range(len(names))]
-    tilt, yaw = np.zeros(len(result.time)), np.zeros(len(result.time))
-    for name, angle in zip(names, angles, strict=True):
-        tilt += result[name] * np.cos(angle)
-        yaw += result[name] * np.sin(angle)
-    return tilt, yaw
-
-
-def _travel(result: Result, beginning: str) -> float:
-    """[rad/s] actuator travel per second, mean over the blades, sum over the flaps of a blade."""
-    names = [name for name in result.names if name.startswith(beginning)]
-    blades = len([name for name in result.names if name.startswith("pitch_")])
-    return sum(actuator_travel(result, name) for name in names) / blades
-
-
-_SERIES: dict[str, Callable[[Result], Float]] = {
-    "Mtilt": lambda result: hub_moments(result)[0],
-    "Myaw": lambda result: hub_moments(result)[1],
-    "power": lambda result: result["generator_power"],
-    "rotor speed": lambda result: result["rotor_speed"],
-}
-"""Series of quantities whose name does not begin with a channel."""
-
-
-def _statistic(result: Result, series: str, statistic: str, slope: float) -> float:
-    """A statistic of a series: ``mean``, ``std``, ``max``, or ``DEL`` with the slope of its S-N curve."""
-    x = _SERIES[series](result) if series in _SERIES else result[series]
-    if statistic == "DEL":
-        return damage_equivalent_load(x, duration=float(result.time[-1] - result.time[0]), slope=slope)
-    return float(getattr(x, statistic)())
-
-
-def _quantities(
-    series: str, statistics: str, unit: str, about: str = "", slope: float = BLADE_SLOPE
-) -> Iterator[Quantity]:
-    """Statistics of a series in the SI unit ``unit``; the first one carries the description."""
-    for statistic in statistics.split():
-        of = partial(_statistic, series=series, statistic=statistic, slope=slope)
-        m = slope if statistic == "DEL" else None
-        yield Quantity(f"{series} {statistic}", *display(unit), of, m, about)
-        about = ""
-
-
-_RATE = display("rad/s", angular_rate_in_degrees=True)
-QUANTITIES: tuple[Quantity, ...] = (
-    *_quantities("RootMyc1", "std DEL mean", "N m", "out-of-plane root moment"),
-    *_quantities("RootMxc1", "std DEL", "N m", "in-plane root moment"),
-    *_quantities("Mtilt", "mean std DEL", "N m", "tilt moment of the blades on the hub"),
-    *_quantities("Myaw", "mean std DEL", "N m", "yaw moment of the blades on the hub"),
-    *_quantities("OoPDefl1", "mean std max", "m", "out-of-plane tip deflection"),
-    *_quantities("IPDefl1", "std", "m", "in-plane tip deflection"),
-    *_quantities("TwrBsMyt", "DEL", "N m", "fore-aft moment at the tower base", STEEL_SLOPE),
-    *_quantities("YawBrMyp", "DEL", "N m", "tilt moment at the yaw bearing", STEEL_SLOPE),
-    *_quantities("YawBrMzp", "DEL", "N m", "yaw moment at the yaw bearing", STEEL_SLOPE),
-    *_quantities("power", "mean std", "W", "electrical"),
-    *_quantities("rotor speed", "std", "rad/s"),
-    Quantity("pitch travel", *_RATE, lambda r: _travel(r, "pitch_"), about="mean of |rate|, mean of the blades"),
-    Quantity("flap travel", *_RATE, lambda r: _travel(r, "flap_"), about="the same, sum of a blade's flaps"),
-)
-TRACKING = Quantity("tracking error", *display("W"), tracking_error, about="rms deviation from the power reference")
-"""Compared, too, where there is a power reference."""
-"""Compared quantities, in the order of the tables."""
 
 
 @dataclass(frozen=True)
@@ -314,33 +221,52 @@ def compare(  # noqa: PLR0913 - options of a study, each with a default
     quantities = QUANTITIES
     if grid is not None and grid.power_reference is not None:
         quantities = (*QUANTITIES, TRACKING)
-    done: dict[int, int] = {}
-    lock = threading.Lock()
-
-    def reduce(result: Result) -> RunSummary:
-        # series are kept of the first wind in which no scheme fails, which may not be the first of all
-        k = int(str(result.meta["case"]).partition(":")[0])
-        keep = not any(j < k and done[j] == len(controllers) for j in list(done))
-        summary = _summary(result, judged, quantities, keep)
-        with lock:
-            done[k] = done.get(k, 0) + 1
-        return summary
-
+    reduce = _Reducer(judged, quantities, len(controllers))
     cases, total = _cases(model, controllers, winds, duration, grid), len(controllers) * len(winds)
     outcomes = resumed(cases, reduce=reduce, workers=workers, progress=progress, total=total)
+    return _comparison(outcomes, tuple(controllers), winds, judged, quantities)
+
+
+class _Reducer:
+    """From results to summaries, with the series of the first wind in which no scheme fails only.
+
+    That wind may not be the first of all.
+    """
+
+    def __init__(
+        self, windows: Mapping[str, tuple[float, float]], quantities: Sequence[Quantity], schemes: int
+    ) -> None:
+        self.windows, self.quantities, self.schemes = windows, quantities, schemes
+        self.done: dict[int, int] = {}
+        self.lock = threading.Lock()
+
+    def __call__(self, result: Result) -> RunSummary:
+        k = int(str(result.meta["case"]).partition(":")[0])
+        keep = not any(j < k and self.done[j] == self.schemes for j in list(self.done))
+        summary = _summary(result, self.windows, self.quantities, keep)
+        with self.lock:
+            self.done[k] = self.done.get(k, 0) + 1
+        return summary
+
+
+def _comparison(
+    outcomes: Sequence[Outcome],
+    names: Sequence[str],
+    winds: Sequence[AnyWind],
+    windows: Mapping[str, tuple[float, float]],
+    quantities: tuple[Quantity, ...],
+) -> Comparison:
+    """The comparison of the schemes and winds in which no run failed."""
     by_name = {outcome.name: outcome for outcome in outcomes}
     failures = tuple(outcome for outcome in outcomes if not outcome.ok)
     for failure in failures:
         current().enter(failure_line(failure), failure.message)
     # a scheme that fails in every wind takes no other with it
-    schemes = [s for s in controllers if any(by_name[f"{k}:{s}"].ok for k in range(len(winds)))]
+    schemes = [s for s in names if any(by_name[f"{k}:{s}"].ok for k in range(len(winds)))]
     whole = [k for k in range(len(winds)) if schemes and all(by_name[f"{k}:{s}"].ok for s in schemes)]
     if not whole:
-        first = failures[0] if failures else None
-        raise InputError(
-            "compare: no wind was survived by all schemes"
-            + (f"; first of {len(failures)} failures: {failure_line(first)}" if first else "")
-        )
+        first = f"; first of {len(failures)} failures: {failure_line(failures[0])}" if failures else ""
+        raise InputError(f"compare: no wind was survived by all schemes{first}")
 
     def summary(k: int, scheme: str) -> RunSummary:  # with the series in the first wind only
         found: RunSummary = by_name[f"{k}:{scheme}"].value
@@ -351,7 +277,7 @@ def compare(  # noqa: PLR0913 - options of a study, each with a default
         winds=tuple(winds[k].label for k in whole),
         seeds=tuple(getattr(winds[k], "seed", None) for k in whole),
         runs={s: tuple(summary(k, s) for k in whole) for s in schemes},
-        windows=judged,
+        windows=windows,
         quantities=quantities,
         failures=failures,
     )

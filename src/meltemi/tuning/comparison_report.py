@@ -12,7 +12,6 @@ import numpy as np
 
 from meltemi.controllers.schemes import SchemeDesign
 from meltemi.controllers.tuning import LoopTuning, TunedPoint
-from meltemi.core.errors import InputError
 from meltemi.postprocess.ensemble import CONFIDENCE
 from meltemi.report.palette import INK
 from meltemi.report.plots import ABOVE, new_figure, plot, readable_unit, save
@@ -20,6 +19,7 @@ from meltemi.report.tables import number, write_csv
 from meltemi.reports.blocks import Code, Document, Picture, Section, Table
 from meltemi.reports.ensemble_tables import OPEN, change_text, ensemble_rows, scheme_rows
 from meltemi.reports.html import write_page
+from meltemi.reports.rendering import report_folder
 from meltemi.reports.spectra_plots import plot_spectra
 from meltemi.simulation.result import Result
 from meltemi.tuning.compare import SPECTRA, WHOLE, Comparison, failure_line
@@ -186,11 +186,7 @@ def write_comparison(
     Raises:
       InputError: a file cannot be written.
     """
-    out = Path(out)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
+    out = report_folder(out)
     table, units = comparison.table(), comparison.units()
     files = [
         write_csv(out / "comparison.csv", *ensemble_rows(table, units)),

@@ -42,6 +42,18 @@ def power_grid(text: str, rated_power: float) -> PowerGrid:
     return PowerGrid(power_reference=validated(series, TimeSeries, str(path)))
 
 
+def followed_grid(text: str | None, names: Iterable[str], rated_power: float) -> PowerGrid | None:
+    """The grid of :func:`power_grid` where the option is given, which all of these controllers follow.
+
+    Raises:
+      InputError: the option is not valid, or one of meltemi's controllers does not follow a power reference.
+    """
+    if text is None:
+        return None
+    check_followers(names)
+    return power_grid(text, rated_power)
+
+
 def _share(text: str, where: str) -> float:
     share = float(text)
     if not 0.0 < share <= 1.0:

@@ -12,10 +12,9 @@ A doubtful run counts and is listed, so that results outside the range of validi
 
 from __future__ import annotations
 
-import hashlib
 import pickle
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import fields
@@ -25,8 +24,7 @@ from typing import Any, TypeVar, cast
 
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from meltemi.compiler import is_ours
-from meltemi.control.controller import Controller, StartPoint
+from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.private import signed, user_key, verified
@@ -40,7 +38,8 @@ T = TypeVar("T")
 OWN = "meltemi.tuning"
 FOLDER = "finished-runs"
 """Folder within the output folder, while the study runs."""
-_ANY_START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.0, generator_torque=0.0)
+OUTSIDE = ("name", "start", "progress")
+"""Arguments of a case that do not identify it: names do, and operating points follow from the rest."""
 
 
 class FailedResultError(MeltemiError):
@@ -107,9 +106,8 @@ class RunStore:
         """File for the value of a case; None without a folder."""
         if self._folder is None:
             return None
-        prints = [_print(getattr(case, field.name)) for field in fields(case) if field.name not in ("name", "start")]
-        mark = hashlib.sha256(repr((self.path, name, prints)).encode()).hexdigest()[:20]
-        file = self._folder / f"{self._study}-{mark}"
+        inputs = [_input(getattr(case, field.name)) for field in fields(case) if field.name not in OUTSIDE]
+        file = self._folder / f"{self._study}-{fingerprint(self.path, name, inputs)}"
         if file in self._seen:
             raise AssertionError(f"two cases of a study cannot be distinguished: {self.path}, {name}")
         self._seen.add(file)
@@ -283,17 +281,11 @@ def resumed(
     return found
 
 
-def _print(value: Any) -> str:
-    """Identification of an argument of a case by its content; empty if that is unknown."""
+def _input(value: Any) -> Any:
+    """What identifies an argument of a case by its content; None for what has no reproducible hash."""
     if isinstance(value, Controller):
-        # a user-defined controller may count its starts
-        ours = is_ours(str(getattr(value.update, "__module__", ""))) and not value.fresh
-        state = value.initial_state(_ANY_START).tobytes() if ours else b""
-        return f"{value.name} {value.sample_time} {hashlib.sha256(state).hexdigest()}"
-    if hasattr(value, "content_hash"):
-        return str(value.content_hash())
+        # what depends on a library or another process may count its starts
+        return value.name, value.sample_time, fingerprint(value) if value.fresh is None else None
     if isinstance(value, partial):
-        return _print(value.args)
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return repr([_print(each) for each in value])
-    return repr(value) if isinstance(value, (bool, int, float, str, dict, type(None))) else ""
+        return _input(value.args)
+    return [*map(_input, value)] if isinstance(value, (list, tuple)) else fingerprint(value)

@@ -7,50 +7,31 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from meltemi.app.terminal import OutOption, folder_for, print_table, print_values, say, simulation_bar, suggest, wrote
+from meltemi.app.signatures import Range
+from meltemi.app.terminal import OutOption, print_table, print_values, say, simulation_bar, suggest, wrote
 
 if TYPE_CHECKING:
     from meltemi.verification.table import Comparison
 
 
 def verify(
-    quick: Annotated[bool, typer.Option("--quick", help="Only what takes less than two minutes.")] = False,
-    measured: Annotated[
-        bool, typer.Option("--measured", help="Only the comparison with measured loads of a rotor in a wind tunnel.")
-    ] = False,
-    offshore: Annotated[
-        bool, typer.Option("--offshore", help="Only the comparisons of turbines at sea with OpenFAST.")
-    ] = False,
+    quick: Annotated[bool, "Only what takes less than two minutes."] = False,
+    measured: Annotated[bool, "Only the comparison with measured loads of a rotor in a wind tunnel."] = False,
     hawc2: Annotated[
-        Path | None,
-        typer.Option("--hawc2", help="Folder with models of HAWC2: only the comparisons with its results for them."),
-    ] = None,
-    reference: Annotated[
-        Path | None,
-        typer.Option("--reference", help="Folder with complete reference series: adds 10 min of turbulence."),
+        Path | None, "Folder with models of HAWC2: only the comparisons with its results for them."
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare with closed forms, OpenFAST, HAWC2 and measurements."""
-    out = folder_for(out)
     from meltemi.verification.verification import report_of, verification
 
     made: list[Comparison] = []
-    suggest(*(("verify", "--out", out) if quick or measured or offshore or hawc2 else ("bench",)))
+    suggest(*(("verify", "--out", out) if quick or measured or hawc2 else ("bench",)))
     try:
         with simulation_bar("verification") as progress:
-            verification(
-                quick=quick,
-                measured=measured,
-                at_sea=offshore,
-                models=hawc2,
-                reference=reference,
-                progress=progress,
-                say=say,
-                done=made.append,
-            )
+            verification(quick=quick, measured=measured, models=hawc2, progress=progress, say=say, done=made.append)
     finally:  # after an interruption or an error, too
-        report = report_of(made, measured, offshore, hawc2)
+        report = report_of(made, measured, hawc2)
         for table in made:
             print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
         if made:
@@ -61,12 +42,9 @@ def verify(
 
 
 def bench(
-    duration: Annotated[float, typer.Option("--duration", help="Length of the timed runs [s].")] = 600.0,
-    page: Annotated[
-        Path | None, typer.Option("--page", help="Write the benchmark page of the docs to this file.")
-    ] = None,
-    loads: Annotated[bool, typer.Option("--loads", help="Only a sample of a load base.")] = False,
-    cases: Annotated[int, typer.Option("--cases", help="Cases of that sample.", min=1)] = 40,
+    duration: Annotated[float, "Length of the timed runs [s]."] = 600.0,
+    loads: Annotated[bool, "Only a sample of a load base."] = False,
+    cases: Annotated[int, "Cases of that sample.", Range(1)] = 40,
 ) -> None:
     """Measure compile time, run time, memory."""
     if loads:
@@ -75,14 +53,7 @@ def bench(
         print_values("figures", load_benchmark(cases=cases, say=say), load_lines)
         suggest("loads", "plan", "nrel5mw", "--class", "IB", "--quick")
         return
-    from meltemi.core.files import write_text
     from meltemi.verification import bench as study
 
-    if page is not None:
-        folder_for(page.parent, "--page")  # minutes before it is written
-    figures = study.benchmark(duration=duration, say=say)
-    if page is not None:
-        write_text(page, study.page(figures))
-        wrote(page)
-    print_values("figures", figures, study.report_lines)
+    print_values("figures", study.benchmark(duration=duration, say=say), study.report_lines)
     suggest("bench", "--loads")

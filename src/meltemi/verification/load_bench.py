@@ -13,7 +13,7 @@ from meltemi.core.threads import available_cores
 from meltemi.loads.loadbase.campaign import make_campaign
 from meltemi.loads.loadbase.engine import base_status, base_table, run_base
 from meltemi.loads.loadbase.plan import plan
-from meltemi.verification.measure import peak_memory
+from meltemi.verification.memory import peak_memory
 
 PARTS = {"wind": "wind_seconds", "simulation": "simulation_seconds", "reduction": "reduction_seconds"}
 

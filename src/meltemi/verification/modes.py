@@ -1,21 +1,16 @@
-"""Frequencies and damping against OpenFAST's linearisation and free decays."""
+"""Frequencies and damping against OpenFAST's linearisation."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from meltemi.analyses.modes import natural_modes
-from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.rotors import build
-from meltemi.simulation.simulate import simulate
-from meltemi.simulation.start import Start
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.measure import decay
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.table import Comparison, Row, difference, reference_table, relative, source_of
-from meltemi.wind.fields import SteadyWind
 
 SPEED = 12.1 * np.pi / 30.0
 CASES = {
@@ -27,7 +22,8 @@ CASES = {
 """Case of the reference: name, rotor speed, gravity, generator free."""
 
 
-def _model(gravity: float, **changes: object) -> BladedModel:
+def model_at(gravity: float, **changes: object) -> BladedModel:
+    """The deck's turbine with 40 nodes a blade, at a gravity [m/s^2]."""
     turbine = deck_turbine(load_turbine("nrel5mw"))
     return build(turbine, deck_options(turbine, "A", blade_nodes=40, **changes), Environment(gravity=gravity))
 
@@ -43,38 +39,10 @@ def linearised() -> Comparison:
     rows = []
     for case, (name, speed, gravity, free) in CASES.items():
         table = reference_table("modes", case=case)
-        modes = natural_modes(_model(gravity), speed, generator_free=free)
+        modes = natural_modes(model_at(gravity), speed, generator_free=free)
         for mode, r in zip(modes, table, strict=False):
             where = f"{name}: {r['mode']} {r['participation'].split(' 1.00')[0]}"
             frequency = mode.frequency / (2.0 * np.pi)
             rows.append(relative(f"frequency {name}", where, "Hz", float(r["frequency_hz"]), frequency, 1.5))
             rows.append(damping_row(f"damping {name}", where, 0.01 * float(r["damping_percent"]), mode.damping))
     return Comparison("modes", "Linearised modes against OpenFAST", source_of("modes"), rows)
-
-
-def decays() -> Comparison:
-    """Free decays from an initial deflection."""
-    blades = {f"blade {b} 1st flap": 1.9752 for b in (1, 2, 3)} | {f"blade {b} 1st edge": 0.2535 for b in (1, 2, 3)}
-    cases = {
-        "tower_fa": ({"tower 1st fore-aft": 0.5}, 9.80665, (), 100.0),
-        "tower_ss": ({"tower 1st side-side": 0.5}, 9.80665, (), 100.0),
-        "tower_fa_rigidblades_g0": ({"tower 1st fore-aft": 0.5}, 0.0, ("blades", "drivetrain"), 100.0),
-        "flap": (blades, 0.0, ("tower", "drivetrain"), 60.0),
-    }
-    rows = []
-    for r in reference_table("decay"):
-        deflection, gravity, locked, duration = cases[r["case"]]
-        model = _model(gravity, locked=("yaw", "generator", *locked))
-        model = model.with_parameters(**{"aerodynamics.air_density": 0.0})
-        result = simulate(
-            model,
-            SteadyWind(speed=0.0),
-            duration=duration,
-            controller=ConstantController(),
-            start=Start(coordinates=deflection),
-            channels=[r["channel"]],
-        )
-        frequency, damping = decay(result.time, result[r["channel"]])
-        rows.append(relative("frequency", r["case"], "Hz", float(r["frequency_hz"]), frequency, 1.5))
-        rows.append(damping_row("damping", r["case"], float(r["damping"]), damping))
-    return Comparison("decays", "Free decays against OpenFAST", source_of("decay"), rows)

@@ -10,6 +10,7 @@ from enum import StrEnum
 from fnmatch import fnmatch
 from functools import cache
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -257,16 +258,19 @@ def _cell(value: object) -> str:
     return f"{value:.7g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
+DATA = files("meltemi.verification") / "data"
+
+
 @cache
-def reference_table(name: str, **where: str) -> list[dict[str, str]]:
-    """Rows of one of the small reference tables in ``data``, those with certain values in some columns."""
-    text = (files("meltemi.verification") / "data" / f"{name}.csv").read_text(encoding="utf-8")
+def reference_table(name: str, folder: Traversable = DATA, **where: str) -> list[dict[str, str]]:
+    """Rows of one of the small reference tables of a folder, those with certain values in some columns."""
+    text = (folder / f"{name}.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     return [row for row in rows if all(row[column] == value for column, value in where.items())]
 
 
-def source_of(name: str) -> str:
+def source_of(name: str, folder: Traversable = DATA) -> str:
     """Source of a reference table, from its comments."""
-    text = (files("meltemi.verification") / "data" / f"{name}.csv").read_text(encoding="utf-8")
+    text = (folder / f"{name}.csv").read_text(encoding="utf-8")
     comments = [line.removeprefix("#").strip() for line in text.splitlines() if line.startswith("#")]
     return "; ".join(comments).replace("Source: ", "")

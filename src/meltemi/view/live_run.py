@@ -142,7 +142,9 @@ class LiveRun:
     ) -> None:
         self.sea = sea
         if sea is not None:
-            model = replace(model, parts=(*model.parts, sea.part(model, SEA_PERIOD, (0.0, 0.0))))
+            from meltemi.sea.sea_part import sea_part
+
+            model = replace(model, parts=(*model.parts, sea_part(sea, model, SEA_PERIOD, (0.0, 0.0))))
             water: Any = model.turbine.platform or model.turbine.support
             self.waves = sea.components(water.depth + sea.level, SEA_PERIOD, model.environment.gravity)
             assert self.waves.period == SEA_PERIOD, "the kernels read no further"

@@ -5,28 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
+import meltemi
 from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES
 from meltemi.app.terminal import print_table, say, simulation_bar, suggest, wrote
 
 
 def export_controller(
-    controller: Annotated[str, typer.Argument(help=f"Controller: {CONTROLLER}.", autocompletion=CONTROLLERS)],
-    turbine: Annotated[
-        str, typer.Option(help="The turbine that it controls: a name or YAML file.", autocompletion=TURBINES)
-    ],
-    out: Annotated[Path, typer.Option(help="Name of the library.")] = Path("libcontroller.so"),
+    controller: Annotated[str, f"Controller: {CONTROLLER}.", CONTROLLERS],
+    turbine: Annotated[str, "--turbine", "The turbine that it controls: a name or YAML file.", TURBINES],
+    out: Annotated[Path, "Name of the library."] = Path("libcontroller.so"),
 ) -> None:
     """Export a controller as a shared library (DISCON) for OpenFAST, Bladed, HAWC2; needs a C compiler."""
-    import meltemi
-    from meltemi.controllers.schemes import fitted, make_controller
+    from meltemi.controllers.schemes import fitted
     from meltemi.controllers.specification import specification
-    from meltemi.io import export_controller as export
 
     with simulation_bar("export"):
         model = meltemi.build(fitted(meltemi.load_turbine(turbine), specification(controller)))
-        made = export(make_controller(controller, model), model.turbine, out)
+        made = meltemi.io.export_controller(meltemi.control.make_controller(controller, model), model.turbine, out)
     rows = [[name, f"{difference:.2g}"] for name, difference in made.inexact.items()]
     if rows:
         print_table("Initial states that the library interpolates", ["entry", "difference"], rows, text_columns=1)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import typer
-
-from meltemi.app.options import TURBINES
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
+import meltemi
+from meltemi.app.options import TURBINES, load_aeroelastic
+from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, warn, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,35 +18,20 @@ SOURCES = {".yaml": "a windIO file", ".yml": "a windIO file", ".htc": "a HAWC2 m
 
 
 def import_(
-    source: Annotated[
-        Path,
-        typer.Argument(help="Main file of an OpenFAST deck (.fst) or HAWC2 model (.htc), or a windIO file (.yaml)."),
-    ],
+    source: Annotated[Path, "Main file of an OpenFAST deck (.fst) or HAWC2 model (.htc), or a windIO file (.yaml)."],
     blade: Annotated[
-        str, typer.Option("--blade", help="Sections of the blade: deck (those that it selects), elastodyn, beamdyn.")
+        Literal["deck", "elastodyn", "beamdyn"],
+        "Sections of the blade: deck (those that it selects), elastodyn, beamdyn.",
     ] = "deck",
-    fixed_base: Annotated[
-        bool, typer.Option("--fixed-base", help="Clamp the tower of a floating turbine at its base.")
-    ] = False,
-    momentum_wake: Annotated[
-        bool, typer.Option("--momentum-wake", help="Momentum theory in place of a vortex wake.")
-    ] = False,
-    discon: Annotated[
-        Path | None, typer.Option("--discon", help="Settings of ROSCO (DISCON.IN) in place of the deck's.")
-    ] = None,
-    control_of: Annotated[
-        str | None,
-        typer.Option(
-            "--control-of", help="Turbine whose control is taken, for other controllers.", autocompletion=TURBINES
-        ),
-    ] = None,
+    fixed_base: Annotated[bool, "Clamp the tower of a floating turbine at its base."] = False,
+    momentum_wake: Annotated[bool, "Momentum theory in place of a vortex wake."] = False,
+    discon: Annotated[Path | None, "Settings of ROSCO (DISCON.IN) in place of the deck's."] = None,
+    control_of: Annotated[str | None, "Turbine whose control is taken, for other controllers.", TURBINES] = None,
     start: Annotated[
-        str,
-        typer.Option("--start", help="Initial state: operating (steady operation), or deck (as in OpenFAST or HAWC2)."),
+        Literal["operating", "deck"],
+        "Initial state: operating (steady operation), or deck (as in OpenFAST or HAWC2).",
     ] = "operating",
-    extra: Annotated[
-        Path | None, typer.Option("--extra", help="YAML file with overriding values: drivetrain: {stiffness: 8.7e8}.")
-    ] = None,
+    extra: Annotated[Path | None, "YAML file with overriding values: drivetrain: {stiffness: 8.7e8}."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Convert an OpenFAST deck (.fst), a HAWC2 model (.htc) or a windIO file (.yaml) to a turbine file, with a report.
@@ -54,21 +39,14 @@ def import_(
     The files are the turbine, the case (not of windIO) and the report.
     """
     from meltemi.core.yamlfile import read_mapping, write_record
-    from meltemi.exchange.deck_case import deck_case, deck_controller
     from meltemi.exchange.hawc2 import import_hawc2
-    from meltemi.exchange.openfast import read_deck
-    from meltemi.exchange.windio import import_windio
     from meltemi.exchange.windio.gains import with_own_gains
-    from meltemi.turbine.library import load_turbine
-    from meltemi.turbine.power_turbine import aeroelastic
 
-    if start not in ("operating", "deck"):
-        raise InputError(f"--start {start!r}: expected operating or deck")
     of_decks = {"--blade": blade != "deck", "--fixed-base": fixed_base, "--momentum-wake": momentum_wake}
     of_decks["--discon"] = discon is not None
     kind = _kind(source, of_decks, {"--control-of": control_of is not None, "--start": start == "deck"})
     if kind == "a windIO file":
-        imported = import_windio(source, extra)
+        imported = meltemi.io.import_windio(source, extra)
         paths = flat(read_mapping(extra)) if extra else {}
         own = {path.removeprefix("control."): x for path, x in paths.items() if path.startswith("control.")}
         if "pitch.proportional_gain" not in own:
@@ -80,17 +58,17 @@ def import_(
         suggest("run", out / "turbine.yaml", "--wind-speed", 12)
         return
     more: dict[str, Any] = {
-        "control_of": None if control_of is None else aeroelastic(load_turbine(control_of), "--control-of"),
+        "control_of": None if control_of is None else load_aeroelastic(control_of, "--control-of"),
         "extra": None if extra is None else flat(read_mapping(extra)),
     }
     deck: ImportedModel
     if kind == "a HAWC2 model":
         deck = import_hawc2(source, **more)
     else:
-        base, wake = fixed_base, momentum_wake
-        deck = read_deck(source, blade=_choice(blade), fixed_base=base, momentum_wake=wake, discon=discon, **more)
-    controller, note = deck_controller(deck)
-    case = deck_case(deck, "turbine.yaml", started=start == "deck", controller=controller)
+        more |= {"fixed_base": fixed_base, "momentum_wake": momentum_wake, "discon": discon}
+        deck = meltemi.io.read_deck(source, blade=blade, **more)
+    controller, note = meltemi.io.deck_controller(deck)
+    case = meltemi.io.deck_case(deck, "turbine.yaml", started=start == "deck", controller=controller)
     _show(deck)
     if note:
         say(f"note: {note}")
@@ -117,22 +95,17 @@ def _kind(source: Path, of_decks: dict[str, bool], of_models: dict[str, bool]) -
 def _show(imported: ImportedTurbine) -> None:
     """Print approximated and ignored data, the number of notes, and implausible values."""
     from meltemi.exchange.report import KINDS
-    from meltemi.turbine.plausibility import plausibility_warnings
 
     for title, head, rows in imported.tables():
         print_table(title, head, rows, text_columns=3)
     print(", ".join(f"{len(imported.noted(kind))} {kind}" for kind in KINDS) + ": see the report")
-    for words in plausibility_warnings(imported.turbine):
-        say(f"warning: {words}")
+    warn(meltemi.turbine.plausibility_warnings(imported.turbine))
 
 
 def _write(imported: ImportedTurbine, source: Path, out: Path) -> str | None:
     """Write turbine and report, and settings of ROSCO, whose name is returned."""
     from meltemi.core.files import write_text
-    from meltemi.exchange.report import report_text
-    from meltemi.turbine.library import write_turbine
 
-    folder_for(out)
     turbine = imported.turbine
     if turbine.platform is not None and turbine.platform.coefficients:
         from meltemi.floating.coefficients import read_coefficients, write_coefficients
@@ -143,17 +116,13 @@ def _write(imported: ImportedTurbine, source: Path, out: Path) -> str | None:
         wrote(packed)
     if turbine.control.discon is not None:
         turbine = turbine.replace(**{"control.discon": _settings(Path(turbine.control.discon), out)})
-    write_turbine(turbine, out / "turbine.yaml")
-    text = report_text(imported.notes, f"{source.name} as a turbine")
-    write_text(out / "report.md", text)
+    meltemi.io.write_turbine(turbine, out / "turbine.yaml")
+    write_text(out / "report.md", meltemi.io.report_text(imported.notes, f"{source.name} as a turbine"))
     return turbine.control.discon
 
 
 def _settings(source: Path, out: Path) -> str:
     """Copy settings of ROSCO, and the table of coefficients that they name; returns the name of the copy."""
-    import shutil
-
-    from meltemi.bladed_controllers.rosco import edit_discon
     from meltemi.exchange.openfast.text import read_input
 
     target, changes = out / source.name, {}
@@ -166,14 +135,8 @@ def _settings(source: Path, out: Path) -> str:
         shutil.copyfile(table, out / table.name)
         changes["PerfFileName"] = f'"{table.name}"'
         wrote(out / table.name)
-    wrote(edit_discon(source, target, **changes))
+    wrote(meltemi.control.edit_discon(source, target, **changes))
     return source.name
-
-
-def _choice(blade: str) -> Literal["deck", "elastodyn", "beamdyn"]:
-    if blade not in ("deck", "elastodyn", "beamdyn"):
-        raise InputError(f"--blade {blade!r}: expected deck, elastodyn or beamdyn")
-    return blade  # type: ignore[return-value]
 
 
 def flat(data: Any, path: str = "") -> dict[str, Any]:

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import re
-from typing import Any
-
-from meltemi.core.errors import InputError, MeltemiError
-from meltemi.gradients.reverse.code import LOCAL, Block, Instruction, Operand, is_float, lanes_of, size_of
-from meltemi.gradients.reverse.rules import FUNCTIONS, constant, terms
-
-SHADOW = (1 << 26) + 64 * 33
-"""[bytes] distance of the adjoint of a number from it."""
-ARITHMETIC = ("fadd", "fsub", "fmul", "fdiv", "fneg")
-AGAIN = frozenset(
-    "getelementptr add sub mul shl lshr ashr and or xor zext sext trunc icmp inttoptr ptrtoint freeze".split()
+from meltemi.core.errors import InputError
+from meltemi.gradients.reverse.analysis import AGAIN, ARITHMETIC, Part
+from meltemi.gradients.reverse.code import (
+    NOTHING,
+    Block,
+    Instruction,
+    Operand,
+    is_float,
+    lanes_of,
+    no_rule,
+    printed,
+    size_of,
 )
-"""Operations on integers and addresses that are repeated rather than recorded."""
+from meltemi.gradients.reverse.rules import FUNCTIONS, constant, terms
+from meltemi.gradients.reverse.tape import SHADOW, popped, pushed
+
 AGAIN_IF_INTEGER = ("select", "extractelement", "insertelement", "shufflevector", "bitcast")
-CHEAP = ("fadd", "fsub", "fmul", "fneg", "select", "fcmp", "shufflevector", "insertelement", "extractelement")
-"""Operations on numbers that are repeated where all their arguments are known."""
-NOTHING = re.compile(r"@(?:llvm\.(?:lifetime|assume|dbg|experimental\.noalias)|NRT_incref|NRT_decref)")
 
 
 class Reverse:
@@ -32,7 +31,7 @@ class Reverse:
       across: values whose adjoints pass from block to block.
     """
 
-    def __init__(self, part: Any, block: Block, again: frozenset[str]) -> None:
+    def __init__(self, part: Part, block: Block, again: frozenset[str]) -> None:
         self.part, self.block, self.again = part, block, again
         self.sources = list(dict.fromkeys(block.sources))
         self.switch = len(self.sources) > 1
@@ -51,30 +50,30 @@ class Reverse:
         """Name, in the adjoint, of a value of the forward pass."""
         part = self.part
         if not name.startswith("%"):
-            return name if "%" not in name else LOCAL.sub(lambda found: self.value(found[0]), name)
+            return printed(name, self.value)
         if name in self.known:
             return self.known[name]
-        each = part.made.get(name)
+        each = part.results.get(name)
         if each is None:
-            kind = part.arguments[name][1]
+            kind = part.kinds[name]
             return self._save(name, kind) if is_float(kind) else name
         if each.operation == "alloca":
             return name if name in part.slots else "null"
-        integer = not is_float(each.kind)
-        repeat = (
-            each.operation in AGAIN
-            or (each.operation in AGAIN_IF_INTEGER and integer and "double" not in each.text)
-            or (each.operation == "load" and "!invariant" in each.text and integer)
-            or (each.operation == "load" and not integer and part.fixed(each.operands[0].name))
-            or name in self.again
-        )
-        if not repeat:
+        if not (name in self.again or self._repeated(each)):
             return self._save(name, each.kind)
-        text = LOCAL.sub(lambda found: self.value(found[0]), clean(each.text.partition(" = ")[2]))
+        text = printed(each.code, self.value)
         self.e.count += 1
         self.known[name] = f"%t{self.e.count}"
         self.before.append(f"  %t{self.e.count} = {text}")
         return self.known[name]
+
+    def _repeated(self, each: Instruction) -> bool:
+        """Whether an operation is always repeated rather than recorded."""
+        number = is_float(each.kind)
+        if each.operation == "load":
+            return self.part.fixed(each.operands[0].name) if number else each.invariant
+        with_numbers = number or any("double" in o.kind for o in each.operands)
+        return each.operation in AGAIN or (each.operation in AGAIN_IF_INTEGER and not with_numbers)
 
     def _save(self, name: str, kind: str) -> str:
         loop = self.part.loop_without(self.block.label, name)
@@ -113,12 +112,9 @@ class Reverse:
     def _local(self, each: Instruction) -> bool:
         label = self.block.label
         return each.operation != "phi" and all(
-            u.operation not in ("phi", "end") and self.part_of(u) == label for u in self.part.users.get(each.name, [])
+            u.operation not in ("phi", "end") and self.part.homes[u] == label
+            for u in self.part.users.get(each.name, [])
         )
-
-    def part_of(self, each: Instruction) -> str:
-        """Label of the block of an instruction."""
-        return self.part.homes[id(each)]
 
     def shadow(self, pointer: str) -> str:
         """Address of the adjoint of what is at an address."""
@@ -127,8 +123,6 @@ class Reverse:
     def emit(self) -> Reverse:
         """Generate the adjoint of the block."""
         part, e = self.part, self.e
-        if not hasattr(part, "homes"):
-            part.homes = {id(each): b.label for b in part.function.blocks.values() for each in (*b.phis, *b.body)}
         keep, e.lines = e.lines, []
         for each in reversed(self.block.body):
             self._adjoint(each)
@@ -138,10 +132,11 @@ class Reverse:
         self.sums.clear()
         body, e.lines = e.lines, []
         edges = []
+        incoming = {phi: dict(zip(phi.sources, (o.name for o in phi.operands), strict=True)) for phi, _ in phis}
         for source in self.sources:
             e.lines = []
             for phi, adjoint in phis:
-                name = phi.incoming[source]
+                name = incoming[phi][source]
                 if adjoint is not None and name in part.active:
                     self._flush(name, adjoint)
             edges.append((source, e.lines))
@@ -150,7 +145,7 @@ class Reverse:
 
     def _flush(self, name: str, total: str) -> None:
         part = self.part
-        kind = part.made[name].kind if name in part.made else part.arguments[name][1]
+        kind = part.results[name].kind if name in part.results else part.kinds[name]
         self.across.add(name)
         at = f"%a.{name[1:]}"
         old = self.e.new(f"load {kind}, ptr {at}")
@@ -160,7 +155,7 @@ class Reverse:
         e, kind, operation, x = self.e, each.kind, each.operation, each.operands
         if operation == "store":
             if is_float(kind) and not self.part.inert(x[1].name):
-                at, align = self.shadow(x[1].name), alignment(each.text)
+                at, align = self.shadow(x[1].name), aligned(each)
                 if x[0].name in self.part.active:
                     self.add(x[0], kind, e.new(f"load {kind}, ptr {at}{align}"))
                 e.do(f"store {kind} zeroinitializer, ptr {at}{align}")
@@ -180,7 +175,7 @@ class Reverse:
                 self.add(x[i], kind, term)
         elif operation == "load":
             if not self.part.inert(x[0].name):
-                at, align = self.shadow(x[0].name), alignment(each.text)
+                at, align = self.shadow(x[0].name), aligned(each)
                 old = e.new(f"load {kind}, ptr {at}{align}")
                 e.do(f"store {kind} {e.op('fadd', kind, old, a)}, ptr {at}{align}")
         elif operation == "select":
@@ -204,7 +199,7 @@ class Reverse:
         elif operation == "shufflevector":
             self._adjoint_of_shuffle(each, a)
         else:
-            raise MeltemiError(f"adjoint: no derivative of {each.text[:120]}")
+            raise no_rule(each.text, self.part.function.kernel)
 
     def _of(self, each: Instruction, i: int) -> str:
         return self.value(each.name if i < 0 else each.operands[i].name)
@@ -242,9 +237,9 @@ class Reverse:
             if part.recorded(each):
                 self._adjoint_of_kernel(each, callee)
             return
-        name = intrinsic(each.callee)
+        name = each.function
         if name.startswith("memset"):
-            if not part.inert(x[0].name) and part.made.get(x[0].name, each).kind != "alloca ptr":
+            if not part.inert(x[0].name):
                 values = f"ptr {self.shadow(x[0].name)}, i8 0, i64 {self.value(x[2].name)}, i1 false"
                 e.do(f"call void @llvm.memset.p0.i64({values})")
         elif name.startswith(("memcpy", "memmove")):
@@ -315,7 +310,7 @@ class Reverse:
                 f"store double {e.op('fadd', 'double', old, e.new(f'extractelement {kind} {part}, i64 {i}'))}, ptr {p}"
             )
 
-    def _adjoint_of_kernel(self, each: Instruction, callee: Any) -> None:
+    def _adjoint_of_kernel(self, each: Instruction, callee: Part) -> None:
         e = self.e
         passed = ["ptr %base", *(f"{o.kind} {self.value(o.name)}" for o in each.operands if not is_float(o.kind))]
         e.do(f"store ptr {e.new('load ptr, ptr %tape')}, ptr %base")
@@ -393,65 +388,9 @@ class Reverse:
         return lines
 
 
-VECTOR, NUMBER = 64, 8
-"""[bytes] units of the records of functions with vectors in most blocks, and of others, whose end is padded."""
-
-
-def padded() -> list[str]:
-    """Code that continues the tape at a multiple of ``VECTOR``, with its former end before that."""
-    return [
-        "  %pad.end = load ptr, ptr %tape",
-        "  %pad.at = ptrtoint ptr %pad.end to i64",
-        f"  %pad.more = add i64 %pad.at, {VECTOR - 1 + NUMBER}",
-        f"  %pad.whole = and i64 %pad.more, -{VECTOR}",
-        "  %pad.new = inttoptr i64 %pad.whole to ptr",
-        f"  %pad.word = getelementptr i8, ptr %pad.new, i64 -{NUMBER}",
-        "  store ptr %pad.end, ptr %pad.word, align 8",
-        "  store ptr %pad.new, ptr %tape",
-    ]
-
-
-def unpadded() -> list[str]:
-    """Code that goes back to that end."""
-    return [
-        f"  %pad.word = getelementptr i8, ptr %tape.0, i64 -{NUMBER}",
-        "  %pad.end = load ptr, ptr %pad.word, align 8",
-        "  store ptr %pad.end, ptr %tape",
-    ]
-
-
-def pushed(n: str, found: list[tuple[str, str, int]], size: int, unit: int) -> list[str]:
-    """Code that appends values to the tape: type, name and place of each in a record of a size."""
-    if not found:
-        return []
-    lines = [f"  %tape.at{n} = load ptr, ptr %tape"]
-    for i, (kind, name, at) in enumerate(found):
-        align = min(size_of(kind)[1], unit)
-        lines.append(f"  %tape.{n}.{i} = getelementptr i8, ptr %tape.at{n}, i64 {at}")
-        lines.append(f"  store {kind} {name}, ptr %tape.{n}.{i}, align {align}")
-    lines.append(f"  %tape.next{n} = getelementptr i8, ptr %tape.at{n}, i64 {size}")
-    lines.append(f"  store ptr %tape.next{n}, ptr %tape")
-    return lines
-
-
-def popped(label: str, size: int) -> list[str]:
-    """Code that goes back on the tape by a record."""
-    return [
-        f"  %tape.of.{label} = load ptr, ptr %tape",
-        f"  %tape.{label} = getelementptr i8, ptr %tape.of.{label}, i64 -{size}",
-        f"  store ptr %tape.{label}, ptr %tape",
-    ]
-
-
-def clean(text: str) -> str:
-    """An instruction without metadata."""
-    return re.sub(r"(?: #\d+|, !(?!invariant)[\w.]+ !\w+)", "", text)
-
-
-def alignment(text: str) -> str:
-    """The alignment that an access to memory states."""
-    found = re.search(r", align \d+", text)
-    return found[0] if found else ""
+def aligned(each: Instruction) -> str:
+    """The alignment that an access to memory states, as code."""
+    return f", align {each.align}" if each.align else ""
 
 
 def mask_of(text: str, m: int) -> list[int]:
@@ -463,10 +402,3 @@ def mask_of(text: str, m: int) -> list[int]:
     if text.startswith("splat"):
         return [int(text[:-1].rsplit(" ", 1)[1])] * m
     return [int(w.split()[1]) if w.split()[1].isdigit() else -1 for w in text[1:-1].split(", ")]
-
-
-def intrinsic(callee: str) -> str:
-    """Name of a function of LLVM without its types, or of the C library."""
-    if not callee.startswith("@llvm."):
-        return callee[1:]
-    return re.sub(r"(?:\.(?:v?\d*[fip]\d+))+$", "", callee[6:])

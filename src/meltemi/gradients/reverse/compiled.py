@@ -26,7 +26,7 @@ from meltemi.core.errors import MeltemiError
 from meltemi.core.files import replacing
 from meltemi.core.private import signed, user_key, verified
 from meltemi.gradients.reverse.memory import Memory
-from meltemi.gradients.reverse.transform import Transformed
+from meltemi.gradients.reverse.transform import Code, transformed
 
 
 class Compiled:
@@ -35,7 +35,7 @@ class Compiled:
     Args:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers and functions, then records.
-      arrays, wanted: see :class:`Transformed`.
+      arrays, wanted: see :func:`transformed`.
       name: for the cache, if all sources of function and records are those of meltemi; otherwise their code tells.
 
     Attributes:
@@ -54,21 +54,20 @@ class Compiled:
         wanted: frozenset[str] | None,
         name: str = "",
     ) -> None:
-        text, top = ("", "") if name else code_of(function, kinds)
+        code = None if name else code_of(function, kinds)
         others = repr((sorted(arrays.items()), wanted and sorted(wanted), target_name()))
-        key = hashlib.sha256((name or text).encode() + sources() + others.encode()).hexdigest()
+        key = hashlib.sha256((name if code is None else code.text).encode() + sources() + others.encode()).hexdigest()
         folder = cache_folder()
         file = None if folder is None else folder / f"adjoint-{key[:32]}.o"
         kept = _kept(file)
         if kept is None:
             records = {2 + i: kind.cls for i, kind in enumerate(kinds) if isinstance(kind, RecordType)}
             with announced(function):
-                text, top = (text, top) if text else code_of(function, kinds)
-                made = Transformed(text, top, records, arrays, wanted)
-                kept = made.used, machine_code(made.text)
+                text, used = transformed(code or code_of(function, kinds), records, arrays, wanted)
+                kept = used, machine_code(text)
             _keep(file, *kept)
-        self.used, code = kept
-        self._loaded = Loaded(code)
+        self.used, loaded = kept
+        self._loaded = Loaded(loaded)
         made_of = [ctypes.c_void_p if isinstance(kind, RecordType) else ctypes.c_int64 for kind in kinds]
         prototype = ctypes.CFUNCTYPE(ctypes.c_int32, *[ctypes.c_void_p] * 3, *made_of)
         self._forward, self._backward = (prototype(self._loaded.address(each)) for each in ("forward", "backward"))
@@ -97,10 +96,10 @@ def sources() -> bytes:
     return b"".join(path.read_bytes() for path in (here.parent / "adjoint.py", *sorted(here.glob("*.py"))))
 
 
-def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
-    """Optimised LLVM code of a function with all that it calls, with names that no address is part of; its name."""
-    code, name = linked_code(function, kinds)
-    text = reverse_code(code)
+def code_of(function: Any, kinds: Sequence[Any]) -> Code:
+    """Optimised LLVM code of a function with all that it calls, with names that no address is part of."""
+    linked, name = linked_code(function, kinds)
+    text = reverse_code(linked)
     names: dict[str, str] = {}
 
     def renamed(match: re.Match[str]) -> str:
@@ -108,7 +107,17 @@ def code_of(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
 
     text = re.sub(r"^(?:; |!\d+ = |source_filename).*$| +; preds = .*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"(?<![-\w.$])_ZN[-\w.$]+", renamed, text)  # of functions, and of blocks where one was inlined
-    return text, "@" + names[name]
+    return Code(text, "@" + names[name], {short: _readable(mangled) for mangled, short in names.items()})
+
+
+def _readable(mangled: str) -> str:
+    """Name in Python of a kernel: Numba writes its parts behind their lengths."""
+    parts, rest = [], mangled.removeprefix("_ZN")
+    while length := re.match(r"\d+", rest):
+        end = length.end() + int(length[0])
+        parts.append(rest[length.end() : end])
+        rest = rest[end:]
+    return ".".join(parts)
 
 
 def _kept(file: Path | None) -> tuple[int, bytes] | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.compiler import Record, members
 from meltemi.core.errors import InputError
-from meltemi.gradients.reverse.blocks import SHADOW
+from meltemi.gradients.reverse.tape import SHADOW
 
 _PAGE = 4096
 TAPE = 1 << 30

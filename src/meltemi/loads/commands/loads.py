@@ -7,118 +7,101 @@ from dataclasses import asdict, dataclass
 from math import radians
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import typer
 
-from meltemi.app.commands import Group
+import meltemi
+from meltemi.app.commands import CommandGroup
 from meltemi.app.options import (
     CONTROLLER,
     CONTROLLERS,
     TURBINES,
     ControllerInputOption,
-    controller_of_options,
-    with_options,
+    controller_of,
 )
 from meltemi.app.scans import values_of
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, simulation_bar, suggest, wrote
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.app.terminal import (
+    OutOption,
+    folder_for,
+    print_table,
+    progress_bar,
+    say,
+    simulation_bar,
+    suggest,
+    warn,
+    write_figure,
+    wrote,
+)
+from meltemi.core.errors import InputError
 from meltemi.core.extras import missing
 
 if TYPE_CHECKING:
-    from meltemi.iec.classes import Edition
+    from meltemi.iec.classes import Edition, WindClass
     from meltemi.loads.loadbase.campaign import Campaign
     from meltemi.loads.loadbase.engine import BaseStatus, Progress
     from meltemi.loads.loadbase.plan import Plan
     from meltemi.loads.loadbase.timing import Cost
 
-BaseArgument = Annotated[Path, typer.Argument(help="Folder of a load base, as plan writes it.")]
-SettingsOption = Annotated[
-    Path | None, typer.Option("--settings", help="Settings of the evaluation (YAML), such as extrapolation: weibull.")
-]
+BaseArgument = Annotated[Path, "Folder of a load base, as plan writes it."]
+SettingsOption = Annotated[Path | None, "Settings of the evaluation (YAML), such as extrapolation: weibull."]
 REPORTED = 30.0
 """[s] between lines of progress where there is no terminal."""
 MOST_PROBLEMS = 20
 """Cases that status lists."""
 
-ABOUT = "Load bases: the design load cases of IEC 61400-1 on land, 61400-3-1 and 61400-3-2 at sea, for a turbine."
-
-loads = typer.Typer(
-    cls=Group,
-    help=ABOUT,
-    no_args_is_help=True,
-    rich_markup_mode=None,
+loads = CommandGroup(
+    "Load bases: the design load cases of IEC 61400-1 on land, 61400-3-1 and 61400-3-2 at sea, for a turbine."
 )
-
-
-@loads.callback()
-def group() -> None:
-    """Load bases."""
 
 
 @dataclass(frozen=True)
 class PlanOptions:
     """Options of a campaign; angles in degrees."""
 
-    wind_class: Annotated[
-        str | None, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1, e.g. IB.")
-    ] = None
-    edition: Annotated[int, typer.Option(help="Edition of IEC 61400-1: 3, 4.")] = 4
-    standard: Annotated[str, typer.Option(help="61400-1; in the sea 61400-3-1: fixed, 61400-3-2: floating.")] = (
-        "61400-1"
-    )
-    table: Annotated[Path | None, typer.Option(help="Changes of the table: YAML, or Excel as --excel writes it.")] = (
-        None
-    )
+    wind_class: Annotated[str | None, "--class", "--wind-class", "Wind turbine class of IEC 61400-1, e.g. IB."] = None
+    edition: Annotated[int, "Edition of IEC 61400-1: 3, 4."] = 4
+    standard: Annotated[
+        Literal["61400-1", "61400-3-1", "61400-3-2"], "61400-1; in the sea 61400-3-1: fixed, 61400-3-2: floating."
+    ] = "61400-1"
+    table: Annotated[Path | None, "Changes of the table: YAML, or Excel as --excel writes it."] = None
     site: Annotated[
         Path | None,
-        typer.Option(
-            help="Site conditions (JSON form of IEC 61400-15-1) instead of a class; in the sea a YAML file or a name."
-        ),
+        "Site conditions (JSON form of IEC 61400-15-1) instead of a class; in the sea a YAML file or a name.",
     ] = None
-    site_turbine: Annotated[str | None, typer.Option(help="ID of the turbine in that form.")] = None
-    neighbours: Annotated[
-        str | None, typer.Option(help="With --site: distances of neighbours in rotor diameters, e.g. 5,5,7.")
-    ] = None
-    slope: Annotated[float | None, typer.Option(help="S-N slope of their effective turbulence [10].")] = None
-    quick: Annotated[bool, typer.Option("--quick", help="One seed, three speeds: for a first test.")] = False
-    seeds: Annotated[int | None, typer.Option(help="Number of turbulence seeds [6].")] = None
-    duration: Annotated[float | None, typer.Option(help="Evaluated duration [s] [600].")] = None
-    transient: Annotated[float | None, typer.Option(help="Initial transient [s] [60].")] = None
-    yaw_error: Annotated[float | None, typer.Option(help="Usual yaw error [deg] [8].")] = None
-    inclination: Annotated[float | None, typer.Option(help="Flow inclination [deg] [8].")] = None
-    rated_wind: Annotated[float | None, typer.Option(help="V_r [m/s] [from steady operation].")] = None
-    cut_in: Annotated[float | None, typer.Option(help="V_in [m/s] [that of the turbine].")] = None
-    cut_out: Annotated[float | None, typer.Option(help="V_out [m/s] [that of the turbine].")] = None
-    v_maint: Annotated[float | None, typer.Option(help="V_maint [m/s] [18].")] = None
-    idle_pitch: Annotated[float | None, typer.Option(help="Pitch when parked [deg] [feather].")] = None
-    extreme_wind: Annotated[
-        str | None, typer.Option(help="Extreme wind speed model: turbulent, steady [turbulent].")
-    ] = None
-    years: Annotated[float | None, typer.Option(help="Lifetime [years] [20].")] = None
+    site_turbine: Annotated[str | None, "ID of the turbine in that form."] = None
+    neighbours: Annotated[str | None, "With --site: distances of neighbours in rotor diameters, e.g. 5,5,7."] = None
+    slope: Annotated[float | None, "S-N slope of their effective turbulence [10]."] = None
+    quick: Annotated[bool, "One seed, three speeds: for a first test."] = False
+    seeds: Annotated[int | None, "Number of turbulence seeds [6]."] = None
+    duration: Annotated[float | None, "Evaluated duration [s] [600]."] = None
+    transient: Annotated[float | None, "Initial transient [s] [60]."] = None
+    yaw_error: Annotated[float | None, "Usual yaw error [deg] [8]."] = None
+    inclination: Annotated[float | None, "Flow inclination [deg] [8]."] = None
+    rated_wind: Annotated[float | None, "V_r [m/s] [from steady operation]."] = None
+    cut_in: Annotated[float | None, "V_in [m/s] [that of the turbine]."] = None
+    cut_out: Annotated[float | None, "V_out [m/s] [that of the turbine]."] = None
+    v_maint: Annotated[float | None, "V_maint [m/s] [18]."] = None
+    idle_pitch: Annotated[float | None, "Pitch when parked [deg] [feather]."] = None
+    extreme_wind: Annotated[str | None, "Extreme wind speed model: turbulent, steady [turbulent]."] = None
+    years: Annotated[float | None, "Lifetime [years] [20]."] = None
     controller: Annotated[
-        str | None,
-        typer.Option(
-            help=f"Controller: {CONTROLLER} [supervised; rosco for a turbine with its settings].",
-            autocompletion=CONTROLLERS,
-        ),
+        str | None, f"Controller: {CONTROLLER} [supervised; rosco for a turbine with its settings].", CONTROLLERS
     ] = None
     controller_input: ControllerInputOption = None
 
     def given(self, turbine: str) -> dict[str, Any]:
         """Settings of the campaign of a turbine that are given, angles in radians; the controller may be its own."""
-        plain = "duration transient seeds yaw_error rated_wind cut_in cut_out v_maint extreme_wind years".split()
-        found = {name: getattr(self, name) for name in (*plain, "inclination", "idle_pitch")}
-        found = {name: value for name, value in found.items() if value is not None}
-        found |= {name: round(radians(found[name]), 9) for name in ("inclination", "idle_pitch") if name in found}
-        named = {"--controller": self.controller, "--controller-input": self.controller_input}
-        if law := {option: value for option, value in named.items() if value is not None}:
-            found["controller"] = controller_of_options(law)
+        names = "duration transient seeds yaw_error rated_wind cut_in cut_out v_maint extreme_wind years".split()
+        names += ["inclination", "idle_pitch"]
+        found: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
+        found |= {name: round(radians(found[name]), 9) for name in names[-2:] if name in found}
+        if self.controller is not None or self.controller_input is not None:
+            found["controller"] = controller_of(self.controller, self.controller_input)
         else:
             from meltemi.tuning.turbine_controller import turbine_controller
-            from meltemi.turbine.library import load_turbine
 
-            own, note = turbine_controller(load_turbine(turbine), otherwise="supervised")
+            own, note = turbine_controller(meltemi.load_turbine(turbine), otherwise="supervised")
             found |= {"controller": own} if own == "rosco" else {}
             if note:
                 say(f"note: {note}")
@@ -126,43 +109,40 @@ class PlanOptions:
 
     def campaign(self, turbine: str) -> Campaign:
         """The campaign of a turbine."""
-        from meltemi.loads.loadbase.campaign import make_campaign
         from meltemi.loads.loadbase.changes import read_changes
-        from meltemi.loads.loadbase.site import read_site
-        from meltemi.loads.loadbase.table import AT_SEA, Standard
+        from meltemi.loads.loadbase.table import AT_SEA
 
-        if self.standard not in get_args(Standard):
-            raise InputError(f"--standard {self.standard!r}: {did_you_mean(self.standard, get_args(Standard))}")
-        if self.standard in AT_SEA:
-            return self._at_sea(turbine)
+        at_sea = self.standard in AT_SEA
+        of_class, settings = self._at_sea() if at_sea else self._on_land()
+        settings |= self.given(turbine)
+        if self.table is not None:
+            settings["changes"] = read_changes(self.table, self.standard if at_sea else self.edition)
+        with simulation_bar("operating points of the plan"):
+            return meltemi.loads.make_campaign(turbine, of_class, self.edition, **settings)
+
+    def _on_land(self) -> tuple[str | WindClass, dict[str, Any]]:
+        """Class and site of a campaign on land."""
+        from meltemi.loads.loadbase.site import read_site
+
         if (self.wind_class is None) == (self.site is None):
             raise InputError("give either --class (for instance --class IB) or --site FILE")
-        if self.site is None and self.site_turbine is not None:
-            raise InputError("--site-turbine needs --site")
-        if self.neighbours is not None and self.site is None:
-            raise InputError("--neighbours needs --site: the ambient turbulence that their wakes add to")
         if self.slope is not None and self.neighbours is None:
             raise InputError("--slope needs --neighbours")
-        given, edition = self.given(turbine), cast("Edition", self.edition)  # which is checked with the campaign
-        of_class: Any = self.wind_class
-        if self.site is not None:
-            found = read_site(self.site, self.site_turbine)
+        if self.wind_class is not None:
+            if self.site_turbine is not None:
+                raise InputError("--site-turbine needs --site")
             if self.neighbours is not None:
-                slope = found.slope if self.slope is None else self.slope
-                near = tuple(values_of(self.neighbours, "--neighbours"))
-                found = found.replace(neighbours=near, slope=slope)
-            given["site"] = found
-            given.setdefault("inclination", found.inclination)
-            of_class = found.wind_class(edition)
-        if self.table is not None:
-            given["changes"] = read_changes(self.table, edition)
-        with simulation_bar("operating points of the plan"):
-            return make_campaign(turbine, of_class, edition, **given)
+                raise InputError("--neighbours needs --site: the ambient turbulence that their wakes add to")
+            return self.wind_class, {}
+        found = read_site(cast("Path", self.site), self.site_turbine)
+        if self.neighbours is not None:
+            slope = found.slope if self.slope is None else self.slope
+            found = found.replace(neighbours=tuple(values_of(self.neighbours, "--neighbours")), slope=slope)
+        # the edition is checked with the campaign
+        return found.wind_class(cast("Edition", self.edition)), {"site": found, "inclination": found.inclination}
 
-    def _at_sea(self, turbine: str) -> Campaign:
-        """The campaign of a turbine in the sea."""
-        from meltemi.loads.loadbase.campaign import make_campaign
-        from meltemi.loads.loadbase.changes import read_changes
+    def _at_sea(self) -> tuple[str | WindClass, dict[str, Any]]:
+        """Class and site of a campaign in the sea."""
         from meltemi.loads.loadbase.metocean import list_metocean, read_metocean
 
         if self.neighbours is not None or self.slope is not None:
@@ -177,44 +157,33 @@ class PlanOptions:
             raise InputError(
                 f"--edition {self.edition}: the table of IEC {self.standard} begins with edition 4; leave it out"
             )
-        given, site = self.given(turbine), read_metocean(self.site)
-        if self.table is not None:
-            given["changes"] = read_changes(self.table, self.standard)
-        with simulation_bar("operating points of the plan"):
-            return make_campaign(
-                turbine, self.wind_class or site.wind_class, 4, standard=self.standard, metocean=site, **given
-            )
+        site = read_metocean(self.site)
+        return self.wind_class or site.wind_class, {"standard": self.standard, "metocean": site}
 
 
 @loads.command("plan")
-@with_options
 def plan_(
     turbine: Annotated[
-        str,
-        typer.Argument(
-            help="A turbine's name or YAML file, an OpenFAST deck (.fst), or the folder of a load base.",
-            autocompletion=TURBINES,
-        ),
+        str, "A turbine's name or YAML file, an OpenFAST deck (.fst), or the folder of a load base.", TURBINES
     ],
     options: PlanOptions,
-    excel: Annotated[bool, typer.Option("--excel", help="Also write the table as table.xlsx.")] = False,
-    out: OutOption = Path("base"),
+    excel: Annotated[bool, "Also write the table as table.xlsx."] = False,
+    out: Annotated[Path, "Folder for the results."] = Path("base"),
 ) -> None:
     """List all cases of a load base; writes campaign.yaml and plan.csv."""
     from meltemi.core.usual import unusual_numbers
-    from meltemi.loads.loadbase.campaign import FILE, read_campaign, write_campaign
-    from meltemi.loads.loadbase.plan import plan, write_plan
+    from meltemi.loads.loadbase.campaign import FILE
+    from meltemi.loads.loadbase.plan import write_plan
     from meltemi.loads.loadbase.timing import finished_cost, timed_cost
 
     if (Path(turbine) / FILE).is_file():
         if options != PlanOptions(edition=options.edition, site_turbine=options.site_turbine):
             raise InputError(f"{turbine} is the folder of a load base; change its {FILE} instead of using options")
-        campaign, out = read_campaign(turbine), Path(turbine)
+        campaign, out = meltemi.loads.read_campaign(turbine), Path(turbine)
     else:
         campaign = options.campaign(turbine)
-    for words in unusual_numbers(campaign):
-        say(f"warning: {words}")
-    planned = plan(campaign)
+    warn(unusual_numbers(campaign))
+    planned = meltemi.loads.plan(campaign)
     _show(planned)
     _warn(planned)
     folder_for(out)
@@ -222,7 +191,7 @@ def plan_(
         cost = finished_cost(planned, out) or timed_cost(planned)
     if cost:
         print(f"{planned.hours:.0f} h of simulated time: {_duration_words(cost, planned.hours)}")
-    files = [write_campaign(campaign, out), write_plan(planned, out)]
+    files = [meltemi.loads.write_campaign(campaign, out), write_plan(planned, out)]
     if excel:
         from meltemi.loads.loadbase.excel import write_excel
 
@@ -255,15 +224,14 @@ def spoken(seconds: float) -> str:
 
 def _show(plan: Plan) -> None:
     """Print the rows of the plan, totals, and what cannot run."""
-    c, rows = plan.campaign, []
-    for row in plan.summary():
-        cannot = str(row.unsupported) if row.unsupported else ""
-        rows.append(
-            [row.name, row.situation, row.wind, row.type, row.factor, str(row.cases), f"{row.hours:.1f}", cannot]
-        )
-    all_hours = sum(row.hours for row in plan.summary())
-    lacking = sum(row.unsupported for row in plan.summary())
-    rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{all_hours:.1f}", str(lacking or "")])
+    c, summary = plan.campaign, plan.summary()
+    rows = [
+        [each.name, each.situation, each.wind, each.type, each.factor, str(each.cases), f"{each.hours:.1f}",
+         str(each.unsupported or "")]
+        for each in summary
+    ]  # fmt: skip
+    hours, lacking = sum(row.hours for row in summary), sum(row.unsupported for row in summary)
+    rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{hours:.1f}", str(lacking or "")])
     head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours", "cannot run"]
     title = f"{c.turbine_name}: {plan.table.title}, {c.where}"
     print_table(title, head, rows, text_columns=4)
@@ -280,7 +248,7 @@ def _show(plan: Plan) -> None:
 @loads.command()
 def metocean(
     site: Annotated[str, typer.Argument(help="A site of the package: iea22, weis; or template.")] = "template",
-    out: OutOption = Path("metocean.yaml"),
+    out: Annotated[Path, "File to write."] = Path("metocean.yaml"),
 ) -> None:
     """Write the conditions of a site in the sea as a file, to be edited."""
     from meltemi.core.files import replacing
@@ -299,15 +267,11 @@ def metocean(
 class ExecutionOptions:
     """How missing runs are made."""
 
-    shard: Annotated[
-        str | None, typer.Option(help="Only every N-th case, beginning with the k-th: k/N, e.g. 3/16.")
-    ] = None
-    workers: Annotated[int | None, typer.Option(help="Threads [one for each core].")] = None
-    dask: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler, or: local (processes of this machine).")
-    ] = None
-    device: Annotated[str, typer.Option(help="cpu; cuda or cuda-single: a graphics card.")] = "cpu"
-    retry: Annotated[bool, typer.Option("--retry", help="Rerun failed cases.")] = False
+    shard: Annotated[str | None, "Only every N-th case, beginning with the k-th: k/N, e.g. 3/16."] = None
+    workers: Annotated[int | None, "Threads [one for each core]."] = None
+    dask: Annotated[str | None, "Address of a Dask scheduler, or: local (processes of this machine)."] = None
+    device: Annotated[str, "cpu; cuda or cuda-single: a graphics card."] = "cpu"
+    retry: Annotated[bool, "Rerun failed cases."] = False
 
     def given(self) -> dict[str, Any]:
         """Arguments of ``run_base`` and ``run_surrogate``."""
@@ -315,23 +279,17 @@ class ExecutionOptions:
 
 
 @loads.command("run")
-@with_options
 def run_(base: BaseArgument, options: ExecutionOptions) -> None:
     """Run the missing cases of a load base."""
-    from meltemi.loads.loadbase.engine import run_base
-
     planned = _planned(base)
     folder_for(base, "load base")
     with simulation_bar("load cases", len(planned.cases), "cases") as bar:
-        found = run_base(planned, base, progress=told(bar), **options.given())
+        found = meltemi.loads.run_base(planned, base, progress=told(bar), **options.given())
     _show_status(found, base, planned)
 
 
 def _planned(base: Path) -> Plan:
-    from meltemi.loads.loadbase.campaign import read_campaign
-    from meltemi.loads.loadbase.plan import plan
-
-    found = plan(read_campaign(base))
+    found = meltemi.loads.plan(meltemi.loads.read_campaign(base))
     _warn(found)
     return found
 
@@ -340,8 +298,7 @@ def _warn(plan: Plan) -> None:
     """Say once what holds for all cases."""
     from meltemi.loads.loadbase.coverage import turbine_warnings
 
-    for words in turbine_warnings(plan):
-        say(f"warning: {words}")
+    warn(turbine_warnings(plan))
 
 
 def shard_of(text: str | None) -> tuple[int, int]:
@@ -373,10 +330,8 @@ def told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
 @loads.command()
 def status(base: BaseArgument) -> None:
     """Show the completed, failed and missing cases of a load base."""
-    from meltemi.loads.loadbase.engine import base_status
-
     planned = _planned(base)
-    _show_status(base_status(planned, base), base, planned)
+    _show_status(meltemi.loads.base_status(planned, base), base, planned)
 
 
 def _show_status(found: BaseStatus, base: Path, plan: Plan) -> None:
@@ -403,30 +358,25 @@ def _show_status(found: BaseStatus, base: Path, plan: Plan) -> None:
 @loads.command()
 def show(
     base: BaseArgument,
-    case: Annotated[str, typer.Argument(help="Name of a case, e.g. dlc1.3-14-y0-s04.")],
-    plot: Annotated[bool, typer.Option("--plot", help="Also write a plot.")] = False,
-    out: Annotated[Path | None, typer.Option(help="Folder for the files [cases in that of the base].")] = None,
+    case: Annotated[str, "Name of a case, e.g. dlc1.3-14-y0-s04."],
+    plot: Annotated[bool, "Also write a plot."] = False,
+    out: Annotated[Path | None, "Folder for the files [cases in that of the base]."] = None,
 ) -> None:
     """Simulate a case of a load base again; writes its series."""
-    from meltemi.loads.loadbase.engine import same_numbers, show_case
-    from meltemi.postprocess.files import write_netcdf
+    from meltemi.loads.loadbase.engine import same_numbers
 
     planned = _planned(base)
     folder = folder_for(out or base / "cases")
     seconds = planned.case(case).duration + planned.case(case).transient
     with simulation_bar(case, seconds, "s") as progress:
-        result = show_case(planned, case, progress)
-    files = [write_netcdf(result, folder / f"{case}.nc")]
+        result = meltemi.loads.show_case(planned, case, progress)
+    files = [meltemi.io.write_netcdf(result, folder / f"{case}.nc")]
     if plot and len(result.time) > 1:
-        from meltemi.report.plots import plot as plot_result
-        from meltemi.report.plots import save
-
-        files.append(save(plot_result(result), folder / f"{case}.png"))
+        files.append(write_figure(folder / f"{case}.png", meltemi.plot(result)))
     print(f"{case}: {result.status}{f', {result.message}' if result.message else ''}")
     for entry in result.log:
         print(f"{entry.time:8.2f} s  {entry.what}{f': {entry.reason}' if entry.reason else ''}")
-    for warning in result.warnings:
-        say(f"warning: {warning}")
+    warn(result.warnings)
     same = same_numbers(planned, base, case, result)
     words = {
         None: "not in the load base",
@@ -441,19 +391,17 @@ def show(
 @loads.command()
 def report(
     base: BaseArgument,
-    against: Annotated[Path | None, typer.Option(help="Another load base, to which utilisations refer.")] = None,
-    limits: Annotated[Path | None, typer.Option(help="Limits of loads (YAML), to which utilisations refer.")] = None,
+    against: Annotated[Path | None, "Another load base, to which utilisations refer."] = None,
+    limits: Annotated[Path | None, "Limits of loads (YAML), to which utilisations refer."] = None,
     settings: SettingsOption = None,
     project: Annotated[
-        Path | None,
-        typer.Option(help="Project, author, revision, date (YAML) [project.yaml in the base's folder]."),
+        Path | None, "Project, author, revision, date (YAML) [project.yaml in the base's folder]."
     ] = None,
-    word: Annotated[bool, typer.Option("--word", help="Also write report.docx, with the same content.")] = False,
+    word: Annotated[bool, "Also write report.docx, with the same content."] = False,
 ) -> None:
     """Write the report of a load base: one HTML file, its tables as Excel and CSV, on demand a Word file."""
-    from meltemi.loads.loadbase.design import design_loads
     from meltemi.loads.loadbase.project import read_project
-    from meltemi.loads.loadbase.report import read_limits, write_report
+    from meltemi.loads.loadbase.report import read_limits
     from meltemi.loads.loadbase.settings import read_settings
 
     if against is not None and limits is not None:
@@ -461,11 +409,13 @@ def report(
     planned, given = _planned(base), None if limits is None else read_limits(limits)
     title = read_project(base, project)
     of = read_settings(settings)
-    other = None if against is None else (str(against), design_loads(_planned(against), against, of))
+    other = None if against is None else (str(against), meltemi.loads.design_loads(_planned(against), against, of))
     folder_for(base, "load base")
     with progress_bar("report"):
-        design = design_loads(planned, base, of)
-        files = write_report(planned, base, against=other, limits=given, design=design, project=title, word=word)
+        design = meltemi.loads.design_loads(planned, base, of)
+        files = meltemi.loads.write_report(
+            planned, base, against=other, limits=given, design=design, project=title, word=word
+        )
     wrote(*files)
     without = design.problems.index[design.problems["state"].isin(["missing", "failed", "unsupported"])]
     ran = next((case.name for case in planned.cases if case.name not in without), None)
@@ -475,18 +425,16 @@ def report(
 @loads.command()
 def compare(
     base: BaseArgument,
-    other: Annotated[Path, typer.Argument(help="Folder of the other load base, the reference.")],
+    other: Annotated[Path, "Folder of the other load base, the reference."],
     out: OutOption = Path("comparison"),
     settings: SettingsOption = None,
 ) -> None:
     """Compare two load bases: two controllers, two turbines, or a change."""
-    from meltemi.loads.loadbase.report_comparison import write_base_comparison
     from meltemi.loads.loadbase.settings import read_settings
 
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
     of = read_settings(settings)
-    folder_for(out)
     with progress_bar("comparison"):
-        files = write_base_comparison(bases[0], bases[1], out, of)
+        files = meltemi.loads.write_base_comparison(bases[0], bases[1], out, of)
     wrote(*files)
     suggest("loads", "report", base, "--against", other)

@@ -5,12 +5,21 @@ from __future__ import annotations
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
+from warnings import catch_warnings, simplefilter
 
-import typer
-
-from meltemi.app.commands import Group
-from meltemi.app.options import TURBINES, ControllerInputOption, ControllerOption, controller_of_options, with_options
-from meltemi.app.scans import values_of
+import meltemi
+from meltemi.app.commands import CommandGroup
+from meltemi.app.options import (
+    TURBINES,
+    ControllerInputOption,
+    ControllerOption,
+    TurbineArgument,
+    controller_of,
+    of_options,
+    turbine_key,
+)
+from meltemi.app.scans import numbers_of, pairs_of, values_of
+from meltemi.app.signatures import Range
 from meltemi.app.terminal import (
     OutOption,
     folder_for,
@@ -20,6 +29,9 @@ from meltemi.app.terminal import (
     say,
     simulation_bar,
     suggest,
+    warn,
+    write_figure,
+    write_results,
     wrote,
 )
 from meltemi.core.errors import InputError
@@ -28,90 +40,59 @@ from meltemi.loads.commands.loads import ExecutionOptions, told
 
 if TYPE_CHECKING:
     from meltemi.loads.surrogate.model import Surrogate
-    from meltemi.loads.surrogate.site import SiteTable
 
-FolderArgument = Annotated[Path, typer.Argument(help="Folder of a surrogate campaign, as design writes it.")]
-FileArgument = Annotated[Path, typer.Argument(help="File of a surrogate, as fit writes it.")]
-ClassOption = Annotated[str, typer.Option("--class", "--wind-class", help="Wind turbine class of IEC 61400-1.")]
-TurbineOption = Annotated[
-    str | None,
-    typer.Option("--turbine", help="Refuse a surrogate of another turbine.", autocompletion=TURBINES),
-]
-EditionOption = Annotated[int, typer.Option("--edition", help="Edition of IEC 61400-1: 3, 4.")]
+FolderArgument = Annotated[Path, "Folder of a surrogate campaign, as design writes it."]
+FileArgument = Annotated[Path, "File of a surrogate, as fit writes it."]
+ClassOption = Annotated[str, "--class", "--wind-class", "Wind turbine class of IEC 61400-1."]
+TurbineOption = Annotated[str | None, "Refuse a surrogate of another turbine.", TURBINES]
+EditionOption = Annotated[int, "Edition of IEC 61400-1: 3, 4."]
 MODEL = "surrogate.json"
 
-surrogate = typer.Typer(
-    cls=Group,
-    help="Load surrogates: equivalent loads as a function of site conditions.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-
-
-@surrogate.callback()
-def group() -> None:
-    """Load surrogates: equivalent loads as a function of site conditions."""
+surrogate = CommandGroup("Load surrogates: equivalent loads as a function of site conditions.")
 
 
 @surrogate.command()
 def design(
-    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.", autocompletion=TURBINES)],
-    variables: Annotated[
-        str | None, typer.Option("--variables", help="Site variables, e.g. speed,turbulence_intensity [six].")
-    ] = None,
-    bounds: Annotated[
-        str | None, typer.Option("--bounds", help="Constant bounds in SI units, e.g. air_density=0.9:1.3.")
-    ] = None,
-    loads: Annotated[
-        str | None, typer.Option("--loads", help="Loads with S-N slopes, e.g. tower_base_moment_fore_aft=4 [seven].")
-    ] = None,
-    method: Annotated[str, typer.Option("--method", help="Space-filling design: sobol, latin.")] = "sobol",
-    points: Annotated[int, typer.Option("--points", help="Points of the fit.")] = 256,
-    repeats: Annotated[int, typer.Option("--repeats", help="Points of the fit with several seeds.")] = 16,
-    checks: Annotated[int, typer.Option("--checks", help="Held-out points.")] = 32,
-    seeds: Annotated[int, typer.Option("--seeds", help="Seeds of repeated and held-out points.")] = 6,
-    duration: Annotated[float, typer.Option("--duration", help="Evaluated duration [s].")] = 600.0,
-    transient: Annotated[float, typer.Option("--transient", help="Initial transient [s].")] = 60.0,
+    turbine: TurbineArgument,
+    variables: Annotated[tuple[str, ...] | None, "Site variables, e.g. speed,turbulence_intensity [six]."] = None,
+    bounds: Annotated[str | None, "Constant bounds in SI units, e.g. air_density=0.9:1.3."] = None,
+    loads: Annotated[str | None, "Loads with S-N slopes, e.g. tower_base_moment_fore_aft=4 [seven]."] = None,
+    method: Annotated[str, "Space-filling design: sobol, latin."] = "sobol",
+    points: Annotated[int, "Points of the fit."] = 256,
+    repeats: Annotated[int, "Points of the fit with several seeds."] = 16,
+    checks: Annotated[int, "Held-out points."] = 32,
+    seeds: Annotated[int, "Seeds of repeated and held-out points."] = 6,
+    duration: Annotated[float, "Evaluated duration [s]."] = 600.0,
+    transient: Annotated[float, "Initial transient [s]."] = 60.0,
     controller: ControllerOption = None,
     controller_input: ControllerInputOption = None,
-    realisation: Annotated[
-        int, typer.Option("--realisation", help="Number of the realisation: points and seeds follow from it.")
-    ] = 1,
+    realisation: Annotated[int, "Number of the realisation: points and seeds follow from it."] = 1,
     out: OutOption = Path("surrogate"),
 ) -> None:
     """Choose the points of a surrogate; writes surrogate.yaml and design.csv."""
     from meltemi.core.usual import unusual_numbers
-    from meltemi.core.yamlfile import validated
-    from meltemi.loads.surrogate.campaign import SurrogateCampaign, surrogate_design, write_surrogate_campaign
     from meltemi.loads.surrogate.space import UNITS
 
-    path = Path(turbine)
-    given: dict[str, Any] = {"turbine": str(path.absolute()) if path.is_file() else turbine, "method": method}
+    given: dict[str, Any] = {"turbine": turbine_key(turbine), "method": method}
     given |= {"points": points, "repeats": repeats, "checks": checks, "seeds": seeds, "realisation": realisation}
     given |= {"duration": duration, "transient": transient}
     if variables is not None:
-        given["variables"] = [name.strip() for name in variables.split(",") if name.strip()]
+        given["variables"] = variables
     if bounds is not None:
-        given["bounds"] = {name: _numbers(text, "--bounds", 2) for name, text in _pairs(bounds, "--bounds")}
+        given["bounds"] = {name: _interval(text) for name, text in pairs_of(bounds, "--bounds").items()}
     if loads is not None:
-        given["loads"] = {name: _numbers(text, "--loads", 1)[0] for name, text in _pairs(loads, "--loads")}
+        given["loads"] = numbers_of(loads, "--loads", "NAME=VALUE")
     if controller is not None or controller_input is not None:
-        named = {"--controller": controller, "--controller-input": controller_input}
-        given["controller"] = controller_of_options({k: v for k, v in named.items() if v is not None})
-    campaign = validated(given, SurrogateCampaign, "meltemi surrogate design")
-    for words in unusual_numbers(campaign):
-        say(f"warning: {words}")
-    planned = surrogate_design(campaign)
-    folder_for(out)
-    files = write_surrogate_campaign(campaign, planned, out)
+        given["controller"] = controller_of(controller, controller_input)
+    campaign = of_options(given, meltemi.loads.SurrogateCampaign, "meltemi surrogate design")
+    warn(unusual_numbers(campaign))
+    planned = meltemi.loads.surrogate_design(campaign)
+    files = meltemi.loads.write_surrogate_campaign(campaign, planned, out)
     low, high = planned.values.min(axis=0), planned.values.max(axis=0)
-    unit = [
-        ("deg", degrees(1.0)) if name in ("inclination", "yaw_error") else ("", 1.0) for name in planned.space.names
-    ]
-    rows = [
-        [name, f"{a * k:.4g}", f"{b * k:.4g}", u or UNITS[name]]
-        for name, a, b, (u, k) in zip(planned.space.names, low, high, unit, strict=True)
-    ]
+    rows = []
+    for name, a, b in zip(planned.space.names, low, high, strict=True):
+        unit, k = ("deg", degrees(1.0)) if name in ("inclination", "yaw_error") else (UNITS[name], 1.0)
+        rows.append([name, f"{a * k:.4g}", f"{b * k:.4g}", unit])
     print_table(f"{turbine}: points", ["variable", "lowest", "highest", "unit"], rows)
     hours = len(planned) * (duration + transient) / 3600.0
     print(f"{points} points of the fit, {checks} held-out points: {len(planned)} runs, {hours:.0f} h simulated")
@@ -121,33 +102,23 @@ def design(
         say(f"to run it needs {words}")
 
 
-def _pairs(text: str, option: str) -> list[tuple[str, str]]:
-    found = [part.partition("=") for part in text.split(",") if part.strip()]
-    if not found or any(not (name.strip() and sign and value.strip()) for name, sign, value in found):
-        raise InputError(f"{option} {text!r}: expected NAME=VALUE, separated by commas")
-    return [(name.strip(), value.strip()) for name, _, value in found]
-
-
-def _numbers(text: str, option: str, n: int) -> list[float]:
+def _interval(text: str) -> list[float]:
     try:
-        found = [float(part) for part in text.split(":")]
+        low, high = map(float, text.split(":"))
     except ValueError:
-        found = []
-    if len(found) != n:
-        raise InputError(f"{option}: {text!r}: expected {'a number' if n == 1 else 'two numbers, LOW:HIGH'}")
-    return found
+        raise InputError(f"--bounds: {text!r}: expected two numbers, LOW:HIGH") from None
+    return [low, high]
 
 
 @surrogate.command()
-@with_options
 def run(folder: FolderArgument, options: ExecutionOptions) -> None:
     """Run the missing points of a surrogate."""
-    from meltemi.loads.surrogate.campaign import read_surrogate_campaign, run_surrogate
+    from meltemi.loads.surrogate.campaign import read_surrogate_campaign
 
     n = len(read_surrogate_campaign(folder)[1])
     folder_for(folder, "surrogate")
     with simulation_bar("points", n, "runs") as bar:
-        done, failed, missing = run_surrogate(folder, progress=told(bar), **options.given())
+        done, failed, missing = meltemi.loads.run_surrogate(folder, progress=told(bar), **options.given())
     print(f"{done} of {n} runs done, {failed} failed, {missing} missing")
     suggest("surrogate", "fit" if done else "run", folder)
 
@@ -155,27 +126,20 @@ def run(folder: FolderArgument, options: ExecutionOptions) -> None:
 @surrogate.command()
 def fit(
     folder: FolderArgument,
-    kind: Annotated[
-        str, typer.Option("--kind", help="polynomial (chaos expansion), gaussian (process).")
-    ] = "polynomial",
-    degree: Annotated[int, typer.Option("--degree", help="Largest degree of the polynomials.")] = 12,
+    kind: Annotated[str, "polynomial (chaos expansion), gaussian (process)."] = "polynomial",
+    degree: Annotated[int, "Largest degree of the polynomials."] = 12,
 ) -> None:
     """Fit a surrogate to the runs and validate it at held-out points; writes surrogate.json, a table and a plot."""
-    from meltemi.loads.surrogate.campaign import surrogate_loads
-    from meltemi.loads.surrogate.fit import fit_surrogate
-    from meltemi.loads.surrogate.model import write_surrogate
-    from meltemi.loads.surrogate.report import fit_rows, influence_rows, plot_surrogate
-    from meltemi.report.plots import save
-    from meltemi.report.tables import write_csv
+    from meltemi.loads.surrogate.report import fit_rows, influence_rows
 
     folder_for(folder, "surrogate")
     with progress_bar("fit"):
-        campaign, points, found = surrogate_loads(folder)
-        made = fit_surrogate(campaign, points, found, kind, degree)
+        campaign, points, found = meltemi.loads.surrogate_loads(folder)
+        made = meltemi.loads.fit_surrogate(campaign, points, found, kind, degree)
         files = [
-            write_surrogate(made, folder / MODEL),
-            write_csv(folder / "fit.csv", *fit_rows(made)),
-            save(plot_surrogate(made, points, found), folder / "validation.png"),
+            meltemi.loads.write_surrogate(made, folder / MODEL),
+            meltemi.io.write_csv(folder / "fit.csv", *fit_rows(made)),
+            write_figure(folder / "validation.png", meltemi.plots.plot_surrogate(made, points, found)),
         ]
     print_table(f"{made.turbine}: {kind} surrogate, equivalent loads at 1 Hz", *fit_rows(made))
     f = made.facts
@@ -204,24 +168,20 @@ def _next(made: Surrogate, file: Path, *words: object) -> None:
 @surrogate.command()
 def refine(
     folder: FolderArgument,
-    points: Annotated[int, typer.Option("--points", help="Number of further points.")] = 64,
+    points: Annotated[int, "Number of further points.", Range(1)] = 64,
     wind_class: ClassOption = "IB",
     edition: EditionOption = 4,
-    site: Annotated[Path | None, typer.Option("--site", help="Site (YAML, or JSON of IEC 61400-15-1).")] = None,
+    site: Annotated[Path | None, "Site (YAML, or JSON of IEC 61400-15-1)."] = None,
 ) -> None:
     """Add points where the error of the lifetime loads is largest; extends design.csv."""
-    from meltemi.loads.surrogate.campaign import read_surrogate_campaign, surrogate_loads, write_surrogate_campaign
-    from meltemi.loads.surrogate.fit import fit_surrogate, further_points
-    from meltemi.loads.surrogate.site import class_table, read_site_table
+    from meltemi.loads.surrogate.campaign import read_surrogate_campaign
 
-    if points < 1:
-        raise InputError(f"--points {points}: expected at least 1")
-    table = class_table(wind_class, edition) if site is None else read_site_table(site)
+    table = meltemi.loads.class_table(wind_class, edition) if site is None else meltemi.loads.read_site_table(site)
     campaign, whole = read_surrogate_campaign(folder)
-    _, some, found = surrogate_loads(folder)
-    made = fit_surrogate(campaign, some, found)
-    chosen = further_points(made, points, table.density, seed=int(whole.seed.max()) % 2**31)
-    files = write_surrogate_campaign(campaign, whole.extended(chosen), folder)
+    _, some, found = meltemi.loads.surrogate_loads(folder)
+    made = meltemi.loads.fit_surrogate(campaign, some, found)
+    chosen = meltemi.loads.further_points(made, points, table.density, seed=int(whole.seed.max()) % 2**31)
+    files = meltemi.loads.write_surrogate_campaign(campaign, whole.extended(chosen), folder)
     mean = ", ".join(f"{name} {value:.3g}" for name, value in zip(made.space.names, chosen.mean(axis=0), strict=True))
     where = "" if made.usable else ", which fill the space, since the surrogate is not usable"
     print(f"{points} further points{where}; their means: {mean}")
@@ -232,16 +192,15 @@ def refine(
 @surrogate.command()
 def evaluate(
     file: FileArgument,
-    at: Annotated[str, typer.Option("--at", help="Values in SI units, e.g. speed=10,turbulence_intensity=0.12.")],
-    clip: Annotated[bool, typer.Option("--clip", help="Take the nearest bound for values outside.")] = False,
+    at: Annotated[str, "--at", "Values in SI units, e.g. speed=10,turbulence_intensity=0.12."],
+    clip: Annotated[bool, "Take the nearest bound for values outside."] = False,
     turbine: TurbineOption = None,
 ) -> None:
     """Evaluate a surrogate at one point."""
     from meltemi.loads.surrogate.report import value_rows
 
     made = _loaded(file, turbine)
-    values = {name: _numbers(text, "--at", 1)[0] for name, text in _pairs(at, "--at")}
-    found = made(outside="clip" if clip else "error", **values)
+    found = made(outside="clip" if clip else "error", **numbers_of(at, "--at", "NAME=VALUE"))
     print_table(f"{made.turbine}: equivalent loads at 1 Hz", *value_rows(made, found), 2)
     _next(made, file, "surrogate", "site", file, "SITE.yaml", "--class", "IB")
 
@@ -249,35 +208,24 @@ def evaluate(
 @surrogate.command()
 def site(
     file: FileArgument,
-    conditions: Annotated[Path, typer.Argument(help="Site: YAML with sectors, or the JSON form of IEC 61400-15-1.")],
+    conditions: Annotated[Path, "Site: YAML with sectors, or the JSON form of IEC 61400-15-1."],
     wind_class: ClassOption = "IB",
     edition: EditionOption = 4,
-    site_turbine: Annotated[
-        str | None, typer.Option("--site-turbine", help="ID of the turbine in the JSON form.")
-    ] = None,
-    neighbours: Annotated[
-        str | None, typer.Option("--neighbours", help="Distances of neighbours in rotor diameters, e.g. 5,5,7.")
-    ] = None,
+    site_turbine: Annotated[str | None, "ID of the turbine in the JSON form."] = None,
+    neighbours: Annotated[str | None, "Distances of neighbours in rotor diameters, e.g. 5,5,7."] = None,
     turbine: TurbineOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare lifetime loads at a site with those of a design class; writes a table and a plot."""
-    from meltemi.loads.surrogate.report import plot_suitability, suitability_rows
-    from meltemi.loads.surrogate.site import class_table, read_site_table, site_suitability
-    from meltemi.report.plots import save
-    from meltemi.report.tables import write_csv
+    from meltemi.loads.surrogate.report import suitability_rows
 
-    made, table = _loaded(file, turbine), read_site_table(conditions, site_turbine)
+    made, table = _loaded(file, turbine), meltemi.loads.read_site_table(conditions, site_turbine)
     if neighbours is not None:
         table = table.replace(neighbours=tuple(values_of(neighbours, "--neighbours")))
-    found = site_suitability(made, table, class_table(wind_class, edition))
+    found = meltemi.loads.site_suitability(made, table, meltemi.loads.class_table(wind_class, edition))
     head, rows = suitability_rows(found)
-    folder_for(out)
-    files = [
-        write_csv(out / "suitability.csv", head, rows),
-        save(plot_suitability(found), out / "suitability.png"),
-    ]
-    print_table(f"{made.turbine}: {_named(table)} over class {wind_class}", head, rows)
+    files = write_results(out / "suitability", (head, rows), meltemi.plots.plot_suitability(found))
+    print_table(f"{made.turbine}: {table.name or 'site'} over class {wind_class}", head, rows)
     for name, share in found.outside.items():
         say(f"{name} is outside the surrogate for {100.0 * share:.3g} % of the site's time: the nearest bound counts")
     print_values("verdict", found.verdict, lambda text: [f"verdict: {text}, for fatigue in production"])
@@ -287,18 +235,8 @@ def site(
 
 def _loaded(file: Path, turbine: str | None) -> Surrogate:
     """The surrogate of a file, which must be that of a turbine if one is named; says whether it is not usable."""
-    from warnings import catch_warnings, simplefilter
-
-    from meltemi.loads.surrogate.model import load_surrogate
-    from meltemi.turbine.library import load_turbine
-
     with catch_warnings(record=True) as told:
         simplefilter("always")
-        made = load_surrogate(file, None if turbine is None else load_turbine(turbine))
-    for each in told:
-        say(f"warning: {each.message}")
+        made = meltemi.loads.load_surrogate(file, None if turbine is None else meltemi.load_turbine(turbine))
+    warn(each.message for each in told)
     return made
-
-
-def _named(table: SiteTable) -> str:
-    return table.name or "site"

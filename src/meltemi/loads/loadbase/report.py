@@ -23,21 +23,23 @@ from meltemi.loads.loadbase.plan import Plan
 from meltemi.loads.loadbase.project import Project, read_project
 from meltemi.loads.loadbase.report_cases import assumption_tables, case_table, statistics, statistics_chart
 from meltemi.loads.loadbase.report_loads import (
+    LOADS,
     MOMENT,
     WITH,
     clearance_table,
     duration_blocks,
+    energy_words,
     extrapolation_blocks,
     extreme_blocks,
     fatigue_blocks,
     line_blocks,
+    load_heads,
     operation_blocks,
     rose_blocks,
     signal_table,
     slopes_of,
     title_of,
     unit_of_driver,
-    with_band,
 )
 from meltemi.postprocess.extremes import COMPONENTS
 from meltemi.reports.blocks import (
@@ -51,6 +53,7 @@ from meltemi.reports.blocks import (
     Entry,
     Facts,
     Folded,
+    Marked,
     Section,
     Table,
     Verdict,
@@ -70,7 +73,6 @@ TABLES, WORKBOOK = "tables", "design_loads.xlsx"
 """Folder beside it, and a file in that."""
 SHOWN = 10
 """Cases with a problem up to which the list of them is unfolded."""
-LOADS = (*COMPONENTS, "F_res", "M_res")
 CERTIFICATE = (
     "Not certified: rules and factors were taken from secondary sources; the values listed under assumptions must be "
     "replaced by those of the turbine."
@@ -116,8 +118,27 @@ def write_report(
         ratios, to = compare_bases(d, against[1]), against[0]
     elif limits is not None:
         ratios, to = limit_ratios(d, limits), "the given limits"
-    tables, table = write_tables(d, Path(folder) / TABLES), statistics(plan, folder)
-    c = plan.campaign
+    tables = write_tables(d, Path(folder) / TABLES)
+    document = load_report(plan, folder, d, tables, ratios, to, project or read_project(folder))
+    files = [write_page(Path(folder) / FILE, document)]
+    if word:
+        from meltemi.reports.word import write_word
+
+        files.append(write_word(Path(folder) / WORD, document))
+    return [*files, write_workbook(Path(folder) / TABLES / WORKBOOK, document), *tables]
+
+
+def load_report(
+    plan: Plan,
+    folder: str | Path,
+    d: DesignLoads,
+    tables: list[Path],
+    ratios: pd.DataFrame | None = None,
+    to: str = "",
+    title: Project | None = None,
+) -> Document:
+    """The report of a load base; ``tables``: files beside it; ``ratios``: utilisations, and what they refer ``to``."""
+    c, table = plan.campaign, statistics(plan, folder)
     sections = [
         Section("Governing loads", [*glance(d, ratios, to)]),
         Section("Axes", axes_blocks(aeroelastic(load_turbine(c.turbine), "report"))),
@@ -127,8 +148,7 @@ def write_report(
         Section("Assumptions", assumption_tables(plan, d)),
         Section("Files and commands", [files_text(folder, tables), *commands(str(folder))]),
     ]
-    title = project or read_project(folder)
-    document = Document(
+    return Document(
         f"Design loads: {c.turbine_name}",
         [section for section in sections if section.content],
         facts=[*(title.facts if title else ()), *facts(plan)],
@@ -137,12 +157,6 @@ def write_report(
         running=title.running if title else "",
         cases=[CaseList(str(folder), [case.name for case in plan.cases])],
     )
-    files = [write_page(Path(folder) / FILE, document)]
-    if word:
-        from meltemi.reports.word import write_word
-
-        files.append(write_word(Path(folder) / WORD, document))
-    return [*files, write_workbook(Path(folder) / TABLES / WORKBOOK, document), *tables]
 
 
 def load_sections(d: DesignLoads) -> list[Section]:
@@ -237,9 +251,11 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
     told = d.problems[d.problems["state"] != "missing"]
     more: Folded | None = None
     if len(told):
-        listed = [[Case(str(name), base), p.row, p.state, p.message, p.meaning] for name, p in told.iterrows()]
-        classes = {(i, 2): str(state) for i, state in enumerate(told["state"])}
-        table = Table(["case", "DLC", "state", "message", "consequence"], listed, classes=classes)
+        listed = [
+            [Case(str(name), base), p.row, Marked(p.state, p.state), p.message, p.meaning]
+            for name, p in told.iterrows()
+        ]
+        table = Table(["case", "DLC", "state", "message", "consequence"], listed)
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
         more = Folded(states, table, unfolded=len(told) <= SHOWN)
     return Verdict(kind, heading, lines, more)
@@ -273,13 +289,13 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
     blocks: list[Block] = [key_numbers(d)]
     tables = []
     if len(d.ultimate):
-        rows: list[list[Cell]] = []
-        for place in d.ultimate.index.unique("interface"):
-            own = d.ultimate.loc[place]
-            rows.append([title_of(place), *(governing(place, own, name, ratios) for name in LOADS)])
+        rows = [
+            [title_of(place), *(governing(place, d.ultimate.loc[place], name, ratios) for name in LOADS)]
+            for place in d.ultimate.index.unique("interface")
+        ]
         words = f" Bars: utilisation against {to}." if to else ""
         caption = f"Ultimate loads, {WITH}"
-        tables.append(Table(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS)], rows, caption))
+        tables.append(Table(["interface", *load_heads(LOADS)], rows, caption))
         blocks.append(
             "Largest magnitude of each component with its governing load case; (!) marks a load case that is doubtful "
             f"or has warnings.{words} The extreme loads below have the contemporaneous loads."
@@ -293,8 +309,7 @@ def key_numbers(d: DesignLoads) -> Facts:
     """A line of single numbers."""
     found: list[tuple[str, str, Case | None]] = []
     if d.energy is not None:
-        gwh = 1.0 / 3.6e12
-        found.append(("annual energy", f"{with_band(d.energy.energy * gwh, d.energy.half_width * gwh)} GWh", None))
+        found.append(("annual energy", energy_words(d.energy), None))
     if len(d.clearance):
         worst = d.clearance.loc[d.clearance["left"].idxmin()]
         text = f"{number(float(worst.left))} m ({'passes' if worst.fits else 'tower strike'}), "
@@ -335,11 +350,9 @@ def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
     rows: list[list[Cell]] = []
     for place, part in own.groupby("interface", sort=False):
         best = part.loc[part[slopes[-1]].idxmax()]
-        cells: list[Cell] = []
-        for m in slopes:
-            ratio = utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}")
-            cells.append(Entry(float(best[m]) * MOMENT[1], ratio=ratio))
-        rows.append([title_of(str(place)), str(best.load), *cells])
+        use = (utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}") for m in slopes)
+        loads = (Entry(float(best[m]) * MOMENT[1], ratio=ratio) for m, ratio in zip(slopes, use, strict=True))
+        rows.append([title_of(str(place)), str(best.load), *loads])
     caption = f"Lifetime damage-equivalent ranges of the largest moment, {d.settings.reference:.3g} cycles"
     return Table(["interface", "moment", *(f"m = {m:g}\n{MOMENT[0]}" for m in slopes)], rows, caption)
 

@@ -14,8 +14,7 @@ from meltemi.loads.loadbase.engine import base_table
 from meltemi.loads.loadbase.interfaces import known_channels
 from meltemi.loads.loadbase.plan import Plan, PlannedCase
 from meltemi.loads.loadbase.wording import in_words
-from meltemi.reports.blocks import Block, Case, Cell, Statistics, Table
-from meltemi.reports.html import rounded
+from meltemi.reports.blocks import Block, Case, Cell, Marked, Statistics, Table
 from meltemi.simulation.channels import find
 
 if TYPE_CHECKING:
@@ -80,7 +79,7 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Bl
         own = []
         for channel in table.index.unique("channel"):
             part = table.loc[channel].reindex(cases)
-            ends = {end: rounded(part[end]) for end in ("min", "mean", "max")}
+            ends = {end: part[end].to_numpy(float) for end in ("min", "mean", "max")}
             own.append({"label": channel, "unit": part["unit"].dropna().iloc[0]} | ends)
         speeds = [case.variant.speed for case in plan.cases]
         yaws = [case.variant.yaw or 0.0 for case in plan.cases]
@@ -106,8 +105,7 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
     values = [own[KEY_CHANNELS[channel][0]].to_dict() for channel, own in keys.items()]
     problems = d.problems[["state", "message"]].to_dict("index")
     rows: list[list[Cell]] = []
-    classes = {}
-    for i, case in enumerate(plan.cases):
+    for case in plan.cases:
         told = problems.get(case.name, {"state": "ok", "message": ""})
         rows.append(
             [
@@ -119,15 +117,14 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
                 None if case.variant.seed is None else str(case.variant.seed),
                 f"{case.factor:g}",
                 *(value.get(case.name) for value in values),
-                *(told["state"], told["message"]),
+                "ok" if told["state"] == "ok" else Marked(told["state"], told["state"]),
+                told["message"],
             ]
         )
-        if told["state"] != "ok":
-            classes[i, 8 + len(keys)] = told["state"]
     head = ["case", "DLC", "wind", "speed\nm/s", "yaw\ndeg", "event", "seed", "factor", *heads, "state", "message"]
     ids = [f"case-0-{case.name}" for case in plan.cases]
     paper = f"All {len(rows)} cases are listed in plan.csv, those with a message in tables/problems.csv."
-    return [Table(head, rows, classes=classes, ids=ids, paper=paper)]
+    return [Table(head, rows, ids=ids, paper=paper)]
 
 
 def event_of(case: PlannedCase) -> str:
@@ -144,20 +141,21 @@ def event_of(case: PlannedCase) -> str:
 def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
     """The load case table as it was computed, and values that come from practice."""
     rows: list[list[Cell]] = []
-    classes = {}
-    for i, row in enumerate(plan.summary()):
+    for row in plan.summary():
         numbers = d.coverage.loc[row.name] if row.name in d.coverage.index else None
         counts = [str(numbers[state] or "") if numbers is not None else "" for state in ("ok", "doubtful", "failed")]
         lacking = "" if numbers is None else str(numbers["missing"] + numbers["unsupported"] or "")
+        incomplete = numbers is not None and not numbers["complete"]
         title = plan.table.rows[row.name].title
         texts = [row.name, title, row.situation, row.wind, row.type, row.factor]
         rows.append(
-            [*texts, plan.table.rows[row.name].characteristic, str(row.cases), f"{row.hours:.1f}", *counts, lacking]
+            [
+                *(*texts, plan.table.rows[row.name].characteristic, str(row.cases), f"{row.hours:.1f}", *counts),
+                Marked(lacking, "bad") if incomplete else lacking,
+            ]
         )
-        if numbers is not None and not numbers["complete"]:
-            classes[i, 12] = "bad"
     head = "DLC,title,situation,wind,loads,factor,value,cases,hours,ok,doubtful,failed,lacking".split(",")
-    table = Table(head, rows, caption="Design load cases", classes=classes)
+    table = Table(head, rows, caption="Design load cases")
     settings = d.settings
     if settings.undeflected is None and math.isfinite(d.undeflected):
         settings = settings.replace(undeflected=d.undeflected)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from meltemi.core.units import display
 from meltemi.loads.loadbase.design import DesignLoads, compare_bases, design_loads
 from meltemi.loads.loadbase.plan import Plan
-from meltemi.loads.loadbase.report import FILE, LOADS, facts, made, utilisation, verdict
+from meltemi.loads.loadbase.report import FILE, facts, made, utilisation, verdict
 from meltemi.loads.loadbase.report_cases import statistics, statistics_chart
-from meltemi.loads.loadbase.report_loads import WITH, title_of, unit_of_driver, with_band
+from meltemi.loads.loadbase.report_loads import GWH, LOADS, WITH, energy_words, load_heads, title_of, unit_of_driver
 from meltemi.loads.loadbase.settings import STANDARD, DesignSettings
 from meltemi.report.tables import write_csv
 from meltemi.reports.blocks import (
@@ -27,12 +26,14 @@ from meltemi.reports.blocks import (
     Curve,
     Document,
     Entry,
+    Marked,
     Part,
     Section,
     Table,
     words,
 )
 from meltemi.reports.html import write_page
+from meltemi.reports.rendering import report_folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,25 +57,27 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
     Raises:
       InputError: a file cannot be read or written.
     """
-    bases = (one, other)
-    a, b = (design_loads(plan, folder, settings) for folder, plan in bases)
-    found = compare_bases(a, b)
-    names = [folder for folder, _ in bases]
-    with suppress(OSError):  # writing reports why it is not there
-        Path(out).mkdir(parents=True, exist_ok=True)
-    csv = write_csv(Path(out) / "comparison.csv", *_plain_rows(found, names))
+    designs = (design_loads(one[1], one[0], settings), design_loads(other[1], other[0], settings))
+    document, out = base_comparison((one, other), designs), report_folder(out)
+    rows = _plain_rows(compare_bases(*designs), [one[0], other[0]])
+    return [write_page(out / FILE, document), write_csv(out / "comparison.csv", *rows)]
+
+
+def base_comparison(bases: tuple[Base, Base], designs: tuple[DesignLoads, DesignLoads]) -> Document:
+    """Two load bases side by side: verdicts, ratios, statistics, input; ``designs``: the design loads of both."""
+    names, found = [folder for folder, _ in bases], compare_bases(*designs)
     tables = [(folder, plan, statistics(plan, folder)) for folder, plan in bases]
     verdicts = [
-        Part(folder, [verdict(d, None, base)]) for base, (folder, d) in enumerate(zip(names, (a, b), strict=True))
+        Part(folder, [verdict(d, None, base)]) for base, (folder, d) in enumerate(zip(names, designs, strict=True))
     ]
     sections = [
-        Section("Ratios of loads", [_glance(found, names), *_energy(a, b, names)]),
+        Section("Ratios of loads", [_glance(found, names), *_energy(*designs, names)]),
         Section("All loads", [_all(found, names)]),
         Section("Statistics of all cases", statistics_chart(tables)),
         Section("Input", [_input(bases)]),
         Section("Commands", [Code(f"meltemi loads compare {names[0]} {names[1]}")]),
     ]
-    document = Document(
+    return Document(
         f"Design loads: {names[0]} and {names[1]}",
         sections,
         facts=[("load base", names[0]), ("compared with", names[1])],
@@ -82,7 +85,6 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
         footer=made(),
         cases=[CaseList(folder, [case.name for case in plan.cases]) for folder, plan in bases],
     )
-    return [write_page(Path(out) / FILE, document), csv]
 
 
 def _input(bases: tuple[Base, Base]) -> Table:
@@ -103,21 +105,19 @@ def _glance(found: pd.DataFrame, names: list[str]) -> Table:
         for name in LOADS:
             ends = [each for each in (f"{name} max", f"{name} min") if each in own.index]
             worst = max(ends, key=lambda each: abs(float(own.at[each, "value"])))
-            factor, row = unit_of_driver(name)[1], own.loc[worst]
+            row, factor = own.loc[worst], unit_of_driver(name)[1]
             values = " / ".join(words(float(row[key]) * factor) for key in ("value", "reference"))
             cells.append(Entry(ratio=utilisation(found, "ultimate", str(place), worst), note=values))
         rows.append(cells)
-    units = [f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS]
     caption = f"Governing ultimate loads of {names[0]} over those of {names[1]}, {WITH}"
-    return Table(["interface", *units], rows, caption=caption)
+    return Table(["interface", *load_heads(LOADS)], rows, caption=caption)
 
 
 def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[Block]:
     blocks: list[Block] = []
     if a.energy is not None and b.energy is not None:
-        gwh, ratio = 1.0 / 3.6e12, a.energy.energy / b.energy.energy
-        each = [f"{with_band(e.energy * gwh, e.half_width * gwh)} GWh" for e in (a.energy, b.energy)]
-        blocks.append(f"Annual energy production: {each[0]} and {each[1]}, ratio {ratio:.4f}.")
+        both, ratio = " and ".join(map(energy_words, (a.energy, b.energy))), a.energy.energy / b.energy.energy
+        blocks.append(f"Annual energy production: {both}, ratio {ratio:.4f}.")
     curves = [
         Curve(name, d.powers.index.to_numpy(float), d.powers["power"].to_numpy(float) * display("W")[1])
         for name, d in zip(names, (a, b), strict=True)
@@ -131,7 +131,7 @@ def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[Block]:
 
 def _unit(kind: str, load: str) -> tuple[str, float]:
     if kind == "energy":
-        return "GWh", 1.0 / 3.6e12
+        return "GWh", 1.0 / GWH
     if load == "tilt max":
         return "deg", 180.0 / math.pi
     return ("m", 1.0) if kind in ("clearance", "motion") else unit_of_driver(load)
@@ -139,10 +139,11 @@ def _unit(kind: str, load: str) -> tuple[str, float]:
 
 def _all(found: pd.DataFrame, names: list[str]) -> Table:
     rows: list[list[Cell]] = []
-    classes = {}
-    for i, ((kind, place, load), row) in enumerate(found.iterrows()):
+    for (kind, place, load), row in found.iterrows():
         unit, factor = _unit(kind, load)
-        ratio = f"{row.ratio:.3f}" if math.isfinite(row.ratio) else ""
+        ratio: Cell = f"{row.ratio:.3f}" if math.isfinite(row.ratio) else ""
+        if row.ratio > 1.0 and kind in ("ultimate", "fatigue", "motion"):
+            ratio = Marked(str(ratio), "over")
         cases = [
             Case(str(c), base) if isinstance(c, str) and c else ""
             for base, c in enumerate((row.case, row.reference_case))
@@ -150,10 +151,8 @@ def _all(found: pd.DataFrame, names: list[str]) -> Table:
         rows.append(
             [kind, title_of(place), load, unit, float(row.value) * factor, float(row.reference) * factor, ratio, *cases]
         )
-        if row.ratio > 1.0 and kind in ("ultimate", "fatigue", "motion"):
-            classes[i, 6] = "over"
     head = ["kind", "interface", "load", "unit", *names, "ratio", f"case\n{names[0]}", f"case\n{names[1]}"]
-    return Table(head, rows, classes=classes)
+    return Table(head, rows)
 
 
 def _plain_rows(found: pd.DataFrame, names: list[str]) -> tuple[list[str], list[list[str]]]:

@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meltemi.core.units import display
+from meltemi.loads.energy import AnnualEnergy
 from meltemi.loads.loadbase.design import DesignLoads
 from meltemi.loads.loadbase.ultimate import ExtrapolatedLoad
 from meltemi.loads.loadbase.weights import edges
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
-from meltemi.reports.blocks import Axis, Beside, Block, Case, Cell, Chart, Curve, Share, Table, chosen
+from meltemi.reports.blocks import Axis, Beside, Block, Case, Cell, Chart, Curve, Marked, Share, Table, chosen
 from meltemi.reports.turbine_facts import number
 
 if TYPE_CHECKING:
     import pandas as pd
 
+Float = NDArray[np.float64]
 FORCE, MOMENT = display("N"), display("N m")
 """Units of the report, and factors to them."""
+LOADS = (*COMPONENTS, "F_res", "M_res")
 WITH, WITHOUT = "with partial safety factor", "without partial safety factor"
 SMALL_SHARE = 0.005
 """Shares of damage below it are not printed."""
-HOUR = 3600.0
+HOUR, GWH = 3600.0, 3.6e12
 
 
 def title_of(name: str) -> str:
@@ -36,9 +41,24 @@ def unit_of_driver(driver: str) -> tuple[str, float]:
     return FORCE if driver.startswith("F") else MOMENT
 
 
+def load_heads(drivers: Iterable[str]) -> list[str]:
+    """Heads of columns of loads, with their units."""
+    return [f"{driver}\n{unit_of_driver(driver)[0]}" for driver in drivers]
+
+
+def load_cells(row: pd.Series, drivers: Iterable[str]) -> dict[str, float]:
+    """Loads of a row in the units of the report."""
+    return {driver: float(row[driver]) * unit_of_driver(driver)[1] for driver in drivers}
+
+
 def with_band(value: float, half_width: float) -> str:
     """A value with its interval, if there is one."""
     return number(value) + (f" ± {number(half_width)}" if math.isfinite(half_width) else "")
+
+
+def energy_words(e: AnnualEnergy) -> str:
+    """Annual energy production with its interval."""
+    return f"{with_band(e.energy / GWH, e.half_width / GWH)} GWh"
 
 
 def slopes_of(table: pd.DataFrame) -> list[float]:
@@ -67,26 +87,19 @@ def extreme_blocks(d: DesignLoads) -> list[Block]:
 
 
 def _extremes(own: pd.DataFrame, words: str) -> Table:
-    heads = [*COMPONENTS, "F_res", "M_res"]
-    names = [f"{h}\n{unit_of_driver(h)[0]}" for h in heads] + ["F_res\ndeg", "M_res\ndeg"]
     rows: list[list[Cell]] = []
-    classes = {}
-    for i, (driver, row) in enumerate(own.iterrows()):
-        loads: list[Cell] = [float(row[h]) * unit_of_driver(h)[1] for h in heads]
-        angles: list[Cell] = [f"{math.degrees(row[f'{h} angle']):.0f}" for h in heads[6:]]
+    for driver, row in own.iterrows():
+        extreme = str(driver).split()[0]
+        loads = [Marked(x, "own") if h == extreme else x for h, x in load_cells(row, LOADS).items()]
+        angles = [f"{math.degrees(row[f'{h} angle']):.0f}" for h in LOADS[6:]]
         runs = f"{row.rule} of {row.runs}" if row.runs > 1 else str(row.rule)
         state = "" if row.state == "ok" else str(row.state)
         lacking = f"{row.lacking} cases excluded" if row.lacking else ""
-        case = Case(str(row.case))
-        blade = str(row.blade or "")
-        factor = f"{row.factor:g}"
         note = ", ".join(filter(None, (state, lacking)))
-        rows.append([str(driver), *loads, *angles, factor, case, blade, f"{row.time:.1f}", runs, note])
-        classes[i, 1 + heads.index(str(driver).split()[0])] = "own"
-        if note:
-            classes[i, len(rows[-1]) - 1] = "doubtful"
-    head = ["extreme", *names, "factor", "case", "blade", "time\ns", "value", "note"]
-    return Table(head, rows, caption=f"Extreme loads, {words}", classes=classes)
+        conditions = (f"{row.factor:g}", Case(str(row.case)), str(row.blade or ""), f"{row.time:.1f}", runs)
+        rows.append([str(driver), *loads, *angles, *conditions, Marked(note, "doubtful") if note else ""])
+    head = ["extreme", *load_heads(LOADS), "F_res\ndeg", "M_res\ndeg", "factor", "case", "blade", "time\ns", "value"]
+    return Table([*head, "note"], rows, caption=f"Extreme loads, {words}")
 
 
 def _by_row(d: DesignLoads, place: str) -> Table:
@@ -95,16 +108,13 @@ def _by_row(d: DesignLoads, place: str) -> Table:
     drivers = [driver for driver in DRIVERS if driver in own.index.unique("driver")]
     table = own["design"].unstack("driver")[drivers]
     table = table.loc[[row for row in d.coverage.index if row in table.index]]
+    severe = {name: table[name].idxmin() if name.endswith("min") else table[name].idxmax() for name in drivers}
     rows: list[list[Cell]] = []
-    classes: dict[tuple[int, int], str] = {}
-    severe = {
-        driver: (table[driver].idxmin() if driver.endswith("min") else table[driver].idxmax()) for driver in drivers
-    }
-    for i, (row, values) in enumerate(table.iterrows()):
-        rows.append([str(row), *(float(values[driver]) * unit_of_driver(driver)[1] for driver in drivers)])
-        classes |= {(i, 1 + j): "own" for j, driver in enumerate(drivers) if severe[driver] == row}
-    heads = [f"{driver}\n{unit_of_driver(driver)[0]}" for driver in drivers]
-    return Table(["DLC", *heads], rows, caption=f"Extreme loads by design load case, {WITH}", classes=classes)
+    for row, values in table.iterrows():
+        loads = load_cells(values, drivers).items()
+        rows.append([str(row), *(Marked(x, "own") if severe[name] == row else x for name, x in loads)])
+    caption = f"Extreme loads by design load case, {WITH}"
+    return Table(["DLC", *load_heads(drivers)], rows, caption=caption)
 
 
 def extrapolation_blocks(d: DesignLoads) -> list[Block]:
@@ -115,8 +125,8 @@ def extrapolation_blocks(d: DesignLoads) -> list[Block]:
     head = ["load", "unit", "largest", "Gumbel", "Gumbel band", "Weibull", "Weibull band", *quantiles, "factor"]
     rows: list[list[Cell]] = []
     for e in d.extrapolations:
-        factor = display(e.unit)[1]
-        cells: list[Cell] = [f"{title_of(e.interface)} {e.driver}", display(e.unit)[0], e.largest * factor]
+        unit, factor = display(e.unit)
+        cells: list[Cell] = [_name(e), unit, e.largest * factor]
         for x in (e.gumbel, e.weibull):
             band = None if x is None else f"{number(x.low * factor)} to {number(x.high * factor)}"
             cells += [None if x is None else x.load * factor, band]
@@ -126,36 +136,35 @@ def extrapolation_blocks(d: DesignLoads) -> list[Block]:
         f"Loads with a probability of exceedance of {d.plan.table.extrapolation.probability:g} in ten minutes (return "
         f"period 50 years), {WITHOUT}; bands by bootstrap over the seeds."
     )
-    drawn = [
-        (f"{title_of(e.interface)} {e.driver}", [_exceedance(e)]) for e in d.extrapolations if e.gumbel or e.weibull
-    ]
-    return [words, Table(head, rows), *(chosen("Plot of", drawn) if drawn else [])]
+    drawn = [(_name(e), [_exceedance(e)]) for e in d.extrapolations if e.gumbel or e.weibull]
+    return [words, Table(head, rows), *chosen("Plot of", drawn)]
+
+
+def _name(e: ExtrapolatedLoad) -> str:
+    return f"{title_of(e.interface)} {e.driver}"
 
 
 def _exceedance(e: ExtrapolatedLoad) -> Chart:
     unit, factor = display(e.unit)
-    curves = []
-    for colour, (name, x) in enumerate((("Gumbel", e.gumbel), ("Weibull", e.weibull))):
-        if x is None:
-            continue
-        load = x.levels * factor
-        curves.append(Curve(f"{name}, band", load, x.band[0], upper=x.band[1], colour=colour))
-        curves.append(Curve(name, load, x.exceedance, colour=colour))
     found = e.gumbel or e.weibull
     assert found is not None
-    curves.append(Curve("simulations", found.points[0] * factor, found.points[1], dots=True, colour=2))
-    lowest = 0.3 * found.probability
-    for i, c in enumerate(curves):  # nothing below the probability that is asked for
-        levels, y = np.asarray(c.x), np.asarray(c.y)
-        upper = y if c.upper is None else np.asarray(c.upper)
-        keep = upper > lowest
-        band = None if c.upper is None else upper[keep]
-        curves[i] = Curve(c.name, levels[keep], np.maximum(y[keep], lowest), band, c.dots, colour=c.colour)
+    lowest = 0.3 * found.probability  # nothing below the probability that is asked for
+
+    def curve(name: str, x: Float, y: Float, colour: int, upper: Float | None = None, dots: bool = False) -> Curve:
+        keep = (y if upper is None else upper) > lowest
+        top = None if upper is None else upper[keep]
+        return Curve(name, factor * x[keep], np.maximum(y[keep], lowest), top, dots, colour=colour)
+
+    curves = []
+    for colour, (name, x) in enumerate((("Gumbel", e.gumbel), ("Weibull", e.weibull))):
+        if x is not None:
+            curves.append(curve(f"{name}, band", x.levels, x.band[0], colour, upper=x.band[1]))
+            curves.append(curve(name, x.levels, x.exceedance, colour))
+    curves.append(curve("simulations", found.points[0], found.points[1], 2, dots=True))
     ends = [float(np.min(found.points[0])) * factor, found.load * factor]
     curves.append(Curve("50 years", ends, [found.probability] * 2, dash="5 4", colour=4))
     words = "Probability of exceedance in ten minutes: simulations, fitted distributions and their bands."
-    axes = Axis(f"{title_of(e.interface)} {e.driver}", unit), Axis("probability", log=True)
-    return Chart(f"{title_of(e.interface)} {e.driver}", *axes, curves, caption=words)
+    return Chart(_name(e), Axis(_name(e), unit), Axis("probability", log=True), curves, caption=words)
 
 
 def clearance_table(d: DesignLoads) -> list[Block]:
@@ -163,14 +172,11 @@ def clearance_table(d: DesignLoads) -> list[Block]:
     if not len(d.clearance):
         return []
     rows: list[list[Cell]] = []
-    classes = {}
-    for i, (row, c) in enumerate(d.clearance.iterrows()):
-        lacking = str(c.lacking or "")
+    for row, c in d.clearance.iterrows():
         values = [float(c[name]) for name in ("clearance", "factor", "deflection", "left")]
-        case, verdict = Case(str(c.case)), "passes" if c.fits else "tower strike"
-        rows.append([str(row), *values, 100.0 * float(c.ratio), case, str(c.runs), lacking, verdict])
-        if not c.fits:
-            classes[i, 9] = "bad"
+        result = "passes" if c.fits else Marked("tower strike", "bad")
+        excluded = str(c.lacking or "")
+        rows.append([str(row), *values, 100.0 * float(c.ratio), Case(str(c.case)), str(c.runs), excluded, result])
     head = ["DLC", "clearance\nm", "factor", "deflection\nm", "remaining\nm", "clearance\n%"]
     words = (
         f"Smallest distance between blade tip and tower surface; {number(d.undeflected)} m undeflected. Remaining "
@@ -178,20 +184,18 @@ def clearance_table(d: DesignLoads) -> list[Block]:
         "load and material. Load cases in which no blade passes the tower, such as those of a rotor locked with the "
         "blades away from it, have no clearance."
     )
-    return [words, Table([*head, "case", "simulations", "excluded", "result"], rows, classes=classes)]
+    return [words, Table([*head, "case", "simulations", "excluded", "result"], rows)]
 
 
 def line_blocks(d: DesignLoads) -> list[Block]:
     """Design tensions of the mooring lines: the governing row of each with all lines and after the loss of one."""
     rows: list[list[Cell]] = []
-    classes = {}
     table = d.lines.reset_index()
     for (channel, lost), own in table.groupby(["channel", "lost"], sort=False) if len(table) else ():
         worst = own.loc[own["design"].idxmax()]
         loads = [float(worst[name]) * FORCE[1] for name in ("mean", "largest", "design")]
-        use = None if math.isnan(worst.utilisation) else float(worst.utilisation)
-        if use is not None and use > 1.0:
-            classes[len(rows), 5] = "bad"
+        ratio = float(worst.utilisation)
+        use = None if math.isnan(ratio) else Marked(ratio, "bad") if ratio > 1.0 else ratio
         state = "one line lost" if lost else "all lines"
         rows.append([title_of(str(channel)), state, *loads, use, f"DLC {worst.row}", Case(str(worst.case))])
     head = ["tension", "state", *(f"{name}\n{FORCE[0]}" for name in ("mean", "largest", "design")), "utilisation"]
@@ -201,7 +205,7 @@ def line_blocks(d: DesignLoads) -> list[Block]:
         f"after the loss of a line {factors.line_mean[1]:g} and {factors.line_dynamic[1]:g}. Utilisation: over the "
         "strength of the line."
     )
-    return [words, Table([*head, "DLC", "case"], rows, classes=classes)] if rows else []
+    return [words, Table([*head, "DLC", "case"], rows)] if rows else []
 
 
 def signal_table(d: DesignLoads) -> list[Block]:
@@ -225,22 +229,20 @@ def fatigue_blocks(d: DesignLoads) -> list[Block]:
     slopes = slopes_of(d.fatigue)
     rows: list[list[Cell]] = []
     for channel, row in d.fatigue.iterrows():
-        unit, factor = unit_of_driver(str(row.load)) if str(row.load).startswith("F") else MOMENT
-        loads = [float(row[m]) * factor for m in slopes]
-        rows.append(
-            [title_of(str(channel)), title_of(str(row.interface)), str(row.load), str(row.blade or ""), unit, *loads]
-        )
-    head = ["channel", "interface", "load", "blade", "unit", *(f"m = {m:g}" for m in slopes)]
+        unit, factor = unit_of_driver(str(row.load))
+        place = (title_of(str(channel)), title_of(str(row.interface)), str(row.load), str(row.blade or ""))
+        rows.append([*place, unit, *(float(row[m]) * factor for m in slopes)])
+    head = ["channel", "interface", "load", "blade", "unit", *_slope_heads(slopes)]
     words = (
         f"Damage-equivalent load ranges for {d.settings.reference:.3g} cycles in a lifetime of "
         f"{d.plan.campaign.years:g} years, by the slope m of the S-N curve. The fatigue load cases cover "
         f"{100.0 * d.covered:.4g} % of the lifetime."
     )
-    shares = [(f"m = {m:g}", [_shares(d, m)]) for m in slopes]
+    shares = [(name, [_shares(d, m)]) for m, name in zip(slopes, _slope_heads(slopes), strict=True)]
     speeds = [
         (title_of(name), [by_speed(d, name, slopes)])
-        for name in d.fatigue.index
-        if str(d.fatigue.at[name, "load"]) in COMPONENTS and int(d.fatigue.at[name, "blade"]) in (0, 1)
+        for name, row in d.fatigue.iterrows()
+        if str(row.load) in COMPONENTS and int(row.blade) in (0, 1)
     ]
     return [
         words,
@@ -250,13 +252,18 @@ def fatigue_blocks(d: DesignLoads) -> list[Block]:
     ]
 
 
+def _slope_heads(slopes: Iterable[float]) -> list[str]:
+    return [f"m = {m:g}" for m in slopes]
+
+
 def _shares(d: DesignLoads, slope: float) -> Table:
     """Share of each design load case in the damage of each channel."""
     table = d.shares[slope].groupby(level=["channel", "dlc"], sort=False).sum().unstack("dlc")
     table = table.loc[[name for name in d.fatigue.index if name in table.index]]
-    rows: list[list[Cell]] = []
-    for channel, shares in table.iterrows():
-        rows.append([title_of(str(channel)), *(Share(float(x)) if x >= SMALL_SHARE else None for x in shares)])
+    rows = [
+        [title_of(str(channel)), *(Share(float(x)) if x >= SMALL_SHARE else None for x in shares)]
+        for channel, shares in table.iterrows()
+    ]
     head = ["channel", *(f"DLC {dlc}\n%" for dlc in table.columns)]
     return Table(head, rows, caption=f"Share in the damage, m = {slope:g}")
 
@@ -281,37 +288,22 @@ def by_speed(d: DesignLoads, channel: str, slopes: list[float]) -> Chart:
 def rose_blocks(d: DesignLoads) -> list[Block]:
     """Moments by direction."""
     parts: list[tuple[str, list[Block]]] = []
+    axes = Axis("direction", "deg"), Axis("moment", MOMENT[0])
     for place in d.roses.index.unique("interface") if len(d.roses) else ():
         own = d.roses.loc[place]
         angles, slopes = own.index.to_numpy(float), slopes_of(own)
-        axes = Axis("direction", "deg"), Axis("moment", MOMENT[0])
-        largest = Curve("largest", angles, own["largest"].to_numpy(float) * MOMENT[1])
-        drawn = [
-            Chart("Largest moment", *axes, [largest], polar=True, caption=f"{WITH}, by direction"),
-            Chart(
-                "Lifetime damage-equivalent range",
-                *axes,
-                [Curve(f"m = {m:g}", angles, own[m].to_numpy(float) * MOMENT[1]) for m in slopes],
-                polar=True,
-                caption="of the moment in each direction",
-            ),
+        largest, *ranges = (own[name].to_numpy(float) * MOMENT[1] for name in ("largest", *slopes))
+        curves = [Curve(name, angles, x) for name, x in zip(_slope_heads(slopes), ranges, strict=True)]
+        both: list[Block] = [
+            Chart("Largest moment", *axes, [Curve("largest", angles, largest)], f"{WITH}, by direction", polar=True),
+            Chart("Lifetime damage-equivalent range", *axes, curves, "of the moment in each direction", polar=True),
         ]
-        rows: list[list[Cell]] = [
-            [
-                *(
-                    f"{angle:g}",
-                    float(r.largest) * MOMENT[1],
-                    f"{r.factor:g}",
-                    f"DLC {r.row}",
-                    Case(str(r.case)),
-                ),
-                *(float(r[m]) * MOMENT[1] for m in slopes),
-            ]
-            for angle, r in own.iterrows()
-        ]
-        head = ["direction\ndeg", f"largest\n{MOMENT[0]}", "factor", "DLC", "case", *(f"m = {m:g}" for m in slopes)]
-        both = Beside(drawn)
-        parts.append((title_of(str(place)), [both, Table(head, rows)]))
+        rows: list[list[Cell]] = []
+        for i, (angle, r) in enumerate(own.iterrows()):
+            governing = f"{r.factor:g}", f"DLC {r.row}", Case(str(r.case))
+            rows.append([f"{angle:g}", float(largest[i]), *governing, *(float(x[i]) for x in ranges)])
+        head = ["direction\ndeg", f"largest\n{MOMENT[0]}", "factor", "DLC", "case", *_slope_heads(slopes)]
+        parts.append((title_of(str(place)), [Beside(both), Table(head, rows)]))
     words = "Moments by direction, from the first transverse axis (0 deg) towards the second (90 deg)."
     return [words, *chosen("Interface", parts)] if parts else []
 
@@ -324,20 +316,20 @@ def duration_blocks(d: DesignLoads) -> list[Block]:
     if not len(d.durations):
         return []
     exponents = slopes_of(d.duration_loads)
-    rows: list[list[Cell]] = [
-        [title_of(str(load)), _unit(str(load))[0], *(float(row[p]) * _unit(str(load))[1] for p in exponents)]
-        for load, row in d.duration_loads.iterrows()
-    ]
+    rows: list[list[Cell]] = []
+    for load, row in d.duration_loads.iterrows():
+        unit, factor = _unit(str(load))
+        rows.append([title_of(str(load)), unit, *(float(row[p]) * factor for p in exponents)])
     head = ["load", "unit", *(f"exponent {p:.3g}" for p in exponents)]
     parts = []
     for load in d.durations.index.unique("load"):
-        own = d.durations.loc[load]
+        own, name = d.durations.loc[load], title_of(str(load))
         unit, factor = _unit(str(load))
-        low, high = (own.index.get_level_values(name).to_numpy(float) for name in ("low", "high"))
+        low, high = (own.index.get_level_values(end).to_numpy(float) for end in ("low", "high"))
         curves = [Curve("time", 0.5 * (low + high) * factor, own["time"].to_numpy(float) / HOUR, dots=True)]
         words = "in the lifetime at each load level; 20 levels per octave"
-        axes = Axis(title_of(str(load)), unit), Axis("time", "h", log=True)
-        parts.append((title_of(str(load)), [Chart(f"Duration of {title_of(str(load))}", *axes, curves, caption=words)]))
+        axes = Axis(name, unit), Axis("time", "h", log=True)
+        parts.append((name, [Chart(f"Duration of {name}", *axes, curves, caption=words)]))
     tables = [Table(head, rows, caption="Equivalent loads over revolutions")] if rows else []
     return [*tables, *chosen("Plot of", parts)]
 
@@ -350,73 +342,49 @@ def operation_blocks(d: DesignLoads) -> list[Block]:
     """Energy, stops, and duty of the drives."""
     blocks: list[Block] = []
     if d.energy is not None:
-        e, gwh = d.energy, 1.0 / 3.6e12
-        seeds = (
-            f", {100.0 * e.confidence:g} % confidence interval over the seeds" if math.isfinite(e.half_width) else ""
-        )
+        e = d.energy
+        seeds = f", {100.0 * e.confidence:g} % confidence interval over the seeds" * math.isfinite(e.half_width)
         blocks.append(
-            f"Annual energy production: {with_band(e.energy * gwh, e.half_width * gwh)} GWh{seeds}. Availability "
-            f"{100.0 * d.settings.availability:g} %; wake, electrical and other losses outside the simulation are not "
-            "included."
+            f"Annual energy production: {energy_words(e)}{seeds}. Availability {100.0 * d.settings.availability:g} %; "
+            "wake, electrical and other losses outside the simulation are not included."
         )
     if len(d.powers):
-        speeds, kw = d.powers.index.to_numpy(float), display("W")[1]
-        power, half = (d.powers[name].to_numpy(float) * kw for name in ("power", "half_width"))
-        curves = [
-            Curve("mean power", speeds, power),
-            *(
-                [Curve("interval", speeds, power - half, upper=power + half, colour=0)]
-                if np.isfinite(half).any()
-                else []
-            ),
-        ]
-        energy = Curve("energy", speeds, d.powers["energy"].to_numpy(float) / 3.6e9)
-        wind = Axis("wind speed", "m/s")
-        drawn = [
-            Chart(
-                "Power",
-                wind,
-                Axis("power", "kW", start=0.0),
-                curves,
-                caption="mean of the production cases at each wind speed",
-            ),
-            Chart(
-                "Energy",
-                wind,
-                Axis("energy", "MWh", start=0.0),
-                [energy],
-                caption="annual energy production in each wind speed bin",
-            ),
-        ]
-        blocks.append(Beside(drawn))
+        blocks.append(Beside(_power_charts(d.powers)))
     if len(d.duties):
-        rows: list[list[Cell]] = []
-        for drive, duty in d.duties.iterrows():
-            travel = [math.degrees(duty.travel), duty.moving / HOUR, 100.0 * duty.moving_share]
-            rates = [math.degrees(duty.rms_rate), math.degrees(duty.largest_rate)]
-            rows.append(
-                [
-                    title_of(str(drive)),
-                    *travel,
-                    float(duty.starts),
-                    float(duty.reversals),
-                    *rates,
-                    Case(str(duty.case)),
-                ]
-            )
-        head = [
-            "drive",
-            "travel\ndeg",
-            "moving\nh",
-            "moving\n%",
-            "starts",
-            "reversals",
-            "rms rate\ndeg/s",
-            "largest rate\ndeg/s",
-            "case",
-        ]
-        blocks.append(Table(head, rows, caption="Annual duty of the drives"))
+        blocks.append(_duty_table(d.duties))
     if len(d.stops):
-        rows = [[str(row), float(stops)] for row, stops in d.stops.iloc[:, 0].items()]
+        rows: list[list[Cell]] = [[str(row), float(stops)] for row, stops in d.stops.iloc[:, 0].items()]
         blocks.append(Table(["DLC", "stops"], rows, caption="Stops per year"))
     return blocks
+
+
+def _power_charts(powers: pd.DataFrame) -> list[Block]:
+    """Mean power and annual energy over wind speed."""
+    speeds, kw = powers.index.to_numpy(float), display("W")[1]
+    power, half = (powers[name].to_numpy(float) * kw for name in ("power", "half_width"))
+    curves = [Curve("mean power", speeds, power)]
+    if np.isfinite(half).any():
+        curves.append(Curve("interval", speeds, power - half, upper=power + half, colour=0))
+    energy = Curve("energy", speeds, powers["energy"].to_numpy(float) / 3.6e9)
+    wind, kilowatts, megawatt_hours = (
+        Axis("wind speed", "m/s"),
+        Axis("power", "kW", start=0.0),
+        Axis("energy", "MWh", start=0.0),
+    )
+    words = "mean of the production cases at each wind speed", "annual energy production in each wind speed bin"
+    return [
+        Chart("Power", wind, kilowatts, curves, words[0]),
+        Chart("Energy", wind, megawatt_hours, [energy], words[1]),
+    ]
+
+
+def _duty_table(duties: pd.DataFrame) -> Table:
+    """Annual travel, time and rates of the drives."""
+    rows: list[list[Cell]] = []
+    for drive, duty in duties.iterrows():
+        travel = [math.degrees(duty.travel), duty.moving / HOUR, 100.0 * duty.moving_share]
+        rates = [math.degrees(duty.rms_rate), math.degrees(duty.largest_rate)]
+        counts = [float(duty.starts), float(duty.reversals)]
+        rows.append([title_of(str(drive)), *travel, *counts, *rates, Case(str(duty.case))])
+    head = ["drive", "travel\ndeg", "moving\nh", "moving\n%", "starts", "reversals", "rms rate\ndeg/s"]
+    return Table([*head, "largest rate\ndeg/s", "case"], rows, caption="Annual duty of the drives")

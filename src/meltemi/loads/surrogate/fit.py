@@ -117,36 +117,26 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
     Raises:
       InputError: scikit-learn is not installed.
     """
-    from scipy.linalg import cho_factor, cho_solve
-
     need("kind gaussian", "scikit-learn")
     from warnings import catch_warnings
 
+    from scipy.linalg import cho_solve
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
-    kernel = ConstantKernel(4.0, (1e-2, 1e2)) * RBF(np.ones(germ.shape[1]), (0.1, 100.0)) + WhiteKernel(
-        0.05, (1e-8, 2.0)
-    )
+    smooth = ConstantKernel(4.0, (1e-2, 1e2)) * RBF(np.ones(germ.shape[1]), (0.1, 100.0))
+    random, n, mean, scale = np.random.default_rng(seed), len(y), float(y.mean()), float(y.std()) or 1.0
+    some, z = random.permutation(n)[:LEARNED], (y - mean) / scale
     with catch_warnings(action="ignore"):  # of hyperparameters at their limits
-        some = np.random.default_rng(seed).permutation(len(y))[:LEARNED]
-        z = (y - y.mean()) / (y.std() or 1.0)
-        learned = GaussianProcessRegressor(kernel).fit(germ[some], z[some]).kernel_
+        learned = GaussianProcessRegressor(smooth + WhiteKernel(0.05, (1e-8, 2.0))).fit(germ[some], z[some]).kernel_
+    process = GaussianProcessRegressor(learned, optimizer=None).fit(germ, z)
+    fitted, noise = process.predict(germ), learned.k2.noise_level
+    left = (z - fitted) / np.sqrt(np.maximum(noise * np.diag(cho_solve((process.L_, True), np.eye(n))), 1e-6))
+    drawn = random.choice(left - left.mean(), (n, DRAWS))
+    weights = process.fit(germ, np.column_stack([z, fitted[:, None] + drawn])).alpha_
+    rows = np.vstack([scale * learned.k1.k1.constant_value * weights, np.full(1 + DRAWS, mean)]).T
     basis = Kernels(germ, np.broadcast_to(learned.k1.k2.length_scale, germ.shape[1:]).copy())
-    n, variance, noise = len(y), learned.k1.k1.constant_value, learned.k2.noise_level
-    factor = cho_factor(variance * basis(germ)[:, :n] + noise * np.eye(n), lower=True)
-    ones = cho_solve(factor, np.ones(n))
-
-    def coefficients(values: Float) -> Float:
-        """Of values (n, k), with the constant of generalised least squares."""
-        constant = ones @ values / ones.sum()
-        return np.vstack([variance * cho_solve(factor, values - constant), constant])
-
-    fitted = basis(germ) @ coefficients(y[:, None])[:, 0]
-    left = (y - fitted) / np.sqrt(np.maximum(noise * np.diag(cho_solve(factor, np.eye(n))), 1e-6))
-    drawn = np.random.default_rng(seed).choice(left - left.mean(), (n, DRAWS))
-    rows = coefficients(np.column_stack([y, fitted[:, None] + drawn])).T
-    return Fit(basis, rows, float(noise * y.var()))
+    return Fit(basis, rows, noise * scale**2)
 
 
 def fit_surrogate(

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from meltemi.control_laws.filters import response
 from meltemi.controllers.tuning import margins
-from meltemi.papers.he2018.claims import change, edgewise, likelihood, percent
 from meltemi.papers.he2018.designs import ADDED, DECAY, LOST, SLOW
+from meltemi.papers.he2018.measures import change, edgewise, likelihood, percent
 from meltemi.papers.he2018.runs import (
     ALL_SPEEDS,
     CLASS_B,
@@ -28,7 +28,8 @@ from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_inter
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Table
 from meltemi.simulation.rotors import default_step
-from meltemi.tuning.compare import BLADE_SLOPE, STEEL_SLOPE, WHOLE, Comparison
+from meltemi.tuning.compare import WHOLE, Comparison
+from meltemi.tuning.quantities import BLADE_SLOPE, STEEL_SLOPE
 from meltemi.tuning.run_store import FailedResult, guarded
 
 Float = NDArray[np.float64]

@@ -16,10 +16,10 @@ from meltemi.bladed_controllers.controller import BladedController
 from meltemi.bladed_controllers.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
 from meltemi.controllers.names import SCHEMES
-from meltemi.papers.he2018.claims import change, percent
+from meltemi.papers.he2018.measures import change, percent
 from meltemi.papers.he2018.runs import CLASS_B, PAPER, READINGS, SPEED, Bench, Setup, bench, paper_turbine, wind_of
-from meltemi.papers.study import Chapter, Progress
-from meltemi.reports.blocks import Table
+from meltemi.papers.study import Progress
+from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.rotors import build
 from meltemi.tuning.compare import WHOLE, Comparison, compare
 from meltemi.turbine.definition import Turbine
@@ -164,10 +164,10 @@ def findings(found: Duel) -> list[str]:
     return lines
 
 
-def chapter(found: Duel) -> Chapter:
+def chapter(found: Duel) -> Section:
     """The chapter of the page."""
     head = (Path(__file__).parent / "duel_head.md").read_text(encoding="utf-8")
     made = f"rosco {version('rosco')}, meltemi {version('meltemi')}, {datetime.now(UTC):%Y-%m-%d}"
     s = found.setup
     last = f"*Made with {made}; {s.transient:g} to {s.duration:g} s of seeds {', '.join(map(str, s.seeds))}.*"
-    return Chapter("Beside ROSCO", [head.strip(), *duel_tables(found), *findings(found), last])
+    return Section("Beside ROSCO", [head.strip(), *duel_tables(found), *findings(found), last])

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from meltemi.papers.claim import rows_of
 from meltemi.papers.he2018.beyond import at_speed
-from meltemi.papers.he2018.claims import change, thin_airfoil
+from meltemi.papers.he2018.measures import change, thin_airfoil
 from meltemi.papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, THREE, Runs
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import ABOVE, heading, new_figure, panel
 from meltemi.reports.panels import Panel, channel, series
 from meltemi.reports.spectra_plots import plot_spectra
-from meltemi.tuning.compare import hub_moments
+from meltemi.tuning.quantities import hub_moments
 from meltemi.tuning.tuning_plots import plot_tuning
 from meltemi.turbine.flaps import DEFLECTION, naca64618_flap
 from meltemi.turbine.flaps import LIFT as LIFT_TABLE

@@ -9,23 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.controllers.names import SCHEMES
-from meltemi.papers.claim import UNJUDGED, Claim, brief, claims_table, reason_lines
+from meltemi.papers.claim import Claim, brief, claims_table, reason_lines
 from meltemi.papers.he2018 import beyond, search
-from meltemi.papers.he2018.claims import (
-    CEILINGS,
-    change,
-    claims,
-    likelihood,
-    not_detuned,
-    percent,
-    reached,
-    reasons,
-)
+from meltemi.papers.he2018.claims import claims, not_detuned
 from meltemi.papers.he2018.figures import FIGURES, bode, over_speeds
+from meltemi.papers.he2018.measures import CEILINGS, change, likelihood, percent, reached
+from meltemi.papers.he2018.reasons import reasons
 from meltemi.papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, Runs, run_all
 from meltemi.papers.he2018.verdicts import counts_words, verdicts_table
-from meltemi.papers.study import Chapter, Content, Contents, Draw, Study, applied, tabled, worded
-from meltemi.reports.blocks import Table
+from meltemi.papers.study import Contents, Draw, Study, applied, tabled, worded
+from meltemi.papers.verdict import UNJUDGED
+from meltemi.reports.blocks import Block, Part, Section, Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.tuning.compare import WHOLE
 from meltemi.tuning.run_store import guarded
@@ -99,10 +93,10 @@ def _lead(runs: Runs, lines: list[Claim], beside: list[Claim]) -> str:
     )
 
 
-def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Chapter]:
+def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Section]:
     """What does not depend on the paper's numbers; with what holds for its turbine only, if it is that."""
     divided = "Division of frequencies and the edgewise mode" if paper else "Division of frequencies"
-    built = ["### Which scheme we would build", worded(partial(beyond.verdict, runs), "Which scheme to build")]
+    built = Part("Which scheme we would build", [worded(partial(beyond.verdict, runs), "Which scheme to build")])
     not_detuned = worded(partial(beyond.not_detuned, runs), "CPFC that is not detuned")
     wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
         "ceilings": ("How much was there to gain", [ceiling_table]),
@@ -117,17 +111,17 @@ def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Chapter]:
     cpfc = SCHEMES["cpfc"].loops
     tunings = zip(cpfc, runs.bench.tunings[cpfc], strict=True)
     loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in tunings}
-    below: dict[str, list[Content]] = {
+    below: dict[str, list[Block]] = {
         "gains": [draw("bode", "Loops of CPFC", lambda: bode(loops))],
         "division": [not_detuned, *([beyond.DIVISION] if paper else [])],
         "best": [beyond.LIDAR],
         "lifetime": [
             draw("beyond_speeds", "Beyond the paper: changes over wind speed", lambda: over_speeds(runs)),
-            *(built if paper else []),
+            *([built] if paper else []),
         ],
     }
     return {
-        name: Chapter(heading, [*(tabled(heading, partial(of, runs)) for of in several), *below.get(name, [])])
+        name: Section(heading, [*(tabled(heading, partial(of, runs)) for of in several), *below.get(name, [])])
         for name, (heading, several) in wanted.items()
     }
 
@@ -159,16 +153,16 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
 
     why = reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why}))
     winds = [tabled("Other winds", partial(of, runs)) for of in (beyond.winds, search.search_table)]
-    likely: list[Content] = [
+    likely: list[Block] = [
         worded(lambda: search.told(search.estimate(runs)), "The most likely wind"),
         draw("likelihood", "Likelihood of the paper's changes by wind", lambda: search.surface(runs)),
     ]
     return Contents(
         lead=worded(partial(_lead, runs, lines, beside), "What came of it"),
         chapters={
-            "readings": Chapter("By model and wind", [verdicts()]),
-            "claims": Chapter("Claim by claim", [claims_table(lines), words, *why]),
-            "winds": Chapter("In which wind the paper's figures hold", [*winds, *likely]),
+            "readings": Section("By model and wind", [verdicts()]),
+            "claims": Section("Claim by claim", [claims_table(lines), words, *why]),
+            "winds": Section("In which wind the paper's figures hold", [*winds, *likely]),
             **_chapters(runs, draw, paper=True),
         },
         facts=_facts(runs),

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from meltemi.papers.claim import UNCHECKED, UNJUDGED, Claim
-from meltemi.papers.he2018.claims import BY_FEW, in_readings
+from meltemi.papers.claim import Claim
+from meltemi.papers.verdict import HOLDS
 from meltemi.reports.blocks import Table
 
 
 def counted(lines: Sequence[Claim]) -> list[Claim]:
     """Claims that the paper states and that can be checked."""
-    return [c for c in lines if c.basis == "paper" and not c.verdict.startswith(UNCHECKED)]
+    return [c for c in lines if c.basis == "paper" and c.outcome != "unchecked"]
 
 
 def held(lines: Sequence[Claim], readings: Sequence[str]) -> list[int]:
     """Number of those that hold in each of the readings."""
-    verdicts = [in_readings(c, readings) for c in counted(lines)]
-    return [sum(v[k] == "holds" for v in verdicts) for k in range(len(readings))]
+    verdicts = [c.judgement.in_readings(readings) for c in counted(lines)]
+    return [sum(v[k] == HOLDS for v in verdicts) for k in range(len(readings))]
 
 
 def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Sequence[str]) -> Table:
@@ -32,7 +32,11 @@ def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Seq
     rows = [
         ["hold", *(f"{k} of {whole}" for k in held(lines, readings))],
         ["hold, flaps beside an IPC that stays as it is", *(f"{k} of {whole}" for k in held(added, readings))],
-        *([c.item, *in_readings(c, readings)] for c in counted(lines) if c.verdict != "holds"),
+        *(
+            [c.item, *(v.text for v in c.judgement.in_readings(readings))]
+            for c in counted(lines)
+            if c.outcome != "held"
+        ),
     ]
     note = "All other claims that can be checked hold in every reading."
     return Table(["claim", *readings], rows, "Verdicts by model and wind", text_columns=len(readings) + 1, note=note)
@@ -41,13 +45,13 @@ def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Seq
 def counts_words(lines: Sequence[Claim], added: Sequence[Claim], readings: Sequence[str]) -> str:
     """The counts in a few sentences."""
     checked = counted(lines)
-    whole, unchecked = len(checked), sum(c.verdict.startswith(UNCHECKED) for c in lines if c.basis == "paper")
-    if any(UNJUDGED in c.verdict for c in checked):
+    whole, unchecked = len(checked), sum(c.outcome == "unchecked" for c in lines if c.basis == "paper")
+    if any(v.outcome == "unjudged" for c in checked for _, v in c.judgement.verdicts):
         return f"The {whole} claims of the paper that can be checked are not all judged by these runs."
-    verdicts = [in_readings(c, readings) for c in checked]
-    every = sum(all(v == "holds" for v in each) for each in verdicts)
-    none = sum(all(v != "holds" for v in each) for each in verdicts)
-    few = sum(BY_FEW in c.ours for c in checked)
+    verdicts = [c.judgement.in_readings(readings) for c in checked]
+    every = sum(all(v == HOLDS for v in each) for each in verdicts)
+    none = sum(all(v != HOLDS for v in each) for each in verdicts)
+    few = sum(c.by_few for c in checked)
     each = ", ".join(f"{k} with {name}" for k, name in zip(held(lines, readings), readings, strict=True))
     other = ", ".join(map(str, held(added, readings)))
     return (

@@ -10,13 +10,14 @@ import numpy as np
 
 from meltemi.environment.rain import Rain, driest_speed, wetness
 from meltemi.environment.site import STANDARD
-from meltemi.papers.claim import Claim, by_reading, claim_group, listed, reasons_of
+from meltemi.papers.claim import Claim, claim_group, listed, reasons_of
 from meltemi.papers.palanimuthu2022 import paper
 from meltemi.papers.palanimuthu2022.figures.rain import HALF
 from meltemi.papers.palanimuthu2022.figures.rain_power import STORM, loss
 from meltemi.papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
 from meltemi.papers.palanimuthu2022.paper import claim
 from meltemi.papers.palanimuthu2022.runs import HUMID
+from meltemi.papers.verdict import by_reading
 from meltemi.studies.rain_drops import rain_loads
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic

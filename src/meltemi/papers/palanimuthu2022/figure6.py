@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.site import STANDARD
-from meltemi.papers.claim import Claim, by_reading, listed
+from meltemi.papers.claim import Claim, listed
 from meltemi.papers.palanimuthu2022 import paper
 from meltemi.papers.palanimuthu2022.machine import CALIBRATED, FORMULA, density, rotor
 from meltemi.papers.palanimuthu2022.paper import claim
@@ -24,6 +24,7 @@ from meltemi.papers.palanimuthu2022.runs import (
     power_ratio,
     ratio,
 )
+from meltemi.papers.verdict import by_reading
 from meltemi.reports.blocks import Table
 
 Float = NDArray[np.float64]

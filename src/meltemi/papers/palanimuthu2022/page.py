@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from meltemi.papers.claim import FEWEST_SEEDS, Claim, brief, claims_table, count_held, reason_lines
+from meltemi.papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi.papers.palanimuthu2022 import beyond
 from meltemi.papers.palanimuthu2022.beyond.coordination import bench, bench_chapter
 from meltemi.papers.palanimuthu2022.claims import BLADES_IN_RAIN, RAIN, REASONS, formula_claims
@@ -27,8 +27,9 @@ from meltemi.papers.palanimuthu2022.run_claims import (
     travel_change,
 )
 from meltemi.papers.palanimuthu2022.runs import PHYSICAL, PLAIN, QUICK, SMALL, Reading, Runs, Setup, run_all
-from meltemi.papers.study import Chapter, Contents, Draw, Progress, Study, applied, span, tabled, worded
-from meltemi.reports.blocks import Table
+from meltemi.papers.study import Contents, Draw, Progress, Study, applied, span, tabled, worded
+from meltemi.papers.verdict import FEWEST_SEEDS
+from meltemi.reports.blocks import Section, Table
 from meltemi.studies.climate.tables import energy_table
 from meltemi.studies.power_schemes.coordination import ENERGY, PITCH, PROPOSAL, ROOT_LOAD, TOWER_LOAD, TURNED, Bench
 from meltemi.studies.power_schemes.costs import PITCH as TRAVEL
@@ -146,14 +147,14 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     """Chapters, lead and facts of the page."""
     runs, table = found.runs, claims_table(found.claims)
     used = {claim.reason: REASONS[claim.reason] for claim in found.claims if claim.reason}
-    chapters = {"claims": Chapter("Claim by claim", [table, *reason_lines(used)])}
+    chapters = {"claims": Section("Claim by claim", [table, *reason_lines(used)])}
     wanted: dict[str, tuple[str, tuple[Callable[[Runs], Table], ...]]] = {
         "readings": ("Where the paper errs or is silent", (_readings,)),
         "gains": ("Figure 6 in numbers", (curves_table, gains_table)),
         "schemes": ("Figure 21 in numbers", (schemes_table,)),
     }
     chapters |= {
-        name: Chapter(words, [tabled(words, partial(of, runs)) for of in each])
+        name: Section(words, [tabled(words, partial(of, runs)) for of in each])
         for name, (words, each) in wanted.items()
     }
     chapters["bench"] = bench_chapter(found.bench, draw)

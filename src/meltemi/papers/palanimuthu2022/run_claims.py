@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.papers.claim import Claim, by_reading, claim_group, enough, listed
+from meltemi.papers.claim import Claim, claim_group, listed
 from meltemi.papers.palanimuthu2022 import paper
 from meltemi.papers.palanimuthu2022.figure6 import temperature_claims
 from meltemi.papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
@@ -21,6 +21,7 @@ from meltemi.papers.palanimuthu2022.runs import (
     Runs,
     aero_power,
 )
+from meltemi.papers.verdict import Verdict, by_reading, enough
 from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, mean_interval
 from meltemi.power_control.tables import NUMBER
 from meltemi.reports.blocks import Table
@@ -167,7 +168,7 @@ def bench_claims(bench: Bench) -> list[Claim]:
     alone, together = (changes_of(bench.conventional, name) for name in (PROPOSAL, "all three"))
     loads, travels, servo = (TOWER_LOAD, ROOT_LOAD), (PITCH, TURNED), (PITCH, PITCH_STARTS, SWING)
 
-    def judged_by(names: tuple[str, ...], changes: dict[str, MeanEstimate]) -> object:
+    def judged_by(names: tuple[str, ...], changes: dict[str, MeanEstimate]) -> Verdict:
         return enough(bench.conventional.seeds, all(falls(changes[name]) for name in names))
 
     def said(changes: dict[str, MeanEstimate], names: tuple[str, ...]) -> str:

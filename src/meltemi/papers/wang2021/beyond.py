@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.papers.study import Chapter, Draw, Progress, span, tabled, told, worded
+from meltemi.papers.study import Draw, Progress, span, tabled, told, worded
 from meltemi.papers.wang2021 import lifetime
 from meltemi.papers.wang2021.beyond_figure import beyond_figure
 from meltemi.papers.wang2021.costs import (
@@ -26,7 +26,7 @@ from meltemi.papers.wang2021.lifetime import production
 from meltemi.papers.wang2021.winds import measured
 from meltemi.papers.wang2021.words import said
 from meltemi.papers.wang2021.years import over_parts, won, year_table
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.simulation.rotors import build
 from meltemi.studies.machine_loads import YAW_BENDING
@@ -141,13 +141,13 @@ def limits_table(limits: YawLimits) -> Table:
     return Table(head, rows, "Base points that keep loads within those of extreme turbulence", note=note)
 
 
-def chapter(found: Beyond, draw: Draw) -> Chapter:
+def chapter(found: Beyond, draw: Draw) -> Section:
     """Chapter: conclusion, figure, tables."""
 
     def figure() -> Any:
         return beyond_figure(found.grid, found.limits, found.years)
 
-    return Chapter(
+    return Section(
         "Beyond the paper: what an owner would do",
         [
             worded(partial(verdict, found), "What to do"),

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, claims_of, listed, reasons_of
+from meltemi.papers.claim import Claim, claim_group, claims_of, listed, reasons_of
+from meltemi.papers.verdict import Verdict, judgement, only_for, unjudged
 from meltemi.papers.wang2021.gust import (
     DERATE,
     EMERGENCY,
@@ -60,8 +62,9 @@ def claims(runs: Runs, years: Sequence[Year]) -> list[Claim]:
     found += claim_group("loads of the strategies", "Fig. 10", lambda: _loads(runs.gusts))
     found += claim_group("availability and threshold", "conclusion", lambda: _of_years(runs.gusts, years))
     if runs.setup.quick:
-        found = [c if c.verdict.startswith(UNCHECKED) else replace(c, verdict=f"{UNJUDGED}too few runs") for c in found]
-    return [replace(c, reason="") if c.verdict == "holds" else c for c in found]
+        few = judgement(unjudged("too few runs"))
+        found = [c if c.outcome == "unchecked" else replace(c, judgement=few) for c in found]
+    return [replace(c, reason="") if c.outcome == "held" else c for c in found]
 
 
 def _table2(name: str, found_by_us: Table2) -> list[Claim]:
@@ -80,7 +83,7 @@ def _table2(name: str, found_by_us: Table2) -> list[Claim]:
     for words, low, high, band, source, reason in ranges:
         inside = (bins >= low) & (bins <= high) & judged
         change = power[inside] / target[inside] - 1.0
-        near = _known(change) or bool(np.abs(change).max() <= band)
+        near = _in_all_bins(change, np.abs(change).max() <= band)
         ours = {"change": f"{spread(100.0 * change, '+.1f')} %", "bins": listed(bins[inside])}
         stated = {"words": words, "band": 100.0 * band, "source": source, "reason": reason}
         found.append(claim("mean power", near, name=name, **ours, **stated))
@@ -101,7 +104,7 @@ def _table2(name: str, found_by_us: Table2) -> list[Claim]:
     return [
         *found,
         claim("power std", as_wide, name=name, std=spread_of_power[peak], error=own[peak], bin=bins[peak]),
-        claim("plateau std", _known(off) or bool(near.all()), name=name, near=near.sum(), n=len(above), **plateau),
+        claim("plateau std", _in_all_bins(off, near.all()), name=name, near=near.sum(), n=len(above), **plateau),
         claim("moment peak", bins[top] == 8, name=name, bin=bins[top]),
         claim("moment level", abs(level) <= MOMENT_BAND, name=name, moment=moment[top], off=100.0 * level),
         claim("moment end", as_low, name=name, ratio=ratio),
@@ -109,9 +112,9 @@ def _table2(name: str, found_by_us: Table2) -> list[Claim]:
     ]
 
 
-def _known(values: Float) -> str:
-    """Verdict on a bin without wind; empty if every bin has some."""
-    return f"{UNJUDGED}bins without wind" if np.isnan(values).any() else ""
+def _in_all_bins(values: Float, holds: bool) -> bool | Verdict:
+    """Verdict on values in bins, if every bin has some wind."""
+    return unjudged("bins without wind") if np.isnan(values).any() else holds
 
 
 def _words(values: Sequence[float] | Float, unit: str, digits: int = 0) -> str:
@@ -155,7 +158,7 @@ def _power_stage(runs: Runs) -> list[Claim]:
     return [
         claim("V2", mean=_words(v2, "kW"), simulated=100.0 * off, measured=100.0 * off_measured),
         claim("V2 moment", abs(change.mean()) <= MOMENT_BAND, change=_words(100.0 * change, "%", 1)),
-        claim("V2 variance", _where(similar), run=_words(varies, "", 2).strip(), bins=in_bins),
+        claim("V2 variance", only_for(similar), run=_words(varies, "", 2).strip(), bins=in_bins),
         claim("V2 stop", max(end) < 1.0, power=max(end)),
         claim("V2 fall", time=_words(fall, "s", 1)),
         claim("V2 loads"),
@@ -206,12 +209,6 @@ def _error(values: Float) -> float:
     return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0
 
 
-def _where(holds: Mapping[str, bool]) -> object:
-    """Verdict from those in several readings."""
-    some = [words for words, each in holds.items() if each]
-    return len(some) == len(holds) or (f"holds only for {'; '.join(some)}" if some else False)
-
-
 def _settings(g: Gusts) -> Iterator[tuple[str, list[Setting]]]:
     """Settings of the paper's machine, one for each yaw control, by direction and rise time in words."""
     own = [setting for setting in g.phases if setting.machine == MACHINE]
@@ -225,7 +222,7 @@ def _by_control(words: str, settings: Sequence[Setting], holds: Callable[[Settin
     return found if len(set(found.values())) > 1 else {f"{words} with every yaw control": next(iter(found.values()))}
 
 
-def _halves(g: Gusts, which: Sequence[tuple[str, str]]) -> dict[str, object]:
+def _halves(g: Gusts, which: Sequence[tuple[str, str]]) -> dict[str, Any]:
     """Ratios of derating by direction and rise time, and in which settings they are about half."""
     told, holds = [], dict[str, bool]()
     for (load, against), (words, settings) in product(which, list(_settings(g))):
@@ -236,7 +233,7 @@ def _halves(g: Gusts, which: Sequence[tuple[str, str]]) -> dict[str, object]:
             settings,
             lambda s, of=(load, against): about_half(g.ratios(s, *of)),  # type: ignore[misc]
         )
-    return {"verdict": _where(holds), "ratios": "; ".join(told)}
+    return {"holds": only_for(holds), "ratios": "; ".join(told)}
 
 
 def _loads(g: Gusts) -> list[Claim]:
@@ -250,7 +247,7 @@ def _loads(g: Gusts) -> list[Claim]:
     return [
         claim("bearing half", **_halves(g, bearing)),
         claim("top half", **_halves(g, [(TOP_SHEAR, IGNORE)])),
-        claim("tower top order", _where(rises), phases="; ".join(told)),
+        claim("tower top order", only_for(rises), phases="; ".join(told)),
     ]
 
 
@@ -270,13 +267,13 @@ def _of_years(g: Gusts, years: Sequence[Year]) -> list[Claim]:
     return [
         claim(
             "availability",
-            _where({f"{n} fronts a year": e.low > 0.0 for n, e in more.items()}),
+            only_for({f"{n} fronts a year": e.low > 0.0 for n, e in more.items()}),
             shares="; ".join(f"{one:.3f} and {two:.3f} % with {n} fronts" for n, (one, two) in shares.items()),
             more="; ".join(with_interval(e, 3, "+") for e in more.values()),
         ),
         claim(
             "threshold",
-            _where(better),
+            only_for(better),
             jump=jump,
             stops="; ".join(f"{with_interval(e, 1, '+')} with {n} fronts" for n, e in stops.items()),
             ratios=spread(ratios),

@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from meltemi.analyses.performance import performance_of
 from meltemi.iec.winds import ntm, nwp
-from meltemi.papers.study import Chapter, Draw, Progress, answered, told
+from meltemi.papers.study import Draw, Progress, answered, told
 from meltemi.papers.wang2021.words import said
 from meltemi.postprocess.ensemble import mean_interval, weibull_weights
 from meltemi.power_control.coordinated import CoordinatedController
 from meltemi.power_control.settings import PowerControl, Scheme
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.simulation.events import PowerLimit
 from meltemi.simulation.result import Result
@@ -218,7 +218,7 @@ def verdict(rates: Rates) -> str:
     return said("budget", load=load, budget=100.0 * budget, energy=energy, saved=worth)
 
 
-def chapter(rates: Rates, draw: Draw) -> Chapter:
+def chapter(rates: Rates, draw: Draw) -> Section:
     """Chapter of derating on a damage budget."""
     heading = "Beyond the paper: derating on a damage budget"
     return answered(heading, lambda: verdict(rates), [], lambda: [budget_table(rates)])

@@ -14,12 +14,12 @@ from itertools import product
 import numpy as np
 
 from meltemi.iec.gusts import RISE_TIME
-from meltemi.papers.study import Chapter, Draw, Progress, answered, told
+from meltemi.papers.study import Draw, Progress, answered, told
 from meltemi.papers.wang2021.costs import KWH, by_wind, longest
 from meltemi.papers.wang2021.winds import GUST_SPEED
 from meltemi.papers.wang2021.words import said
 from meltemi.postprocess.ensemble import mean_interval
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.studies.machine_loads import BLADE_ROOT, TOWER_BASE, YAW_BENDING
 from meltemi.studies.yaw_gusts import OURS, Found, Grid, run_grid
@@ -115,7 +115,7 @@ def verdict(found: Found) -> str:
     return said("slow gusts", **numbers)
 
 
-def chapter(found: Found, draw: Draw) -> Chapter:
+def chapter(found: Found, draw: Draw) -> Section:
     """Chapter of the gusts that rise as slowly as measured ones."""
     return answered(
         "Beyond the paper: gusts as slow as measured ones", lambda: verdict(found), [], lambda: [gusts_table(found)]

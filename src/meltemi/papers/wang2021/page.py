@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from meltemi.iec.gusts import RISE_TIME, Sign
 from meltemi.papers.claim import Claim, brief, claims_table, count_held, reason_lines
-from meltemi.papers.study import Chapter, Contents, Draw, Progress, Study, applied, span, tabled, told, worded
+from meltemi.papers.study import Contents, Draw, Progress, Study, applied, span, tabled, told, worded
 from meltemi.papers.wang2021 import beyond, damage_budget, figures, measured_gusts
 from meltemi.papers.wang2021.beyond import Beyond
 from meltemi.papers.wang2021.claims import REASONS, claims
@@ -30,7 +30,7 @@ from meltemi.papers.wang2021.runs import QUICK, YAW_RATE, Runs, Setup, run_all, 
 from meltemi.papers.wang2021.table2 import LOOP_BINS, MOMENT, POWER
 from meltemi.papers.wang2021.winds import STATED, TIMES, measured
 from meltemi.papers.wang2021.words import said
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Section, Table
 from meltemi.reports.state_diagram import plot_states
 from meltemi.studies.machine_loads import YAW_BENDING
 from meltemi.studies.yaw_gusts import with_yaw_rate
@@ -44,7 +44,7 @@ SHARE = 0.6
 """Of the time that the paper's part takes."""
 
 
-PARTS: dict[str, Callable[[Any, Draw], Chapter]] = {
+PARTS: dict[str, Callable[[Any, Draw], Section]] = {
     "gusts": measured_gusts.chapter,
     "budget": damage_budget.chapter,
 }
@@ -212,12 +212,12 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     return Contents(
         lead=lead(lines, runs, more),
         chapters={
-            "claims": Chapter("Claim by claim", [table, *reason_lines(REASONS)]),
-            "strategies": Chapter(
+            "claims": Section("Claim by claim", [table, *reason_lines(REASONS)]),
+            "strategies": Section(
                 "Loads of the strategies",
                 [ratios, causes, slower, *loads, tabled("The log", lambda: log_table(runs.gusts, runs.recheck))],
             ),
-            "table2": Chapter("Surrogate against measurement", [words, loops, bins, beside]),
+            "table2": Section("Surrogate against measurement", [words, loops, bins, beside]),
             "beyond": beyond.chapter(more, draw),
         }
         | {name: PARTS[name](part, draw) for name, part in found.parts.items()},
@@ -265,7 +265,7 @@ def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
         ]
         slower = worded(lambda: slowed_words(g), "Derating by speed")
         chapters = {
-            "strategies": Chapter("Loads of the strategies", [ratios, slower, *drawn]),
+            "strategies": Section("Loads of the strategies", [ratios, slower, *drawn]),
             "beyond": beyond.chapter(more, draw),
         }
         lead = " ".join((worded(lambda: gust_words(g), "The gust"), worded(lambda: grid_words(more), "The grid")))

@@ -4,29 +4,20 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import meltemi
 from meltemi.app.options import TurbineArgument
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
+from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, warn, wrote
 
 
-def inspect(
-    turbine: TurbineArgument,
-    out: OutOption = Path("out"),
-) -> None:
+def inspect(turbine: TurbineArgument, out: OutOption = Path("out")) -> None:
     """Write a summary page of a turbine: figures, main data, power curve, modes."""
-    from meltemi.turbine.library import load_turbine
-
-    described = load_turbine(turbine)
-    folder_for(out)
-    from meltemi.reports.inspection import inspect_turbine
+    described = meltemi.load_turbine(turbine)
     from meltemi.reports.turbine_facts import fact_rows
-    from meltemi.turbine.plausibility import plausibility_warnings
 
     with simulation_bar(described.name) as progress:
-        seen, files = inspect_turbine(described, out, progress=progress)
+        seen, files = meltemi.analysis.inspect_turbine(described, out, progress=progress)
     print_table(described.name, ["", "what", "value"], fact_rows(seen), text_columns=3)
     wrote(*files)
     suggest("run", turbine, "--wind-speed", 12, "--out", out)
-    for words in plausibility_warnings(described):
-        say(f"warning: {words}")
-    for what, why in seen.problems.items():
-        say(f"missing: {what}: {why}")
+    warn(meltemi.turbine.plausibility_warnings(described))
+    warn((f"{what}: {why}" for what, why in seen.problems.items()), "missing")

@@ -9,17 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import meltemi
 from meltemi.app.options import (
     IEC_MODELS,
     TURBINES,
     ClassOption,
     DirectionOption,
     EditionOption,
+    Options,
     SpectrumOption,
-    with_options,
 )
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, suggest, wrote
-from meltemi.core.errors import InputError
+from meltemi.app.terminal import OutOption, print_table, progress_bar, suggest, write_figure, wrote
+from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.formats import suffixes
 from meltemi.wind_files.formats import FORMATS, WINDS
 
@@ -41,26 +42,22 @@ class IecOptions:
     """Options of a wind of IEC 61400-1, under the names of its settings."""
 
     wind_class: ClassOption = None
-    speed: Annotated[float | None, typer.Option("--speed", "--wind-speed", help="Mean at hub height [m/s].")] = None
-    seed: Annotated[int | None, typer.Option(help="Of the turbulence [1].")] = None
+    speed: Annotated[float | None, "--speed", "--wind-speed", "Mean at hub height [m/s]."] = None
+    seed: Annotated[int | None, "Of the turbulence [1]."] = None
     edition: EditionOption = None
-    intensity: Annotated[
-        float | None, typer.Option(help="Turbulence intensity, e.g. 0.14, in place of the class's.")
-    ] = None
+    intensity: Annotated[float | None, "Turbulence intensity, e.g. 0.14, in place of the class's."] = None
     spectrum: SpectrumOption = None
-    coherent: Annotated[str | None, typer.Option(help="Components coherent across the rotor: u, all [u].")] = None
-    shear_exponent: Annotated[float | None, typer.Option("--shear", help="Power-law exponent [that of the model].")] = (
-        None
-    )
+    coherent: Annotated[str | None, "Components coherent across the rotor: u, all [u]."] = None
+    shear_exponent: Annotated[float | None, "--shear", "Power-law exponent [that of the model]."] = None
     direction: DirectionOption = None
-    points: Annotated[int | None, typer.Option(help="Grid points across [25].")] = None
-    dt: Annotated[float | None, typer.Option(help="Between planes [s] [0.1].")] = None
-    periodic: Annotated[bool, typer.Option("--periodic", help="Periodic, as long as the simulation.")] = False
-    unscaled: Annotated[bool, typer.Option("--unscaled", help="Do not scale to the exact deviation.")] = False
-    sign: Annotated[int | None, typer.Option(help="Of a direction change or shear: 1, -1 [1].")] = None
-    begin: Annotated[float | None, typer.Option(help="Of a transient [s] [60].")] = None
-    years: Annotated[int | None, typer.Option(help="Of the gusts of edition 2: 1, 50.")] = None
-    steady: Annotated[bool, typer.Option("--steady", help="EWM: steady in place of turbulent.")] = False
+    points: Annotated[int | None, "Grid points across [25]."] = None
+    dt: Annotated[float | None, "Between planes [s] [0.1]."] = None
+    periodic: Annotated[bool, "Periodic, as long as the simulation."] = False
+    unscaled: Annotated[bool, "Do not scale to the exact deviation."] = False
+    sign: Annotated[int | None, "Of a direction change or shear: 1, -1 [1]."] = None
+    begin: Annotated[float | None, "Of a transient [s] [60]."] = None
+    years: Annotated[int | None, "Of the gusts of edition 2: 1, 50."] = None
+    steady: Annotated[bool, "EWM: steady in place of turbulent."] = False
 
     def settings(self) -> dict[str, Any]:
         """The given settings, in SI units."""
@@ -71,41 +68,27 @@ class IecOptions:
 
 
 @dataclass(frozen=True)
-class FieldOptions:
+class FieldOptions(Options):
     """Options of a turbulent field."""
 
-    duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [600].")] = None
-    width: Annotated[float | None, typer.Option(help="Of the grid [m] [1.2 diameters].")] = None
-    hub_series: Annotated[
-        Path | None, typer.Option(help="CSV file with the wind at the hub, which the field reproduces.")
-    ] = None
-    gust: Annotated[
-        str | None, typer.Option(help="Gust superimposed on the turbulence: EOG, ECD, ECG, EDC, EWSH, EWSV.")
-    ] = None
-
-    def given(self) -> list[str]:
-        """The given options as on the command line."""
-        return [_option(name) for name, value in asdict(self).items() if value is not None]
+    duration: Annotated[float | None, "Duration of the simulation [s] [600]."] = None
+    width: Annotated[float | None, "Of the grid [m] [1.2 diameters]."] = None
+    hub_series: Annotated[Path | None, "CSV file with the wind at the hub, which the field reproduces."] = None
+    gust: Annotated[str | None, "Gust superimposed on the turbulence: EOG, ECD, ECG, EDC, EWSH, EWSV."] = None
 
 
-@with_options
 def wind(
     *,
     model: Annotated[
         str | None,
         typer.Argument(help="NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH, EWSV.", autocompletion=IEC_MODELS),
     ] = None,
-    source: Annotated[
-        Path | None, typer.Option("--from", help=f"Evaluate a wind file instead: {suffixes(FORMATS)}.")
-    ] = None,
+    source: Annotated[Path | None, "--from", f"Evaluate a wind file instead: {suffixes(FORMATS)}."] = None,
     iec: IecOptions,
     field: FieldOptions,
-    turbine: Annotated[
-        str | None, typer.Option("--turbine", help="A turbine's name or YAML file [nrel5mw].", autocompletion=TURBINES)
-    ] = None,
+    turbine: Annotated[str | None, "A turbine's name or YAML file [nrel5mw].", TURBINES] = None,
     file_format: Annotated[
-        str | None,
-        typer.Option("--format", help=f"Of a field: {', '.join(FIELDS)} [bts]; of a series: {', '.join(SERIES)}."),
+        str | None, "--format", f"Of a field: {', '.join(FIELDS)} [bts]; of a series: {', '.join(SERIES)}."
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -123,12 +106,9 @@ def wind(
 
 def _evaluate(source: Path, turbine: str | None, file_format: str | None, out: Path) -> tuple[object, ...]:
     """Evaluate a wind file; returns the options of a run in it."""
-    from meltemi.turbine.library import load_turbine
-
     found = _read(source)
     _check_format(file_format, found)
-    described = load_turbine(turbine) if turbine else None
-    folder_for(out)
+    described = meltemi.load_turbine(turbine) if turbine else None
     _look(found, described, out, file_format)
     whole = source.suffix.lower() != ".csv"  # a run takes no hub-height series
     return ("--wind-file", source) if whole else ("--wind-speed", 12, "--turbulence", 0.14)
@@ -139,38 +119,32 @@ def _generate(
 ) -> tuple[object, ...]:
     """Generate a wind of IEC 61400-1; returns the options of a run in it."""
     from meltemi.iec.models import MODELS, iec_wind
-    from meltemi.turbine.library import load_turbine
-    from meltemi.wind.fields import SteadyWind
-    from meltemi.wind.turbulent import TurbulentWind
-    from meltemi.wind_files import read_hub_csv
 
-    used = load_turbine(turbine)
+    used = meltemi.load_turbine(turbine)
     of_gust: tuple[str, ...] = () if field.gust is None else ("sign", "begin", "years")
     onto = {n: settings.pop(n) for n in of_gust if n in settings}
     if name in MODELS:  # otherwise the error reports it
         _check_options(MODELS[name], settings)
         if field.hub_series is not None and MODELS[name].kind == "turbulent" and "steady" not in settings:
-            settings["hub_series"] = read_hub_csv(field.hub_series)
+            settings["hub_series"] = meltemi.io.read_hub_csv(field.hub_series)
     made = iec_wind(name, turbine=used, **settings)
-    if field.given() and not isinstance(made, TurbulentWind):
-        raise InputError(f"{field.given()[0]}: {name} does not generate a turbulent field; remove the option")
+    if (given := [*field.given()]) and not isinstance(made, meltemi.TurbulentWind):
+        raise InputError(f"{given[0]}: {name} does not generate a turbulent field; remove the option")
     _check_format(file_format, made)
     seconds = 600.0 if field.duration is None else field.duration
-    if isinstance(made, TurbulentWind):
+    if isinstance(made, meltemi.TurbulentWind):
         added, kind = None, file_format or "bts"
         if field.gust is not None:
             onto |= {n: settings[n] for n in ("wind_class", "edition", "intensity") if n in settings}
             onto["speed"] = made.speed
             added = _gust(field.gust.upper(), used, onto, seconds, "periodic" in settings)
-        folder_for(out)
         box = _field(made, used, seconds, field.width, added)
         _look(replace(box, source=f"{name}, {box.label}"), used, out, kind, made if added is None else None)
     else:
         kind = "uniform"
-        folder_for(out)
         _look(made, used, out, kind)
     file = out / f"wind{SUFFIXES[kind]}"
-    of_run = ("--wind-speed", f"{made.speed:g}") if isinstance(made, SteadyWind) else ("--wind-file", file)
+    of_run = ("--wind-speed", f"{made.speed:g}") if isinstance(made, meltemi.SteadyWind) else ("--wind-file", file)
     return (*of_run, "--duration", f"{seconds:g}")
 
 
@@ -205,14 +179,11 @@ def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | Tu
     """Check that the kind of wind can be written in this format, before the computation starts."""
     if name is None:
         return
-    from meltemi.core.errors import did_you_mean
-    from meltemi.wind.fields import SteadyWind, WindSeries
-
     if name not in SUFFIXES:
         raise InputError(f"--format {name}: {did_you_mean(name, SUFFIXES)}")
-    if isinstance(wind, SteadyWind):
+    if isinstance(wind, meltemi.SteadyWind):
         raise InputError(f"--format {name}: {wind.label} needs no file; leave it out")
-    what, valid = ("a series", SERIES) if isinstance(wind, WindSeries) else ("a field", FIELDS)
+    what, valid = ("a series", SERIES) if isinstance(wind, meltemi.WindSeries) else ("a field", FIELDS)
     if name not in valid:
         expected = " or ".join([", ".join(valid[:-1]), valid[-1]] if len(valid) > 1 else valid)
         raise InputError(f"--format {name}: {wind.label} is {what}; expected {expected}")
@@ -220,9 +191,7 @@ def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | Tu
 
 def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: float, periodic: bool) -> WindSeries:
     """The gust of ``--gust``, with the options that apply to it."""
-    from meltemi.core.errors import did_you_mean
     from meltemi.iec.models import MODELS, SITUATION, iec_wind
-    from meltemi.wind.fields import WindSeries
 
     transients = [m.name for m in MODELS.values() if m.kind == "transient"]
     if name not in transients:
@@ -233,7 +202,7 @@ def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: flo
     if periodic:
         raise InputError(f"--periodic: the field repeats, and --gust {name} would repeat; remove one of the two")
     found = iec_wind(name, turbine=turbine, **options)
-    assert isinstance(found, WindSeries)
+    assert isinstance(found, meltemi.WindSeries)
     if found.time[0] >= duration:
         raise InputError(f"--gust: {found.label} begins when the run of {duration:g} s is over; choose another --begin")
     return found
@@ -243,15 +212,11 @@ def _read(path: Path) -> WindBox | WindSeries:
     """Read any wind file; hub-height wind becomes a series."""
     import numpy as np
 
-    from meltemi.wind.fields import WindSeries
-    from meltemi.wind_files import read_hub_csv
-    from meltemi.wind_files.formats import read_wind
-
     if path.suffix.lower() != ".csv":
-        return read_wind(path)
-    hub = read_hub_csv(path)
+        return meltemi.read_wind(path)
+    hub = meltemi.io.read_hub_csv(path)
     v, w = (np.zeros_like(hub.u) if c is None else c for c in (hub.v, hub.w))
-    return WindSeries(
+    return meltemi.WindSeries(
         time=hub.time, speed=np.hypot(hub.u, v), direction=-np.arctan2(v, hub.u), vertical=w, source=path.name
     )
 
@@ -263,14 +228,10 @@ def _field(
     width: float | None,
     gust: WindSeries | None,
 ) -> WindBox:
-    from meltemi.turbulence.field import generate_field
-    from meltemi.turbulence.grid import wind_grid_for
-    from meltemi.turbulence.superposition import with_gust
-
-    grid = wind_grid_for(turbine, described.points, width=width)
+    grid = meltemi.wind.wind_grid_for(turbine, described.points, width=width)
     with progress_bar(described.label) as progress:
-        box = generate_field(described, grid, duration, progress)
-    return box if gust is None else with_gust(box, gust)
+        box = meltemi.wind.generate_field(described, grid, duration, progress)
+    return box if gust is None else meltemi.wind.with_gust(box, gust)
 
 
 def _look(
@@ -281,30 +242,25 @@ def _look(
     target: TurbulentWind | None = None,
 ) -> None:
     """Write the table, the figures and, if a format is given, the wind file."""
-    from meltemi.report.plots import save
-    from meltemi.report.tables import field_rows, series_rows, write_csv
-    from meltemi.reports.wind_plots import plot_wind
-    from meltemi.turbulence.statistics import field_statistics, series_statistics
-    from meltemi.wind.fields import SteadyWind, WindBox
-    from meltemi.wind_files.formats import write_wind
+    from meltemi.report.tables import field_rows, series_rows
 
     height = None if turbine is None else turbine.hub_height
-    if isinstance(found, WindBox):
-        head, rows = field_rows(field_statistics(found, height))
+    if isinstance(found, meltemi.WindBox):
+        head, rows = field_rows(meltemi.wind.field_statistics(found, height))
     else:
-        head, rows = series_rows(series_statistics(found))
-    figures = plot_wind(found, turbine, target=target)
+        head, rows = series_rows(meltemi.wind.series_statistics(found))
+    figures = meltemi.plots.plot_wind(found, turbine, target=target)
     files: list[Path] = []
-    if file_format is not None and not isinstance(found, SteadyWind):
-        files += write_wind(found, out / f"wind{SUFFIXES[file_format]}", file_format)
-    files.append(write_csv(out / "statistics.csv", head, rows))
+    if file_format is not None and not isinstance(found, meltemi.SteadyWind):
+        files += meltemi.io.write_wind(found, out / f"wind{SUFFIXES[file_format]}", file_format)
+    files.append(meltemi.io.write_csv(out / "statistics.csv", head, rows))
     for name in FIGURES:
         if name in figures:
-            files.append(save(figures[name], out / f"{name}.png"))
+            files.append(write_figure(out / f"{name}.png", figures[name]))
         else:
             (out / f"{name}.png").unlink(missing_ok=True)  # of another wind
     print_table(found.label, head, rows, text_columns=2)
-    if isinstance(found, WindBox):
+    if isinstance(found, meltemi.WindBox):
         print(_size(found))
     wrote(*files)
 

@@ -7,6 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +54,8 @@ from meltemi.turbine.imbalance import deviations
 
 Float = NDArray[np.float64]
 
+SUPPORTED = "meltemi.sea.pile_beam"
+"""Module whose ``supported_tower`` makes one member of a tower and the pile below it."""
 MOST_NATURAL = (5, 3, 2)
 """Flap, edge and torsion modes that fewer than all residual modes may complete."""
 
@@ -148,8 +153,10 @@ def _members(
     }
     head = head_mass(turbine, pieces, axis)
     with _about(f"{turbine.name}: tower"):
-        make = tower_member if turbine.support is None else turbine.support.member
-        tower = make(turbine.tower, counts, head, turbine.foundation, tower_layout, given=given)
+        make: Any = tower_member
+        if turbine.support is not None:
+            make = partial(import_module(SUPPORTED).supported_tower, turbine.support)
+        tower: Member = make(turbine.tower, counts, head, turbine.foundation, tower_layout, given=given)
     return blade, pieces, tower
 
 

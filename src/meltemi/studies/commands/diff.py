@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say, suggest, wrote
+import meltemi
+from meltemi.app.terminal import OutOption, print_table, progress_bar, suggest, warn, write_results, wrote
 from meltemi.core.formats import suffixes
 from meltemi.postprocess.formats import FORMATS
 
@@ -16,44 +15,31 @@ LISTED = 12
 
 
 def diff(
-    ours: Annotated[Path, typer.Argument(help=f"First result: {suffixes(FORMATS)}.")],
-    theirs: Annotated[Path, typer.Argument(help="Second result, the reference.")],
+    ours: Annotated[Path, f"First result: {suffixes(FORMATS)}."],
+    theirs: Annotated[Path, "Second result, the reference."],
     channels: Annotated[
-        str | None,
-        typer.Option(
-            "--channels", help="Channels, separated by commas; node_6_alpha_1=B1N1Alpha pairs names [all common]."
-        ),
+        tuple[str, ...] | None, "Channels, separated by commas; node_6_alpha_1=B1N1Alpha pairs names [all common]."
     ] = None,
-    begin: Annotated[float | None, typer.Option("--begin", help="Start of the compared interval [s].")] = None,
-    end: Annotated[float | None, typer.Option("--end", help="End of the compared interval [s].")] = None,
+    begin: Annotated[float | None, "Start of the compared interval [s]."] = None,
+    end: Annotated[float | None, "End of the compared interval [s]."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare two results channel by channel; writes a table and a plot."""
-    wanted = [name.strip() for name in channels.split(",") if name.strip()] if channels else None
-    from meltemi.postprocess.files import read_result
-    from meltemi.studies.difference import compare_results
-
-    first, second = read_result(ours), read_result(theirs)
+    first, second = meltemi.read_result(ours), meltemi.read_result(theirs)
     with progress_bar("differences") as progress:
-        found = compare_results(first, second, wanted, begin=begin, end=end, progress=progress)
-    from meltemi.report.plots import save
-    from meltemi.report.tables import write_csv
-    from meltemi.studies.difference_plots import difference_rows, plot_differences, short_difference_rows
+        found = meltemi.analysis.compare_results(first, second, channels, begin=begin, end=end, progress=progress)
+    from meltemi.studies.difference_plots import difference_rows, short_difference_rows
 
     labels = _labels(ours, theirs)
-    folder_for(out)
-    files = [
-        write_csv(out / "differences.csv", *difference_rows(found, labels)),
-        save(plot_differences(found, wanted, labels=labels), out / "differences.png"),
-    ]
     title, every = f"{labels[0]} against {labels[1]}", difference_rows(found, labels)
+    drawn = meltemi.plots.plot_differences(found, channels, labels=labels)
+    files = write_results(out / "differences", every, drawn)
     print_table(title, *short_difference_rows(found), text_columns=2, all_rows=every)
     print(
         "mean, std, DEL: of the second result, and change of the first in percent; a mean near 0: in percent of the std"
     )
     print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades, 3 for mooring lines, 4 for other loads")
-    for warning in (*first.warnings, *second.warnings):
-        say(f"warning: {warning}")
+    warn((*first.warnings, *second.warnings))
     for note in found.notes:
         print(note)
     for label, names in zip(labels, (found.only_first, found.only_second), strict=True):
@@ -62,7 +48,9 @@ def diff(
             print(f"only in {label}: {', '.join(names[:LISTED])}{more}")
     wrote(*files)
     name = max(found.channels, key=lambda c: c.distance if c.distance == c.distance else 0.0).channel.name
-    suggest(*(("channels", "--explain", name) if wanted else ("diff", ours, theirs, "--channels", name, "--out", out)))
+    suggest(
+        *(("channels", "--explain", name) if channels else ("diff", ours, theirs, "--channels", name, "--out", out))
+    )
 
 
 def _labels(ours: Path, theirs: Path) -> tuple[str, str]:

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import typer
 
-from meltemi.app.options import TurbineArgument, WorkersOption, check_workers
-from meltemi.app.scans import angles_of, speeds_of
-from meltemi.app.terminal import OutOption, folder_for, print_table, say, simulation_bar, suggest, wrote
+import meltemi
+from meltemi.app.options import TurbineArgument, WorkersOption, load_aeroelastic, of_options, turbine_key
+from meltemi.app.scans import angles_of, cells, finish, numbers_of, speeds_of
+from meltemi.app.signatures import Range
+from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, write_results, wrote
 from meltemi.core.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -22,77 +23,47 @@ if TYPE_CHECKING:
 
 def yaw_limits(
     turbine: TurbineArgument,
-    wind_class: Annotated[str, typer.Option("--wind-class", "--class", help="Class of IEC 61400-1.")] = "IB",
-    wind_speeds: Annotated[
-        str | None, typer.Option("--wind-speeds", help="Wind speeds [m/s], e.g. 5:25:5 [seven, cut-in to cut-out].")
-    ] = None,
-    yaw_errors: Annotated[
-        str, typer.Option("--yaw-errors", help="Sizes of the yaw error [deg]; both signs are run.")
-    ] = "0:75:15",
+    wind_class: Annotated[str, "--wind-class", "--class", "Class of IEC 61400-1."] = "IB",
+    wind_speeds: Annotated[str | None, "Wind speeds [m/s], e.g. 5:25:5 [seven, cut-in to cut-out]."] = None,
+    yaw_errors: Annotated[str, "Sizes of the yaw error [deg]; both signs are run."] = "0:75:15",
     load_limits: Annotated[
         str | None,
-        typer.Option(
-            "--load-limits",
-            help="Limits [MN m, shear MN, clearance m], e.g. yaw-bearing-bending=18,tip-clearance=4 "
-            "[those of extreme turbulence].",
-        ),
+        "Limits [MN m, shear MN, clearance m], e.g. yaw-bearing-bending=18,tip-clearance=4 "
+        "[those of extreme turbulence].",
     ] = None,
     allowance: Annotated[
-        float, typer.Option(help="Factor on the loads of extreme turbulence where no limits are given.")
+        float, "Factor on the loads of extreme turbulence where no limits are given.", Range(0.1, 100)
     ] = 1.1,
-    strategy: Annotated[str, typer.Option(help="Beyond the threshold: derate, stop, ignore.")] = "derate",
-    recheck: Annotated[float, typer.Option(help="Time after which a derated turbine looks again [s].")] = 90.0,
-    seeds: Annotated[int, typer.Option("--seeds", help="Number of wind fields.")] = 2,
-    duration: Annotated[float, typer.Option("--duration", help="Judged time of each run [s], after 30 s.")] = 150.0,
+    strategy: Annotated[str, "Beyond the threshold: derate, stop, ignore."] = "derate",
+    recheck: Annotated[float, "Time after which a derated turbine looks again [s]."] = 90.0,
+    seeds: Annotated[int, "Number of wind fields.", Range(1, 1000)] = 2,
+    duration: Annotated[float, "Judged time of each run [s], after 30 s.", Range(10, 1e5)] = 150.0,
     workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Find the yaw errors that load limits allow over wind speed: table, plot, a case with these settings."""
-    check_workers(workers)
-    from meltemi.core.yamlfile import validated, write_record
+    from meltemi.core.yamlfile import write_record
     from meltemi.iec.classes import as_class
-    from meltemi.simulation.options import ModelOptions
-    from meltemi.simulation.rotors import build
-    from meltemi.turbine.library import list_turbines, load_turbine
-    from meltemi.turbine.power_turbine import aeroelastic
 
-    described = aeroelastic(load_turbine(turbine), "meltemi yaw-limits")
+    described = load_aeroelastic(turbine, "meltemi yaw-limits")
     as_class(wind_class, None)
     speeds = None if wind_speeds is None else _ascending("--wind-speeds", speeds_of(wind_speeds))
     errors = _ascending("--yaw-errors", [radians(angle) for angle in angles_of(yaw_errors, "--yaw-errors")])
-    for option, number, least, most in (
-        ("--seeds", seeds, 1, 1000),
-        ("--duration", duration, 10, 1e5),
-        ("--allowance", allowance, 0.1, 100),
-    ):
-        if not least <= number <= most:
-            raise InputError(f"{option} {number:g}: expected {least:g} to {most:g}")
-    from meltemi.cases.case import LoadCase
-    from meltemi.report.plots import save
-    from meltemi.report.tables import write_csv
     from meltemi.studies import yaw_limits as study
-    from meltemi.supervisor.threshold import YawProtection
     from meltemi.tuning.run_store import run_store
 
     limit = None if load_limits is None else _limits(load_limits)
     settings = {"strategy": strategy, "recheck_time": recheck}
-    validated(settings, YawProtection, "--strategy, --recheck")
-    folder_for(out)
-    arguments: dict[str, Any] = {
-        "wind_class": wind_class,
-        "speeds": speeds,
-        "errors": errors,
-        "limit": limit,
-        "allowance": allowance,
-    }
-    model = build(described, ModelOptions(yaw="held"))
+    of_options(settings, meltemi.control.YawProtection, "--strategy, --recheck")
+    model = meltemi.build(described, meltemi.ModelOptions(yaw="held"))
     with (
         run_store(out, repr(("yaw-limits", described.content_hash()))) as book,
         simulation_bar("yaw limits") as progress,
     ):
         found = study.find_limits(
-            model, range(1, seeds + 1), length=duration, workers=workers, progress=progress, **arguments
-        )
+            model, range(1, seeds + 1), wind_class=wind_class, speeds=speeds, errors=errors, limit=limit,
+            allowance=allowance, length=duration, workers=workers, progress=progress,
+        )  # fmt: skip
         failed = dict(book.failed)
     head, rows = study.limit_rows(found)
     print_table(f"{described.name}: largest load over its limit, over the yaw error", head, rows)
@@ -102,21 +73,11 @@ def yaw_limits(
         print(f"no limit is reached at {free} m/s: {most:g} deg is the largest of --yaw-errors")
     if over := _listed(found.speeds[found.use[:, 0] > 1.0]):
         say(f"warning: at {over} m/s loads exceed their limits at {least:g} deg already: no yaw error is allowed")
-    name = turbine if turbine in list_turbines() else str(Path(turbine).resolve())
-    write_record(
-        validated(_case(name, described.cut_out, *found.base_points, settings), LoadCase, "yaw_limits.yaml"),
-        out / "yaw_limits.yaml",
-    )
-    wrote(
-        write_csv(out / "yaw_limits.csv", head, rows),
-        save(study.plot_limits(found), out / "yaw_limits.png"),
-        out / "yaw_limits.yaml",
-    )
+    case = _case(turbine_key(turbine), described.cut_out, *found.base_points, settings)
+    write_record(of_options(case, meltemi.io.LoadCase, "yaw_limits.yaml"), out / "yaw_limits.yaml")
+    wrote(*write_results(out / "yaw_limits", (head, rows), study.plot_limits(found)), out / "yaw_limits.yaml")
     suggest("run", out / "yaw_limits.yaml", "--out", out / "run")
-    for cell, why in failed.items():
-        say(f"failed: {cell}: {why}")
-    if failed:
-        raise typer.Exit(1)
+    finish(cells(failed))
 
 
 def _listed(speeds: Float) -> str:
@@ -152,15 +113,10 @@ def _limits(text: str) -> dict[str, float]:
     from meltemi.studies.yaw_limits import UNITS
 
     names = {name.replace(" ", "-"): name for name in UNITS}
-    found = {}
-    for part in text.split(","):
-        name, _, value = part.strip().partition("=")
+    found = numbers_of(text, "--load-limits", "name=number")
+    for name, value in found.items():
         if name not in names:
             raise InputError(f"--load-limits: no load {name!r}: {did_you_mean(name, names)}")
-        try:
-            found[names[name]] = float(value)
-        except ValueError:
-            raise InputError(f"--load-limits {part.strip()!r}: expected {name}=number") from None
-        if not 0.0 < found[names[name]] < float("inf"):
-            raise InputError(f"--load-limits {part.strip()!r}: expected a positive number")
-    return found
+        if not 0.0 < value < float("inf"):
+            raise InputError(f"--load-limits {name}={value:g}: expected a positive number")
+    return {names[name]: value for name, value in found.items()}

@@ -8,105 +8,62 @@ from typing import Annotated
 
 import typer
 
-from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, WorkersOption, check_workers
-from meltemi.app.terminal import OutOption, folder_for, made_by, print_table, say, simulation_bar, suggest, wrote
+import meltemi
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, WorkersOption, load_aeroelastic
+from meltemi.app.terminal import OutOption, made_by, print_table, say, simulation_bar, suggest, wrote
 
 
 def bench_controller(
-    controllers: Annotated[
-        list[str],
-        typer.Argument(
-            help=f"Controllers: {CONTROLLER}.",
-            autocompletion=CONTROLLERS,
-        ),
-    ],
-    turbine: Annotated[
-        str, typer.Option("--turbine", help="A turbine's name or YAML file.", autocompletion=TURBINES)
-    ] = ("nrel5mw"),
-    reference: Annotated[
-        str | None,
-        typer.Option("--reference", help="Controller against which changes are formed [baseline; with --power A1]."),
-    ] = None,
-    power: Annotated[
-        str | None,
-        typer.Option("--power", help="Power reference: a share of rated power, or a CSV file of time,share [none]."),
-    ] = None,
-    wind_class: Annotated[str, typer.Option("--wind-class", "--class", help="Class of IEC 61400-1, e.g. IIB.")] = "IB",
-    limits: Annotated[
-        Path | None, typer.Option("--limits", help="YAML file with other limits, e.g. over_speed: 1.2.")
-    ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Reduced suite, which takes about a minute.")] = False,
+    controllers: Annotated[list[str], f"Controllers: {CONTROLLER}.", CONTROLLERS],
+    turbine: Annotated[str, "A turbine's name or YAML file.", TURBINES] = "nrel5mw",
+    reference: Annotated[str | None, "Controller against which changes are formed [baseline; with --power A1]."] = None,
+    power: Annotated[str | None, "Power reference: a share of rated power, or a CSV file of time,share [none]."] = None,
+    wind_class: Annotated[str, "--wind-class", "--class", "Class of IEC 61400-1, e.g. IIB."] = "IB",
+    limits: Annotated[Path | None, "YAML file with other limits, e.g. over_speed: 1.2."] = None,
+    quick: Annotated[bool, "Reduced suite, which takes about a minute."] = False,
     workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Test controllers in a fixed suite of cases against a reference; writes a page, tables and a leaderboard."""
-    check_workers(workers)
     from meltemi.controllers.names import labelled
     from meltemi.controllers.schemes import located
     from meltemi.controllers.specification import digest, specification
     from meltemi.core.yamlfile import read_record
     from meltemi.iec.classes import as_class
-    from meltemi.tuning.controller_bench.suite import BenchLimits
 
     reference = reference or ("baseline" if power is None else "A1")
     names = _names(controllers, reference)
     as_class(wind_class, None)
-    bounds = None if limits is None else read_record(limits, BenchLimits)
-    from meltemi.turbine.library import load_turbine
-    from meltemi.turbine.power_turbine import aeroelastic
+    bounds = None if limits is None else read_record(limits, meltemi.analysis.BenchLimits)
 
-    described = aeroelastic(load_turbine(turbine), "meltemi bench-controller")
-    grid = None
-    if power is not None:
-        from meltemi.tuning.power_reference import check_followers, power_grid
-
-        check_followers(names)
-        grid = power_grid(power, described.rated_power)
+    described = load_aeroelastic(turbine, "meltemi bench-controller")
     from meltemi.tuning.controller_bench.study import one_name
+    from meltemi.tuning.power_reference import followed_grid
 
+    grid = followed_grid(power, names, described.rated_power)
     names = list(dict.fromkeys(one_name(names, described)))
     labels = list(labelled(names))
-    inputs = repr(
-        (
-            "bench-controller",
-            wind_class,
-            quick,
-            grid,
-            [(name, digest(located(specification(name), described))) for name in names],
-        )
-    )
-    from meltemi.tuning.controller_bench import report, study, tables
+    laws = [(name, digest(located(specification(name), described))) for name in names]
+    inputs = repr(("bench-controller", wind_class, quick, grid, laws))
+    from meltemi.tuning.controller_bench import tables
     from meltemi.tuning.run_store import run_store
 
     began = time.perf_counter()
-    folder_for(out)
     with run_store(out, inputs):
         with simulation_bar(f"{len(labels)} controllers") as progress:
-            bench = study.bench_controllers(
-                described,
-                names,
-                reference=labels[0],
-                quick=quick,
-                wind_class=wind_class,
-                limits=bounds,
-                grid=grid,
-                workers=workers,
-                progress=progress,
-            )
-        files = report.write_bench(bench, out, **made_by())
+            bench = meltemi.analysis.bench_controllers(
+                described, names, reference=labels[0], quick=quick, wind_class=wind_class, limits=bounds, grid=grid,
+                workers=workers, progress=progress,
+            )  # fmt: skip
+        files = meltemi.analysis.write_bench(bench, out, **made_by())
     print_table(f"{bench.turbine}, class {wind_class}", *tables.leaderboard_rows(bench.leaderboard(), bench.reference))
     print(
         "changes against the reference in the same winds, with 95 % intervals; speed over its reference, clearance over"
     )
     print("that of the undeflected blade: worst case; phase and gain margins: smallest of all wind speeds")
     found = bench.all_verdicts()
-    failing = {name: [v for v in own if v.passed is False] for name, own in found.items()}
-    print_table(
-        "Criteria that fail",
-        *tables.verdict_rows(failing),
-        text_columns=2,
-        all_rows=tables.verdict_rows(found),
-    )
+    failing = tables.verdict_rows({name: [v for v in own if v.passed is False] for name, own in found.items()})
+    print_table("Criteria that fail", *failing, text_columns=2, all_rows=tables.verdict_rows(found))
     seconds = sum(case.duration for case in bench.cases) * len(labels)
     print(f"{seconds:.0f} s simulated in {time.perf_counter() - began:.0f} s")
     wrote(*files)

@@ -190,16 +190,14 @@ class ControllerBench(Brief):
 
     def card(self) -> Card:
         """Leaderboard, criteria, lifetime and margins."""
+        from meltemi.reports.blocks import Marked
         from meltemi.tuning.controller_bench import tables
 
         found = self.all_verdicts()
         facts = [(name, self.about.get(name, "")) for name in self.controllers]
         facts[0] = (f"{self.reference} (reference)", facts[0][1])
         table = tables.criteria_table(found)
-        cells = [
-            [badge(text, kind) if (kind := table.classes.get((i, j))) else text for j, text in enumerate(row)]
-            for i, row in enumerate(table.texts)
-        ]
+        cells = [[badge(str(c), c.kind) if isinstance(c, Marked) else str(c) for c in row] for row in table.rows]
 
         def fold(title: str, rows: tables.Rows, note: str = "", *, open: bool = False) -> Fold:  # noqa: A002
             return Fold(title, rows[1], [" ".join(h.split()) for h in rows[0]], note=note, open=open)

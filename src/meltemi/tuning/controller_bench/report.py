@@ -10,14 +10,14 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from meltemi.core.errors import InputError
 from meltemi.core.files import write_text
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.report.tables import markdown_table, number, write_csv
 from meltemi.reports import blocks
-from meltemi.reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Section, Table
+from meltemi.reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Marked, Section, Table
 from meltemi.reports.ensemble_tables import change_text
 from meltemi.reports.html import write_page
+from meltemi.reports.rendering import report_folder
 from meltemi.tuning.controller_bench.bench import ControllerBench
 from meltemi.tuning.controller_bench.tables import (
     MOMENT,
@@ -150,12 +150,7 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
     Raises:
       InputError: a file cannot be written.
     """
-    out = Path(out)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
-    found = bench.all_verdicts()
+    out, found = report_folder(out), bench.all_verdicts()
     files = [
         write_csv(out / "verdicts.csv", *verdict_rows(found)),
         write_csv(out / "lifetime.csv", *lifetime_rows(bench.lifetimes())),
@@ -166,7 +161,12 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
     ]
     if find_spec("pyarrow") and find_spec("pandas"):
         files.append(_parquet(bench, out / "runs.parquet"))
-    title = f"{bench.turbine}: controllers on the test bench"
+    return [*files, write_page(out / "bench.html", bench_document(bench, repeat, footer))]
+
+
+def bench_document(bench: ControllerBench, repeat: str = "", footer: str = "") -> Document:
+    """The page of a test bench: verdicts, criteria, loads, margins, situations."""
+    title, found = f"{bench.turbine}: controllers on the test bench", bench.all_verdicts()
     hours = sum(case.duration for case in bench.cases) / 3600.0
     facts = [
         ("Turbine", bench.turbine),
@@ -176,8 +176,7 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
         *((f"Controller {name}", about) for name, about in bench.about.items()),
     ]
     lead = Beside([_verdict_block(name, found[name], name == bench.reference) for name in bench.controllers])
-    document = Document(title, _sections(bench, repeat), facts=facts, lead=lead, footer=footer)
-    return [*files, write_page(out / "bench.html", document)]
+    return Document(title, _sections(bench, repeat), facts=facts, lead=lead, footer=footer)
 
 
 def _parquet(bench: ControllerBench, path: Path) -> Path:
@@ -270,7 +269,7 @@ def _radar(bench: ControllerBench) -> list[Block]:
     caption = "over those of the reference; smaller is better."
     return [
         Chart(
-            "Lifetime loads and variations", Axis("quantity"), y, curves, spokes=list(RADAR.values()), caption=caption
+            "Lifetime loads and variations", Axis("quantity"), y, curves, caption, polar=True, spokes=[*RADAR.values()]
         )
     ]
 
@@ -318,10 +317,7 @@ def leaderboard_text(bench: ControllerBench) -> str:
     head, rows = leaderboard_rows(bench.leaderboard(), bench.reference)
     table = criteria_table(bench.all_verdicts())
     marks = {"good": "", "bad": " **fails**", "doubtful": " (limit within interval)"}
-    cells = [
-        [f"{cell}{marks.get(table.classes.get((i, j), ''), '')}" for j, cell in enumerate(row)]
-        for i, row in enumerate(table.texts)
-    ]
+    cells = [[f"{cell}{marks[cell.kind] if isinstance(cell, Marked) else ''}" for cell in row] for row in table.rows]
     return "\n".join(
         [*markdown_table([" ".join(h.split()) for h in head], rows), "", *markdown_table(table.head, cells), ""]
     )

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from meltemi.core.units import display
 from meltemi.postprocess.ensemble import EnsembleTable
 from meltemi.report.tables import number
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Cell, Marked, Table
 from meltemi.reports.ensemble_tables import change_text
 from meltemi.tuning.controller_bench.margins import OpenLoop
 from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, LoopMargins, Standing, Verdict, decibel
@@ -63,24 +63,23 @@ def criteria_table(found: Verdicts) -> Table:
     """Criteria as rows, controllers as columns, the reference first."""
     criteria = list(dict.fromkeys(v.criterion for own in found.values() for v in own))
     by_name = {name: {v.criterion: v for v in own} for name, own in found.items()}
-    rows, classes = [], {}
-    for i, criterion in enumerate(criteria):
+    rows = []
+    for criterion in criteria:
         first = next(own[criterion] for own in by_name.values() if criterion in own)
         sign = "≥" if criterion in LEAST else "≤"
-        row = [criterion, f"{sign} {value_text(first.limit)} {first.unit}".strip()]
+        row: list[Cell] = [criterion, f"{sign} {value_text(first.limit)} {first.unit}".strip()]
         for j, own in enumerate(by_name.values()):
             v = own.get(criterion)
             if v is None:
                 row.append("-" if j else "reference")  # no run to judge
                 continue
             width = "" if math.isnan(v.half_width) else f" ± {v.half_width:.2g}"
-            row.append(f"{value_text(v.value)}{width}" if v.value == v.value else v.where)
-            if v.passed is not None:
-                doubtful = "limit" in v.word
-                classes[i, j + 2] = "doubtful" if doubtful else "good" if v.passed else "bad"
+            text = f"{value_text(v.value)}{width}" if v.value == v.value else v.where
+            kind = "doubtful" if "limit" in v.word else "good" if v.passed else "bad"
+            row.append(text if v.passed is None else Marked(text, kind))
         rows.append(row)
     note = "✗: fails. ~: the limit lies within the 95 % interval. Energy and loads are changes."
-    return Table(["criterion", "limit", *found], rows, text_columns=2, classes=classes, note=note)
+    return Table(["criterion", "limit", *found], rows, text_columns=2, note=note)
 
 
 LEAST = (

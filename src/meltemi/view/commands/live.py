@@ -6,11 +6,10 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from meltemi.app.options import CONTROLLER, CONTROLLERS, SeaOption, TurbineArgument, sea_of_options
+from meltemi.app.options import CONTROLLER, CONTROLLERS, SeaOption, TurbineArgument, load_aeroelastic, sea_of_options
+from meltemi.app.signatures import Range
 from meltemi.app.terminal import say, suggest
-from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.errors import MeltemiError
 from meltemi.view.commands.view import ThemeOption
 
 if TYPE_CHECKING:
@@ -21,38 +20,26 @@ GRACE = 5.0
 """[s] after the page has closed, in which it may be opened again (reload), before the command ends."""
 PIECES = 10.0
 """[Hz] of the pieces that the page gets, at real time and faster."""
-SLOWEST, FASTEST = 0.25, 20.0
+SPEEDS = Range(0.25, 20)
 
 
 def live(
     turbine: TurbineArgument,
-    wind_speed: Annotated[float, typer.Option(help="Mean wind speed at hub height at the start [m/s].")] = 10.0,
-    turbulence: Annotated[float, typer.Option(help="Turbulence intensity at the start.")] = 0.1,
-    seed: Annotated[int, typer.Option(help="Seed of the turbulence.")] = 1,
+    wind_speed: Annotated[float, "Mean wind speed at hub height at the start [m/s]."] = 10.0,
+    turbulence: Annotated[float, "Turbulence intensity at the start."] = 0.1,
+    seed: Annotated[int, "Seed of the turbulence."] = 1,
     sea: SeaOption = None,
-    controller: Annotated[
-        str,
-        typer.Option(
-            help=f"At the start: {CONTROLLER}.",
-            autocompletion=CONTROLLERS,
-        ),
-    ] = "supervised",
-    speed: Annotated[float, typer.Option(help="Simulated time over real time at the start, 0.25 to 20.")] = 1.0,
-    port: Annotated[int, typer.Option(help="Port on 127.0.0.1 [a free one].")] = 0,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+    controller: Annotated[str, f"At the start: {CONTROLLER}.", CONTROLLERS] = "supervised",
+    speed: Annotated[float, "Simulated time over real time at the start, 0.25 to 20.", SPEEDS] = 1.0,
+    port: Annotated[int, "Port on 127.0.0.1 [a free one]."] = 0,
+    browser: Annotated[bool, "Open the page in the browser."] = True,
     theme: ThemeOption = None,
 ) -> None:
     """Run a turbine in the browser in real time, with sliders for the wind, faults and a menu of controllers."""
-    if theme not in (None, "light", "dark"):
-        raise InputError(f"--theme {theme!r}: expected light or dark")
-    if not SLOWEST <= speed <= FASTEST:
-        raise InputError(f"--speed must be from {SLOWEST:g} to {FASTEST:g}, found {speed:g}")
-    from meltemi.turbine.library import load_turbine
-    from meltemi.turbine.power_turbine import aeroelastic
     from meltemi.view.commands.live_server import LiveServer
     from meltemi.view.live_session import Session
 
-    machine = aeroelastic(load_turbine(turbine), "live")
+    machine = load_aeroelastic(turbine, "live")
     around = None
     if sea is not None:
         from meltemi.sea.kinds import sea_of
@@ -100,7 +87,9 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
             match message:
                 case {"opened": True}:
                     told = {}
-                case {"playing": bool(play), "speed": int(wanted) | float(wanted)} if SLOWEST <= wanted <= FASTEST:
+                case {"playing": bool(play), "speed": int(wanted) | float(wanted)} if (
+                    SPEEDS.least <= wanted <= SPEEDS.most
+                ):
                     playing, speed = play, float(wanted)
                 case _:
                     try:

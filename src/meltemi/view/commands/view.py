@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
-import typer
-
+import meltemi
 from meltemi.app.terminal import suggest, wrote
 from meltemi.core.errors import InputError
 
@@ -14,45 +13,36 @@ if TYPE_CHECKING:
     from meltemi.simulation.result import Result
     from meltemi.wind.fields import Wind
 
-ThemeOption = Annotated[str | None, typer.Option("--theme", help="light or dark [that of the reader's system].")]
+ThemeOption = Annotated[Literal["light", "dark"] | None, "light or dark [that of the reader's system]."]
 
 
 def view(
     files: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Result (.nc) or output folder of a run or farm with --view; two to compare; or a wind file."
-        ),
+        list[Path], "Result (.nc) or output folder of a run or farm with --view; two to compare; or a wind file."
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", help="HTML file to write.")] = Path("turbine.html"),
-    channels: Annotated[
-        str | None, typer.Option("--channels", help="Channels to plot, separated by commas [main loads and signals].")
-    ] = None,
+    out: Annotated[Path, "--out", "-o", "HTML file to write."] = Path("turbine.html"),
+    channels: Annotated[tuple[str, ...], "Channels to plot, separated by commas [main loads and signals]."] = (),
     theme: ThemeOption = None,
 ) -> None:
     """Show a result, two results or a wind in three dimensions, in one HTML file for any browser."""
-    if theme not in (None, "light", "dark"):
-        raise InputError(f"--theme {theme!r}: expected light or dark")
     if len(files) > 2:
         raise InputError(f"a view shows one or two results, found {len(files)}")
     if len(files) == 1 and (turbines := sorted(files[0].glob("turbine_*.nc"), key=_number)):
         files = turbines  # of a farm
-    from meltemi.simulation.result import Result
-    from meltemi.view.view import Look, result_view, wind_view
+    from meltemi.view.view import result_view, wind_view
 
-    look, found = Look(theme=theme or ""), [_read(path) for path in files]
-    results = {name: r for name, r in zip(_names(files), found, strict=True) if isinstance(r, Result)}
+    look, found = meltemi.plots.Look(theme=theme or ""), [_read(path) for path in files]
+    results = {name: r for name, r in zip(_names(files), found, strict=True) if isinstance(r, meltemi.Result)}
     if len(results) == len(found):
-        wanted = [name.strip() for name in (channels or "").split(",") if name.strip()]
-        wrote(result_view(results, wanted, look).write(out))
+        wrote(result_view(results, channels, look).write(out))
         if len(files) == 2:
             suggest("diff", *(path / "result.nc" if path.is_dir() else path for path in files))
-        elif wanted:
+        elif channels:
             suggest("channels")
         else:
             suggest("view", files[0], "--channels", "RootMyc1,TwrBsMyt", "--out", out)
         return
-    winds = [r for r in found if not isinstance(r, Result)]
+    winds = [r for r in found if not isinstance(r, meltemi.Result)]
     if len(found) > 1:
         raise InputError(f"{files[found.index(winds[0])]}: a wind is viewed alone; leave the other file out")
     if channels:
@@ -82,19 +72,18 @@ def _read(path: Path) -> Result | Wind:
     Raises:
       InputError: it is neither.
     """
-    from meltemi.postprocess.formats import read_result
-    from meltemi.wind_files.formats import FORMATS, read_wind
+    from meltemi.wind_files.formats import FORMATS
 
     path = path / "result.nc" if path.is_dir() else path
     suffixes = {f.suffix for f in FORMATS} - {".csv"}
     if path.suffix.lower() not in suffixes:
-        return read_result(path)
+        return meltemi.read_result(path)
     if path.suffix.lower() != ".nc":
-        return read_wind(path)
+        return meltemi.read_wind(path)
     try:
-        return read_result(path)
+        return meltemi.read_result(path)
     except InputError as error:
         try:
-            return read_wind(path)
+            return meltemi.read_wind(path)
         except InputError:
             raise error from None

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from meltemi.papers.study import Chapter, Drawing, answered
-from meltemi.reports.blocks import Table
+from meltemi.papers.study import answered
+from meltemi.reports.blocks import Block, Section, Table
 
 PARTS = ("machines", "power", "coordination", "climate", "farm")
 """In the order of the page."""
@@ -19,11 +19,11 @@ PARTS = ("machines", "power", "coordination", "climate", "farm")
 def part_chapter(
     words: str,
     verdict: Callable[[], str],
-    drawings: Sequence[Drawing],
+    drawings: Sequence[Block],
     tables: Callable[[], Sequence[Table]],
     *,
     applied: bool,
-) -> Chapter:
+) -> Section:
     """Chapter of a part; applied to another turbine it is without the verdict, which is on the review's."""
     heading = words[0].upper() + words[1:] if applied else f"Beyond the paper: {words}"
     return answered(heading, None if applied else verdict, drawings, tables)

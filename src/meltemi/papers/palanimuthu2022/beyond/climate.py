@@ -16,9 +16,9 @@ from meltemi.environment.climate import load_climate
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.environment.site import STANDARD
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
-from meltemi.papers.study import Chapter, Draw, Progress
+from meltemi.papers.study import Draw, Progress
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Section, Table
 from meltemi.studies.climate import response
 from meltemi.studies.climate.response import ICED, SIDE, Response, Setup, respond
 from meltemi.studies.climate.tables import energy_table, load_table, of_standard, said, share, words, years_figure
@@ -96,7 +96,7 @@ def scenario_table(found: Found) -> Table:
     return Table(head, rows, "Scenarios", note="Change of the year's energy with all effects in.")
 
 
-def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Chapter:
+def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of a year in three climates; on the review's turbine with the review's numbers."""
     caption = "A year in three climates: the turbine, the air, and what weather adds; bars with 95 % intervals"
     figure = draw("climate", caption, lambda: years_figure(found))

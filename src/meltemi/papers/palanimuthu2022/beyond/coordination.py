@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
 from meltemi.papers.palanimuthu2022.beyond.power import TURBINE, slow_base
-from meltemi.papers.study import Chapter, Draw, Progress, answered
+from meltemi.papers.study import Draw, Progress, answered
 from meltemi.postprocess.ensemble import EnsembleTable
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import change_text, scheme_rows
 from meltemi.studies.power_schemes import coordination
 from meltemi.studies.power_schemes.coordination import (
@@ -40,7 +40,7 @@ def _turbine() -> Turbine:
     return aeroelastic(load_turbine(TURBINE), "loads in turbulence")
 
 
-def bench_chapter(found: Bench, draw: Draw) -> Chapter:
+def bench_chapter(found: Bench, draw: Draw) -> Section:
     """Chapter of the comparison on the default page."""
     heading = "The paper's proposal and ours on an aeroelastic turbine"
     words = "Changes against A0 on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; 95 % intervals"
@@ -65,7 +65,7 @@ BENCH_WORDS = (
 )
 
 
-def chapter(found: Tables, draw: Draw, *, applied: bool = False) -> Chapter:
+def chapter(found: Tables, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of the coordination schemes."""
     words = "Coordination on an aeroelastic turbine in hours of turbulent wind that turns; bars: 95 % intervals"
     figure = draw("coordination_changes", words, lambda: coordination_figure(found))

@@ -23,13 +23,13 @@ from meltemi.environment.site import STANDARD
 from meltemi.iec.winds import ntm
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
 from meltemi.papers.palanimuthu2022.beyond.machines import SLOW
-from meltemi.papers.study import Chapter, Draw, Progress, span
+from meltemi.papers.study import Draw, Progress, span
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.power_control.controller import PowerController, default_frequency, shaft_inertia
 from meltemi.power_control.rotor import rotor_tables
 from meltemi.power_control.settings import PowerControl
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import change_text, with_interval
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
@@ -272,7 +272,7 @@ def margins_table(found: Found) -> Table:
     return Table(head, rows, "Following power with margins", text_columns=3, note=note)
 
 
-def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Chapter:
+def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of derating, misalignment and margins."""
     heading = "derating and misalignment under load constraints, and margins of a farm"
     return part_chapter(

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 from meltemi.analyses.performance import performance_of
 from meltemi.environment.site import STANDARD
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
-from meltemi.papers.study import Chapter, Draw, Progress, span
+from meltemi.papers.study import Draw, Progress, span
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
 from meltemi.power_control.controller import PowerController, default_frequency, shaft_inertia
 from meltemi.power_control.rotor import rotor_tables
 from meltemi.power_control.settings import PowerControl
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import change_bar, change_text
 from meltemi.studies.power_schemes.costs import (
     ENERGY,
@@ -156,7 +156,7 @@ def machines_figure(found: Found) -> Figure:
     return figure
 
 
-def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Chapter:
+def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of the turbines."""
     words = f"Loads at {100.0 * FRONT_LEVEL:.0f} % of rated power by turbine, against A0; bars: 95 % intervals"
     figure = draw("machines_loads", words, lambda: machines_figure(found))

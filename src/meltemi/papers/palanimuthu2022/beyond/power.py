@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
-from meltemi.papers.study import Chapter, Draw, Progress
+from meltemi.papers.study import Draw, Progress
 from meltemi.postprocess.ensemble import EnsembleTable
-from meltemi.reports.blocks import Table
+from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import scheme_rows
 from meltemi.studies.power_schemes import costs as schemes
 from meltemi.studies.power_schemes.costs import (
@@ -40,7 +40,7 @@ def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, p
     return schemes.study(turbine, quick, workers=workers, progress=progress)
 
 
-def chapter(found: Costs, draw: Draw, *, applied: bool = False) -> Chapter:
+def chapter(found: Costs, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of the active-power schemes."""
     words = "Cost of the schemes on an aeroelastic turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
     front = f"A2 with upper speeds of so many percent of rated, at {100.0 * FRONT_LEVEL:.0f} % of rated power"

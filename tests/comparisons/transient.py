@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons import reference_table, source_of
+from comparisons.measure import extremes
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.report.plots import plot
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import simulate
-from meltemi.verification.measure import extremes
 from meltemi.verification.steady import deck_model
-from meltemi.verification.table import Comparison, Row, difference, reference_table, relative, source_of
+from meltemi.verification.table import Comparison, Row, difference, relative
 from meltemi.wind.fields import WindSeries
 
 Float = NDArray[np.float64]

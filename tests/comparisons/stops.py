@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons import reference_table, source_of, thinned
 from meltemi.compiler import njit
 from meltemi.control.controller import Controller
 from meltemi.control.signals import Demands, Measurements
@@ -34,8 +35,7 @@ from meltemi.supervisor.supervised import SupervisedController
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.steady import deck_model
-from meltemi.verification.table import Comparison, Row, reference_table, source_of
-from meltemi.verification.turbulent import thinned
+from meltemi.verification.table import Comparison, Row
 from meltemi.wind.fields import SteadyWind, Wind, WindSeries
 from meltemi.wind_files import read_bts
 

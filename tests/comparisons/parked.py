@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons import reference_table, source_of
+from comparisons.elastodyn_blade import elastodyn_model
+from comparisons.measure import amplitudes, vibration
+from comparisons.turbulent import thinned_box
 from meltemi.control.constant import ConstantController
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
@@ -19,11 +23,8 @@ from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.elastodyn_blade import elastodyn_model
-from meltemi.verification.measure import amplitudes, vibration
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
-from meltemi.verification.table import Comparison, Row, difference, reference_table, relative, source_of
-from meltemi.verification.turbulent import thinned_box
+from meltemi.verification.table import Comparison, Row, difference, relative
 from meltemi.wind.fields import SteadyWind, WindBox
 from meltemi.wind_files import read_bts
 

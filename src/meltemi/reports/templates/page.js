@@ -12,8 +12,8 @@
   const grouped = (text) => text.replace(/^-?\d{5,}/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, "\u202f"));
   const short = (x) => (Math.abs(x) >= 1e6 || (x && Math.abs(x) < 1e-3) ? x.toExponential(3) : grouped(String(+x.toPrecision(Math.abs(x) >= 1e3 ? 6 : 4))));
   const colour = (s, i) => `var(--c${(s.colour ?? i) % 10})`;
-  const data = (id) => JSON.parse(document.getElementById(id).textContent);
-  const page = data("page-data");
+  const data = (script) => JSON.parse(script.textContent);
+  const page = data(document.getElementById("page-data"));
 
   // ---------------------------------------------------------------- cases
   const panel = make("aside", { id: "case", hidden: "", "aria-live": "polite" });
@@ -135,20 +135,20 @@
     const width = Math.max(300, large ? (spec.polar ? Math.min(room, innerHeight - 130) : room) : Math.min(room, spec.spokes ? 560 : spec.polar ? 460 : 1000));
     const height = spec.polar ? width : large ? innerHeight - 150 : Math.min(400, Math.max(250, 0.5 * width));
     const hidden = off.get(figure) || off.set(figure, new Set()).get(figure);
-    const series = spec.series.map((s, i) => ({ ...s, colour: colour(s, i) })).filter((s) => !hidden.has(s.name));
+    const series = spec.curves.map((s, i) => ({ ...s, colour: colour(s, i) })).filter((s) => !hidden.has(s.name));
     const svg = make("svg", { class: "drawn", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": spec.title });
     const plot = spec.polar ? polar(svg, spec, series, width) : axes(svg, spec, series, width, height);
     const found = [];
     for (const s of series) {
       const points = s.x.map((x, i) => [plot(x, s.y[i]), i]).filter(([p]) => p);
       const line = (of) => of.map(([p], i) => `${i ? "L" : "M"}${p[0].toFixed(1)} ${p[1].toFixed(1)}`).join("");
-      if (s.y2) {
-        const back = s.x.map((x, i) => [plot(x, s.y2[i])]).filter(([p]) => p).reverse();
+      if (s.upper) {
+        const back = s.x.map((x, i) => [plot(x, s.upper[i])]).filter(([p]) => p).reverse();
         svg.append(make("path", { d: points.length ? `${line([...points, ...back])}Z` : "", style: `fill:${s.colour}`, class: "band" }));
       } else if (s.dots) {
         svg.append(make("path", { d: points.map(([p]) => `M${p[0].toFixed(1)} ${p[1].toFixed(1)}h0`).join(""), style: `stroke:${s.colour}`, class: "dots" }));
       } else svg.append(make("path", { d: line(points) + (spec.polar && points.length ? "Z" : ""), style: `stroke:${s.colour}`, class: "line", "stroke-dasharray": s.dash || "none" }));
-      if (!s.y2) found.push(...points.map(([p, i]) => [p, s, i]));
+      if (!s.upper) found.push(...points.map(([p, i]) => [p, s, i]));
     }
     const mark = make("circle", { r: 5, class: "mark", visibility: "hidden" }), tip = make("div", { class: "tip", hidden: "" });
     svg.append(mark);
@@ -177,21 +177,21 @@
     svg.onpointerleave = () => { tip.hidden = true; mark.setAttribute("visibility", "hidden"); };
     svg.onclick = () => { if (now && now[1].cases) showCase(page.cases[now[1].base || 0][now[1].cases[now[2]]], now[1].base || 0); };
     const legend = make("div", { class: "legend" });
-    spec.series.forEach((s, i) => {
+    spec.curves.forEach((s, i) => {
       const key = make("button", { "aria-pressed": !hidden.has(s.name) }, make("i", { style: `background:${colour(s, i)}` }), s.name);
       key.onclick = () => { hidden.has(s.name) ? hidden.delete(s.name) : hidden.add(s.name); draw(figure, spec); };
-      if (spec.series.findIndex((other) => other.name === s.name) === i) legend.append(key);
+      if (spec.curves.findIndex((other) => other.name === s.name) === i) legend.append(key);
     });
     (figure.querySelector(".drawing") || figure.insertBefore(make("div", { class: "drawing" }), figure.querySelector("figcaption")))
-      .replaceChildren(svg, tip, ...(spec.series.length > 1 ? [legend] : []));
+      .replaceChildren(svg, tip, ...(spec.curves.length > 1 ? [legend] : []));
   }
   function axes(svg, spec, series, width, height) {
-    const values = (key) => series.flatMap((s) => (key === "x" ? s.x : [...s.y, ...(s.y2 || [])])).filter((v) => v !== null && (!spec[key].log || v > 0));
+    const values = (key) => series.flatMap((s) => (key === "x" ? s.x : [...s.y, ...(s.upper || [])])).filter((v) => v !== null && (!spec[key].log || v > 0));
     const limits = (key) => {
-      const { log, from } = spec[key];
+      const { log, start } = spec[key];
       let low = Infinity, high = -Infinity;
       for (const v of values(key)) { low = Math.min(low, v); high = Math.max(high, v); }
-      if (from !== undefined) low = Math.min(low, from);
+      if (start != null) low = Math.min(low, start);
       if (low > high) [low, high] = log ? [0.1, 1] : [0, 1];
       const room = log ? 1.3 : 0.04 * (high - low || Math.abs(high) || 1);
       return log ? [low / room, high * room] : [low - room, high + room];
@@ -211,7 +211,7 @@
   function polar(svg, spec, series, width) {
     const names = spec.spokes && spec.spokes.map((name) => name.split("\n")), n = names ? names.length : 12;
     const room = names ? 14 + 6.4 * Math.max(...names.flat().map((line) => line.length)) : 34;
-    const centre = width / 2, radius = Math.max(centre - room, 0.2 * width), low = spec.y.from || 0;
+    const centre = width / 2, radius = Math.max(centre - room, 0.2 * width), low = spec.y.start || 0;
     const largest = Math.max(...series.flatMap((s) => s.y), low + 1e-9), rings = ticks(low, largest, false).filter((v) => v > low);
     const at = (v) => (Math.max(v - low, 0) / (largest - low)) * radius;
     for (const v of rings) svg.append(make("circle", { cx: centre, cy: centre, r: at(v), class: "ring" }), make("text", { x: centre + 3, y: centre - at(v) - 2 }, short(v)));
@@ -233,16 +233,16 @@
     watch.observe(figure);
   };
   for (const figure of all("figure[data-chart]")) {
-    const spec = data(figure.dataset.chart);
+    const spec = data(figure.querySelector("script"));
     chart(figure, () => spec);
   }
 
   // ---------------------------------------------------------------- statistics of all cases
   for (const figure of all("figure[data-statistics]")) {
-    const bases = data(figure.dataset.statistics), [channel, across, colour] = all("select", figure);
+    const bases = data(figure.querySelector("script")), [channel, across, colour] = all("select", figure);
     const field = (base, name) => base.across.find((each) => each.label === name) || base.channels.find((each) => each.label === name);
     const spec = (name, over, ends) => {
-      const series = [];
+      const curves = [];
       bases.forEach((base, b) => {
         const y = field(base, name), x = field(base, over);
         if (!y || !x) return;
@@ -250,17 +250,17 @@
         groups.forEach(([name, cases], k) => {
           for (const key of ends.split(" ")) {
             const from = x.max || x.values;
-            series.push({ name, colour: bases.length > 1 ? b : k, dots: true, base: b, cases, x: cases.map((i) => from[i]), y: cases.map((i) => y[key][i]) });
+            curves.push({ name, colour: bases.length > 1 ? b : k, dots: true, base: b, cases, x: cases.map((i) => from[i]), y: cases.map((i) => y[key][i]) });
           }
         });
       });
       const unit = (name) => bases.map((base) => field(base, name)).find(Boolean) || {};
-      return { title: `${name} over ${over}`, x: unit(over), y: unit(name), series };
+      return { title: `${name} over ${over}`, x: unit(over), y: unit(name), curves };
     };
     chart(figure, () => spec(channel.value, across.value, colour.value));
     for (const choice of [channel, across, colour]) choice.onchange = () => figure.draw();
     printed.push(() => { // a chart of each channel over the first abscissa
-      const place = document.querySelector(`[data-all="${figure.dataset.statistics}"]`), x = across.options[0].value;
+      const place = figure.nextElementSibling, x = across.options[0].value;
       place.replaceChildren(...[...channel.options].map(({ value }) => {
         const each = make("figure", { class: "chart" }, make("figcaption", {}));
         draw(each, { ...spec(value, x, colour.value), title: value });
@@ -273,7 +273,7 @@
 
   // ---------------------------------------------------------------- paper: what a click would show
   addEventListener("beforeprint", () => {
-    for (const figure of all("figure[data-chart]")) { draw(figure, data(figure.dataset.chart)); figure.drawn = 0; }
+    for (const figure of all("figure[data-chart]")) { draw(figure, data(figure.querySelector("script"))); figure.drawn = 0; }
     for (const each of printed) each();
   });
   addEventListener("afterprint", () => all("figure.chart").forEach((figure) => figure.draw && figure.draw()));

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from comparisons import thinned
+from comparisons.floating import TIME_STEP, Wind, full_series, rosco_of, spread, wind_and_sea
+from comparisons.offshore import DECK, RELEASED, STEP, monopile_model
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
-from meltemi.verification.floating import TIME_STEP, Wind, full_series, rosco_of, spread, wind_and_sea
-from meltemi.verification.offshore import DECK, RELEASED, STEP, monopile_model
 from meltemi.verification.table import Comparison, Row, at_least, relative
-from meltemi.verification.turbulent import thinned
 
 STEADY = {"M4_8": Wind(8.0, 5.73, 0.0), "M4_12": Wind(12.0, 7.56, 7.0), "M4_18": Wind(18.0, 7.56, 15.5)}
 TURBULENT = {"M5_12": Wind("kai12_s1.bts", 7.56, 7.0), "M5_18_dir60": Wind("kai18_s2.bts", 7.56, 15.5)}

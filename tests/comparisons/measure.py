@@ -1,8 +1,6 @@
-"""Quantities derived from time series, by the same functions for our results and the reference; memory of a process."""
+"""Quantities derived from time series, by the same functions for our results and the reference."""
 
 from __future__ import annotations
-
-import sys
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,15 +96,3 @@ def amplitudes(time: Float, blades: Float, band: tuple[float, float]) -> tuple[F
     rates = np.gradient(np.unwrap(np.angle(signal)), dt, axis=1)
     whole = square.sum(axis=0)
     return np.sqrt(whole), np.sum(square * rates, axis=0) / whole / (2.0 * np.pi)
-
-
-def peak_memory() -> float:
-    """[bytes] peak resident memory of the process."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        import psutil
-
-        return float(psutil.Process().memory_info().peak_wset)
-    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return float(kilobytes if sys.platform == "darwin" else 1024 * kilobytes)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons import thinned
 from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.postprocess.files.openfast import si_unit
@@ -76,13 +75,6 @@ def reference_series(folder: Path, name: str) -> Series:
 
 def _si(names: NDArray[np.str_], units: NDArray[np.str_], data: Float) -> Series:
     return {str(c): data[:, i] * si_unit(str(u))[1] for i, (c, u) in enumerate(zip(names, units, strict=True))}
-
-
-@cache
-def thinned(name: str) -> dict[str, NDArray[Any]]:
-    """Arrays of a file of thinned reference data; ``about`` names the source (``tools/reference_tables.py``)."""
-    with (files("meltemi.verification") / "data" / f"{name}.npz").open("rb") as file, np.load(file) as z:
-        return dict(z)
 
 
 def short_series(aero: str) -> Series:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons import thinned
 from meltemi.analyses.modes import natural_modes
 from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
@@ -32,7 +33,6 @@ from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.table import Comparison, Row, at_least, phase, relative
-from meltemi.verification.turbulent import thinned
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.analyses.performance import RIGID, rotor_performance
+from comparisons import reference_table, source_of
+from comparisons.measure import harmonic, undershoot
+from meltemi.analyses.performance import RIGID
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
 from meltemi.control.signals import Demands, Measurements
@@ -21,10 +23,9 @@ from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.measure import harmonic, undershoot
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.steady import NODE_FIELDS, NODES, deck_model
-from meltemi.verification.table import Comparison, Row, phase, reference_table, relative, source_of
+from meltemi.verification.table import Comparison, Row, phase, relative
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -36,35 +37,6 @@ def straight(turbine: Turbine) -> Turbine:
     return turbine.replace(
         **{"nacelle.tilt": 0.0, "hub.precone": 0.0, "nacelle.shaft_height": 90.0 - turbine.tower.length}
     )
-
-
-def performance() -> Comparison:
-    """Power and thrust coefficient of the rigid rotor."""
-    turbine = deck_turbine(load_turbine("nrel5mw"))
-    table = reference_table("performance")
-    ratios = sorted({float(r["tip_speed_ratio"]) for r in table})
-    pitches = sorted({float(r["pitch_deg"]) for r in table})
-    ours = rotor_performance(turbine, ratios, np.radians(pitches).tolist(), options=deck_options(turbine, "A"))
-    rows: list[Row] = []
-    figure, axes = new_figure(1, 2, size=(9.0, 3.6))
-    for ax, quantity, values in zip(axes[0], ("power", "thrust"), (ours.power, ours.thrust), strict=True):
-        name, column = f"{quantity} coefficient", f"{quantity}_coefficient"
-        largest = max(float(r[column]) for r in table)
-        for r in table:
-            i, j = ratios.index(float(r["tip_speed_ratio"])), pitches.index(float(r["pitch_deg"]))
-            case = f"tip-speed ratio {ratios[i]:g}, pitch {pitches[j]:g} deg"
-            reference, value = float(r[column]), float(values[i, j])
-            rows.append(Row(name, case, "-", reference, value, 100.0 * (value - reference) / largest, "%", 1.0))
-        for j, pitch in enumerate(pitches):
-            points = [(float(r["tip_speed_ratio"]), float(r[column])) for r in table if float(r["pitch_deg"]) == pitch]
-            ax.plot(ratios, values[:, j], color=COLOURS[j], label=f"{pitch:g} deg")
-            ax.plot(*zip(*sorted(points), strict=True), "o", ms=3.5, mfc="none", color=COLOURS[j])
-        ax.set_xlabel("tip-speed ratio [-]")
-        ax.set_ylabel(f"{name} [-]")
-        ax.set_ylim(bottom=0.0)
-    axes[0, 0].legend(title="pitch (circles: OpenFAST)")
-    title = "Rigid rotor against OpenFAST (aerodyn_driver)"
-    return Comparison("performance", title, source_of("performance"), rows, figures={"performance": figure})
 
 
 FIXED = {

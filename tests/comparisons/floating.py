@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from comparisons import thinned
+from comparisons.offshore import AIR, PARKED
 from meltemi.bladed_controllers.controller import BladedController
 from meltemi.bladed_controllers.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.constant import ConstantController
@@ -35,9 +37,7 @@ from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.definition import BaseMotion
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.offshore import AIR, PARKED
 from meltemi.verification.table import Comparison, Row, at_least, relative
-from meltemi.verification.turbulent import thinned
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind_files import read_bts
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from comparisons.rigid import spinning
 from meltemi.aero.tables import AeroNode
 from meltemi.analyses.modes import natural_modes
 from meltemi.environment.site import Environment
@@ -28,7 +29,6 @@ from meltemi.verification.openfast_deck import (
     deck_options,
     deck_turbine,
 )
-from meltemi.verification.rigid import spinning
 from meltemi.verification.table import Comparison, Row, reference_table, relative, source_of
 
 Float = NDArray[np.float64]

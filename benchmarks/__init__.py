@@ -1,0 +1,1 @@
+"""Timed parts of the package that no command measures, and the page of performance."""
