@@ -21,10 +21,10 @@ from meltemi.papers.he2018.claims import RULES, Finding
 from meltemi.papers.he2018.designs import LIDARS
 from meltemi.papers.he2018.measures import flap_slopes, probability, share_at, thin_airfoil
 from meltemi.papers.he2018.page import _facts
-from meltemi.papers.he2018.runs import FAST_MODEL, MODEL_PARTS, PAPER, QUICK, READINGS, Runs, paper_turbine
+from meltemi.papers.he2018.runs import FAST_MODEL, MODEL_PARTS, PAPER, QUICK, READINGS, LoadControlRuns, paper_turbine
 from meltemi.papers.he2018.verdicts import counts_words, held, verdicts_table
 from meltemi.papers.verdict import HOLDS, by_reading, differs, judgement, judgement_in
-from meltemi.studies.preview import Lidar, measured
+from meltemi.studies.preview import LidarErrors, measured
 from meltemi.studies.wind_likelihood import Minutes, estimate_wind
 from meltemi.tuning.compare import WHOLE
 from meltemi.wind.fields import WindBox

@@ -78,10 +78,10 @@ def farm(
     alone: Annotated[
         bool | None, "--alone/--no-alone", "Also simulate without wakes, to compare [unless --against]."
     ] = None,
-    seen: Annotated[bool, "--view", "Also write the farm in three dimensions (HTML)."] = False,
+    three_dimensional: Annotated[bool, "--view", "Also write the farm in three dimensions (HTML)."] = False,
     out: OutOption = Path("out"),
 ) -> None:
-    """Simulate turbines in each other's wakes: power and loads by turbine, and what the wakes cost."""
+    """Simulate turbines in each other's wakes: power and loads by turbine, and the losses due to wakes."""
     given = options.given()
     case, folder = _case_of(target, given)
     if three_dimensional:
@@ -137,9 +137,9 @@ def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
     from meltemi.farm.stored import read_farm
 
     if path.is_dir():
-        found = read_farm(path)
-        check_counts(count, len(found), f"--against {path}")
-        return found
+        stored = read_farm(path)
+        check_counts(count, len(stored), f"--against {path}")
+        return stored
     if not (path.suffix in YAML and path.is_file()):
         raise InputError(f"--against {path}: expected the output folder of meltemi farm, or the file of a farm (.yaml)")
     case = read_record(path, FarmCase)
@@ -148,7 +148,7 @@ def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
 
 
 def _report(result: FarmResult, before: FarmResult | None, case: FarmCase, out: Path) -> list[Path]:
-    """Print and write what wakes cost; returns the files."""
+    """Print and write the effects of the wakes; return the files."""
     from meltemi.farm.report import SHOWN, cost_rows
     from meltemi.farm.stored import write_farm
 
@@ -165,15 +165,15 @@ def _report(result: FarmResult, before: FarmResult | None, case: FarmCase, out: 
 
 
 def _compare(result: FarmResult, other: FarmResult, name: str, out: Path) -> list[Path]:
-    """Print and write what the run gains over another one, and the loads that it costs; returns the files."""
-    from meltemi.farm.report import differences, plot_price, price, price_rows
+    """Print and write the gain in power over another run and the change in loads; return the files."""
+    from meltemi.farm.report import compare_farms, comparison_rows, differences, plot_comparison
 
     comparison: FarmComparison = compare_farms(result, other)
     label = f"change against {name}"
     print_table(label, *comparison_rows(comparison, values=False), all_rows=comparison_rows(comparison))
     print(f"%: change of mean power and of equivalent loads. {comparison.words()}")
     print(f"differs from {name} in: {', '.join(differences(result, other)) or 'nothing'}")
-    return write_results(out / "against", price_rows(found), plot_price(found, label))
+    return write_results(out / "against", comparison_rows(comparison), plot_comparison(comparison, label))
 
 
 def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
@@ -213,9 +213,9 @@ def _positions(given: dict[str, Any], diameter: float) -> tuple[Any, dict[str, A
     if "--layout" in given:
         if other := sorted(given.keys() & {"--row", "--spacing"}):
             raise InputError(f"give one of {other[0]}, --layout")
-        found = meltemi.io.read_layout(given["--layout"], diameter)
-        warn(found.notes, str(given["--layout"]))
-        return found.positions, found.wakes
+        layout = meltemi.io.read_layout(given["--layout"], diameter)
+        warn(layout.notes, str(given["--layout"]))
+        return layout.positions, layout.wakes
     count, spacing = given.get("--row", 3), given.get("--spacing", 5.0)
     if not 1 <= count <= MOST_TURBINES:
         raise InputError(f"--row {count}: expected 1 to {MOST_TURBINES} turbines")

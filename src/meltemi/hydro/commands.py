@@ -24,7 +24,7 @@ def hydro(
     step: Annotated[float, "--heading-step", "Between directions of waves [deg].", Range(0, 360, above=True)] = 10.0,
     out: OutOption = Path("out"),
 ) -> None:
-    """Compute added mass, damping and excitation of a platform by Capytaine; writes files that coefficients: reads."""
+    """Compute added mass, damping and excitation of a platform by Capytaine; writes files for ``coefficients:``."""
     from meltemi.core.extras import need
     from meltemi.core.yamlfile import read_record
     from meltemi.hydro.hull import Hull
@@ -45,7 +45,7 @@ def hydro(
     heading = np.linspace(-180.0, 180.0, round(360.0 / step) + 1)
     say(f"{len(panels.faces)} panels of {size:.3g} m, {frequencies} periods from {shortest:g} s")
     with progress_bar("potential flow") as progress:
-        c = coefficients_of(found, panels, frequency, heading, stiffness, progress)
+        c = coefficients_of(record, panels, frequency, heading, stiffness, progress)
     files = []
     for end, text in wamit_texts(c).items():
         files.append(out / f"{hull.stem}{end}")

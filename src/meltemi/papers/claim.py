@@ -98,13 +98,13 @@ HERE = Path(__file__).parent
 
 
 def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Claim]:
-    """Claims that need the same results; one line for all of them if a result is missing."""
+    """Claims that need the same results; one row for all of them if a result is missing."""
     return guarded(of, lambda why: [Claim(item, "", "", judgement(unjudged(why)), where)])
 
 
-def count(found: Sequence[Claim]) -> Counter[Outcome]:
-    """Numbers of claims that the paper states, by what their verdicts come to."""
-    return Counter(c.outcome for c in found if c.basis == "paper")
+def count(claims: Sequence[Claim]) -> Counter[Outcome]:
+    """Numbers of claims that the paper states, by category of their verdicts."""
+    return Counter(c.outcome for c in claims if c.basis == "paper")
 
 
 def count_held(claims: Sequence[Claim]) -> str:
@@ -114,9 +114,9 @@ def count_held(claims: Sequence[Claim]) -> str:
     rest = [f"{n[k]} cannot be {what}" for k, what in open_.items() if n[k]]
     some = f", {n['by_reading']} in one reading of it and not in another" if n["by_reading"] else ""
     of = n.total() - n["unchecked"]
-    told = f"{n['held']} of {of} claims of the paper hold{some}" + (f" ({', '.join(rest)})." if rest else ".")
-    hinge = [f"{c.item}: {c.verdict}" for c in found if c.basis == "paper" and c.outcome == "by_reading"]
-    return f"{told} By reading: {'; '.join(hinge)}." if hinge else told
+    summary = f"{n['held']} of {of} claims of the paper hold{some}" + (f" ({', '.join(rest)})." if rest else ".")
+    hinge = [f"{c.item}: {c.verdict}" for c in claims if c.basis == "paper" and c.outcome == "by_reading"]
+    return f"{summary} By reading: {'; '.join(hinge)}." if hinge else summary
 
 
 def claims_table(claims: Sequence[Claim], caption: str = "Claims of the paper") -> Table:

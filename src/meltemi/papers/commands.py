@@ -89,14 +89,16 @@ def _rosco(quick: bool, workers: int | None, out: Path) -> None:
 
     find_rosco()
     with run_store(out, f"duel, quick {quick}", "meltemi.papers"):
-        from meltemi.papers.he2018.duel import brief, chapter, duel, duel_tables, findings
-        from meltemi.papers.he2018.runs import QUICK, Setup
+        from meltemi.papers.he2018.rosco import brief, chapter, compare_with_rosco, comparison_tables, findings
+        from meltemi.papers.he2018.runs import QUICK, LoadControlSetup
         from meltemi.papers.study import write_chapter
 
         with simulation_bar("he2018 compared with ROSCO") as progress:
-            found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
-        files = write_chapter(chapter(found), "duel", out)
-    for table in map(brief, duel_tables(found)):
+            comparison = compare_with_rosco(
+                QUICK if quick else LoadControlSetup(), workers=workers, progress=lambda share, what: progress(share)
+            )
+        files = write_chapter(chapter(comparison), "duel", out)
+    for table in map(brief, comparison_tables(comparison)):
         print_table(table.caption, table.head, table.texts)
     for line in findings(comparison):
         print(line)

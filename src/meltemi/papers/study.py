@@ -160,17 +160,17 @@ def reproduce(
     began, drawings = time.perf_counter(), dict[str, Block]()
 
     def draw(name: str, caption: str, of: Callable[[], Figure]) -> Block:
-        if not isinstance(drawings.get(name), Picture):  # perhaps what it needs is there now
-            drawings[name] = drawn(name, caption, of, out)
+        if not isinstance(drawings.get(name), Picture):  # its results may be complete now
+            drawings[name] = guarded_figure(name, caption, of, out)
         return drawings[name]
 
     def write(results: Any) -> Reproduction:
         runs = study.runs(results)
         pictures = [draw(name, caption, partial(of, runs)) for name, (caption, of) in study.figures.items()]
         figures = [Section("The paper's figures", pictures)] if pictures else []
-        said = study.contents(found, out, draw)
-        own = {name: chapter for name, chapter in said.chapters.items() if name not in study.parts}
-        chapters = {**own, **failed_chapters(), **said.chapters}
+        contents = study.contents(results, out, draw)
+        page_chapters = {name: chapter for name, chapter in contents.chapters.items() if name not in study.parts}
+        chapters = {**page_chapters, **failed_chapters(), **contents.chapters}
         files = [d.png for d in drawings.values() if isinstance(d, Picture) and isinstance(d.png, Path)]
         for name, chapter in chapters.items():
             files += (write_chapter if name in study.parts else write_tables)(chapter, name, out)
@@ -179,11 +179,13 @@ def reproduce(
         files.append(write_text(out / f"{study.name}.md", alone(text)))
         before = sections(study.before, "Paper and reproduction")
         after = chain.from_iterable(sections(study.text(name), "Notes") for name in study.texts)
-        facts = [*said.facts, ("computed by", made_by), ("computed in", f"{time.perf_counter() - began:.0f} s")]
+        facts = [*contents.facts, ("computed by", made_by), ("computed in", f"{time.perf_counter() - began:.0f} s")]
         whole = [*before, *chapters.values(), *figures, *after]
-        page = Document(study.title, whole, facts=facts, lead=said.lead, footer=study.source)
+        page = Document(study.title, whole, facts=facts, lead=contents.lead, footer=study.source)
         html = write_page(out / f"{study.name}.html", plain(page))
-        return Reproduction(said.shown, said.lead, [*files, *said.files, html], documented(text, study.name))
+        return Reproduction(
+            contents.shown, contents.lead, [*files, *contents.files, html], documented(text, study.name)
+        )
 
     with run_store(out, f"{study.name}, quick {quick}", PACKAGE) as book:
         results = study.run(quick=quick, workers=workers, progress=progress, partly=write, parts=parts)
@@ -233,16 +235,16 @@ def guarded_table(caption: str, of: Callable[[], Table]) -> Table:
     return guarded(of, lambda why: Table([caption], [[f"cannot be made: {why}"]], caption))
 
 
-def answered(
+def answer_chapter(
     heading: str, verdict: Callable[[], str] | None, drawings: Sequence[Block], tables: Callable[[], Sequence[Table]]
 ) -> Section:
-    """A chapter that begins with the answer in words, if there is one."""
+    """Chapter that begins with a verdict, if there is one."""
     made = guarded(tables, lambda why: [Table([heading], [[f"cannot be made: {why}"]], heading)])
-    words = worded(verdict, "The answer").split("\n\n") if verdict else []
+    words = guarded_text(verdict, "The answer").split("\n\n") if verdict else []
     return Section(heading, [*words, *drawings, *made])
 
 
-def drawn(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Block:
+def guarded_figure(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Block:
     """A figure with its caption; a text with the reason if it cannot be drawn."""
 
     def picture() -> Block:

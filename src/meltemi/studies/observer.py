@@ -246,12 +246,12 @@ class Observer(Brief):
         """
         signals = signals_of(result, self.model.turbine)
         missing = np.isnan(signals.sensors[0])
-        made = self.using(~missing) if np.any(missing) else self
+        usable = self.using(~missing) if np.any(missing) else self
         meta = {k: v for k, v in result.meta.items() if k in ("turbine", "wind", "transient", "file")}
-        found = made._estimate(signals, meta | {"controller": "observer"}, samples, seed)
+        estimate = usable._estimate(signals, meta | {"controller": "observer"}, samples, seed)
         outside = self._outside(signals.sensors[:, 0], *signals.inputs.T)
-        meta = found.result.meta | {"warnings": [*signals.warnings, *outside, *_misfits(found.innovation)]}
-        return replace(found, result=replace(found.result, meta=meta))
+        meta = estimate.result.meta | {"warnings": [*signals.warnings, *outside, *_misfits(estimate.innovation)]}
+        return replace(estimate, result=replace(estimate.result, meta=meta))
 
     def _estimate(self, signals: Signals, meta: dict[str, Any], samples: int, seed: int) -> Estimate:
         u, measured, azimuth = signals.inputs, signals.sensors, signals.azimuth
@@ -275,12 +275,14 @@ class Observer(Brief):
                 _deviations(self.output_names, errors[near], azimuth, places),
             ]
         )
-        found = Result(signals.time, data, channels, meta=meta)
+        estimated = Result(signals.time, data, channels, meta=meta)
         chance = np.random.default_rng(seed)
         roots = [_root(Q, 1e-14 * np.trace(Q) / len(Q)) for Q in self.Q] if samples else []
         errors_drawn = (self._drawn_error(near, roots, chance) for _ in range(samples))
-        drawn = tuple(replace(found, data=data + np.column_stack([wind, mix(wrong)])) for wind, wrong in errors_drawn)
-        return Estimate(found, deviation, gaps, drawn)
+        realisations = tuple(
+            replace(estimated, data=data + np.column_stack([wind, mix(wrong)])) for wind, wrong in errors_drawn
+        )
+        return Estimate(estimated, deviation, gaps, realisations)
 
     def _drawn_error(
         self, near: NDArray[np.intp], roots: Sequence[Float], chance: np.random.Generator

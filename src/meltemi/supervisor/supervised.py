@@ -262,8 +262,9 @@ def region(law: BaselineState) -> float:
 @kernel
 def quantities(x: SupervisedState, call: Call) -> None:  # noqa: C901 - one line of conditions after the other
     """Quantities of the conditions from the measurements, with the state of yaw protection before this call."""
-    own, law, now, measured, demands = x.supervisor, x.load.collective, x.supervisor.now, call.measured, call.demands
-    state = whole(own.operation.state)
+    supervisor, law, now = x.supervisor, x.load.collective, x.supervisor.now
+    measured, demands = call.measured, call.demands
+    state = whole(supervisor.operation.state)
     now.yaw_error = abs(x.yaw.filtered)
     supervisor.limit[YAW_EXCEEDED] = supervisor.threshold
     now.producing = float(t.CONNECTED[state - 1])
@@ -273,7 +274,7 @@ def quantities(x: SupervisedState, call: Call) -> None:  # noqa: C901 - one line
     if whole(supervisor.strategy) == 1:
         now.stop = 1.0
     now.time_over, now.standing_by = 0.0, 0.0
-    if whole(own.protection.since) + 1 >= samples(own.recheck_time, call.dt):
+    if whole(supervisor.protection.since) + 1 >= samples(supervisor.recheck_time, call.dt):
         now.time_over = 1.0
     if state == STANDBY:
         now.standing_by = 1.0
@@ -293,9 +294,9 @@ def quantities(x: SupervisedState, call: Call) -> None:  # noqa: C901 - one line
     now.speed = call.speed
     if call.twin > call.speed:
         now.speed = call.twin
-    now.difference = abs(measured.generator_speed - own.gear_ratio * measured.rotor_speed)
-    if measured.generator_speed == own.last_speed and measured.rotor_speed != own.last_rotor:
-        own.frozen += call.dt
+    now.difference = abs(measured.generator_speed - supervisor.gear_ratio * measured.rotor_speed)
+    if measured.generator_speed == supervisor.last_speed and measured.rotor_speed != supervisor.last_rotor:
+        supervisor.frozen += call.dt
     else:
         supervisor.frozen = 0.0
     supervisor.last_speed, supervisor.last_rotor = measured.generator_speed, measured.rotor_speed
@@ -311,8 +312,8 @@ def quantities(x: SupervisedState, call: Call) -> None:  # noqa: C901 - one line
     now.power = measured.power
     along, aside = measured.fore_aft_acceleration, measured.side_side_acceleration
     now.acceleration = sqrt(along * along + aside * aside)
-    now.gust, now.wind, now.mean_wind = own.gust, own.wind, own.mean_wind
-    now.start_time = own.operation.since * call.dt
+    now.gust, now.wind, now.mean_wind = supervisor.gust, supervisor.wind, supervisor.mean_wind
+    now.start_time = supervisor.operation.since * call.dt
     now.share = 0.0
     if law.speed >= law.rated_speed or law.pitch < law.power_pitch or law.pitch <= law.minimum_pitch:
         now.share = supervisor.share
@@ -328,16 +329,16 @@ def approach(value: float, target: float, step: float) -> float:
 @kernel
 def set_point(x: SupervisedState, call: Call) -> None:
     """Set-points of the power for operator and yaw protection, each with its own rate (C-65)."""
-    own, law = x.supervisor, x.load.collective
-    rated = own.rated_power
-    wanted = min(rated, max(call.measured.power_limit, 0.0) / own.efficiency)
-    own.operator_power = approach(own.operator_power, wanted, own.derate_rate * call.dt)
+    supervisor, law = x.supervisor, x.load.collective
+    rated = supervisor.rated_power
+    wanted = min(rated, max(call.measured.power_limit, 0.0) / supervisor.efficiency)
+    supervisor.operator_power = approach(supervisor.operator_power, wanted, supervisor.derate_rate * call.dt)
     wanted = rated
-    if whole(own.protection.state) == DERATED:
-        wanted = min(rated, own.yaw_power)
-    own.protected_power = approach(own.protected_power, wanted, own.yaw_rate * call.dt)
-    power = min(own.operator_power, own.protected_power)
-    # written where it differs, so that derivatives by the law's own entries stay
+    if whole(supervisor.protection.state) == DERATED:
+        wanted = min(rated, supervisor.yaw_power)
+    supervisor.protected_power = approach(supervisor.protected_power, wanted, supervisor.yaw_rate * call.dt)
+    power = min(supervisor.operator_power, supervisor.protected_power)
+    # written only if different, which keeps derivatives with respect to entries of the law
     if power != law.rated_power:
         law.rated_power = power
 
@@ -345,20 +346,20 @@ def set_point(x: SupervisedState, call: Call) -> None:
 @kernel
 def begin_state(x: SupervisedState, state: int, call: Call) -> None:
     """Actions at the entry of a state of operation."""
-    own, law, demands = x.supervisor, x.load.collective, call.demands
+    supervisor, law, demands = x.supervisor, x.load.collective, call.demands
     if state == START_UP:
         supervisor.share, law.torque, supervisor.latched, supervisor.fresh = 0.0, 0.0, 0.0, 0.0
         mean = 0.0
         for b in range(call.blades):
             mean = mean + demands.pitch[b] / call.blades
-        law.reference_speed = min(max(call.speed, 0.0), own.reference)
+        law.reference_speed = min(max(call.speed, 0.0), supervisor.reference)
         set_collective(x.load, mean, call.speed)
-        own.lowering = 1.0
+        supervisor.lowering = 1.0
         reset_loops(x.load)
     if state == CONNECTION:
         law.torque = 0.0
     if state in (NORMAL_STOP, EMERGENCY_STOP):
-        own.stop_torque, own.stop_speed, own.fresh = demands.generator_torque, call.speed, 0.0
+        supervisor.stop_torque, supervisor.stop_speed, supervisor.fresh = demands.generator_torque, call.speed, 0.0
     if state == STANDBY:
         supervisor.latched = 0.0
 
@@ -366,11 +367,11 @@ def begin_state(x: SupervisedState, state: int, call: Call) -> None:
 @kernel
 def start_law(x: SupervisedState, state: int, dt: float) -> None:
     """Parameters of the collective law during start-up: reference and minimum pitch follow the speed (C-66)."""
-    own, law = x.supervisor, x.load.collective
-    speed, step = law.speed, own.start_acceleration * dt
-    ahead = max(speed, 0.0) + AHEAD * own.start_acceleration
-    law.reference_speed = min(max(min(law.reference_speed + step, ahead), 0.0), own.reference)
-    fine = min(own.connect_speed, own.start_ratio * max(own.wind, 1.0))
+    supervisor, law = x.supervisor, x.load.collective
+    speed, step = law.speed, supervisor.start_acceleration * dt
+    ahead = max(speed, 0.0) + AHEAD * supervisor.start_acceleration
+    law.reference_speed = min(max(min(law.reference_speed + step, ahead), 0.0), supervisor.reference)
+    fine = min(supervisor.connect_speed, supervisor.start_ratio * max(supervisor.wind, 1.0))
     left = min(max(1.0 - speed / fine, 0.0), 1.0)
     law.minimum_pitch = supervisor.minimum_pitch + left * max(supervisor.start_pitch - supervisor.minimum_pitch, 0.0)
     law.pitch_rate = supervisor.rate[t.MODES[state - 1, M_RATE]]
@@ -379,10 +380,10 @@ def start_law(x: SupervisedState, state: int, dt: float) -> None:
 @kernel
 def lower_pitch(x: SupervisedState, call: Call) -> None:
     """Lower the pitch to its minimum or until the rotor reaches its reference speed; then the law takes over (C-66)."""
-    own, law = x.supervisor, x.load.collective
+    supervisor, law = x.supervisor, x.load.collective
     pitch = max(law.pitch - law.pitch_rate * call.dt, law.minimum_pitch)
     if call.speed >= law.reference_speed or pitch <= law.minimum_pitch:
-        own.lowering = 0.0
+        supervisor.lowering = 0.0
     set_collective(x.load, pitch, call.speed)
     for b in range(call.blades):
         call.demands.pitch[b] = pitch
@@ -411,24 +412,24 @@ def limit_torque(law: BaselineState, most: float, demands: Demands) -> None:
 @kernel
 def produce(x: SupervisedState, state: int, call: Call) -> None:
     """States with the pitch of the collective law."""
-    own, law, demands = x.supervisor, x.load.collective, call.demands
+    supervisor, law, demands = x.supervisor, x.load.collective, call.demands
     mode = t.MODES[state - 1, M_TORQUE]
     if mode == TORQUE_LAW:
         restore_law(x, call.dt)
         load_step(x.load, call.measured, demands, call.dt)
-        if law.rated_power < own.rated_power:
+        if law.rated_power < supervisor.rated_power:
             limit_torque(law, law.rated_power / max(law.speed, 1e-3), demands)
         return
     start_law(x, state, call.dt)
-    if own.lowering > 0.5 and mode == TORQUE_NONE:
+    if supervisor.lowering > 0.5 and mode == TORQUE_NONE:
         lower_pitch(x, call)
     else:
         collective_step(law, call.speed, call.measured, demands, call.dt)
     for b in range(MAX_BLADES):
         x.load.group[PITCH].last[b] = law.pitch
     if mode == TORQUE_JOIN:
-        own.share = min(own.share + call.dt / own.connect_time, 1.0)
-        # below rated speed the torque of the regions: held power would stop the rotor that is to speed up
+        supervisor.share = min(supervisor.share + call.dt / supervisor.connect_time, 1.0)
+        # torque of the regions below rated speed: constant power would prevent the rotor from accelerating
         most = min(law_torque(law, law.speed), law.rated_power / max(law.speed, 1e-3))
         limit_torque(law, min(supervisor.share * law.maximum_torque, most), demands)
     else:
@@ -443,33 +444,34 @@ def shut_down(x: SupervisedState, state: int, call: Call) -> None:
     The torque uses the lower of the two speed measurements, the brake the higher one: a stuck sensor can neither drive
     the rotor backwards nor brake it at full speed.
     """
-    own, law, demands = x.supervisor, x.load.collective, call.demands
+    supervisor, law, demands = x.supervisor, x.load.collective, call.demands
     mode = t.MODES[state - 1, M_TORQUE]
     keep = 1.0 - exp(-call.dt * law.filter_frequency)
     law.speed = law.speed + keep * (call.speed - law.speed)
     wanted = 0.0
-    if mode == TORQUE_FALL and own.stop_speed > own.connect_speed:
-        share = (min(call.speed, call.twin) - own.connect_speed) / (own.stop_speed - own.connect_speed)
-        wanted = own.stop_torque * min(max(share, 0.0), 1.0)
-    if state == EMERGENCY_STOP and own.emergency_torque < 0.5:
+    if mode == TORQUE_FALL and supervisor.stop_speed > supervisor.connect_speed:
+        range_ = supervisor.stop_speed - supervisor.connect_speed
+        share = (min(call.speed, call.twin) - supervisor.connect_speed) / range_
+        wanted = supervisor.stop_torque * min(max(share, 0.0), 1.0)
+    if state == EMERGENCY_STOP and supervisor.emergency_torque < 0.5:
         wanted = 0.0
     law.torque = approach(demands.generator_torque, wanted, law.torque_rate * call.dt)
     demands.generator_torque = law.torque
-    step, mean = own.rate[t.MODES[state - 1, M_RATE]] * call.dt, 0.0
+    step, mean = supervisor.rate[t.MODES[state - 1, M_RATE]] * call.dt, 0.0
     for b in range(call.blades):
-        demands.pitch[b] = approach(demands.pitch[b], own.feather, step)
+        demands.pitch[b] = approach(demands.pitch[b], supervisor.feather, step)
         mean = mean + demands.pitch[b] / call.blades
     law.pitch = mean
     demands.brake = 0.0
-    if t.MODES[state - 1, M_BRAKE] > 0 and max(call.speed, call.twin) < own.brake_speed:
-        demands.brake = own.brake
+    if t.MODES[state - 1, M_BRAKE] > 0 and max(call.speed, call.twin) < supervisor.brake_speed:
+        demands.brake = supervisor.brake
 
 
 @kernel
-def protect(own: SupervisorState, call: Call) -> None:
+def protect(supervisor: SupervisorState, call: Call) -> None:
     """One step of the machine of yaw protection (C-64)."""
-    evaluate_conditions(own, 0, N_YAW, call.dt)
-    row = step_machine(own, own.protection, t.YAW_MACHINE, YAW_PROTECTION, call.measured.time)
+    evaluate_conditions(supervisor, 0, N_YAW, call.dt)
+    row = step_machine(supervisor, supervisor.protection, t.YAW_MACHINE, YAW_PROTECTION, call.measured.time)
     if row >= 0 and t.YAW_MACHINE[row, TO] == DERATED:
         supervisor.derates += 1.0
     supervisor.now.yaw_state = supervisor.protection.state
@@ -478,10 +480,10 @@ def protect(own: SupervisorState, call: Call) -> None:
 @kernel
 def operate(x: SupervisedState, call: Call) -> None:
     """One step of the machine of operation (C-63)."""
-    own = x.supervisor
-    evaluate_conditions(own, N_YAW, N_CONDITIONS, call.dt)
-    x.load.collective.switches += switches_near(own, whole(own.operation.state))
-    row = step_machine(own, own.operation, t.MACHINE, OPERATION, call.measured.time)
+    supervisor = x.supervisor
+    evaluate_conditions(supervisor, N_YAW, N_CONDITIONS, call.dt)
+    x.load.collective.switches += switches_near(supervisor, whole(supervisor.operation.state))
+    row = step_machine(supervisor, supervisor.operation, t.MACHINE, OPERATION, call.measured.time)
     if row < 0:
         return
     state = t.MACHINE[row, TO]
@@ -501,9 +503,9 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 @kernel
 def supervise(x: SupervisedState, measured: Measurements, demands: Demands, dt: float) -> None:
     """Means of the wind, yaw control, machines, demands of the state (C-60 to C-68)."""
-    own, law = x.supervisor, x.load.collective
-    # a sensor that gives no number is lost: its twin stands in for it until the stop that follows
-    speed, twin = measured.generator_speed, own.gear_ratio * measured.rotor_speed
+    supervisor, law = x.supervisor, x.load.collective
+    # a sensor without a value has failed: the other one replaces it until the following stop
+    speed, twin = measured.generator_speed, supervisor.gear_ratio * measured.rotor_speed
     lost = speed != speed
     if lost:
         speed = twin
@@ -516,10 +518,10 @@ def supervise(x: SupervisedState, measured: Measurements, demands: Demands, dt: 
     protected = x.protection.points > 0.0
     supervisor.threshold = NEVER
     if protected:
-        own.protection_wind = moving_mean(x.protection_mean, wind, dt)
-        own.threshold = threshold(x.protection, own.protection_wind)
+        supervisor.protection_wind = moving_mean(x.protection_mean, wind, dt)
+        supervisor.threshold = threshold(x.protection, supervisor.protection_wind)
     quantities(x, call)
-    protect(own, call)
+    protect(supervisor, call)
     operate(x, call)
     set_point(x, call)
     if lost:
@@ -612,7 +614,7 @@ def SupervisedController(
         warnings=lambda x: [
             *limit_warnings(SupervisedState(x).load),
             *_log_warnings(SupervisedState(x).supervisor.log),
-        ],
+        ],  # fmt: skip
         log=lambda x: log_entries(SupervisedState(x).supervisor.log),
     )
 

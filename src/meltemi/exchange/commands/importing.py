@@ -40,7 +40,7 @@ def import_(
     """
     from meltemi.core.yamlfile import read_mapping, write_record
     from meltemi.exchange.hawc2 import import_hawc2
-    from meltemi.exchange.windio.gains import with_own_gains
+    from meltemi.exchange.windio.gains import with_tuned_gains
 
     of_decks = {"--blade": blade != "deck", "--fixed-base": fixed_base, "--momentum-wake": momentum_wake}
     of_decks["--discon"] = discon is not None

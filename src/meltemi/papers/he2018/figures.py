@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from meltemi.papers.claim import rows_of
 from meltemi.papers.he2018.beyond import at_speed
 from meltemi.papers.he2018.measures import change, thin_airfoil
-from meltemi.papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, THREE, Runs
+from meltemi.papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, THREE, LoadControlRuns
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import ABOVE, heading, new_figure, panel

@@ -15,9 +15,9 @@ from meltemi.papers.he2018.claims import claims, not_detuned
 from meltemi.papers.he2018.figures import FIGURES, bode, over_speeds
 from meltemi.papers.he2018.measures import CEILINGS, change, likelihood, percent, reached
 from meltemi.papers.he2018.reasons import reasons
-from meltemi.papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, Runs, run_all
+from meltemi.papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, LoadControlRuns, run_all
 from meltemi.papers.he2018.verdicts import counts_words, verdicts_table
-from meltemi.papers.study import Contents, Draw, Study, applied, tabled, worded
+from meltemi.papers.study import Contents, Draw, Study, applied, guarded_table, guarded_text
 from meltemi.papers.verdict import UNJUDGED
 from meltemi.reports.blocks import Block, Part, Section, Table
 from meltemi.reports.ensemble_tables import with_interval
@@ -93,12 +93,12 @@ def _lead(runs: LoadControlRuns, lines: list[Claim], beside: list[Claim]) -> str
     )
 
 
-def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Section]:
+def _chapters(runs: LoadControlRuns, draw: Draw, *, paper: bool) -> dict[str, Section]:
     """What does not depend on the paper's numbers; with what holds for its turbine only, if it is that."""
     divided = "Division of frequencies and the edgewise mode" if paper else "Division of frequencies"
-    built = Part("Which scheme we would build", [worded(partial(beyond.verdict, runs), "Which scheme to build")])
-    not_detuned = worded(partial(beyond.not_detuned, runs), "CPFC that is not detuned")
-    wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
+    built = Part("Which scheme we would build", [guarded_text(partial(beyond.verdict, runs), "Which scheme to build")])
+    not_detuned = guarded_text(partial(beyond.not_detuned, runs), "CPFC that is not detuned")
+    wanted: dict[str, tuple[str, list[Callable[[LoadControlRuns], Table]]]] = {
         "ceilings": ("How much was there to gain", [ceiling_table]),
         "gains": ("Gains", [gains_table]),
         "division": (divided, [partial(beyond.division, edge=paper)]),
@@ -121,7 +121,7 @@ def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Section]:
         ],
     }
     return {
-        name: Section(heading, [*(tabled(heading, partial(of, runs)) for of in several), *below.get(name, [])])
+        name: Section(heading, [*(guarded_table(heading, partial(of, runs)) for of in several), *below.get(name, [])])
         for name, (heading, several) in wanted.items()
     }
 
@@ -152,9 +152,9 @@ def contents(runs: LoadControlRuns, out: Path, draw: Draw) -> Contents:
         return guarded_table("Verdicts by model and wind", lambda: verdicts_table(lines, beside, list(runs.judged)))
 
     why = reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why}))
-    winds = [tabled("Other winds", partial(of, runs)) for of in (beyond.winds, search.search_table)]
+    winds = [guarded_table("Other winds", partial(of, runs)) for of in (beyond.winds, search.search_table)]
     likely: list[Block] = [
-        worded(lambda: search.told(search.estimate(runs)), "The most likely wind"),
+        guarded_text(lambda: search.wind_estimate_text(search.estimate(runs)), "The most likely wind"),
         draw("likelihood", "Likelihood of the paper's changes by wind", lambda: search.surface(runs)),
     ]
     return Contents(

@@ -17,7 +17,17 @@ from meltemi.bladed_controllers.rosco import edit_discon, find_rosco, rosco_exam
 from meltemi.control.controller import Controller
 from meltemi.controllers.names import SCHEMES
 from meltemi.papers.he2018.measures import change, percent
-from meltemi.papers.he2018.runs import CLASS_B, PAPER, READINGS, SPEED, Bench, Setup, bench, paper_turbine, wind_of
+from meltemi.papers.he2018.runs import (
+    CLASS_B,
+    PAPER,
+    READINGS,
+    SPEED,
+    LoadControlSetup,
+    TunedTurbine,
+    bench,
+    paper_turbine,
+    wind_of,
+)
 from meltemi.papers.study import Progress
 from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.rotors import build
@@ -166,10 +176,10 @@ def findings(comparison: RoscoComparison) -> list[str]:
     return lines
 
 
-def chapter(found: Duel) -> Section:
+def chapter(comparison: RoscoComparison) -> Section:
     """The chapter of the page."""
     head = (Path(__file__).parent / "duel_head.md").read_text(encoding="utf-8")
-    made = f"rosco {version('rosco')}, meltemi {version('meltemi')}, {datetime.now(UTC):%Y-%m-%d}"
-    s = found.setup
-    last = f"*Made with {made}; {s.transient:g} to {s.duration:g} s of seeds {', '.join(map(str, s.seeds))}.*"
-    return Section("Beside ROSCO", [head.strip(), *duel_tables(found), *findings(found), last])
+    versions = f"rosco {version('rosco')}, meltemi {version('meltemi')}, {datetime.now(UTC):%Y-%m-%d}"
+    s = comparison.setup
+    last = f"*Made with {versions}; {s.transient:g} to {s.duration:g} s of seeds {', '.join(map(str, s.seeds))}.*"
+    return Section("Beside ROSCO", [head.strip(), *comparison_tables(comparison), *findings(comparison), last])

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from meltemi.papers.he2018.measures import PAPER_CHANGES, in_minutes
-from meltemi.papers.he2018.runs import CLASS_B, GRID, READ_AS, Runs
+from meltemi.papers.he2018.runs import CLASS_B, GRID, READ_AS, LoadControlRuns
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.reports.blocks import Table

@@ -14,7 +14,7 @@ def counted(lines: Sequence[Claim]) -> list[Claim]:
     return [c for c in lines if c.basis == "paper" and c.outcome != "unchecked"]
 
 
-def held(lines: Sequence[Claim], readings: Sequence[str]) -> list[int]:
+def count_by_reading(lines: Sequence[Claim], readings: Sequence[str]) -> list[int]:
     """Number of those that hold in each of the readings."""
     verdicts = [c.judgement.in_readings(readings) for c in counted(lines)]
     return [sum(v[k] == HOLDS for v in verdicts) for k in range(len(readings))]
@@ -30,8 +30,11 @@ def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Seq
     """
     whole = len(counted(lines))
     rows = [
-        ["hold", *(f"{k} of {whole}" for k in held(lines, readings))],
-        ["hold, flaps beside an IPC that stays as it is", *(f"{k} of {whole}" for k in held(added, readings))],
+        ["hold", *(f"{k} of {whole}" for k in count_by_reading(lines, readings))],
+        [
+            "hold, flaps beside an IPC that stays as it is",
+            *(f"{k} of {whole}" for k in count_by_reading(added, readings)),
+        ],
         *(
             [c.item, *(v.text for v in c.judgement.in_readings(readings))]
             for c in counted(lines)
@@ -52,8 +55,8 @@ def counts_words(lines: Sequence[Claim], added: Sequence[Claim], readings: Seque
     every = sum(all(v == HOLDS for v in each) for each in verdicts)
     none = sum(all(v != HOLDS for v in each) for each in verdicts)
     few = sum(c.by_few for c in checked)
-    each = ", ".join(f"{k} with {name}" for k, name in zip(held(lines, readings), readings, strict=True))
-    other = ", ".join(map(str, held(added, readings)))
+    each = ", ".join(f"{k} with {name}" for k, name in zip(count_by_reading(lines, readings), readings, strict=True))
+    other = ", ".join(map(str, count_by_reading(added, readings)))
     return (
         f"Of {whole} claims of the paper that can be checked, {every} hold in every reading of its model and wind, "
         f"{whole - every - none} in some, {none} in none. There hold {each}; with flaps beside an IPC that stays as it "

@@ -26,8 +26,17 @@ from meltemi.papers.palanimuthu2022.run_claims import (
     schemes_table,
     travel_change,
 )
-from meltemi.papers.palanimuthu2022.runs import PHYSICAL, PLAIN, QUICK, SMALL, Reading, Runs, Setup, run_all
-from meltemi.papers.study import Contents, Draw, Progress, Study, applied, span, tabled, worded
+from meltemi.papers.palanimuthu2022.runs import (
+    PHYSICAL,
+    PLAIN,
+    QUICK,
+    SMALL,
+    PowerControlRuns,
+    PowerControlSetup,
+    Reading,
+    run_all,
+)
+from meltemi.papers.study import Contents, Draw, Progress, Study, applied, guarded_table, guarded_text, span
 from meltemi.papers.verdict import FEWEST_SEEDS
 from meltemi.reports.blocks import Section, Table
 from meltemi.studies.climate.tables import energy_table
@@ -156,13 +165,13 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     runs, table = found.runs, claims_table(found.claims)
     used = {claim.reason: REASONS[claim.reason] for claim in found.claims if claim.reason}
     chapters = {"claims": Section("Claim by claim", [table, *reason_lines(used)])}
-    wanted: dict[str, tuple[str, tuple[Callable[[Runs], Table], ...]]] = {
+    wanted: dict[str, tuple[str, tuple[Callable[[PowerControlRuns], Table], ...]]] = {
         "readings": ("Where the paper errs or is silent", (_readings,)),
         "gains": ("Figure 6 in numbers", (curves_table, gains_table)),
         "schemes": ("Figure 21 in numbers", (schemes_table,)),
     }
     chapters |= {
-        name: Section(words, [tabled(words, partial(of, runs)) for of in each])
+        name: Section(words, [guarded_table(words, partial(of, runs)) for of in each])
         for name, (words, each) in wanted.items()
     }
     chapters["bench"] = bench_chapter(found.bench, draw)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.papers.study import Draw, Progress, span, tabled, told, worded
+from meltemi.papers.study import Draw, Progress, guarded_table, guarded_text, span, step_progress
 from meltemi.papers.wang2021 import lifetime
 from meltemi.papers.wang2021.beyond_figure import beyond_figure
 from meltemi.papers.wang2021.costs import (

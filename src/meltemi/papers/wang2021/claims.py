@@ -209,7 +209,7 @@ def _error(values: Float) -> float:
     return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0
 
 
-def _settings(g: Gusts) -> Iterator[tuple[str, list[Setting]]]:
+def _settings(g: Gusts) -> Iterator[tuple[str, list[GustSetting]]]:
     """Settings of the paper's machine, one for each yaw control, by direction and rise time in words."""
     own = [setting for setting in g.phases if setting.machine == MACHINE]
     for time, (sign, direction) in product(TIMES, SIGNS.items()):

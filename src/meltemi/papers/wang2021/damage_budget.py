@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from meltemi.analyses.performance import performance_of
 from meltemi.iec.winds import ntm, nwp
-from meltemi.papers.study import Draw, Progress, answered, told
-from meltemi.papers.wang2021.words import said
+from meltemi.papers.study import Draw, Progress, answer_chapter, step_progress
+from meltemi.papers.wang2021.words import sentence
 from meltemi.postprocess.ensemble import mean_interval, weibull_weights
 from meltemi.power_control.coordinated import CoordinatedController
 from meltemi.power_control.settings import PowerControl, Scheme
@@ -222,7 +222,7 @@ def verdict(rates: DamageRates) -> str:
     return sentence("budget", load=load, budget=100.0 * budget, energy=energy, saved=worth)
 
 
-def chapter(rates: Rates, draw: Draw) -> Section:
+def chapter(rates: DamageRates, draw: Draw) -> Section:
     """Chapter of derating on a damage budget."""
     heading = "Beyond the paper: derating on a damage budget"
     return answer_chapter(heading, lambda: verdict(rates), [], lambda: [budget_table(rates)])

@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 
 from meltemi.iec.gusts import RISE_TIME
-from meltemi.papers.study import Draw, Progress, answered, told
+from meltemi.papers.study import Draw, Progress, answer_chapter, step_progress
 from meltemi.papers.wang2021.costs import KWH, by_wind, longest
 from meltemi.papers.wang2021.winds import GUST_SPEED
 from meltemi.papers.wang2021.words import sentence
@@ -120,8 +120,8 @@ def verdict(results: GustResults) -> str:
     return sentence("slow gusts", **numbers)
 
 
-def chapter(found: Found, draw: Draw) -> Section:
+def chapter(rows: GustResults, draw: Draw) -> Section:
     """Chapter of the gusts that rise as slowly as measured ones."""
-    return answered(
-        "Beyond the paper: gusts as slow as measured ones", lambda: verdict(found), [], lambda: [gusts_table(found)]
+    return answer_chapter(
+        "Beyond the paper: gusts as slow as measured ones", lambda: verdict(rows), [], lambda: [gusts_table(rows)]
     )

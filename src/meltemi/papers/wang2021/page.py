@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 from meltemi.iec.gusts import RISE_TIME, Sign
 from meltemi.papers.claim import Claim, brief, claims_table, count_held, reason_lines
-from meltemi.papers.study import Contents, Draw, Progress, Study, applied, span, tabled, told, worded
+from meltemi.papers.study import (
+    Contents,
+    Draw,
+    Progress,
+    Study,
+    applied,
+    guarded_table,
+    guarded_text,
+    span,
+    step_progress,
+)
 from meltemi.papers.wang2021 import beyond, damage_budget, figures, measured_gusts
 from meltemi.papers.wang2021.beyond import Beyond
 from meltemi.papers.wang2021.claims import REASONS, claims
@@ -29,7 +39,7 @@ from meltemi.papers.wang2021.machines import YAW_CONTROLS
 from meltemi.papers.wang2021.runs import QUICK, YAW_RATE, YawProtectionRuns, YawProtectionSetup, run_all, run_gusts
 from meltemi.papers.wang2021.table2 import LOOP_BINS, MOMENT, POWER
 from meltemi.papers.wang2021.winds import STATED, TIMES, measured
-from meltemi.papers.wang2021.words import said
+from meltemi.papers.wang2021.words import sentence
 from meltemi.reports.blocks import Section, Table
 from meltemi.reports.state_diagram import plot_states
 from meltemi.studies.machine_loads import YAW_BENDING

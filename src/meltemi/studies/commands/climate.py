@@ -41,7 +41,7 @@ def climate(
         raise InputError(f"--altitude and --wind-height belong to weather files; the climate {site} has its own")
     year = periods(site, **{key: value for key, value in given.items() if value is not None}, shear_exponent=shear)
     from meltemi.report.tables import number
-    from meltemi.studies.climate.response import ICED, SHED, WET, Setup, respond
+    from meltemi.studies.climate.response import ICED, SHED, WET, ResponseSetup, respond
     from meltemi.studies.climate.tables import energy_table, load_table, month_table, years_figure
     from meltemi.studies.climate.year import SiteYears
     from meltemi.tuning.run_store import run_store

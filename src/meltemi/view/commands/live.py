@@ -86,7 +86,7 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
         for message in server.received(0.1 if idle else due - monotonic()):
             match message:
                 case {"opened": True}:
-                    told = {}
+                    sent = {}
                 case {"playing": bool(play), "speed": int(wanted) | float(wanted)} if (
                     SPEEDS.least <= wanted <= SPEEDS.most
                 ):

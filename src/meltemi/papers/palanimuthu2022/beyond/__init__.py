@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from meltemi.papers.study import answered
+from meltemi.papers.study import answer_chapter
 from meltemi.reports.blocks import Block, Section, Table
 
 PARTS = ("machines", "power", "coordination", "climate", "farm")

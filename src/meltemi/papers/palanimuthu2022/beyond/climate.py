@@ -1,7 +1,6 @@
 """Annual energy and lifetime loads of an aeroelastic turbine at three sites, compared with the review.
 
-The study is that of ``meltemi climate`` (:mod:`meltemi.studies.climate`); this module has the sites, scenarios and
-texts.
+The study is that of ``meltemi climate`` (:mod:`meltemi.studies.climate`); this module has the sites, scenarios and texts.
 """
 
 from __future__ import annotations
@@ -105,8 +104,8 @@ def scenario_table(sites: SiteResults) -> Table:
     return Table(head, rows, "Scenarios", note="Change of the year's energy with all effects in.")
 
 
-def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Section:
-    """Chapter of a year in three climates; on the review's turbine with the review's numbers."""
+def chapter(sites: SiteResults, draw: Draw, *, applied: bool = False) -> Section:
+    """Chapter on a year in three climates; for the review's turbine with the numbers of the review."""
     caption = "A year in three climates: the turbine, the air, and what weather adds; bars with 95 % intervals"
     figure = draw("climate", caption, lambda: years_figure(sites))
 
@@ -213,9 +212,8 @@ def verdict(sites: SiteResults) -> str:
     )
     lines = (
         f"Against air of 1.225 kg/m³ weather changes the year's energy by {all_}.",
-        f"In one and the same wind the air of {names[1]} makes {estimate_text(one)} %,",
-        f"that of {names[2]} {estimate_text(two)} % of the energy of {names[0]},",
-        f"for densities that differ by {100.0 * (air[1] / air[0] - 1.0):+.1f} and",
+        f"In one and the same wind the air of {names[1]} makes {estimate_text(one)} %, that of {names[2]} {estimate_text(two)} %",
+        f"of the energy of {names[0]}, for densities that differ by {100.0 * (air[1] / air[0] - 1.0):+.1f} and",
         f"{100.0 * (air[2] / air[0] - 1.0):+.1f} %: above rated wind the pitch makes up for thin air.",
         f"Ice makes {estimate_text(ice)} % at {words(icy.climate.name)}, where it lies on the blades",
         f"for {icy.climate.icing_hours.sum():.0f} h a year; with what one blade sheds before the others,",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
 from meltemi.papers.palanimuthu2022.beyond.power import TURBINE, slow_base
-from meltemi.papers.study import Draw, Progress, answered
+from meltemi.papers.study import Draw, Progress, answer_chapter
 from meltemi.postprocess.ensemble import EnsembleTable
 from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import change_text, scheme_rows
@@ -40,7 +40,7 @@ def _turbine() -> Turbine:
     return aeroelastic(load_turbine(TURBINE), "loads in turbulence")
 
 
-def bench_chapter(found: Bench, draw: Draw) -> Section:
+def bench_chapter(comparison: ProposalComparison, draw: Draw) -> Section:
     """Chapter of the comparison on the default page."""
     heading = "The paper's proposal and ours on an aeroelastic turbine"
     words = "Changes against A0 on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; 95 % intervals"
@@ -65,7 +65,7 @@ BENCH_WORDS = (
 )
 
 
-def chapter(found: Tables, draw: Draw, *, applied: bool = False) -> Section:
+def chapter(ensembles: Tables, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of the coordination schemes."""
     words = "Coordination on an aeroelastic turbine in hours of turbulent wind that turns; bars: 95 % intervals"
     figure = draw("coordination_changes", words, lambda: coordination_figure(ensembles))
@@ -94,8 +94,7 @@ def _pitch_of_each_blade(table: EnsembleTable) -> str:
     changes = [table.entry(PITCH, name).change for name in (single, shared)]
     individual, other = (1.0 + (0.0 if change is None else change.mean) for change in changes)
     return (
-        f" Individual pitch travels {individual:.1f} times as far as the pitch of *{first}*, and "
-        f"{individual / other:.1f} times as "
+        f" Individual pitch travels {individual:.1f} times as far as the pitch of *{first}*, and {individual / other:.1f} times as "
         f"far as that of *{shared}*."
     )
 

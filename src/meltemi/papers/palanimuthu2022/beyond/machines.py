@@ -159,7 +159,7 @@ def machines_figure(results: Results) -> Figure:
     return figure
 
 
-def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Section:
+def chapter(results: Results, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of the turbines."""
     words = f"Loads at {100.0 * FRONT_LEVEL:.0f} % of rated power by turbine, against A0; bars: 95 % intervals"
     figure = draw("machines_loads", words, lambda: machines_figure(results))
@@ -184,18 +184,15 @@ def verdict(results: Results) -> str:
     )
     loop = (
         f"Two causes were tried. One is the speed loop at the upper end: with {SLOW:g} of its frequency in both "
-        f"schemes A2 changes the tower base against A0 by {changes_text(TOWER_LOAD, SLOW_HELD, results, slow=True)}, "
-        f"the blade root by {changes_text(ROOT_LOAD, SLOW_HELD, results, slow=True)}. A1, which pitches at rated "
-        f"speed only, "
-        f"changes the tower base by {changes_text(TOWER_LOAD, FAST, results)} against A0 with the loop as it is, and "
-        f"by "
+        f"schemes A2 changes the tower base against A0 by {changes_text(TOWER_LOAD, SLOW_HELD, results, slow=True)}, the blade "
+        f"root by {changes_text(ROOT_LOAD, SLOW_HELD, results, slow=True)}. A1, which pitches at rated speed only, changes "
+        f"the tower base by {changes_text(TOWER_LOAD, FAST, results)} against A0 with the loop as it is, and by "
         f"{changes_text(TOWER_LOAD, SLOW_FAST, results, slow=True)} with the slow one in both."
     )
     lines = [free, loop]
     if narrow := [name for name, machine in results.items() if NARROWED in machine.changes.schemes]:
         lines.append(
             f"The other is the width of the range: from {100 * NARROW:.0f} % of its upper end on it is "
-            f"{changes_text(TOWER_LOAD, NARROWED, narrow)} at the tower base, "
-            f"{changes_text(ROOT_LOAD, NARROWED, narrow)} at the root."
+            f"{changes_text(TOWER_LOAD, NARROWED, narrow)} at the tower base, {changes_text(ROOT_LOAD, NARROWED, narrow)} at the root."
         )
     return "\n\n".join(lines)

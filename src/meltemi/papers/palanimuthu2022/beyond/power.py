@@ -40,7 +40,7 @@ def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, p
     return schemes.study(turbine, quick, workers=workers, progress=progress)
 
 
-def chapter(found: Costs, draw: Draw, *, applied: bool = False) -> Section:
+def chapter(costs: Costs, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of the active-power schemes."""
     words = "Cost of the schemes on an aeroelastic turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
     front = f"A2 with upper speeds of so many percent of rated, at {100.0 * FRONT_LEVEL:.0f} % of rated power"
