@@ -22,7 +22,7 @@ from meltemi.papers.he2018.designs import LIDARS
 from meltemi.papers.he2018.measures import flap_slopes, probability, share_at, thin_airfoil
 from meltemi.papers.he2018.page import _facts
 from meltemi.papers.he2018.runs import FAST_MODEL, MODEL_PARTS, PAPER, QUICK, READINGS, LoadControlRuns, paper_turbine
-from meltemi.papers.he2018.verdicts import counts_words, held, verdicts_table
+from meltemi.papers.he2018.verdicts import count_by_reading, counts_words, verdicts_table
 from meltemi.papers.verdict import HOLDS, by_reading, differs, judgement, judgement_in
 from meltemi.studies.preview import LidarErrors, measured
 from meltemi.studies.wind_likelihood import Minutes, estimate_wind
@@ -165,7 +165,7 @@ def test_a_verdict_is_that_of_each_reading() -> None:
 def test_the_headline_counts_each_reading() -> None:
     """What follows from a command and what cannot be checked is not among the claims that hold."""
     claims = lines("holds", MIXED.text, "smaller effect", "cannot be checked: because")
-    assert held(claims, READ) == [2, 1]
+    assert count_by_reading(claims, READ) == [2, 1]
     words = counts_words(claims, claims, READ)
     assert words.startswith("Of 3 claims of the paper that can be checked, 1 hold in every reading")
     assert f"1 in some, 1 in none. There hold 2 with {READ[0]}, 1 with {READ[1]}" in words

@@ -614,7 +614,7 @@ def SupervisedController(
         warnings=lambda x: [
             *limit_warnings(SupervisedState(x).load),
             *_log_warnings(SupervisedState(x).supervisor.log),
-        ],  # fmt: skip
+        ],
         log=lambda x: log_entries(SupervisedState(x).supervisor.log),
     )
 

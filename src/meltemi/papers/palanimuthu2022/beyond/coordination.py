@@ -94,7 +94,8 @@ def _pitch_of_each_blade(table: EnsembleTable) -> str:
     changes = [table.entry(PITCH, name).change for name in (single, shared)]
     individual, other = (1.0 + (0.0 if change is None else change.mean) for change in changes)
     return (
-        f" Individual pitch travels {individual:.1f} times as far as the pitch of *{first}*, and {individual / other:.1f} times as "
+        f" Individual pitch travels {individual:.1f} times as far as the pitch of *{first}*, and "
+        f"{individual / other:.1f} times as "
         f"far as that of *{shared}*."
     )
 

@@ -114,7 +114,7 @@ class TwoTurbineResults:
         return float(np.interp(power, *np.array(row).T))
 
     def both(self, point: FarmSetPoint) -> Float:
-        """(seeds,) [W] power of two turbines, the second aligned; below rated its power follows the cubed wind speed."""
+    """(seeds,) [W] power of two turbines, the second aligned; below rated its power follows the cube of the wind."""
         up, down = self.points[point]["generator_power"], self.points[ALIGNED]["generator_power"]
         return np.asarray(up + down * self.speed(point) ** 3)
 
@@ -305,7 +305,8 @@ def verdict(results: Results) -> str:
         added = f"{angle:+.0f}° add {steered - aligned:.2f} MW" if angle else "no misalignment tried adds any"
         lines.append(
             f"{name}: misaligned and within the loads of the aligned turbine: {words}. Most power of both: "
-            f"{_set_point_text(free)} without a constraint ({change_text(farm.gain(free))} %), {_set_point_text(best)} with it "
+            f"{_set_point_text(free)} without a constraint ({change_text(farm.gain(free))} %), "
+            f"{_set_point_text(best)} with it "
             f"({change_text(farm.gain(best))} %). Margins: {added}; the split by the smaller margin leaves "
             f"{steered:.2f} MW to spare, equal shares {equal:.2f} MW, and the lack of power changes by "
             f"{change_text(lack)} %."

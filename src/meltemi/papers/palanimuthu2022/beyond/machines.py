@@ -184,8 +184,10 @@ def verdict(results: Results) -> str:
     )
     loop = (
         f"Two causes were tried. One is the speed loop at the upper end: with {SLOW:g} of its frequency in both "
-        f"schemes A2 changes the tower base against A0 by {changes_text(TOWER_LOAD, SLOW_HELD, results, slow=True)}, the blade "
-        f"root by {changes_text(ROOT_LOAD, SLOW_HELD, results, slow=True)}. A1, which pitches at rated speed only, changes "
+        f"schemes A2 changes the tower base against A0 by {changes_text(TOWER_LOAD, SLOW_HELD, results, slow=True)}, "
+        f"the blade "
+        f"root by {changes_text(ROOT_LOAD, SLOW_HELD, results, slow=True)}. A1, which pitches at rated speed only, "
+        f"changes "
         f"the tower base by {changes_text(TOWER_LOAD, FAST, results)} against A0 with the loop as it is, and by "
         f"{changes_text(TOWER_LOAD, SLOW_FAST, results, slow=True)} with the slow one in both."
     )
@@ -193,6 +195,7 @@ def verdict(results: Results) -> str:
     if narrow := [name for name, machine in results.items() if NARROWED in machine.changes.schemes]:
         lines.append(
             f"The other is the width of the range: from {100 * NARROW:.0f} % of its upper end on it is "
-            f"{changes_text(TOWER_LOAD, NARROWED, narrow)} at the tower base, {changes_text(ROOT_LOAD, NARROWED, narrow)} at the root."
+            f"{changes_text(TOWER_LOAD, NARROWED, narrow)} at the tower base, "
+            f"{changes_text(ROOT_LOAD, NARROWED, narrow)} at the root."
         )
     return "\n\n".join(lines)
