@@ -213,7 +213,7 @@ def verdict(sites: SiteResults) -> str:
     )
     lines = (
         f"Against air of 1.225 kg/m³ weather changes the year's energy by {all_}.",
-        f"In one and the same wind the air of {names[1]} makes {estimate_text(one)} %, that of {names[2]} "
+        f"In one and the same wind the air of {names[1]} makes {estimate_text(one)} %, that of {names[2]}",
         f"{estimate_text(two)} %",
         f"of the energy of {names[0]}, for densities that differ by {100.0 * (air[1] / air[0] - 1.0):+.1f} and",
         f"{100.0 * (air[2] / air[0] - 1.0):+.1f} %: above rated wind the pitch makes up for thin air.",

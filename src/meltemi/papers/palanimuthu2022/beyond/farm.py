@@ -114,7 +114,7 @@ class TwoTurbineResults:
         return float(np.interp(power, *np.array(row).T))
 
     def both(self, point: FarmSetPoint) -> Float:
-    """(seeds,) [W] power of two turbines, the second aligned; below rated its power follows the cube of the wind."""
+        """(seeds,) [W] power of two turbines, the second aligned; below rated its power goes with the cubed wind."""
         up, down = self.points[point]["generator_power"], self.points[ALIGNED]["generator_power"]
         return np.asarray(up + down * self.speed(point) ** 3)
 
