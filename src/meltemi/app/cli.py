@@ -136,14 +136,14 @@ def run(
     from meltemi.core.yamlfile import write_record
     from meltemi.simulation.simulate import march
 
-    own = {} if transient is None else {"transient": f"{transient:g}"}
-    own |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
-    changed = written and bool(own or options.given())
+    settings = {} if transient is None else {"transient": f"{transient:g}"}
+    settings |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
+    changed = written and bool(settings or options.given())
     if changed and path.resolve() == (out / "case.yaml").resolve():
         raise InputError(
             f"{path} describes the results in {out}, and options change it; choose another folder with --out"
         )
-    case = case.replace(**own) if own else case
+    case = case.replace(**settings) if settings else case
     # the run itself warns of the others
     warn(text for text in unusual_numbers(case) if not text.startswith(("wind.", "environment.", "sea.")))
     with _named(path if written else None):
@@ -279,19 +279,19 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
     deck = meltemi.io.read_deck(path)
     for words in deck.brief(path):
         say(words)
-    own, note = meltemi.io.deck_controller(deck)
+    controller, note = meltemi.io.deck_controller(deck)
     if {"--controller", "--controller-input"} & given.keys():
-        own, note = controller_of(given.get("--controller"), given.get("--controller-input")), ""
+        controller, note = controller_of(given.get("--controller"), given.get("--controller-input")), ""
     if note:
         say(f"note: {note}")
-    case = meltemi.io.deck_case(deck, path.absolute(), started=given.get("--start") == "deck", controller=own)
+    case = meltemi.io.deck_case(deck, path.absolute(), started=given.get("--start") == "deck", controller=controller)
     return _changed(case, given, {})
 
 
 def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:
     """Keys of a case that describe the run, from options."""
-    found = {key: given[f"--{key}"] for key in ("duration", "sea", "channels") if f"--{key}" in given}
-    return found | ({"sea": sea_of_options(found["sea"])} if "sea" in found else {})
+    keys = {key: given[f"--{key}"] for key in ("duration", "sea", "channels") if f"--{key}" in given}
+    return keys | ({"sea": sea_of_options(keys["sea"])} if "sea" in keys else {})
 
 
 def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
@@ -332,8 +332,8 @@ def _write(result: Result, out: Path, outb: bool) -> list[Path]:
 
 def _library_files(kept: Path, out: Path) -> list[Path]:
     """Copy the output and files of a controller library to the results."""
-    found = [file for file in sorted(kept.glob("*/*")) if file.is_file() and file.stat().st_size]
-    return [Path(shutil.copyfile(file, out / file.name)) for file in found]
+    files = [file for file in sorted(kept.glob("*/*")) if file.is_file() and file.stat().st_size]
+    return [Path(shutil.copyfile(file, out / file.name)) for file in files]
 
 
 @app.command()
@@ -493,8 +493,8 @@ def campbell(
     )
     if len(shown) <= last:
         print(f"{len(shown)} of {last + 1} operating points; campbell.csv has all of them")
-    drawn = meltemi.plots.plot_campbell(diagram, described.name)
-    wrote(*write_results(out / "campbell", campbell_rows(diagram), drawn))
+    figure = meltemi.plots.plot_campbell(diagram, described.name)
+    wrote(*write_results(out / "campbell", campbell_rows(diagram), figure))
     if seen:
         wrote(meltemi.plots.modes_view(model, diagram).write(out / "modes.html"))
     suggest("flutter", turbine, "--out", out)

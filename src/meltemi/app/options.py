@@ -29,8 +29,8 @@ def completing(
 
     def complete(incomplete: str) -> list[tuple[str, str]]:
         before, comma, last = incomplete.rpartition(",") if several else ("", "", incomplete)
-        found = names().items()
-        return [(before + comma + name, about) for name, about in found if name.startswith(last)]
+        candidates = names().items()
+        return [(before + comma + name, about) for name, about in candidates if name.startswith(last)]
 
     return complete
 
@@ -124,8 +124,8 @@ class WindOptions(Options):
 
     def given(self) -> dict[str, Any]:
         """The given options under their names on the command line."""
-        found = super().given()
-        return found | {"--iec": "NTM"} if found.pop("--ntm") else found
+        options = super().given()
+        return options | {"--iec": "NTM"} if options.pop("--ntm") else options
 
 
 CHANNELS = completing(channel_names, several=True)
@@ -196,8 +196,8 @@ WIND = {*SPEED, *STANDARD, *FURTHER, *TURNED, "--iec", "--wind-file"}
 
 def _keyed(given: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
     """The values of given options by their keys, a direction in radians."""
-    found = {key: given[name] for name, key in names.items() if name in given}
-    return found | ({"direction": radians(found["direction"])} if "direction" in found else {})
+    values = {key: given[name] for name, key in names.items() if name in given}
+    return values | ({"direction": radians(values["direction"])} if "direction" in values else {})
 
 
 def wind_changed(given: Mapping[str, Any], before: Mapping[str, Any], known: Collection[str]) -> dict[str, Any]:

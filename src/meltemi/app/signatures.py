@@ -52,12 +52,12 @@ class Range:
         """Raise InputError for a value beyond the range."""
         if self.least <= value <= self.most and not (self.above and value == self.least):
             return
-        least, most, found = (str(x) if isinstance(x, int) else f"{x:g}" for x in (self.least, self.most, value))
+        least, most, shown = (str(x) if isinstance(x, int) else f"{x:g}" for x in (self.least, self.most, value))
         if self.above:
             expected = f"more than {least}" if self.most == inf else f"more than {least} and at most {most}"
         else:
             expected = f"{least} or more" if self.most == inf else f"{least} to {most}"
-        raise InputError(f"{option} {found}: expected {expected}")
+        raise InputError(f"{option} {shown}: expected {expected}")
 
 
 POSITIVE = Range(0, above=True)

@@ -133,9 +133,9 @@ def _end(command: str, now: _Output, text: str) -> None:
         return
     import json
 
-    found = {"command": command, "tables": now.tables, **now.values, "notes": text.splitlines()}
-    found |= {"messages": now.messages, "files": now.files, "next": now.next}
-    print(json.dumps(found, indent=1, ensure_ascii=False))
+    report = {"command": command, "tables": now.tables, **now.values, "notes": text.splitlines()}
+    report |= {"messages": now.messages, "files": now.files, "next": now.next}
+    print(json.dumps(report, indent=1, ensure_ascii=False))
 
 
 def say(text: str) -> None:
@@ -237,11 +237,11 @@ def records(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], text
         names.append(name)
         if match:
             units[name] = match[2]
-    found = [
+    objects = [
         {name: _plain(cell, i < text_columns) for i, (name, cell) in enumerate(zip(names, row, strict=False))}
         for row in rows
     ]
-    return {"title": title, "units": units, "rows": found}
+    return {"title": title, "units": units, "rows": objects}
 
 
 def _plain(cell: str, text: bool) -> str | float | int | None:

@@ -104,7 +104,7 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
         raise InputError(f"{where}: detrend must be 'constant' or 'linear', found {detrend!r}")
     frequency = np.fft.rfftfreq(len(x), dt)
     rounding = 1e-9 / (len(x) * dt)
-    taken = np.zeros(len(frequency), dtype=bool)
+    removed = np.zeros(len(frequency), dtype=bool)
     for low, high in bands:
         inside = (frequency >= low - rounding) & (frequency <= high + rounding)
         if not inside.any():
@@ -112,14 +112,14 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
                 f"{where}: {low:g} to {high:g} Hz contains no frequency of the record, "
                 f"which are {1.0 / (len(x) * dt):g} Hz apart up to {frequency[-1]:g} Hz"
             )
-        taken |= inside
-    taken[0] = False
-    if not taken.any():
+        removed |= inside
+    removed[0] = False
+    if not removed.any():
         return x.copy()
 
     def outside(y: Float) -> Float:
         amplitudes = np.fft.rfft(y)
-        amplitudes[taken] = 0.0
+        amplitudes[removed] = 0.0
         kept: Float = np.fft.irfft(amplitudes, len(y))
         return kept
 
@@ -166,9 +166,9 @@ def ideal_removal(
       InputError: the slope of a bare series is missing, a band is empty, or ``between`` holds fewer than two values.
     """
     where = "ideal_removal"
-    x, step, found = even_series(source, channel, dt, where)
+    x, step, recorded = even_series(source, channel, dt, where)
     if slope is None:
-        slope = usual_slope(found) if found else None
+        slope = usual_slope(recorded) if recorded else None
         if slope is None:
             raise InputError(f"{where}: specify the slope of the S-N curve; defaults exist for load channels only")
     left = remove_bands(x, step, bands, detrend=detrend)

@@ -73,13 +73,13 @@ def period_statistics(
     if not np.abs(which).max() < MOST_PERIODS:
         raise InputError(f"period_statistics: period {period:g} s is too short for times up to {np.abs(t).max():g} s")
     expected = complete * (period / step) - 0.5  # a period may have lost or won a sample by rounding
-    there = pd.DataFrame({name: np.where(np.isfinite(x), x, np.nan) for name, x in values.items()})
-    groups = there.groupby(pd.Index(which * period, name="begin"))
-    found = pd.concat(
+    samples = pd.DataFrame({name: np.where(np.isfinite(x), x, np.nan) for name, x in values.items()})
+    groups = samples.groupby(pd.Index(which * period, name="begin"))
+    statistics = pd.concat(
         {"mean": groups.mean(), "std": groups.std(ddof=0), "min": groups.min(), "max": groups.max()}, axis=1
     )
     whole = (groups.count() >= max(expected, 1.0)).all(axis=1)
-    return found.swaplevel(axis=1).loc[whole, pd.MultiIndex.from_product([list(values), STATISTICS])]
+    return statistics.swaplevel(axis=1).loc[whole, pd.MultiIndex.from_product([list(values), STATISTICS])]
 
 
 def result_statistics(result: Result, names: Sequence[str], *, begin: float = 0.0) -> pd.DataFrame:

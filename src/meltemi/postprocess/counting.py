@@ -85,7 +85,7 @@ def turning_points(x: Float, begin: int, closed: bool, points: Index) -> int:
 @kernel
 def pair(x: Float, points: Index, n: int, closed: bool, first: Index, second: Index, counts: Float) -> int:
     """Pair the turning points to cycles by the three-point rule (F-2); their number. ``points`` is overwritten."""
-    found, low, high = 0, 0, 0  # points[low:high] are left
+    n_cycles, low, high = 0, 0, 0  # points[low:high] are left
     for i in range(n):
         points[high] = points[i]
         high += 1
@@ -94,19 +94,19 @@ def pair(x: Float, points: Index, n: int, closed: bool, first: Index, second: In
             Y = abs(x[points[high - 2]] - x[points[high - 3]])
             if X < Y:
                 break
-            first[found], second[found] = points[high - 3], points[high - 2]
+            first[n_cycles], second[n_cycles] = points[high - 3], points[high - 2]
             if high - low == 3 and not closed:  # Y contains the first point
-                counts[found] = 0.5
+                counts[n_cycles] = 0.5
                 low += 1
             else:
-                counts[found] = 1.0
+                counts[n_cycles] = 1.0
                 points[high - 3] = points[high - 1]
                 high -= 2
-            found += 1
+            n_cycles += 1
     for i in range(low, high - 1):  # the residue; a closed series leaves none
-        first[found], second[found], counts[found] = points[i], points[i + 1], 0.5
-        found += 1
-    return found
+        first[n_cycles], second[n_cycles], counts[n_cycles] = points[i], points[i + 1], 0.5
+        n_cycles += 1
+    return n_cycles
 
 
 @kernel

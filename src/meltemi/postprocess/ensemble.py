@@ -178,11 +178,11 @@ def ensemble_table(
     for seed, of_seed in values.items():
         if set(of_seed) != set(schemes):
             raise InputError(f"{where}: seed {seed!r} has the schemes {_list(of_seed)}, the first {_list(schemes)}")
-        for scheme, found in of_seed.items():
-            if set(found) != set(quantities):
-                differing = sorted(set(found) ^ set(quantities))
+        for scheme, numbers in of_seed.items():
+            if set(numbers) != set(quantities):
+                differing = sorted(set(numbers) ^ set(quantities))
                 raise InputError(f"{where}: seed {seed!r}, scheme {scheme!r}: not for all there is {_list(differing)}")
-            for quantity, value in found.items():
+            for quantity, value in numbers.items():
                 if not np.isfinite(value):
                     raise InputError(f"{where}: seed {seed!r}, scheme {scheme!r}: {quantity} is {value!r}")
     for quantity in slopes:

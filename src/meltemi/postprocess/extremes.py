@@ -133,14 +133,14 @@ def characteristic_value(extremes: ArrayLike, *, rule: Rule, speeds: ArrayLike |
         raise InputError(f"characteristic_value: finite extremes (R,) need speeds (R,), found {x.shape} and {v.shape}")
     if rule not in RULES:
         raise InputError(f"characteristic_value: no rule {rule!r}: {did_you_mean(rule, RULES)}")
-    found = []
+    candidates = []
     for speed in np.unique(v):
         runs = np.flatnonzero(v == speed)
         ordered = np.sort(x[runs])
         kept = {"largest": ordered[-1:], "mean": ordered, "upper_half": ordered[-max(len(runs) // 2, 1) :]}[rule]
         value = float(kept.mean())
-        found.append((value, int(runs[np.argmin(np.abs(x[runs] - value))])))
-    return max(found, key=lambda pair: pair[0])
+        candidates.append((value, int(runs[np.argmin(np.abs(x[runs] - value))])))
+    return max(candidates, key=lambda pair: pair[0])
 
 
 def characteristic_rows(
@@ -211,14 +211,14 @@ def factored_rows(rows: Sequence[ExtremeRow], *, favourable: float | None = None
     Raises:
       InputError: a row contains the factor already.
     """
-    found = []
+    design = []
     for row in rows:
         if row.factored:
             raise InputError(f"factored_rows: {row.driver} contains the factor {row.factor:g} already")
         factor = row.factor if favourable is None or row.severity >= 0.0 else favourable
         loads = tuple(factor * x for x in row.loads)
-        found.append(replace(row, loads=loads, factor=factor, factored=True))
-    return tuple(found)
+        design.append(replace(row, loads=loads, factor=factor, factored=True))
+    return tuple(design)
 
 
 def extremes_table(rows: Sequence[ExtremeRow]) -> pd.DataFrame:

@@ -142,11 +142,11 @@ def even_series(
     Raises:
       InputError: required arguments besides the source are missing, or values are not finite or not evenly spaced.
     """
-    found: Channel | None = None
+    recorded: Channel | None = None
     if isinstance(source, Result):
         if channel is None or dt is not None:
             raise InputError(f"{where}: a result requires a channel, and defines its own time")
-        found = source.channel(channel)
+        recorded = source.channel(channel)
         x, step = source[channel], time_step(source.time, where)
     else:
         if dt is None or channel is not None:
@@ -157,7 +157,7 @@ def even_series(
         raise InputError(f"{where}: the series must be a row of at least two values, found shape {x.shape}")
     if not np.all(np.isfinite(x)):
         raise InputError(f"{where}: the series contains values that are not finite")
-    return x, step, found
+    return x, step, recorded
 
 
 def _degrees_of_freedom(window: Float, stride: int, segments: int) -> float:
@@ -201,7 +201,7 @@ def power_spectrum(
     from scipy import signal
 
     where = "power_spectrum"
-    x, step, found = even_series(source, channel, dt, where)
+    x, step, recorded = even_series(source, channel, dt, where)
     if resolution is not None and segments is not None:
         raise InputError(f"{where}: specify either the resolution or the number of segments")
     if not 0.0 <= overlap < 1.0:
@@ -233,8 +233,8 @@ def power_spectrum(
     return PowerSpectrum(
         frequency=frequency,
         density=density,
-        unit=found.unit if found else "",
-        channel=found.name if found else "",
+        unit=recorded.unit if recorded else "",
+        channel=recorded.name if recorded else "",
         resolution=df,
         bandwidth=df * length * float(window @ window) / float(window.sum()) ** 2,
         segments=number,

@@ -193,8 +193,8 @@ def mark_log(result: Result, axes: Sequence[Axes]) -> None:
         if not groups or entry.time - groups[-1][0] > near:
             groups.append((entry.time, []))
         groups[-1][1].append(number)
-        said = f"{number}: {entry.time:g} s, {'wind ' * (entry.source == 'wind')}{entry.what}"
-        handles.append(Line2D([], [], label=said if len(said) <= 75 else said[:72] + "...", **look))
+        line = f"{number}: {entry.time:g} s, {'wind ' * (entry.source == 'wind')}{entry.what}"
+        handles.append(Line2D([], [], label=line if len(line) <= 75 else line[:72] + "...", **look))
     for time, numbers in groups:
         text = str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]} to {numbers[-1]}"
         note(axes[0], text, (time, 1.0), (0, 2), ha="center", va="bottom", color=INK, **ON_TOP)  # off the curves
@@ -211,8 +211,8 @@ ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "b
 
 def _of_all_blades(result: Result, name: str) -> list[str]:
     """The channel of all blades that a result contains, if there are several."""
-    found = [f"{name[:-1]}{b}" for b in range(1, 4) if name.endswith("_1") and f"{name[:-1]}{b}" in result]
-    return found if len(found) > 1 else []
+    names = [f"{name[:-1]}{b}" for b in range(1, 4) if name.endswith("_1") and f"{name[:-1]}{b}" in result]
+    return names if len(names) > 1 else []
 
 
 def _shown(result: Result) -> list[str]:
@@ -318,8 +318,8 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
             ax.plot(speeds, values, **look, color=COLOURS[0])
             panel(ax, name, "-")
             ax.set_ylim(bottom=0.0)
-    made = np.array([p["generator_power"] for p in points])
-    first = int(np.argmax(made > 0.995 * made.max()))
+    power_output = np.array([p["generator_power"] for p in points])
+    first = int(np.argmax(power_output > 0.995 * power_output.max()))
     rated, below = speeds[first], speeds[max(first - 1, 0)]
     for ax in axes.flat:
         ax.axvline(rated, color=FAINT, linewidth=0.9, linestyle=":", zorder=0.5)

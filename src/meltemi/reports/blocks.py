@@ -16,7 +16,7 @@ from meltemi.reports.turbine_facts import number
 
 
 @dataclass(frozen=True)
-class Case:
+class CaseName:
     """Name of a case, or a text in its place; ``base``: of which load base of the page."""
 
     name: str
@@ -28,11 +28,11 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Entry:
+class CaseValue:
     """A value with what belongs to it: its case, its utilisation, a note."""
 
     value: float | None = None
-    case: Case | None = None
+    case: CaseName | None = None
     ratio: float = math.nan
     note: str = ""
 
@@ -69,7 +69,7 @@ class Marked:
         return words(self.cell)
 
 
-Cell = str | float | Case | Entry | Share | Marked | None
+Cell = str | float | CaseName | CaseValue | Share | Marked | None
 """Of a table."""
 
 
@@ -120,11 +120,13 @@ class Table:
         """Columns of text, which stand to the left."""
         columns = [[unmarked(row[j]) for row in self.rows if j < len(row)] for j in range(len(self.head))]
         filled = [[cell for cell in column if cell not in (None, "")] for column in columns]
-        return {j for j, own in enumerate(filled) if j < self.text_columns or 2 * sum(map(_is_text, own)) > len(own)}
+        return {
+            j for j, cells in enumerate(filled) if j < self.text_columns or 2 * sum(map(_is_text, cells)) > len(cells)
+        }
 
 
 def _is_text(cell: Cell) -> bool:
-    return isinstance(cell, Case) or (isinstance(cell, str) and cell[:1].isalpha())
+    return isinstance(cell, CaseName) or (isinstance(cell, str) and cell[:1].isalpha())
 
 
 @dataclass(frozen=True)
@@ -261,11 +263,11 @@ class Drawing:
 class Facts:
     """Names and values in a line; a value may have its case."""
 
-    items: Sequence[tuple[str, str, Case | None]]
+    items: Sequence[tuple[str, str, CaseName | None]]
 
 
 @dataclass(frozen=True)
-class Verdict:
+class VerdictBlock:
     """The result before everything else: ``kind`` is "good", "doubtful" or "bad"; lines, and what belongs to them."""
 
     kind: str
@@ -284,7 +286,7 @@ class Folded:
 
 
 @dataclass(frozen=True)
-class Part:
+class Subsection:
     """Blocks under a small heading."""
 
     heading: str
@@ -299,15 +301,17 @@ class Beside:
 
 
 @dataclass(frozen=True)
-class Choice:
+class PartChoice:
     """Parts of which the reader of a page chooses one; all are on paper and in files."""
 
     label: str
-    parts: Sequence[Part]
+    parts: Sequence[Subsection]
 
 
-Block = str | Table | Picture | Code | Chart | Statistics | Drawing | Facts | Verdict | Folded | Part | Beside | Choice
-"""Of a section; a text is a paragraph."""
+Container = Folded | Subsection | Beside | PartChoice
+"""Block that has other blocks in it."""
+Block = str | Table | Picture | Code | Chart | Statistics | Drawing | Facts | VerdictBlock | Container
+"""Block of a section; a text is a paragraph."""
 
 
 @dataclass(frozen=True)
@@ -353,9 +357,9 @@ def within(block: Block) -> Iterator[Block]:
     """A block and all blocks inside it."""
     yield block
     inner: Sequence[Block] = ()
-    if isinstance(block, Part | Beside):
+    if isinstance(block, Subsection | Beside):
         inner = block.content
-    elif isinstance(block, Choice):
+    elif isinstance(block, PartChoice):
         inner = block.parts
     elif isinstance(block, Folded):
         inner = (block.block,)
@@ -365,5 +369,5 @@ def within(block: Block) -> Iterator[Block]:
 
 def chosen(label: str, parts: Sequence[tuple[str, Sequence[Block]]]) -> list[Block]:
     """A choice between parts, given as names and blocks; no choice if there is one."""
-    made = [Part(name, blocks) for name, blocks in parts]
-    return [Choice(label, made)] if len(made) > 1 else list(made)
+    subsections = [Subsection(name, blocks) for name, blocks in parts]
+    return [PartChoice(label, subsections)] if len(subsections) > 1 else list(subsections)

@@ -66,7 +66,7 @@ def html_of(block: Block) -> str:
 
 @cache
 def _templates() -> Environment:
-    made = templates(
+    environment = templates(
         base64=_base64,
         cell_kinds=_cell_kinds,
         css=lambda text: re.sub(r"[^\w .,:;()/+-]", " ", text),
@@ -79,9 +79,16 @@ def _templates() -> Environment:
         text=plain,
         words=_words,
     )
-    made.policies["json.dumps_kwargs"] = JSON
-    made.globals |= {"colours": _colours, "dark": ON_DARK, "file": _file, "light": COLOURS, "near": NEAR, "soft": SOFT}
-    return made
+    environment.policies["json.dumps_kwargs"] = JSON
+    environment.globals |= {
+        "colours": _colours,
+        "dark": ON_DARK,
+        "file": _file,
+        "light": COLOURS,
+        "near": NEAR,
+        "soft": SOFT,
+    }
+    return environment
 
 
 @cache
@@ -112,7 +119,7 @@ def apart(text: str) -> Markup:
     """A number whose thousands stand apart; without spaces, so that it is copied and sorted as a number."""
     return Markup(
         re.sub(
-            r"(?<![\d.])\d{5,}", lambda found: re.sub(r"(?<=\d)(\d{3})(?=(?:\d{3})*$)", r"<i>\1</i>", found[0]), text
+            r"(?<![\d.])\d{5,}", lambda match: re.sub(r"(?<=\d)(\d{3})(?=(?:\d{3})*$)", r"<i>\1</i>", match[0]), text
         )
     )
 

@@ -73,13 +73,13 @@ def _words(t: Transition | Transition) -> str:
 
 def _merged(transitions: tuple[Transition, ...] | tuple[Transition, ...]) -> dict[tuple[str, str], list[str]]:
     """Labels of all transitions from a state, or from the group of running states, to another."""
-    found: dict[tuple[str, str], list[str]] = {}
+    labels: dict[tuple[str, str], list[str]] = {}
     for t in transitions:
         running = {*GROUPS["running"]} <= {*t.sources}
         others = [name for name in t.sources if name not in GROUPS["running"]]
         for source in ["running", *others] if running else t.sources:
-            found.setdefault((source, t.target), []).append(_words(t))
-    return found
+            labels.setdefault((source, t.target), []).append(_words(t))
+    return labels
 
 
 def _draw(

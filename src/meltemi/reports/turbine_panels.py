@@ -81,11 +81,11 @@ def _zero(ax: Axes) -> None:
 SPAN = "from the blade root [m]"
 
 
-def _polar_colours(seen: Portrait) -> tuple[list[str], list[str], Any, int]:
+def _polar_colours(overview: Portrait) -> tuple[list[str], list[str], Any, int]:
     """Airfoils from root to tip, their short names and colours; every how many are named."""
     from matplotlib import colormaps
 
-    names = list(dict.fromkeys(seen.turbine.blade.aerodynamics.airfoil))
+    names = list(dict.fromkeys(overview.turbine.blade.aerodynamics.airfoil))
     colours = colormaps["viridis_r"](np.linspace(0.08, 0.95, len(names)))
     return names, _short(names), colours, -(-len(names) // MOST_NAMES)
 
@@ -98,11 +98,11 @@ def _short(names: Sequence[str]) -> list[str]:
     return [name[same:] or name for name in names] if same > 5 else list(names)
 
 
-def planform(ax: Axes, seen: Portrait) -> None:
+def planform(ax: Axes, overview: Portrait) -> None:
     """Leading and trailing edge relative to the pitch axis, and the polars along the span."""
-    a = seen.turbine.blade.aerodynamics
-    names, short, colours, every = _polar_colours(seen)
-    _, y, ahead = planform_of(seen.turbine)
+    a = overview.turbine.blade.aerodynamics
+    names, short, colours, every = _polar_colours(overview)
+    _, y, ahead = planform_of(overview.turbine)
     leading, trailing = y - ahead * a.chord, y + (1.0 - ahead) * a.chord
     edges = np.concatenate([a.position[:1], 0.5 * (a.position[1:] + a.position[:-1]), a.position[-1:]])
     fine = np.unique(np.concatenate([edges, a.position]))
@@ -130,9 +130,9 @@ def planform(ax: Axes, seen: Portrait) -> None:
     _label(ax, "planform: chord, pitch axis and polars", SPAN, "towards the nose [m]", loc="lower right", ncols=2)
 
 
-def twist(ax: Axes, seen: Portrait) -> None:
+def twist(ax: Axes, overview: Portrait) -> None:
     """Aerodynamic and structural twist."""
-    a, s = seen.turbine.blade.aerodynamics, seen.turbine.blade.structure
+    a, s = overview.turbine.blade.aerodynamics, overview.turbine.blade.structure
     _curves(
         ax,
         ("chord", a.position, np.degrees(a.twist), FLAP, "-", 1.5),
@@ -142,9 +142,9 @@ def twist(ax: Axes, seen: Portrait) -> None:
     _label(ax, "twist, positive towards feather", SPAN, "[deg]")
 
 
-def stiffness(ax: Axes, seen: Portrait) -> None:
+def stiffness(ax: Axes, overview: Portrait) -> None:
     """Principal stiffness in bending and torsion."""
-    s = seen.turbine.blade.structure
+    s = overview.turbine.blade.structure
     flap, edge, torsion = principal_stiffness(s)
     _curves(
         ax,
@@ -157,11 +157,11 @@ def stiffness(ax: Axes, seen: Portrait) -> None:
     _label(ax, f"blade stiffness, {kind}", SPAN, "[N m²]")
 
 
-def mass(ax: Axes, seen: Portrait) -> None:
+def mass(ax: Axes, overview: Portrait) -> None:
     """Mass per length."""
     from meltemi.report.figure import grouped
 
-    beam = blade_beam(seen.turbine.blade.structure)
+    beam = blade_beam(overview.turbine.blade.structure)
     total, centre = beam_mass(beam)
     ax.fill_between(beam.position, line_mass(beam), color=FLAP, alpha=0.18, linewidth=0.0)
     ax.plot(beam.position, line_mass(beam), color=FLAP, linewidth=1.4)
@@ -172,9 +172,9 @@ def mass(ax: Axes, seen: Portrait) -> None:
     _label(ax, "blade mass", SPAN, "[kg/m]")
 
 
-def offsets(ax: Axes, seen: Portrait) -> None:
+def offsets(ax: Axes, overview: Portrait) -> None:
     """Positions of beam axis, aerodynamic centre and centre of mass."""
-    a, s = seen.turbine.blade.aerodynamics, seen.turbine.blade.structure
+    a, s = overview.turbine.blade.aerodynamics, overview.turbine.blade.structure
     rows = (
         ("prebend, beam axis x", s.position, s.axis_x, COLOURS[0], "-", 1.3),
         ("sweep, beam axis y", s.position, s.axis_y, COLOURS[1], "-", 1.3),
@@ -194,13 +194,13 @@ def _frequency(name: str, modes: Modes, k: int) -> str:
     return f"{name} {modes.frequency[k] / (2.0 * np.pi):.3g} Hz"
 
 
-def bending(ax: Axes, seen: Portrait) -> None:
+def bending(ax: Axes, overview: Portrait) -> None:
     """Flapwise and edgewise modes of the clamped blade."""
     title = "blade modes, clamped and at rest: bending"
-    if seen.blade is None:
-        return _missing(ax, title, seen.problems["blade"])
-    modes = seen.blade.modes
-    for k, name in enumerate(seen.blade.names):
+    if overview.blade is None:
+        return _missing(ax, title, overview.problems["blade"])
+    modes = overview.blade.modes
+    for k, name in enumerate(overview.blade.names):
         if "torsion" not in name:
             component, colour = (0, FLAP) if "flap" in name else (1, EDGE)
             line = "-" if name.startswith("1st") else "--"
@@ -209,12 +209,12 @@ def bending(ax: Axes, seen: Portrait) -> None:
     return _label(ax, title, SPAN, "displacement, tip 1 [-]")
 
 
-def torsion(ax: Axes, seen: Portrait) -> None:
+def torsion(ax: Axes, overview: Portrait) -> None:
     """Torsion of the blade modes."""
     title = "blade modes: elastic twist"
-    if seen.blade is None:
-        return _missing(ax, title, seen.problems["blade"])
-    modes, names = seen.blade.modes, seen.blade.names
+    if overview.blade is None:
+        return _missing(ax, title, overview.problems["blade"])
+    modes, names = overview.blade.modes, overview.blade.names
     twisting = [k for k, name in enumerate(names) if "torsion" in name]
     if not twisting:
         return _missing(ax, title, "the blade has no stiffness in torsion: it does not twist")
@@ -244,18 +244,18 @@ def _unit(values: Float) -> Float:
 HEIGHT = "above the tower base [m]"
 
 
-def tower_size(ax: Axes, seen: Portrait) -> None:
+def tower_size(ax: Axes, overview: Portrait) -> None:
     """Diameter and mass per length."""
-    t = seen.turbine.tower
+    t = overview.turbine.tower
     _along_tower(
         ax, t, ("diameter [m]", t.diameter, INK, "-", 1.5), ("mass [t/m]", 1e-3 * t.mass, COLOURS[0], "--", 1.4)
     )
     _label(ax, "tower: diameter, mass", "[m], [t/m]", HEIGHT, loc="lower left")
 
 
-def tower_stiffness(ax: Axes, seen: Portrait) -> None:
+def tower_stiffness(ax: Axes, overview: Portrait) -> None:
     """Stiffness in bending and torsion."""
-    t = seen.turbine.tower
+    t = overview.turbine.tower
     _along_tower(
         ax,
         t,
@@ -274,12 +274,12 @@ def _along_tower(ax: Axes, tower: Tower, *curves: tuple[str, Float | None, str, 
     ax.set_ylim(0.0, tower.length)
 
 
-def tower_modes(ax: Axes, seen: Portrait) -> None:
+def tower_modes(ax: Axes, overview: Portrait) -> None:
     """Fore-aft and side-to-side modes with the tower-top mass."""
     title = "tower modes, with the mass on its top"
-    if seen.model is None:
-        return _missing(ax, title, seen.problems["model"])
-    member = seen.model.rotor.tower
+    if overview.model is None:
+        return _missing(ax, title, overview.problems["model"])
+    member = overview.model.rotor.tower
     for k, name in enumerate(member.names):
         if "torsion" not in name:
             # both directions nearly coincide: the second is drawn thin on the first
@@ -289,7 +289,7 @@ def tower_modes(ax: Axes, seen: Portrait) -> None:
             values = values / values[np.argmax(np.abs(values))]
             _curves(ax, (_frequency(name, member.modes, k), values, member.modes.z, colour, line, width))
     ax.axvline(0.0, color=INK, linewidth=0.6)
-    ax.set_ylim(0.0, seen.turbine.tower.length)
+    ax.set_ylim(0.0, overview.turbine.tower.length)
     ax.set_xlim(right=2.2)  # room for the legend
     return _label(ax, title, "displacement, largest 1 [-]", HEIGHT, loc="center right")
 
@@ -301,12 +301,12 @@ ROOM = {"lift": 1.0, "drag": 1.0, "moment": 0.6}
 """Space for insets and legends above the curves, over their range."""
 
 
-def _polars(ax: Axes, seen: Portrait, field: str, symbol: str, title: str) -> None:
-    names, short, colours, every = _polar_colours(seen)
+def _polars(ax: Axes, overview: Portrait, field: str, symbol: str, title: str) -> None:
+    names, short, colours, every = _polar_colours(overview)
     inset = ax.inset_axes((0.34, 0.63, 0.32, 0.36) if field == "drag" else (0.64, 0.63, 0.33, 0.36))
     low, high = math.inf, -math.inf
     for k, name in enumerate(names):
-        foil = seen.turbine.airfoils[name]
+        foil = overview.turbine.airfoils[name]
         alpha, values = np.degrees(foil.angle_of_attack), getattr(foil, field)
         named = field == "lift" and (k % every == 0 or k == len(names) - 1)
         label = short[k] if named else None
@@ -337,12 +337,12 @@ moment = partial(_polars, field="moment", symbol="C_m", title="moment, nose up")
 # rotor and operation ----------------------------------------------------------------------------
 
 
-def _contour(ax: Axes, seen: Portrait, name: str, symbol: str, levels: Float, title: str) -> None:
+def _contour(ax: Axes, overview: Portrait, name: str, symbol: str, levels: Float, title: str) -> None:
     from matplotlib import colormaps
 
-    if seen.performance is None or seen.best is None:
-        return _missing(ax, f"{name} coefficient", seen.problems["performance"])
-    table, values = seen.performance, getattr(seen.performance, name)
+    if overview.performance is None or overview.best is None:
+        return _missing(ax, f"{name} coefficient", overview.problems["performance"])
+    table, values = overview.performance, getattr(overview.performance, name)
     x, y = table.tip_speed_ratio, np.degrees(table.pitch)
     colours = colormaps["YlGnBu"].with_extremes(under="white")
     ax.contourf(x, y, values.T, levels=levels, cmap=colours, extend="both")
@@ -350,17 +350,17 @@ def _contour(ax: Axes, seen: Portrait, name: str, symbol: str, levels: Float, ti
     for label in ax.clabel(lines, fontsize=6.5, fmt="%g"):
         at = ((label.get_position()[0] - x[0]) / (x[-1] - x[0]), (label.get_position()[1] - y[0]) / (y[-1] - y[0]))
         label.set_visible(min(at) > 0.04 and max(at) < 0.96)  # the edges would cut it
-    if seen.curve:
-        R = seen.turbine.rotor_radius
-        ratios = [p.rotor_speed * R / p.wind.speed for p in seen.curve]
-        angles = [math.degrees(p.pitch) for p in seen.curve]
+    if overview.curve:
+        R = overview.turbine.rotor_radius
+        ratios = [p.rotor_speed * R / p.wind.speed for p in overview.curve]
+        angles = [math.degrees(p.pitch) for p in overview.curve]
         ax.plot(ratios, angles, color=COLOURS[1], linewidth=1.3, marker="o", markersize=2.4, label="steady operation")
-    _, ratio, angle = seen.best
-    there = values[np.flatnonzero(x == ratio)[0], np.flatnonzero(table.pitch == angle)[0]]
+    _, ratio, angle = overview.best
+    highest = values[np.flatnonzero(x == ratio)[0], np.flatnonzero(table.pitch == angle)[0]]
     degrees = math.degrees(angle)
     ax.plot(ratio, degrees, marker="*", color="white", markeredgecolor=INK, markersize=11, linestyle="none")
     box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
-    text = f"{symbol} {there:.3f}\n$\\lambda$ {ratio:g}, {degrees:.3g}°"
+    text = f"{symbol} {highest:.3f}\n$\\lambda$ {ratio:g}, {degrees:.3g}°"
     note(ax, text, (ratio, degrees), (9, 8), color=INK, va="bottom", bbox=box, zorder=6)  # above, where there is room
     ax.set_xlim(x[0], x[-1])
     ax.set_ylim(y[0], y[-1])
@@ -385,13 +385,13 @@ thrust_coefficient = partial(
 """Over tip-speed ratio and pitch, with the steady operating curve."""
 
 
-def _operation(ax: Axes, seen: Portrait, name: str, title: str, unit: str, factor: float, colour: str) -> None:
-    if seen.curve is None:
-        return _missing(ax, title, seen.problems["curve"])
-    wind, values = [p.wind.speed for p in seen.curve], [factor * p[name] for p in seen.curve]
+def _operation(ax: Axes, overview: Portrait, name: str, title: str, unit: str, factor: float, colour: str) -> None:
+    if overview.curve is None:
+        return _missing(ax, title, overview.problems["curve"])
+    wind, values = [p.wind.speed for p in overview.curve], [factor * p[name] for p in overview.curve]
     ax.plot(wind, values, color=colour, linewidth=1.4, marker="o", markersize=2.2)
-    if seen.rated is not None:
-        ax.axvline(seen.rated.wind.speed, color=INK, linewidth=0.7, linestyle=":")
+    if overview.rated is not None:
+        ax.axvline(overview.rated.wind.speed, color=INK, linewidth=0.7, linestyle=":")
     ax.set_xlim(0.0, math.ceil(wind[-1]) + 0.5)
     ax.set_ylim(bottom=min(0.0, 1.05 * min(values)), top=1.1 * max(max(values), 1e-3))
     i = int(np.argmax(values))

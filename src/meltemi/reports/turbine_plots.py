@@ -47,7 +47,7 @@ def plot_turbine(turbine: Turbine | Portrait) -> Figure:
     Args:
       turbine: it, or its portrait if there is one already.
     """
-    seen = turbine if isinstance(turbine, Portrait) else portrait(turbine)
+    overview = turbine if isinstance(turbine, Portrait) else portrait(turbine)
     figure = _figure((18.0, 13.6), layout=None)
     rows: tuple[tuple[float, tuple[tuple[float, Panel], ...]], ...] = (
         (1.85, ((1.6, sketch), (1.85, facts), (0.85, power), (0.85, thrust))),
@@ -65,20 +65,20 @@ def plot_turbine(turbine: Turbine | Portrait) -> Figure:
             box = (x, top - share * height, w * width, share * height)
             if panel in HALVED:  # two above each other
                 half = 0.5 * (box[3] - down)
-                panel(figure.add_axes((x, box[1] + half + down, box[2], half)), seen)
-                HALVED[panel](figure.add_axes((*box[:3], half)), seen)
+                panel(figure.add_axes((x, box[1] + half + down, box[2], half)), overview)
+                HALVED[panel](figure.add_axes((*box[:3], half)), overview)
             else:
-                panel(figure.add_axes(box), seen)
+                panel(figure.add_axes(box), overview)
             x += w * width + across
         top -= share * height + down
-    t = seen.turbine
+    t = overview.turbine
     figure.text(0.012, 0.988, t.name, fontsize=18, fontweight="bold", color=INK, va="top")
-    told = "\n".join(textwrap.shorten(words, 110) for words in (t.description, t.source) if words)
-    figure.text(0.992, 0.988, told, fontsize=8, color=SOFT, va="top", ha="right")
+    origin = "\n".join(textwrap.shorten(words, 110) for words in (t.description, t.source) if words)
+    figure.text(0.992, 0.988, origin, fontsize=8, color=SOFT, va="top", ha="right")
     return figure
 
 
-def turbine_figures(seen: Portrait) -> dict[str, Figure]:
+def turbine_figures(overview: Portrait) -> dict[str, Figure]:
     """Separate figures of blade, tower, polars, rotor and operation."""
     groups: dict[str, tuple[tuple[float, float], Sequence[Sequence[Panel]]]] = {
         "blade": ((11.0, 12.0), ((planform,), (twist, offsets), (stiffness, mass), (bending, torsion))),
@@ -87,15 +87,15 @@ def turbine_figures(seen: Portrait) -> dict[str, Figure]:
         "rotor": ((11.0, 4.6), ((power_coefficient, thrust_coefficient),)),
         "operation": ((11.0, 6.4), ((power, thrust), (speed, pitch))),
     }
-    found = {}
+    figures = {}
     for name, (size, rows) in groups.items():
-        figure = found[name] = _figure(size)
+        figure = figures[name] = _figure(size)
         grid = figure.add_gridspec(len(rows), math.lcm(*map(len, rows)))
         for i, row in enumerate(rows):
             width = grid.ncols // len(row)
             for j, panel in enumerate(row):
-                panel(figure.add_subplot(grid[i, j * width : (j + 1) * width]), seen)
-    return found
+                panel(figure.add_subplot(grid[i, j * width : (j + 1) * width]), overview)
+    return figures
 
 
 def _figure(size: tuple[float, float], layout: Literal["constrained"] | None = "constrained") -> Figure:

@@ -18,18 +18,18 @@ from meltemi.reports.blocks import (
     Block,
     Cell,
     Chart,
-    Choice,
     Code,
     Document,
     Drawing,
     Facts,
     Folded,
     Marked,
-    Part,
+    PartChoice,
     Picture,
     Statistics,
+    Subsection,
     Table,
-    Verdict,
+    VerdictBlock,
     words,
 )
 from meltemi.reports.chart_figures import chart_figure, grid_figures, statistics_charts
@@ -102,7 +102,7 @@ def _add(word: Any, block: Block) -> None:  # noqa: C901 - a case for each kind 
         case Facts():
             rows = [[name, f"{value}{case or ''}"] for name, value, case in block.items]
             _add_table(word, Table(["", ""], rows, text_columns=2))
-        case Verdict():
+        case VerdictBlock():
             word.add_heading(block.heading, 2)
             for line in block.lines:
                 word.add_paragraph(line, style="List Bullet")
@@ -111,12 +111,12 @@ def _add(word: Any, block: Block) -> None:  # noqa: C901 - a case for each kind 
         case Folded():
             word.add_paragraph(block.summary)
             _add(word, block.block)
-        case Part():
+        case Subsection():
             if block.heading:
                 word.add_heading(block.heading, 3)
             for each in block.content:
                 _add(word, each)
-        case Choice():
+        case PartChoice():
             charts = [each for part in block.parts for each in part.content]
             if all(isinstance(each, Chart) for each in charts):
                 _add_pictures(word, charts, block.label)

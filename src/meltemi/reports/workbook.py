@@ -14,14 +14,14 @@ from meltemi.core.extras import need
 from meltemi.core.files import replacing
 from meltemi.reports.blocks import (
     Block,
+    CaseValue,
     Cell,
     Chart,
-    Choice,
     Document,
-    Entry,
+    PartChoice,
     Share,
     Table,
-    Verdict,
+    VerdictBlock,
     unmarked,
     within,
     words,
@@ -52,7 +52,7 @@ def write_workbook(path: str | Path, document: Document) -> Path:
     book, path = openpyxl().Workbook(), Path(path)
     book.remove(book.active)
     first: list[str | Table] = [document.title, Table(["", ""], document.facts, text_columns=2)]
-    if isinstance(verdict := document.lead, Verdict):
+    if isinstance(verdict := document.lead, VerdictBlock):
         first += [verdict.heading, *verdict.lines, *_tables([verdict.more] if verdict.more else [])]
     _sheet(book, "Report", first)
     for section in document.sections:
@@ -80,22 +80,22 @@ def save_workbook(book: Any, path: Path) -> None:
 
 def _sheets(heading: str, content: Sequence[Block]) -> Iterator[tuple[str, list[str | Table]]]:
     """Names of sheets, and their tables."""
-    own: list[str | Table] = []
+    tables: list[str | Table] = []
     split: list[tuple[str, list[str | Table]]] = []
     for block in content:
-        if isinstance(block, Choice) and any(isinstance(each, Table) for each in within(block)):
+        if isinstance(block, PartChoice) and any(isinstance(each, Table) for each in within(block)):
             split += [(f"{heading}, {part.heading}", _tables([part])) for part in block.parts]
         else:
-            own += _tables([block])
-    yield heading, own
+            tables += _tables([block])
+    yield heading, tables
     yield from split
 
 
 def _tables(content: Sequence[Block]) -> list[str | Table]:
     """Texts and tables of blocks, and their charts as tables."""
-    found = [each for block in content for each in within(block)]
-    made = [chart_table(each) if isinstance(each, Chart) else each for each in found]
-    return [each for each in made if isinstance(each, str | Table)]
+    blocks = [each for block in content for each in within(block)]
+    tables = [chart_table(each) if isinstance(each, Chart) else each for each in blocks]
+    return [each for each in tables if isinstance(each, str | Table)]
 
 
 def chart_table(chart: Chart) -> Table:
@@ -160,11 +160,11 @@ def _sheet(book: Any, name: str, blocks: Sequence[str | Table]) -> None:
 def _free_name(book: Any, name: str) -> str:
     """A name that Excel allows and no other sheet has."""
     plain = FORBIDDEN.sub(" ", name)
-    found, n = plain[:LONGEST_NAME], 1
-    while found.lower() in {each.lower() for each in book.sheetnames}:
+    free, n = plain[:LONGEST_NAME], 1
+    while free.lower() in {each.lower() for each in book.sheetnames}:
         n += 1
-        found = f"{plain[: LONGEST_NAME - len(str(n)) - 1]} {n}"
-    return found
+        free = f"{plain[: LONGEST_NAME - len(str(n)) - 1]} {n}"
+    return free
 
 
 def _content(cell: Cell) -> tuple[str | float | None, str]:
@@ -172,7 +172,7 @@ def _content(cell: Cell) -> tuple[str | float | None, str]:
     cell = unmarked(cell)
     if isinstance(cell, Share):
         return 100.0 * cell.value, "0.0"
-    if isinstance(cell, Entry) and cell.value is not None and not cell.note:
+    if isinstance(cell, CaseValue) and cell.value is not None and not cell.note:
         cell = cell.value
     if isinstance(cell, int | float):
         text = words(cell)

@@ -138,8 +138,8 @@ def tune_baseline(
     for name, value in numbers.items():
         if value is not None and not value > 0.0:
             raise InputError(f"tune_baseline: {name} must be above zero, found {value!r}")
-    given = options or ModelOptions()
-    options = given
+    full_options = options or ModelOptions()
+    options = full_options
     if not isinstance(turbine, PowerTurbine):
         options = options.replace(stall="static", inflow="variable")
     model = build(turbine, options)
@@ -173,7 +173,7 @@ def tune_baseline(
         return control.replace(pitch=tuned, filter_frequency=corner, source=source)
 
     if margins:
-        full = build(turbine.replace(control=control), given)
+        full = build(turbine.replace(control=control), full_options)
         above = [operating_point(full, float(u)) for u in np.linspace(ABOVE_RATED * rated, turbine.cut_out, CHECKED)]
         responses = speed_responses(full, above)
         tried = (float(share * frequency) for share in SHARES)
@@ -215,10 +215,10 @@ def _optimal(model: Model[Any], speed: float, wanted: float | None) -> tuple[flo
         return -torque(tip_ratio) * tip_ratio**3  # power over the cube of the wind speed
 
     best = wanted or float(minimize_scalar(lost, bounds=RATIOS, method="bounded", options={"xatol": 0.01}).x)
-    found = torque(best)
-    if found <= 0.0:
+    best_torque = torque(best)
+    if best_torque <= 0.0:
         raise InputError(f"tune_baseline: the wind does not drive the rotor of {turbine.name} at its smallest pitch")
-    return best, found / speed**2, found * speed / (0.5 * rho * math.pi * R**2 * (speed * R / best) ** 3)
+    return best, best_torque / speed**2, best_torque * speed / (0.5 * rho * math.pi * R**2 * (speed * R / best) ** 3)
 
 
 def rated_wind(model: Model[Any]) -> float:

@@ -117,8 +117,8 @@ class Comparison(Brief):
         head = [f"{scheme} {name}".strip() for scheme, name in zip(spanned, head, strict=True)]
         sections = [Fold("Loads", rows, head, note=f"changes are against {self.schemes[0]}", open=True)]
         sections.append(Fold("Winds", [[label] for label in self.winds], ["wind"], note=str(len(self.winds))))
-        if said := self.warnings():
-            sections.append(Fold("Messages", [[words] for words in said], [""], open=True))
+        if warnings := self.warnings():
+            sections.append(Fold("Messages", [[words] for words in warnings], [""], open=True))
         if self.failures:
             facts.append(("excluded", badge(f"{len(self.failures)} runs", "bad")))
             sections.append(Fold("Excluded", [[failure_line(each)] for each in self.failures], [""]))
@@ -154,21 +154,21 @@ class Comparison(Brief):
 
     def ceiling_change(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
         """Change of RootMyc1 of the first scheme when 1P (``harmonics`` 1), or 1P and 2P (2), are removed ideally."""
-        found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
-        return mean_interval([c.std_change if quantity == "std" else c.load_change for c in found])
+        ceilings = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
+        return mean_interval([c.std_change if quantity == "std" else c.load_change for c in ceilings])
 
     def ceiling_left(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
         """RootMyc1 [N m] after that removal, mean over seeds."""
-        found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
-        return mean_interval([c.std_left if quantity == "std" else c.load_left for c in found])
+        ceilings = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
+        return mean_interval([c.std_left if quantity == "std" else c.load_left for c in ceilings])
 
     def warnings(self) -> list[str]:
         """Warnings of the runs, one line per scheme."""
         lines = []
         for scheme, runs in self.runs.items():
-            told = [run.warnings for run in runs if run.warnings]
-            if told:
-                lines.append(f"scheme {scheme!r} in {len(told)} of {len(runs)} winds: {'; '.join(told[0])}")
+            warned = [run.warnings for run in runs if run.warnings]
+            if warned:
+                lines.append(f"scheme {scheme!r} in {len(warned)} of {len(runs)} winds: {'; '.join(warned[0])}")
         return lines
 
     def rotor_frequency(self) -> float:
@@ -177,9 +177,9 @@ class Comparison(Brief):
 
     def results(self, scheme: str) -> Result:
         """Time series in the first wind."""
-        found = self.runs[scheme][0].result
-        assert found is not None
-        return found
+        result = self.runs[scheme][0].result
+        assert result is not None
+        return result
 
 
 def compare(  # noqa: PLR0913 - options of a study, each with a default
@@ -269,8 +269,8 @@ def _comparison(
         raise InputError(f"compare: no wind was survived by all schemes{first}")
 
     def summary(k: int, scheme: str) -> RunSummary:  # with the series in the first wind only
-        found: RunSummary = by_name[f"{k}:{scheme}"].value
-        return found if k == whole[0] else replace(found, result=None)
+        value: RunSummary = by_name[f"{k}:{scheme}"].value
+        return value if k == whole[0] else replace(value, result=None)
 
     return Comparison(
         schemes=tuple(schemes),
@@ -318,10 +318,10 @@ class SharedField:
 
     def __call__(self) -> Wind:
         with self.lock:
-            found = self.field or realised(self.wind, self.model.turbine, self.duration)
+            wind = self.field or realised(self.wind, self.model.turbine, self.duration)
             self.left -= 1
-            self.field = found if self.left else None
-            return found
+            self.field = wind if self.left else None
+            return wind
 
 
 def _cases(

@@ -79,8 +79,8 @@ def _panels(main: int, beside: Sequence[int], below: bool) -> tuple[Any, list[An
 def _changes(ax: Axes, table: EnsembleTable, quantities: Sequence[str], colour: Mapping[str, str], title: str) -> None:
     """Bars of the changes [%] of quantities against the first scheme."""
     others = table.schemes[1:]
-    found = {s: [table.entry(q, s).change for q in quantities] for s in others}
-    bars = {s: [change_bar(c) for c in found[s]] for s in others}
+    changes = {s: [table.entry(q, s).change for q in quantities] for s in others}
+    bars = {s: [change_bar(c) for c in changes[s]] for s in others}
     _bars(ax, quantities, bars, colour)
     ax.axhline(0.0, color=INK, linewidth=0.9)
     _finish(ax, title, "%")

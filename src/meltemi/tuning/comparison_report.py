@@ -89,8 +89,8 @@ def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
         for kind, quantity in JUDGED:
             change, left = comparison.ceiling_change(harmonics, kind), comparison.ceiling_left(harmonics, kind)
             unit, factor = units[quantity]
-            found = [table.entry(quantity, s).change for s in others]
-            shares = [100.0 * c.mean / change.mean if c and change.mean else math.nan for c in found]
+            changes = [table.entry(quantity, s).change for s in others]
+            shares = [100.0 * c.mean / change.mean if c and change.mean else math.nan for c in changes]
             before = table.entry(quantity, base).value.mean
             row = [removed, quantity, unit, number(before * factor), number(left.mean * factor), change_text(change)]
             rows.append([*row, *("-" if math.isnan(share) else str(round(share)) for share in shares)])
@@ -150,9 +150,9 @@ def sentence(comparison: Comparison) -> str:
         value = table.entry("RootMyc1 DEL", base).value.mean
         return f"{base}: equivalent load of the out-of-plane blade root moment {number(1e-3 * value)} kN m."
     changes = [f"by {change_text(table.entry('RootMyc1 DEL', s).change)} % with {s}" for s in others]
-    told = f"The equivalent load of the out-of-plane blade root moment changes, against {base}, {_list(changes)}."
+    text = f"The equivalent load of the out-of-plane blade root moment changes, against {base}, {_list(changes)}."
     ideal = change_text(comparison.ceiling_change(1, "load"))
-    return f"{told} With 1P removed ideally it would change by {ideal} %." if by_blade(comparison) else told
+    return f"{text} With 1P removed ideally it would change by {ideal} %." if by_blade(comparison) else text
 
 
 def _list(parts: list[str]) -> str:
@@ -239,7 +239,7 @@ def _sections(
     series = Picture(pictures["series"], f"{comparison.winds[0]}: the first evaluated minute.")
     ideal = IDEAL.format(rotor=comparison.rotor_frequency())
     removal = Section("Ideal removal of 1P and 2P", [ideal, Table(*ceiling_rows(comparison), text_columns=3)])
-    found = [
+    sections = [
         Section("Results", numbers),
         *([removal] if by_blade(comparison) else []),
         Section("Spectra", [spectra]),
@@ -247,10 +247,10 @@ def _sections(
     ]
     if "bode" in pictures:
         bode = Picture(pictures["bode"], "Gain, phase and sensitivity of the loops.")
-        found.append(Section("Gains and margins", [LOOPS, bode, *_tuning_tables(tunings)]))
+        sections.append(Section("Gains and margins", [LOOPS, bode, *_tuning_tables(tunings)]))
     if repeat:
-        found.append(Section("Reproduction", [Code(repeat)]))
-    return found
+        sections.append(Section("Reproduction", [Code(repeat)]))
+    return sections
 
 
 def _tuning_tables(tunings: Mapping[str, LoopTuning]) -> list[Table]:
@@ -284,7 +284,7 @@ def series_figure(comparison: Comparison) -> Figure:
     if "power_reference" in results[0]:
         ax = figure.axes[shown.index("generator_power")]
         _, factor = readable_unit(results[0].channel("generator_power"), *(r["generator_power"] for r in results))
-        asked = results[0]["power_reference"] * factor
-        (line,) = ax.plot(results[0].time, asked, "--", color=INK, linewidth=0.9, label="power reference")
+        reference = results[0]["power_reference"] * factor
+        (line,) = ax.plot(results[0].time, reference, "--", color=INK, linewidth=0.9, label="power reference")
         ax.legend(handles=[line], **ABOVE)
     return figure

@@ -87,9 +87,9 @@ def tune_platform_feedback(model: Model[Any]) -> PlatformFeedback:
 
     _, without = damping(0.0)
     for share in SHARES:
-        control, found = damping(share)
-        if np.all(found >= without):
-            return PlatformFeedback(control, share * slope, frequency, speeds, found, without)
+        control, damped = damping(share)
+        if np.all(damped >= without):
+            return PlatformFeedback(control, share * slope, frequency, speeds, damped, without)
     raise InputError(
         f"tune_platform_feedback: no gain adds damping to the platform of {turbine.name} at all wind speeds above "
         "rated: slow its speed loop first (tune_baseline with a lower frequency)"
@@ -123,10 +123,10 @@ def under(linear: LinearModel, law: BaselineControl) -> Float:
     """
     p, filtered, w = law.pitch, law.filter_frequency, law.pitch.motion_frequency
     slope, divisor = region_3(law, linear.point)
-    own, sensed, demand = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((2, 4))
-    own[0, 0], own[1, 0] = -filtered, 1.0
-    own[2, 2], own[3, 2], own[3, 3] = -w / MOTION_BAND, w * MOTION_BAND, -w * MOTION_BAND
+    law_matrix, sensed, demand = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((2, 4))
+    law_matrix[0, 0], law_matrix[1, 0] = -filtered, 1.0
+    law_matrix[2, 2], law_matrix[3, 2], law_matrix[3, 3] = -w / MOTION_BAND, w * MOTION_BAND, -w * MOTION_BAND
     sensed[0, 0], sensed[2, 1] = filtered, 1.0
     demand[0, 0] = slope
     demand[1] = p.proportional_gain / divisor, p.integral_gain / divisor, 0.0, p.motion_gain
-    return np.block([[linear.A, linear.B @ demand], [sensed @ linear.C, own + sensed @ linear.D @ demand]])
+    return np.block([[linear.A, linear.B @ demand], [sensed @ linear.C, law_matrix + sensed @ linear.D @ demand]])

@@ -274,11 +274,11 @@ def resumed(
     """
     book = current()
     batch = Batch(cases, reduce=reduce, workers=workers, progress=progress, total=total, store=book)
-    found = batch.run()
-    if batch.interrupted or any(outcome.status is Status.INTERRUPTED for outcome in found):
+    outcomes = batch.run()
+    if batch.interrupted or any(outcome.status is Status.INTERRUPTED for outcome in outcomes):
         raise KeyboardInterrupt
-    book.taken += sum(outcome.reused for outcome in found)
-    return found
+    book.taken += sum(outcome.reused for outcome in outcomes)
+    return outcomes
 
 
 def _input(value: Any) -> Any:

@@ -52,12 +52,12 @@ def speed_loops(law: BaselineControl, points: Sequence[OperatingPoint], response
     s, pitch = 1j * FREQUENCIES, law.pitch
     low_pass = law.filter_frequency / (s + law.filter_frequency)
     gain = pitch.proportional_gain + pitch.integral_gain / s
-    found = []
+    loops = []
     for point, response in zip(points, responses, strict=True):
         slope, divisor = region_3(law, point)
         loop = -low_pass * (response[:, 0] * slope + response[:, 1] * (gain / divisor))
-        found.append(OpenLoop(point.wind.speed, FREQUENCIES, loop, 0.0))
-    return found
+        loops.append(OpenLoop(point.wind.speed, FREQUENCIES, loop, 0.0))
+    return loops
 
 
 def keep_margins(loops: Sequence[OpenLoop]) -> bool:

@@ -87,14 +87,14 @@ def _loop(name: str, points: Sequence[LoopPoint], row: Sequence[Axes]) -> None:
             side = np.flatnonzero(np.sign(point.frequency) == sign)[::sign]
             f, L = np.abs(point.frequency[side]) / (2.0 * np.pi), point.together[side]
             label = f"{point.wind_speed:.3g} m/s" if sign > 0 else None
-            drawn = {"color": colour, "linewidth": 1.1, "linestyle": look}
-            gain.loglog(f, np.abs(L), label=label, **drawn)
+            look_of_curve = {"color": colour, "linewidth": 1.1, "linestyle": look}
+            gain.loglog(f, np.abs(L), label=label, **look_of_curve)
             # there the blades' tone stands still, and the band-pass lets nothing through: the phase jumps
             small = np.flatnonzero(np.abs(L) < QUIET)
             end = int(small[0]) if len(small) else len(f)
             angle = np.degrees(np.unwrap(np.angle(L if sign > 0 else L.conj())))
-            phase.semilogx(f[:end], angle[:end], **drawn)
-            sensitivity.semilogx(f, 1.0 / np.abs(1.0 + L), **drawn)
+            phase.semilogx(f[:end], angle[:end], **look_of_curve)
+            sensitivity.semilogx(f, 1.0 / np.abs(1.0 + L), **look_of_curve)
     gain.set_ylim(LEAST_GAIN, MOST_GAIN)
     gain.axhline(1.0, **LIMIT)
     phase.set_ylim(-270.0, 0.0)

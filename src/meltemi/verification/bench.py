@@ -151,7 +151,7 @@ def child(call: str, folder: str, module: str = __name__) -> dict[str, Any]:
 
 def stages(duration: float) -> dict[str, tuple[float, int]]:
     """A first run in stages: seconds each takes, and the number of signatures it compiles."""
-    found: dict[str, tuple[float, int]] = {}
+    durations: dict[str, tuple[float, int]] = {}
     model, wind = nrel5mw(), SteadyWind(speed=12.0)
     case = Case(model, wind)
     marks = [(time.perf_counter(), statistics()[0])]
@@ -159,7 +159,7 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
     def mark(name: str) -> None:
         marks.append((time.perf_counter(), statistics()[0]))
         (t0, n0), (t1, n1) = marks[-2:]
-        found[name] = (round(t1 - t0, 2), n1 - n0)
+        durations[name] = (round(t1 - t0, 2), n1 - n0)
 
     case.evaluate(0.0)
     mark("evaluation of the coupled machine")
@@ -171,7 +171,7 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
     mark("controller and time loop")
     turbulence(duration)
     mark("turbulence")
-    return found
+    return durations
 
 
 def nrel5mw(**options: Any) -> Any:

@@ -23,7 +23,7 @@ from meltemi.structure.beam import Beam
 from meltemi.structure.blades import blade_motion, tip_deflection
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.exact_beam import DeadLoads, Deflection, deflect
-from meltemi.verification.table import Comparison, Row, angle, relative
+from meltemi.verification.table import Check, CheckTable, angle, relative
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -69,10 +69,10 @@ def scaled(beam: Beam, loads: DeadLoads, out: float) -> tuple[float, Deflection]
     """Factor on the loads for which the tip is out by the given share of the blade's length, and the deflection."""
     share, aim = 1.0, out * beam.position[-1]
     while True:
-        found = deflect(beam, times(share, loads), increments=1, steps=1)
-        tip = (found.position[-1] - beam.axis[-1])[0]
+        deflection = deflect(beam, times(share, loads), increments=1, steps=1)
+        tip = (deflection.position[-1] - beam.axis[-1])[0]
         if abs(tip / aim - 1.0) < CLOSE:
-            return share, found
+            return share, deflection
         share *= aim / tip
 
 
@@ -125,7 +125,7 @@ def simulated(model: BladedModel, force: Float, moment: Float, steps: int = 4) -
     return float(out.x), sections.as_rotvec()[:, 2], (np.cross(arm, force) + moment).sum(axis=0)
 
 
-def compare(name: str, options: ModelOptions | None = None, shares: tuple[float, ...] = SHARES) -> list[Row]:
+def compare(name: str, options: ModelOptions | None = None, shares: tuple[float, ...] = SHARES) -> list[Check]:
     """Deflection, twist and root moment of a blade of the library, against the exact beam.
 
     Args:
@@ -153,9 +153,9 @@ def compare(name: str, options: ModelOptions | None = None, shares: tuple[float,
     return rows
 
 
-def far_bending() -> Comparison:
+def far_bending() -> CheckTable:
     """Both IEA turbines, to a tip deflection of a fifth of the blade's length."""
     rows = [row for name in RATED for row in compare(name)]
-    return Comparison(
+    return CheckTable(
         "far_bending", "Large blade deflections, against the geometrically exact beam", "exact_beam.py", rows
     )

@@ -36,7 +36,7 @@ from meltemi.simulation.trim import operating_point
 from meltemi.structure.members import blade_member, cells, points, tower_member
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import DATA, library_entries, load_turbine
-from meltemi.verification.table import Comparison, Row, Study, angle, reference_table, relative, source_of
+from meltemi.verification.table import Check, CheckStudy, CheckTable, angle, reference_table, relative, source_of
 
 Float = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ JUST = 2e-5
 
 
 @dataclass(frozen=True)
-class Model:
+class Hawc2Model:
     """A model of HAWC2.
 
     Attributes:
@@ -82,13 +82,13 @@ class Model:
 
 
 ELEMENTS = "HAWC2's elements"
-DTU10 = Model("dtu10", "DTU 10 MW", "DTU_10MW_RWT.htc")
-IEA10 = Model("iea10", "IEA 10 MW", "iea10mw.htc", stability=True)
-IEA22 = Model("iea22", "IEA 22 MW", "iea_22mw_rwt_steps.htc", full=True)
+DTU10 = Hawc2Model("dtu10", "DTU 10 MW", "DTU_10MW_RWT.htc")
+IEA10 = Hawc2Model("iea10", "IEA 10 MW", "iea10mw.htc", stability=True)
+IEA22 = Hawc2Model("iea22", "IEA 22 MW", "iea_22mw_rwt_steps.htc", full=True)
 MODELS = (
     DTU10,
-    Model("dtu10 stiff", "DTU 10 MW with stiff blades", "DTU_10MW_RWT.htc", stiff=True),
-    Model("iea15", "IEA 15 MW", "IEA_15MW_RWT_Onshore.htc", stability=True),
+    Hawc2Model("dtu10 stiff", "DTU 10 MW with stiff blades", "DTU_10MW_RWT.htc", stiff=True),
+    Hawc2Model("iea15", "IEA 15 MW", "IEA_15MW_RWT_Onshore.htc", stability=True),
     IEA22,
 )
 
@@ -96,27 +96,27 @@ MODELS = (
 UNITS = {"power": "W", "thrust": "N"}
 
 
-def studies(folder: Path) -> tuple[Study, ...]:
+def studies(folder: Path) -> tuple[CheckStudy, ...]:
     """The comparisons for the models that are somewhere in a folder, and for the IEA 10 MW of the library.
 
     Raises:
       InputError: the folder has none of them.
     """
-    found = {m.main: next(iter(sorted(folder.rglob(m.main))), None) for m in MODELS}
-    made = [Study(10.0, iea10mw)]
+    main_files = {m.main: next(iter(sorted(folder.rglob(m.main))), None) for m in MODELS}
+    comparisons = [CheckStudy(10.0, iea10mw)]
     for model in MODELS:
-        if (path := found[model.main]) is not None:
-            made.append(Study(15.0, partial(steady, model, path)))
-    if (path := found[IEA22.main]) is not None:
-        made.append(Study(15.0, partial(with_their_torsion, path)))
-    if (path := found[DTU10.main]) is not None:
-        made.append(Study(5.0, partial(frequencies, path)))
-    if len(made) == 1:
-        raise InputError(f"--hawc2 {folder}: none of the main files {', '.join(found)} in it")
-    return tuple(made)
+        if (path := main_files[model.main]) is not None:
+            comparisons.append(CheckStudy(15.0, partial(steady, model, path)))
+    if (path := main_files[IEA22.main]) is not None:
+        comparisons.append(CheckStudy(15.0, partial(with_their_torsion, path)))
+    if (path := main_files[DTU10.main]) is not None:
+        comparisons.append(CheckStudy(5.0, partial(frequencies, path)))
+    if len(comparisons) == 1:
+        raise InputError(f"--hawc2 {folder}: none of the main files {', '.join(main_files)} in it")
+    return tuple(comparisons)
 
 
-def iea10mw() -> Comparison:
+def iea10mw() -> CheckTable:
     """The IEA 10 MW of the library."""
     entry = library_entries()[IEA10.key + "mw"]
     assert entry.hawc2 is not None
@@ -129,7 +129,7 @@ def _turbine(source: Path | str) -> Turbine:
     return turbine
 
 
-def steady(model: Model, path: Path, turbine: Turbine | None = None) -> Comparison:
+def steady(model: Hawc2Model, path: Path, turbine: Turbine | None = None) -> CheckTable:
     """Power, thrust and torsion of the tip over the wind speed.
 
     Args:
@@ -144,7 +144,7 @@ def steady(model: Model, path: Path, turbine: Turbine | None = None) -> Comparis
         blade = blade_of(path)
         moved = with_turned_centres(turbine, blade) if model.full else turbine
         theirs = rotor_of(with_elements(moved, blade_nodes(blade)), locked, **(MODES if model.full else {}))
-    rows: list[Row] = []
+    rows: list[Check] = []
     for r in reference_table("hawc2_steady", turbine=model.key):
         beside_point = _point(theirs, r)
         ours, other = _loads(_point(plain, r)), _loads(beside_point)
@@ -159,14 +159,14 @@ def steady(model: Model, path: Path, turbine: Turbine | None = None) -> Comparis
             besides = float(np.degrees(other["torsion"] - reference))
             rows.append(angle("tip torsion", _case(r), reference, ours["torsion"], TORSION, beside=besides))
     title = f"{model.title} at HAWC2's speed and pitch"
-    return Comparison(f"hawc2 {model.key}", title, _source(model.key), rows, model.beside)
+    return CheckTable(f"hawc2 {model.key}", title, _source(model.key), rows, model.beside)
 
 
-def with_their_torsion(path: Path) -> Comparison:
+def with_their_torsion(path: Path) -> CheckTable:
     """The IEA 22 MW with the torsion of HAWC2's blade in place of our own: what is left is aerodynamic."""
     turbine = _turbine(path)
     outer, length = turbine.blade.aerodynamics, turbine.blade.length
-    rows: list[Row] = []
+    rows: list[Check] = []
     for r in reference_table("hawc2_steady", turbine=IEA22.key):
         table = reference_table("hawc2_torsion", wind=r["wind"])
         if not table:
@@ -177,13 +177,13 @@ def with_their_torsion(path: Path) -> Comparison:
             # a twist is positive towards feather, torsion nose up
             model = rotor_of(turbine.replace(**{"blade.aerodynamics": outer.replace(twist=outer.twist - missing)}))
             point = _point(model, r)
-            z, own = _torsion(model, point)
-            missing = np.interp(outer.position, place * length, torsion) - np.interp(outer.position, z, own)
+            z, computed = _torsion(model, point)
+            missing = np.interp(outer.position, place * length, torsion) - np.interp(outer.position, z, computed)
         ours = _loads(point)
         for what, unit in UNITS.items():
             rows.append(relative(what, _case(r), unit, 1e3 * float(r[what]), ours[what], BAND))
     title = f"{IEA22.title} at HAWC2's speed and pitch, with the torsion of HAWC2's blade"
-    return Comparison("hawc2 iea22 torsion", title, source_of("hawc2_torsion"), rows)
+    return CheckTable("hawc2 iea22 torsion", title, source_of("hawc2_torsion"), rows)
 
 
 def _torsion(model: BladedModel, point: OperatingPoint) -> tuple[Float, Float]:
@@ -295,20 +295,20 @@ def with_elements(turbine: Turbine, nodes: Float) -> Turbine:
     return turbine.replace(**{"blade.structure": blade.replace(position=z, **lines, **matrices)})
 
 
-def frequencies(path: Path) -> Comparison:
+def frequencies(path: Path) -> CheckTable:
     """Frequencies of the DTU 10 MW at rest in its parts, clamped, and of the turbine that turns without air."""
     plain = _turbine(path)
     both = (plain, with_elements(plain, blade_nodes(blade_of(path))))
-    rows: list[Row] = []
+    rows: list[Check] = []
     for of in dict.fromkeys(r["of"] for r in reference_table("hawc2_modes")):
         theirs = [float(r["frequency"]) for r in reference_table("hawc2_modes", of=of)]
         (names, ours), (_, elements) = (_modes(turbine, of) for turbine in both)
-        for name, reference, *found in zip(names, theirs, ours, elements, strict=False):
+        for name, reference, *computed in zip(names, theirs, ours, elements, strict=False):
             what = f"{of}, clamped" if of in ("blade", "tower") else f"turbine, {of} rad/s"
-            beside = 100.0 * (found[1] / reference - 1.0)
-            rows.append(relative(what, name, "Hz", reference, found[0], FREQUENCY, beside=beside))
+            beside = 100.0 * (computed[1] / reference - 1.0)
+            rows.append(relative(what, name, "Hz", reference, computed[0], FREQUENCY, beside=beside))
     title = "DTU 10 MW, natural frequencies against HAWCStab2 (turbine) and HAWC2 (blade, tower)"
-    return Comparison("hawc2 modes", title, source_of("hawc2_modes"), rows, ELEMENTS)
+    return CheckTable("hawc2 modes", title, source_of("hawc2_modes"), rows, ELEMENTS)
 
 
 def _modes(turbine: Turbine, of: str) -> tuple[list[str], list[float]]:

@@ -69,10 +69,10 @@ def load_benchmark(*, cases: int = 40, say: Callable[[str], None] = lambda text:
     }
 
 
-def load_lines(found: dict[str, Any]) -> list[str]:
+def load_lines(figures: dict[str, Any]) -> list[str]:
     """The figures of :func:`load_benchmark` as lines."""
-    shares = ", ".join(f"{name} {100.0 * share:.1f} %" for name, share in found["parts"].items())
-    f = found
+    shares = ", ".join(f"{name} {100.0 * share:.1f} %" for name, share in figures["parts"].items())
+    f = figures
     return [
         f"{f['cases']} cases, {f['hours']:.1f} h simulated, in {f['wall_s']:.0f} s on {f['cores']} cores",
         f"{f['cpu_s']:.0f} s of processor time: {f['times']:.0f} times real time a core; {shares}",

@@ -23,7 +23,7 @@ from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.table import Comparison, Row, Study, difference, reference_table, relative, source_of
+from meltemi.verification.table import Check, CheckStudy, CheckTable, difference, reference_table, relative, source_of
 from meltemi.wind.fields import SteadyWind
 
 if TYPE_CHECKING:
@@ -208,9 +208,9 @@ def _ours() -> dict[RotationalAugmentation, dict[str, SteadyLoads]]:
     return {name: {r["record"]: at_record(model, r) for r in records} for name, model in models.items()}
 
 
-def attached() -> Comparison:
+def attached() -> CheckTable:
     """At 7 m/s, with the airfoil's polars."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     ours = _ours()["none"]
     for r in reference_table("uae_performance", wind="7"):
         for name, unit in (("torque", "N m"), ("thrust", "N")):
@@ -219,12 +219,12 @@ def attached() -> Comparison:
     for r in reference_table("uae_spanwise", wind="7"):
         rows += _section("", f"{100.0 * float(r['position']):g} % of the radius", r, ours["h0700000"], BAND)
     title = "UAE Phase VI, attached flow at 7 m/s"
-    return Comparison("uae attached", title, source_of("uae_performance"), rows)
+    return CheckTable("uae attached", title, source_of("uae_performance"), rows)
 
 
-def stalled() -> Comparison:
+def stalled() -> CheckTable:
     """Sequence H, without and with rotational augmentation: reported."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     for model, label in MODELS.items():
         for r in reference_table("uae_performance", sequence="H"):
             case, ours = f"{r['wind']} m/s", _ours()[model][r["record"]]
@@ -241,7 +241,7 @@ def stalled() -> Comparison:
                 rows += _section(f", {label}", where, s, ours)
     title = "UAE Phase VI, into stall, without and with rotational augmentation"
     figures = {"uae_torque": _plot_torque(), "uae_sections": _plot_sections((7.0, 10.0, 15.0, 25.0))}
-    return Comparison("uae stalled", title, source_of("uae_performance"), rows, figures=figures)
+    return CheckTable("uae stalled", title, source_of("uae_performance"), rows, figures=figures)
 
 
 def _measured_along(ours: SteadyLoads, wind: str) -> tuple[Float, Float]:
@@ -255,7 +255,7 @@ def _measured_along(ours: SteadyLoads, wind: str) -> tuple[Float, Float]:
     return np.where(airfoil, n, ours.normal), np.where(airfoil, t, ours.tangential)
 
 
-def _section(label: str, case: str, r: dict[str, str], ours: SteadyLoads, band: float | None = None) -> list[Row]:
+def _section(label: str, case: str, r: dict[str, str], ours: SteadyLoads, band: float | None = None) -> list[Check]:
     """Coefficients of a section; that along the chord is only reported."""
     n, t = (float(np.interp(float(r["position"]), ours.position, x)) for x in (ours.normal, ours.tangential))
     return [
@@ -264,7 +264,7 @@ def _section(label: str, case: str, r: dict[str, str], ours: SteadyLoads, band: 
     ]
 
 
-MEASURED = (Study(5.0, attached), Study(1.0, stalled))
+MEASURED = (CheckStudy(5.0, attached), CheckStudy(1.0, stalled))
 
 
 def _plot_torque() -> Figure:

@@ -14,7 +14,7 @@ from meltemi.loads.loadbase.engine import base_table
 from meltemi.loads.loadbase.interfaces import known_channels
 from meltemi.loads.loadbase.plan import Plan, PlannedCase
 from meltemi.loads.loadbase.wording import in_words
-from meltemi.reports.blocks import Block, Case, Cell, Marked, Statistics, Table
+from meltemi.reports.blocks import Block, CaseName, Cell, Marked, Statistics, Table
 from meltemi.simulation.channels import find
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
         told = problems.get(case.name, {"state": "ok", "message": ""})
         rows.append(
             [
-                Case(case.name),
+                CaseName(case.name),
                 *(case.dlc, case.variant.model),
                 case.variant.speed,
                 None if case.variant.yaw is None else f"{case.variant.yaw:g}",

@@ -18,17 +18,17 @@ from meltemi.reports.blocks import (
     Axis,
     Beside,
     Block,
-    Case,
     CaseList,
+    CaseName,
+    CaseValue,
     Cell,
     Chart,
     Code,
     Curve,
     Document,
-    Entry,
     Marked,
-    Part,
     Section,
+    Subsection,
     Table,
     words,
 )
@@ -68,7 +68,8 @@ def base_comparison(bases: tuple[Base, Base], designs: tuple[DesignLoads, Design
     names, found = [folder for folder, _ in bases], compare_bases(*designs)
     tables = [(folder, plan, statistics(plan, folder)) for folder, plan in bases]
     verdicts = [
-        Part(folder, [verdict(d, None, base)]) for base, (folder, d) in enumerate(zip(names, designs, strict=True))
+        Subsection(folder, [verdict(d, None, base)])
+        for base, (folder, d) in enumerate(zip(names, designs, strict=True))
     ]
     sections = [
         Section("Ratios of loads", [_glance(found, names), *_energy(*designs, names)]),
@@ -107,7 +108,7 @@ def _glance(found: pd.DataFrame, names: list[str]) -> Table:
             worst = max(ends, key=lambda each: abs(float(own.at[each, "value"])))
             row, factor = own.loc[worst], unit_of_driver(name)[1]
             values = " / ".join(words(float(row[key]) * factor) for key in ("value", "reference"))
-            cells.append(Entry(ratio=utilisation(found, "ultimate", str(place), worst), note=values))
+            cells.append(CaseValue(ratio=utilisation(found, "ultimate", str(place), worst), note=values))
         rows.append(cells)
     caption = f"Governing ultimate loads of {names[0]} over those of {names[1]}, {WITH}"
     return Table(["interface", *load_heads(LOADS)], rows, caption=caption)
@@ -145,7 +146,7 @@ def _all(found: pd.DataFrame, names: list[str]) -> Table:
         if row.ratio > 1.0 and kind in ("ultimate", "fatigue", "motion"):
             ratio = Marked(str(ratio), "over")
         cases = [
-            Case(str(c), base) if isinstance(c, str) and c else ""
+            CaseName(str(c), base) if isinstance(c, str) and c else ""
             for base, c in enumerate((row.case, row.reference_case))
         ]
         rows.append(

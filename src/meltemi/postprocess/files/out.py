@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.postprocess.files.openfast import Columns, columns_of, result_of
+from meltemi.postprocess.files.openfast import OutputColumns, columns_of, result_of
 from meltemi.simulation.result import Result
 from meltemi.wind_files.common import replacing, text_of
 
@@ -45,7 +45,7 @@ def read_out(path: str | Path) -> Result:
     data, warning = _numbers(lines, head + 2, len(names), path)
     about = (line.partition(":")[2].strip() for line in lines[:head] if line.startswith("Description"))
     return result_of(
-        Columns(tuple(names[1:]), tuple(units[1:]), data[:, 0], data[:, 1:], next(about, ""), warning), path
+        OutputColumns(tuple(names[1:]), tuple(units[1:]), data[:, 0], data[:, 1:], next(about, ""), warning), path
     )
 
 

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.postprocess.files.openfast import Columns, columns_of, result_of
+from meltemi.postprocess.files.openfast import OutputColumns, columns_of, result_of
 from meltemi.simulation.result import Result
 from meltemi.wind_files.common import reading, replacing
 
@@ -59,7 +59,7 @@ def read_outb(path: str | Path) -> Result:
     return result_of(_columns(content, size, path), path)
 
 
-def _columns(content: bytes, size: int, path: Path) -> Columns:
+def _columns(content: bytes, size: int, path: Path) -> OutputColumns:
     place = 0
 
     def take(dtype: str, n: int, what: str) -> NDArray[np.generic]:
@@ -88,11 +88,11 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     names, units = (
         [_text(row) for row in take("u1", (n + 1) * width, "names").reshape(n + 1, width)] for _ in range(2)
     )
-    told, warning = rows, ""
+    announced, warning = rows, ""
     ticks = take("<i4", rows, "times").astype(float) if kind == WITH_TIME else None
     whole = (size - place) // (n * (8 if kind == UNPACKED else 2))
     if 0 < whole < rows:
-        rows, warning = whole, f"{path.name} is cut: {whole} of {told} rows are there"
+        rows, warning = whole, f"{path.name} is cut: {whole} of {announced} rows are there"
         size, ticks = place + rows * n * (8 if kind == UNPACKED else 2), None if ticks is None else ticks[:rows]
     packed = take("<f8" if kind == UNPACKED else "<i2", rows * n, "data")
     if place != size:
@@ -100,7 +100,7 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     with np.errstate(all="ignore"):  # a channel of NaN has no scale
         data = (packed.reshape(rows, n).astype(float) - offset) / scale
         time = first + second * np.arange(rows, dtype=float) if ticks is None else (ticks - second) / first
-    return Columns(tuple(names[1:]), tuple(u.strip("()") for u in units[1:]), time, data, description, warning)
+    return OutputColumns(tuple(names[1:]), tuple(u.strip("()") for u in units[1:]), time, data, description, warning)
 
 
 def _text(codes: NDArray[np.generic]) -> str:

@@ -19,7 +19,7 @@ from meltemi.postprocess.ensemble import (
 )
 from meltemi.tuning.controller_bench.margins import OpenLoop
 from meltemi.tuning.controller_bench.suite import BenchCase, BenchLimits
-from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, LoopMargins, Standing, Verdict, decibel
+from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, CriterionVerdict, LoopMargins, Standing, decibel
 
 Numbers = Mapping[str, float]
 
@@ -91,12 +91,12 @@ class ControllerBench(Brief):
         Each seed number has a run at every wind speed; those with a run missing for either are left out.
         """
         names = list(dict.fromkeys((self.reference, controller)))
-        found = [self._by_seed(name) for name in names]
-        seeds = [k for k in found[0] if all(k in each for each in found)]
+        by_seed = [self._by_seed(name) for name in names]
+        seeds = [k for k in by_seed[0] if all(k in each for each in by_seed)]
         if not seeds:
             return None
         slopes = {f"{load} DEL": slope for load, slope in SLOPES.items()}
-        return ensemble_table({k: {n: each[k] for n, each in zip(names, found, strict=True)} for k in seeds}, slopes)
+        return ensemble_table({k: {n: each[k] for n, each in zip(names, by_seed, strict=True)} for k in seeds}, slopes)
 
     def lifetimes(self) -> dict[str, EnsembleTable | None]:
         """:meth:`lifetime` of all controllers, the reference first."""
@@ -107,42 +107,42 @@ class ControllerBench(Brief):
         for case, numbers in self.of(controller, "production").items():
             assert case.seed is not None
             runs.setdefault(case.seed % 100, {})[case.speed] = numbers
-        return {k: self._lifetime_of(own) for k, own in runs.items() if set(own) == set(self.speeds)}
+        return {k: self._lifetime_of(by_speed) for k, by_speed in runs.items() if set(by_speed) == set(self.speeds)}
 
     def _lifetime_of(self, runs: Mapping[float, Numbers]) -> dict[str, float]:
         weights = rayleigh_weights(self.speeds, self.mean_speed)
         by_speed = [runs[v] for v in self.speeds]
-        found = {
+        lifetime = {
             f"{load} DEL": lifetime_del(
                 self.speeds, [r[f"{load} DEL"] for r in by_speed], slope=slope, mean_speed=self.mean_speed
             )
             for load, slope in SLOPES.items()
         }
         share = weights / weights.sum()
-        found["energy"] = HOURS * 3600.0 * float(weights @ [r["power mean"] for r in by_speed])
+        lifetime["energy"] = HOURS * 3600.0 * float(weights @ [r["power mean"] for r in by_speed])
         for name in (
             "power std",
             "generator speed std",
             "pitch travel",
             *(name for name in ("flap travel", "tracking error") if name in by_speed[0]),
         ):
-            found[name] = float(share @ [r[name] for r in by_speed])
-        return found
+            lifetime[name] = float(share @ [r[name] for r in by_speed])
+        return lifetime
 
     def extremes(self, controller: str) -> dict[str, tuple[float, str]]:
         """Largest loads, with their cases, of production and extreme events."""
-        found = self.of(controller, "production") | self.of(controller, "extreme")
-        if not found:
+        cases = self.of(controller, "production") | self.of(controller, "extreme")
+        if not cases:
             return {}
-        return {load: max((n[f"{load} max"], case.name) for case, n in found.items()) for load in SLOPES}
+        return {load: max((n[f"{load} max"], case.name) for case, n in cases.items()) for load in SLOPES}
 
     def paired(self, controller: str, situation: str, quantity: str) -> MeanEstimate | None:
         """Relative change of a quantity in a situation against the reference, over all its cases."""
-        own, base = self.of(controller, situation=situation), self.of(self.reference, situation=situation)
-        common = [case for case in base if case in own]
-        return mean_interval([own[c][quantity] / base[c][quantity] - 1.0 for c in common]) if common else None
+        numbers, base = self.of(controller, situation=situation), self.of(self.reference, situation=situation)
+        common = [case for case in base if case in numbers]
+        return mean_interval([numbers[c][quantity] / base[c][quantity] - 1.0 for c in common]) if common else None
 
-    def verdicts(self, controller: str) -> tuple[Verdict, ...]:
+    def verdicts(self, controller: str) -> tuple[CriterionVerdict, ...]:
         """Outcome of all criteria for a controller, against the limits.
 
         Raises:
@@ -152,7 +152,7 @@ class ControllerBench(Brief):
             raise InputError(f"no controller {controller!r} on the bench: {did_you_mean(controller, self.controllers)}")
         return tuple(_verdicts(self, controller))
 
-    def all_verdicts(self) -> dict[str, tuple[Verdict, ...]]:
+    def all_verdicts(self) -> dict[str, tuple[CriterionVerdict, ...]]:
         """:meth:`verdicts` of all controllers, the reference first."""
         return {name: self.verdicts(name) for name in self.controllers}
 
@@ -167,7 +167,7 @@ class ControllerBench(Brief):
         return tuple(sorted(standings, key=lambda s: (s.controller in lost, s.failed)))
 
     def _standing(self, name: str) -> Standing:
-        found = self.verdicts(name)
+        verdicts = self.verdicts(name)
         table = self.lifetime(name)
         energy, blade, tower = (
             table.entry(q, name).change if table and name != self.reference else None
@@ -176,8 +176,8 @@ class ControllerBench(Brief):
         grid, producing = _with_grid(self, name).values(), _producing(self, name).values()
         return Standing(
             name,
-            sum(v.passed is False for v in found),
-            sum(v.passed is not None for v in found),
+            sum(v.passed is False for v in verdicts),
+            sum(v.passed is not None for v in verdicts),
             energy,
             blade,
             tower,
@@ -193,10 +193,10 @@ class ControllerBench(Brief):
         from meltemi.reports.blocks import Marked
         from meltemi.tuning.controller_bench import tables
 
-        found = self.all_verdicts()
+        verdicts = self.all_verdicts()
         facts = [(name, self.about.get(name, "")) for name in self.controllers]
         facts[0] = (f"{self.reference} (reference)", facts[0][1])
-        table = tables.criteria_table(found)
+        table = tables.criteria_table(verdicts)
         cells = [[badge(str(c), c.kind) if isinstance(c, Marked) else str(c) for c in row] for row in table.rows]
 
         def fold(title: str, rows: tables.Rows, note: str = "", *, open: bool = False) -> Fold:  # noqa: A002
@@ -219,17 +219,17 @@ class ControllerBench(Brief):
         return Card("Controller bench", lead, facts, sections)
 
 
-def _verdicts(bench: ControllerBench, controller: str) -> list[Verdict]:
+def _verdicts(bench: ControllerBench, controller: str) -> list[CriterionVerdict]:
     limits = bench.limits
     lost = [case for case, name in bench.failures if name == controller]
-    tests = [Verdict("failed runs", len(lost), 0.0, "", not lost, lost[0] if lost else "")]
+    tests = [CriterionVerdict("failed runs", len(lost), 0.0, "", not lost, lost[0] if lost else "")]
 
     def worst(name: str, of: Mapping[BenchCase, Numbers], key: str, limit: float, *, least: bool = False) -> None:
         if of:
             case = (min if least else max)(of, key=lambda c: of[c][key])
             value = of[case][key]
             ok = value >= limit if least else value <= limit
-            tests.append(Verdict(name, 100.0 * value, 100.0 * limit, "%", ok, case.name))
+            tests.append(CriterionVerdict(name, 100.0 * value, 100.0 * limit, "%", ok, case.name))
 
     worst("generator speed", _with_grid(bench, controller), "generator speed max", limits.over_speed)
     worst(
@@ -248,7 +248,9 @@ def _verdicts(bench: ControllerBench, controller: str) -> list[Verdict]:
         rate = math.degrees(travel.mean)
         most = math.degrees(limits.pitch_travel)
         tests.append(
-            Verdict("pitch travel", rate, most, "deg/s", rate <= most, "lifetime", math.degrees(travel.half_width))
+            CriterionVerdict(
+                "pitch travel", rate, most, "deg/s", rate <= most, "lifetime", math.degrees(travel.half_width)
+            )
         )
     return [*tests, *_operation(bench, controller, limits)]
 
@@ -261,7 +263,7 @@ def _producing(bench: ControllerBench, controller: str) -> dict[BenchCase, Numbe
     return {c: n for c, n in bench.of(controller).items() if c.situation.group != "operation"}
 
 
-def _margin_verdicts(where: str, loops: Sequence[OpenLoop], limits: BenchLimits) -> Iterator[Verdict]:
+def _margin_verdicts(where: str, loops: Sequence[OpenLoop], limits: BenchLimits) -> Iterator[CriterionVerdict]:
     """Of the speed loop, or of the blade loops, which have no delay margin and fail where they are not damped."""
     blades = where == "blade loops"
     bent = [loop for loop in loops if not loop.linear]
@@ -281,17 +283,19 @@ def _margin_verdicts(where: str, loops: Sequence[OpenLoop], limits: BenchLimits)
             words = f"{least.wind_speed:g} m/s" if math.isfinite(value) else "gain below one everywhere"
             if bent:
                 words += f"; no linear response at {', '.join(f'{b.wind_speed:g}' for b in bent)} m/s"
-            yield Verdict(name, shown(value) if math.isfinite(value) else math.inf, shown(limit), unit, passed, words)
+            yield CriterionVerdict(
+                name, shown(value) if math.isfinite(value) else math.inf, shown(limit), unit, passed, words
+            )
         else:
-            yield Verdict(name, math.nan, shown(limit), unit, False if blades else None, "no linear response")
+            yield CriterionVerdict(name, math.nan, shown(limit), unit, False if blades else None, "no linear response")
 
 
-def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[Verdict]:
+def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[CriterionVerdict]:
     if table := bench.lifetime(controller):
         energy = table.entry("energy", controller).change
         assert energy is not None
         least = -limits.energy_loss
-        yield Verdict(
+        yield CriterionVerdict(
             "energy",
             100.0 * energy.mean,
             100.0 * least,
@@ -303,7 +307,7 @@ def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> It
         changes = {load: table.entry(f"{load} DEL", controller).change for load in SLOPES}
         load, change = max(((n, c) for n, c in changes.items() if c), key=lambda pair: pair[1].mean)
         limit = limits.load_increase
-        yield Verdict(
+        yield CriterionVerdict(
             "lifetime loads",
             100.0 * change.mean,
             100.0 * limit,
@@ -312,23 +316,23 @@ def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> It
             NAMES[load],
             100.0 * change.half_width,
         )
-    base, own = bench.extremes(bench.reference), bench.extremes(controller)
-    if base and own:
-        growth, load = max((own[n][0] / base[n][0] - 1.0, n) for n in SLOPES)
+    base, extremes = bench.extremes(bench.reference), bench.extremes(controller)
+    if base and extremes:
+        growth, load = max((extremes[n][0] / base[n][0] - 1.0, n) for n in SLOPES)
         limit = limits.extreme_increase
-        yield Verdict(
-            "extreme loads", 100.0 * growth, 100.0 * limit, "%", growth <= limit, f"{NAMES[load]}: {own[load][1]}"
+        yield CriterionVerdict(
+            "extreme loads", 100.0 * growth, 100.0 * limit, "%", growth <= limit, f"{NAMES[load]}: {extremes[load][1]}"
         )
 
 
-def _operation(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[Verdict]:
+def _operation(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[CriterionVerdict]:
     for situation in ("normal stop", "emergency stop"):
-        if found := bench.of(controller, situation=situation):
-            case = max(found, key=lambda c: found[c]["stop time"])
-            time, follows = found[case]["stop time"], found[case]["end speed"] < LEFT
+        if cases := bench.of(controller, situation=situation):
+            case = max(cases, key=lambda c: cases[c]["stop time"])
+            time, follows = cases[case]["stop time"], cases[case]["end speed"] < LEFT
             none = not follows and controller not in bench.supervised
             passed = None if none else time <= limits.stop_time
-            yield Verdict(
+            yield CriterionVerdict(
                 situation,
                 math.nan if none else time,
                 limits.stop_time,
@@ -336,9 +340,11 @@ def _operation(bench: ControllerBench, controller: str, limits: BenchLimits) -> 
                 passed,
                 "not offered" if none else case.name,
             )
-    if found := bench.of(controller, situation="start"):
-        connected = {case: n["end power"] > 0.0 for case, n in found.items()}
+    if cases := bench.of(controller, situation="start"):
+        connected = {case: n["end power"] > 0.0 for case, n in cases.items()}
         none = not any(connected.values()) and controller not in bench.supervised
         share = math.nan if none else sum(connected.values())
         passed = None if none else all(connected.values())
-        yield Verdict("start", share, len(connected), "of cases", passed, "not offered" if none else "power at the end")
+        yield CriterionVerdict(
+            "start", share, len(connected), "of cases", passed, "not offered" if none else "power at the end"
+        )

@@ -59,19 +59,21 @@ def contenders(
         check_files(case)
     schemes = {case.scheme for case in cases.values() if isinstance(case, BaselineCase) and case.scheme is not None}
     settings, _ = tuned_schemes(model, sorted(schemes), progress=progress)
-    found = []
+    result = []
     for label, entry in entries.items():
         if isinstance(entry, Controller):
-            found.append(Contender(label, entry, entry, f"controller {entry.name}"))
+            result.append(Contender(label, entry, entry, f"controller {entry.name}"))
         elif callable(entry):
-            made = checked_controller(label, entry, model.turbine)
-            found.append(Contender(label, made, made, f"function {getattr(entry, '__name__', type(entry).__name__)}"))
+            controller = checked_controller(label, entry, model.turbine)
+            result.append(
+                Contender(label, controller, controller, f"function {getattr(entry, '__name__', type(entry).__name__)}")
+            )
         else:
             case = cases[label]
             if isinstance(case, BaselineCase) and case.scheme is not None:
                 case = case.replace(load=settings[case.scheme])
-            made, whole = make_controller(case, model, name=label), supervised_form(case)
-            operating = made if whole in (None, case) else make_controller(whole, model)
-            found.append(Contender(label, made, operating, description(case)))
-    try_controllers({each.name: each.controller for each in found}, model)
-    return found
+            controller, whole = make_controller(case, model, name=label), supervised_form(case)
+            operating = controller if whole in (None, case) else make_controller(whole, model)
+            result.append(Contender(label, controller, operating, description(case)))
+    try_controllers({each.name: each.controller for each in result}, model)
+    return result

@@ -153,9 +153,9 @@ class OpenLoop:
         """Frequencies [rad/s] where the gain is one, and distances of its phase from half a turn [rad], or lags."""
         at, share = self._passings(np.abs(self.response) - 1.0)
         phase = np.unwrap(np.angle(self.response))
-        there = phase[at] + share * np.diff(phase)[at]
+        crossing = phase[at] + share * np.diff(phase)[at]
         w = self.frequency[at] + share * np.diff(self.frequency)[at]
-        lag = np.mod(there + math.pi, 2.0 * math.pi)
+        lag = np.mod(crossing + math.pi, 2.0 * math.pi)
         return w, lag if lags else np.minimum(lag, 2.0 * math.pi - lag)
 
     def _passings(self, x: Float) -> tuple[NDArray[np.int64], Float]:

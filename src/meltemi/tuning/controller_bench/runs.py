@@ -149,18 +149,18 @@ def suite_runs(
     channels += ["power_reference"] if grid is not None else []
     idling = Start(rotor_speed="idling", pitch=model.turbine.pitch_actuator.maximum)
     models = {model.turbine: model}
-    found = {}
+    runs = {}
     for s in suite:
         plant = s.plant(model.turbine)
-        models[plant] = own = models.get(plant) or build(plant, model.options)
+        models[plant] = plant_model = models.get(plant) or build(plant, model.options)
         for case in cases_of([s]):
             wind = SharedField(case.wind(model.turbine, wind_class), model, case.duration, len(entries))
             for entry in entries:
                 controller = entry.operating if s.group == "operation" else entry.controller
                 if s.noise or s.delay:
                     controller = disturbed(controller, noise=s.noise, delay=s.delay, seed=case.seed or 1)
-                found[case, entry.name] = Run(
-                    own,
+                runs[case, entry.name] = Run(
+                    plant_model,
                     wind,
                     duration=case.duration,
                     controller=controller,
@@ -171,7 +171,7 @@ def suite_runs(
                     start=idling if s.starts else None,
                     name=f"{case.name}: {entry.name}",
                 )
-    return found
+    return runs
 
 
 def probe_runs(
@@ -267,7 +267,7 @@ def numbers_of(result: Result, case: BenchCase, reference: float, clearance: flo
     length = float(part.time[-1] - part.time[0])
     speed, power = part["generator_speed"] / reference, part["generator_power"]
     pitches = [name for name in part.names if name.startswith("pitch_")]
-    found = {
+    numbers = {
         "power mean": float(power.mean()),
         "power std": float(power.std()),
         "generator speed max": float(speed.max()),
@@ -277,15 +277,15 @@ def numbers_of(result: Result, case: BenchCase, reference: float, clearance: flo
         "pitch rate max": max(float(np.abs(np.diff(part[n]) / np.diff(part.time)).max()) for n in pitches),
     }
     if "power_reference" in part.names:
-        found["tracking error"] = tracking_error(part)
+        numbers["tracking error"] = tracking_error(part)
     if flaps := [name for name in part.names if name.startswith("flap_")]:
-        found["flap travel"] = sum(actuator_travel(part, name) for name in flaps) / len(pitches)
+        numbers["flap travel"] = sum(actuator_travel(part, name) for name in flaps) / len(pitches)
     for load, slope in SLOPES.items():
-        found[f"{load} DEL"] = damage_equivalent_load(part[load], duration=length, slope=slope)
-        found[f"{load} max"] = float(np.abs(part[load]).max())
+        numbers[f"{load} DEL"] = damage_equivalent_load(part[load], duration=length, slope=slope)
+        numbers[f"{load} max"] = float(np.abs(part[load]).max())
     if case.situation.group == "operation":
         after = part.time >= EVENT
         slow = np.flatnonzero(after & (speed < STOPPED))
-        found["stop time"] = float(part.time[slow[0]]) - EVENT if len(slow) else math.inf
-        found["end speed"], found["end power"] = float(speed[-1]), float(power[-1])
-    return found
+        numbers["stop time"] = float(part.time[slow[0]]) - EVENT if len(slow) else math.inf
+        numbers["end speed"], numbers["end power"] = float(speed[-1]), float(power[-1])
+    return numbers

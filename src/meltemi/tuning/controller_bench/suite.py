@@ -80,11 +80,11 @@ class Situation:
 
     def plant(self, turbine: Turbine) -> Turbine:
         """The turbine on which the controller runs; controllers are made for the nominal one."""
-        found = mistuned(turbine, self.inertia, self.stiffness)
+        plant = mistuned(turbine, self.inertia, self.stiffness)
         if self.frequency:
             changes = {"kind": "second_order", "natural_frequency": self.frequency, "damping_ratio": 0.7}
-            found = found.replace(**{f"pitch_actuator.{key}": value for key, value in changes.items()})
-        return with_ice(found, Icing()) if self.iced else found
+            plant = plant.replace(**{f"pitch_actuator.{key}": value for key, value in changes.items()})
+        return with_ice(plant, Icing()) if self.iced else plant
 
 
 @dataclass(frozen=True)

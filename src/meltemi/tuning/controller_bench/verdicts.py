@@ -23,7 +23,7 @@ NAMES = {
 
 
 @dataclass(frozen=True)
-class Verdict:
+class CriterionVerdict:
     """A criterion and its outcome.
 
     Attributes:
