@@ -14,8 +14,7 @@ import meltemi
 from meltemi import InputError, Turbine
 from meltemi.reports.portrait import Portrait, masses, portrait, principal_stiffness
 from meltemi.reports.turbine_facts import mode_rows, turbine_facts
-from meltemi.reports.turbine_panels import _short
-from meltemi.reports.turbine_plots import plot_turbine, turbine_figures
+from meltemi.reports.turbine_plots import _short, plot_turbine, turbine_figures
 from meltemi.structure.beam import transfer
 
 pytestmark = pytest.mark.slow

@@ -154,13 +154,16 @@ class Comparison(Brief):
 
     def ceiling_change(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
         """Change of RootMyc1 of the first scheme when 1P (``harmonics`` 1), or 1P and 2P (2), are removed ideally."""
-        ceilings = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
-        return mean_interval([c.std_change if quantity == "std" else c.load_change for c in ceilings])
+        return self._ceiling(harmonics, f"{quantity}_change", window)
 
     def ceiling_left(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
         """RootMyc1 [N m] after that removal, mean over seeds."""
-        ceilings = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
-        return mean_interval([c.std_left if quantity == "std" else c.load_left for c in ceilings])
+        return self._ceiling(harmonics, f"{quantity}_left", window)
+
+    def _ceiling(self, harmonics: int, attribute: str, window: str) -> MeanEstimate:
+        runs = self.runs[self.schemes[0]]
+        ceilings = [run.ceilings if window == WHOLE else run.ceilings_window[window] for run in runs]
+        return mean_interval([getattr(pair[harmonics - 1], attribute) for pair in ceilings])
 
     def warnings(self) -> list[str]:
         """Warnings of the runs, one line per scheme."""
@@ -340,10 +343,6 @@ def _cases(
         shared = SharedField(wind, model, duration, len(controllers))
         for scheme, controller in controllers.items():
             yield Run(model, shared, controller=controller, name=f"{k}:{scheme}", **given)
-
-
-def _limits(run: RunSummary, window: str) -> tuple[IdealRemoval, IdealRemoval]:
-    return run.ceilings if window == WHOLE else run.ceilings_window[window]
 
 
 def _summary(

@@ -44,13 +44,9 @@ class Quantity:
 
 def hub_moments(result: Result) -> tuple[Float, Float]:
     """(T,) tilt and yaw moment on the hub [N m], from the blades' out-of-plane root moments: sum M_i cos psi_i, sin."""
-    names = [name for name in ("RootMyc1", "RootMyc2", "RootMyc3") if name in result]
-    angles = [result["azimuth"] + 2.0 * pi * i / len(names) for i in range(len(names))]
-    tilt, yaw = np.zeros(len(result.time)), np.zeros(len(result.time))
-    for name, angle in zip(names, angles, strict=True):
-        tilt += result[name] * np.cos(angle)
-        yaw += result[name] * np.sin(angle)
-    return tilt, yaw
+    moments = np.stack([result[name] for name in ("RootMyc1", "RootMyc2", "RootMyc3") if name in result])
+    angles = np.stack([result["azimuth"] + 2.0 * pi * i / len(moments) for i in range(len(moments))])
+    return (moments * np.cos(angles)).sum(axis=0), (moments * np.sin(angles)).sum(axis=0)
 
 
 def _travel(result: Result, beginning: str) -> float:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.report.palette import COLOURS, FAINT, INK
@@ -15,6 +14,8 @@ from meltemi.report.plots import corner, new_figure, panel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from meltemi.controllers.tuning import LoopTuning, TunedPoint
 
 LEAST_GAIN, MOST_GAIN = 0.03, 30.0
 """Displayed range of |L|."""
@@ -25,31 +26,7 @@ SLOWEST, FASTEST = 3e-3, 10.0
 LIMIT: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": ":", "zorder": 0.5}
 
 
-class LoopPoint(Protocol):
-    """A loop at an operating point, see :class:`meltemi.controllers.tuning.TunedPoint`."""
-
-    @property
-    def wind_speed(self) -> float: ...
-    @property
-    def frequency(self) -> NDArray[np.float64]: ...
-    @property
-    def together(self) -> NDArray[np.complex128]: ...
-    @property
-    def phase_margin(self) -> float: ...
-    @property
-    def gain_margin(self) -> float: ...
-    @property
-    def sensitivity(self) -> float: ...
-
-
-class TunedLoop(Protocol):
-    """A loop at its operating points, see :class:`meltemi.controllers.tuning.Tuning`."""
-
-    @property
-    def points(self) -> Sequence[LoopPoint]: ...
-
-
-def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
+def plot_tuning(tunings: LoopTuning | Mapping[str, LoopTuning]) -> Figure:
     """Plot gain and phase of L and sensitivity 1 / |1 + L|: one row per loop, one colour per operating point.
 
     L is the sum of all simultaneous loops, as seen by the blades about the loop's harmonic. The amplitude of a
@@ -62,7 +39,7 @@ def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
     Raises:
       InputError: there are none.
     """
-    several: Mapping[str, TunedLoop] = tunings if isinstance(tunings, Mapping) else {"": tunings}
+    several: Mapping[str, LoopTuning] = tunings if isinstance(tunings, Mapping) else {"": tunings}
     if not several:
         raise InputError("plot_tuning: no tunings")
     from matplotlib.lines import Line2D
@@ -79,7 +56,7 @@ def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
     return figure
 
 
-def _loop(name: str, points: Sequence[LoopPoint], row: Sequence[Axes]) -> None:
+def _loop(name: str, points: Sequence[TunedPoint], row: Sequence[Axes]) -> None:
     gain, phase, sensitivity = row
     for i, point in enumerate(points):
         colour = COLOURS[i % len(COLOURS)]

@@ -25,7 +25,6 @@ from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.turbulence.field import generate_field
-from meltemi.verification.memory import peak_memory
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import TurbulentWind
 
@@ -149,6 +148,18 @@ def child(call: str, folder: str, module: str = __name__) -> dict[str, Any]:
     return result
 
 
+def peak_memory() -> float:
+    """[bytes] peak resident memory of the process."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        import psutil
+
+        return float(psutil.Process().memory_info().peak_wset)
+    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return float(kilobytes if sys.platform == "darwin" else 1024 * kilobytes)
+
+
 def stages(duration: float) -> dict[str, tuple[float, int]]:
     """A first run in stages: seconds each takes, and the number of signatures it compiles."""
     durations: dict[str, tuple[float, int]] = {}
@@ -250,9 +261,8 @@ def timed_batch(duration: float) -> dict[str, Any]:
     }
 
 
-def report_lines(figures: dict[str, Any]) -> list[str]:
-    """The figures for the terminal."""
-    f = figures
+def report_lines(f: dict[str, Any]) -> list[str]:
+    """The figures of :func:`benchmark` for the terminal."""
     m = f["machine"]
 
     def line(name: str, value: float, unit: str, note: str = "", digits: int = 1) -> str:

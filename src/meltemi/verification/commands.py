@@ -29,9 +29,7 @@ def verify(
     suggest(*(("verify", "--out", out) if quick or measured or hawc2 else ("bench",)))
     try:
         with simulation_bar("verification") as progress:
-            verification(
-                quick=quick, measured=measured, models=hawc2, progress=progress, say=say, done=tables.append
-            )
+            verification(quick=quick, measured=measured, models=hawc2, progress=progress, say=say, done=tables.append)
     finally:  # after an interruption or an error, too
         report = report_of(tables, measured, hawc2)
         for table in tables:

@@ -45,6 +45,8 @@ BAND, TORSION, FREQUENCY = 1.5, 0.2, 1.0
 MODES = {"flap_modes": 8, "edge_modes": 6, "torsion_modes": 5, "residual_modes": 5}
 """Of a blade, 24 in all, with which the last twentieth of the IEA 22 MW's twists as its finite elements do."""
 FIXED = ("tower", "yaw", "drivetrain", "generator")
+CLAMPED = {"blade": {"flap": 3, "edge": 2, "torsion": 1}, "tower": {"fore_aft": 2, "side_side": 2, "torsion": 0}}
+"""Number of modes of a clamped member by direction."""
 NODES = 40
 """Nodes along a blade: with 80, steady power and thrust change by less than 0.05 %."""
 ROUNDS = 5
@@ -146,8 +148,8 @@ def steady(model: Hawc2Model, path: Path, turbine: Turbine | None = None) -> Che
         theirs = rotor_of(with_elements(moved, blade_nodes(blade)), locked, **(MODES if model.full else {}))
     rows: list[Check] = []
     for r in reference_table("hawc2_steady", turbine=model.key):
-        beside_point = _point(theirs, r)
-        ours, other = _loads(_point(plain, r)), _loads(beside_point)
+        beside_point = point_of_row(theirs, r)
+        ours, other = _loads(point_of_row(plain, r)), _loads(beside_point)
         if model.stability:
             other["power"] += _power_of_tilt(theirs, beside_point)
         for what, unit in UNITS.items():
@@ -176,7 +178,7 @@ def with_their_torsion(path: Path) -> CheckTable:
         for _ in range(ROUNDS):
             # a twist is positive towards feather, torsion nose up
             model = rotor_of(turbine.replace(**{"blade.aerodynamics": outer.replace(twist=outer.twist - missing)}))
-            point = _point(model, r)
+            point = point_of_row(model, r)
             z, computed = _torsion(model, point)
             missing = np.interp(outer.position, place * length, torsion) - np.interp(outer.position, z, computed)
         ours = _loads(point)
@@ -218,8 +220,8 @@ def _loads(point: OperatingPoint) -> dict[str, float]:
     }
 
 
-def _point(model: BladedModel, r: dict[str, str]) -> OperatingPoint:
-    """Operation at the speed and pitch of a row of the reference."""
+def point_of_row(model: BladedModel, r: dict[str, str]) -> OperatingPoint:
+    """Steady operation at wind speed [m/s], rotor speed [rpm] and pitch [deg] of a row of a reference table."""
     speed, pitch = float(r["rotor_speed"]) * np.pi / 30.0, float(np.radians(float(r["pitch"])))
     return operating_point(model, float(r["wind"]), rotor_speed=speed, pitch=pitch)
 
@@ -304,7 +306,7 @@ def frequencies(path: Path) -> CheckTable:
         theirs = [float(r["frequency"]) for r in reference_table("hawc2_modes", of=of)]
         (names, ours), (_, elements) = (_modes(turbine, of) for turbine in both)
         for name, reference, *computed in zip(names, theirs, ours, elements, strict=False):
-            what = f"{of}, clamped" if of in ("blade", "tower") else f"turbine, {of} rad/s"
+            what = f"{of}, clamped" if of in CLAMPED else f"turbine, {of} rad/s"
             beside = 100.0 * (computed[1] / reference - 1.0)
             rows.append(relative(what, name, "Hz", reference, computed[0], FREQUENCY, beside=beside))
     title = "DTU 10 MW, natural frequencies against HAWCStab2 (turbine) and HAWC2 (blade, tower)"
@@ -313,16 +315,29 @@ def frequencies(path: Path) -> CheckTable:
 
 def _modes(turbine: Turbine, of: str) -> tuple[list[str], list[float]]:
     """Names and frequencies [Hz], in their order, of a clamped member, or of the turbine at a rotor speed [rad/s]."""
-    if of == "blade":
-        layout = cells(np.linspace(0.0, turbine.blade.length, NODES + 1))
-        member = blade_member(turbine.blade.structure, {"flap": 3, "edge": 2, "torsion": 1}, layout)
-    elif of == "tower":
-        layout = points(np.linspace(0.0, turbine.tower.length, NODES + 1))
-        counts = {"fore_aft": 2, "side_side": 2, "torsion": 0}
-        member = tower_member(turbine.tower, counts, np.zeros((6, 6)), None, layout)
+    if of in CLAMPED:
+        return clamped_frequencies(turbine, of, CLAMPED[of], NODES + 1)
+    model = rotor_of(turbine, ("yaw",), tower_torsion_modes=1)
+    modes = natural_modes(model, float(of), generator_free=True)
+    return [mode.name for mode in modes], [mode.frequency / (2.0 * np.pi) for mode in modes]
+
+
+def clamped_frequencies(
+    turbine: Turbine, member: str, counts: dict[str, int], stations: int
+) -> tuple[list[str], list[float]]:
+    """Names and frequencies [Hz], in their order, of the modes of a blade or tower on its own, clamped at its root.
+
+    Args:
+      turbine: the turbine with the member.
+      member: ``"blade"`` or ``"tower"``.
+      counts: number of modes by direction.
+      stations: number of stations along the member.
+    """
+    if member == "blade":
+        layout = cells(np.linspace(0.0, turbine.blade.length, stations))
+        clamped = blade_member(turbine.blade.structure, counts, layout)
     else:
-        model = rotor_of(turbine, ("yaw",), tower_torsion_modes=1)
-        modes = natural_modes(model, float(of), generator_free=True)
-        return [mode.name for mode in modes], [mode.frequency / (2.0 * np.pi) for mode in modes]
-    order = np.argsort(member.modes.frequency)
-    return [member.names[k] for k in order], (member.modes.frequency[order] / (2.0 * np.pi)).tolist()
+        layout = points(np.linspace(0.0, turbine.tower.length, stations))
+        clamped = tower_member(turbine.tower, counts, np.zeros((6, 6)), None, layout)
+    order = np.argsort(clamped.modes.frequency)
+    return [clamped.names[k] for k in order], (clamped.modes.frequency[order] / (2.0 * np.pi)).tolist()

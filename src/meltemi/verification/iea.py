@@ -11,8 +11,8 @@ from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
-from meltemi.structure.members import blade_member, cells, points, tower_member
 from meltemi.turbine.library import load_turbine
+from meltemi.verification.hawc2 import clamped_frequencies, point_of_row
 from meltemi.verification.table import Check, CheckTable, angle, difference, reference_table, relative, source_of
 
 MODES = ModelOptions()
@@ -30,15 +30,13 @@ def steady_15mw() -> CheckTable:
     alone, model = rotor_alone("iea15mw"), build(load_turbine("iea15mw"), MODES)
     rows: list[Check] = []
     for r in reference_table("iea15mw_hawc2"):
-        wind, pitch = float(r["wind"]), np.radians(float(r["pitch"]))
-        speed = float(r["rotor_speed"]) * np.pi / 30.0
+        wind, pitch, speed = float(r["wind"]), np.radians(float(r["pitch"])), float(r["rotor_speed"]) * np.pi / 30.0
         case, judged = f"{wind:g} m/s", wind >= LOWEST
         if wind < RATED:
-            same = operating_point(alone, wind, rotor_speed=speed, pitch=float(pitch))
-            rows += _loads(same, r, case, "at the table's speed and pitch", judged)
+            rows += _loads(point_of_row(alone, r), r, case, "at the table's speed and pitch", judged)
         controlled = operating_point(model, wind)
         rows += _loads(controlled, r, case, "own control", judged)
-        rows.append(_pitch(controlled, r, case, 0.5 if judged else None))
+        rows.append(angle("pitch, own control", case, float(pitch), controlled.pitch, 0.5 if judged else None))
         rows.append(relative("rotor speed, own control", case, "rad/s", speed, controlled.rotor_speed))
     return CheckTable("iea15mw", "IEA 15 MW, steady operation against HAWC2", source_of("iea15mw_hawc2"), rows)
 
@@ -52,11 +50,6 @@ def _loads(point: OperatingPoint, r: dict[str, str], case: str, what: str, judge
     ]
 
 
-def _pitch(point: OperatingPoint, r: dict[str, str], case: str, band: float | None) -> Check:
-    reference = float(np.radians(float(r["pitch"])))
-    return angle("pitch, own control", case, reference, point.pitch, band)
-
-
 def rotor_alone(name: str, **options: object) -> BladedModel:
     """The turbine as the tables have it: no tilt and no gravity."""
     level = load_turbine(name).replace(**{"nacelle.tilt": 0.0})
@@ -68,11 +61,9 @@ def steady_22mw() -> CheckTable:
     model = rotor_alone("iea22mw")
     rows: list[Check] = []
     for r in reference_table("iea22mw_steady"):
-        wind, case = float(r["wind"]), f"{r['wind']} m/s"
-        speed, pitch = float(r["rotor_speed"]) * np.pi / 30.0, np.radians(float(r["pitch"]))
-        point = operating_point(model, wind, rotor_speed=speed, pitch=float(pitch))
+        case, point = f"{r['wind']} m/s", point_of_row(model, r)
         quantities = {
-            "power": (point["rotor_aero_torque"] * speed, "W", 2.5),
+            "power": (point["rotor_aero_torque"] * point.rotor_speed, "W", 2.5),
             "thrust": (point["rotor_aero_thrust"], "N", 2.5),
             "flap": (point["tip_flap_1"], "m", 3.0),
             "torsion": (float(np.degrees(point["tip_twist_1"])), "deg", 10.0),
@@ -95,9 +86,7 @@ def modes_22mw() -> CheckTable:
         modes = reference_table("iea22mw_modes", wind=wind)
         if not modes:
             continue
-        speed, pitch = float(r["rotor_speed"]) * np.pi / 30.0, np.radians(float(r["pitch"]))
-        point = operating_point(model, float(wind), rotor_speed=speed, pitch=float(pitch))
-        ours = linearise(model, point, ("pitch",), ("rotor_aero_thrust",), azimuths=1).modes()
+        ours = linearise(model, point_of_row(model, r), ("pitch",), ("rotor_aero_thrust",), azimuths=1).modes()
         for m in modes:
             theirs, other = (float(m[name]) for name in ("frequency", "frequency_openfast"))
             nearest = min(
@@ -118,25 +107,13 @@ def modes_22mw() -> CheckTable:
 
 def frequencies() -> CheckTable:
     """Natural frequencies of isolated blades and towers."""
-    models = {name: build(load_turbine(name)) for name in ("iea15mw", "iea22mw")}
+    turbines = {name: load_turbine(name) for name in ("iea15mw", "iea22mw")}
+    counts = {"tower": {"fore_aft": 1, "side_side": 0, "torsion": 0}, "blade": {"flap": 1, "edge": 1, "torsion": 0}}
     rows = []
     for r in reference_table("iea_frequencies"):
-        ours = _alone(models[r["turbine"]], r["member"])
+        member, _, mode = r["member"].partition(" ")
+        names, computed = clamped_frequencies(turbines[r["turbine"]], member, counts[member], 21)
+        ours = computed[names.index("1st fore-aft" if mode == "alone" else mode)]
         rows.append(relative("frequency", f"{r['turbine']} {r['member']}", "Hz", float(r["frequency"]), ours, 3.0))
     title = "IEA 15 MW and 22 MW, frequencies of blade and tower"
     return CheckTable("iea modes", title, source_of("iea_frequencies"), rows)
-
-
-def _alone(model: BladedModel, member: str) -> float:
-    """[Hz] first natural frequency of an isolated member."""
-    turbine = model.turbine
-    if member == "tower alone":
-        layout = points(np.linspace(0.0, turbine.tower.length, 21))
-        counts = {"fore_aft": 1, "side_side": 0, "torsion": 0}
-        isolated = tower_member(turbine.tower, counts, np.zeros((6, 6)), None, layout)
-        kind = "1st fore-aft"
-    else:
-        layout = cells(np.linspace(0.0, turbine.blade.length, 21))
-        isolated = blade_member(turbine.blade.structure, {"flap": 1, "edge": 1, "torsion": 0}, layout)
-        kind = member.removeprefix("blade ")
-    return float(isolated.modes.frequency[isolated.names.index(kind)]) / (2.0 * np.pi)

@@ -112,21 +112,15 @@ class ControllerBench(Brief):
     def _lifetime_of(self, runs: Mapping[float, Numbers]) -> dict[str, float]:
         weights = rayleigh_weights(self.speeds, self.mean_speed)
         by_speed = [runs[v] for v in self.speeds]
-        lifetime = {
-            f"{load} DEL": lifetime_del(
-                self.speeds, [r[f"{load} DEL"] for r in by_speed], slope=slope, mean_speed=self.mean_speed
-            )
-            for load, slope in SLOPES.items()
-        }
-        share = weights / weights.sum()
+        lifetime = {}
+        for name, slope in ((f"{load} DEL", slope) for load, slope in SLOPES.items()):
+            loads = [r[name] for r in by_speed]
+            lifetime[name] = lifetime_del(self.speeds, loads, slope=slope, mean_speed=self.mean_speed)
         lifetime["energy"] = HOURS * 3600.0 * float(weights @ [r["power mean"] for r in by_speed])
-        for name in (
-            "power std",
-            "generator speed std",
-            "pitch travel",
-            *(name for name in ("flap travel", "tracking error") if name in by_speed[0]),
-        ):
-            lifetime[name] = float(share @ [r[name] for r in by_speed])
+        share = weights / weights.sum()
+        for name in ("power std", "generator speed std", "pitch travel", "flap travel", "tracking error"):
+            if name in by_speed[0]:
+                lifetime[name] = float(share @ [r[name] for r in by_speed])
         return lifetime
 
     def extremes(self, controller: str) -> dict[str, tuple[float, str]]:
@@ -232,12 +226,8 @@ def _verdicts(bench: ControllerBench, controller: str) -> list[CriterionVerdict]
             tests.append(CriterionVerdict(name, 100.0 * value, 100.0 * limit, "%", ok, case.name))
 
     worst("generator speed", _with_grid(bench, controller), "generator speed max", limits.over_speed)
-    worst(
-        "generator speed after grid loss",
-        bench.of(controller, situation="grid loss"),
-        "generator speed max",
-        limits.grid_loss_speed,
-    )
+    grid_loss = bench.of(controller, situation="grid loss")
+    worst("generator speed after grid loss", grid_loss, "generator speed max", limits.grid_loss_speed)
     worst("tower clearance", _producing(bench, controller), "tower clearance", limits.clearance, least=True)
     tests += _margin_verdicts("speed loop", bench.loops[controller], limits)
     tests += _margin_verdicts("blade loops", bench.blade_loops.get(controller, ()), limits)
@@ -245,13 +235,8 @@ def _verdicts(bench: ControllerBench, controller: str) -> list[CriterionVerdict]
         tests += _changes(bench, controller, limits)
     if table := bench.lifetime(controller):
         travel = table.entry("pitch travel", controller).value
-        rate = math.degrees(travel.mean)
-        most = math.degrees(limits.pitch_travel)
-        tests.append(
-            CriterionVerdict(
-                "pitch travel", rate, most, "deg/s", rate <= most, "lifetime", math.degrees(travel.half_width)
-            )
-        )
+        rate, width, most = (math.degrees(x) for x in (travel.mean, travel.half_width, limits.pitch_travel))
+        tests.append(CriterionVerdict("pitch travel", rate, most, "deg/s", rate <= most, "lifetime", width))
     return [*tests, *_operation(bench, controller, limits)]
 
 
@@ -264,7 +249,7 @@ def _producing(bench: ControllerBench, controller: str) -> dict[BenchCase, Numbe
 
 
 def _margin_verdicts(where: str, loops: Sequence[OpenLoop], limits: BenchLimits) -> Iterator[CriterionVerdict]:
-    """Of the speed loop, or of the blade loops, which have no delay margin and fail where they are not damped."""
+    """Verdicts on the speed loop, or on the blade loops, which have no delay margin and fail if they are undamped."""
     blades = where == "blade loops"
     bent = [loop for loop in loops if not loop.linear]
     rows = (
@@ -272,49 +257,29 @@ def _margin_verdicts(where: str, loops: Sequence[OpenLoop], limits: BenchLimits)
         ("gain margin", "gain_margin", decibel, limits.gain_margin, "dB"),
         ("delay margin", "delay_margin", float, limits.delay_margin, "s"),
     )
+    linear, unknown = [loop for loop in loops if loop.linear], False if blades else None
     for kind, attribute, shown, limit, unit in rows[: 2 if blades else 3] if loops else ():
-        name = f"{where}: {kind}"
-        kept = [loop for loop in loops if loop.linear]
-        if kept:
-            least = min(kept, key=lambda loop, a=attribute: getattr(loop, a))  # type: ignore[misc]
-            value = getattr(least, attribute)
-            unknown = False if blades else None
-            passed = unknown if bent and value >= limit else value >= limit
-            words = f"{least.wind_speed:g} m/s" if math.isfinite(value) else "gain below one everywhere"
+        name, value, passed, words = f"{where}: {kind}", math.nan, unknown, "no linear response"
+        if linear:
+            least = min(linear, key=lambda loop, a=attribute: getattr(loop, a))  # type: ignore[misc]
+            margin = getattr(least, attribute)
+            value = shown(margin) if math.isfinite(margin) else math.inf
+            passed = unknown if bent and margin >= limit else margin >= limit
+            words = f"{least.wind_speed:g} m/s" if math.isfinite(margin) else "gain below one everywhere"
             if bent:
                 words += f"; no linear response at {', '.join(f'{b.wind_speed:g}' for b in bent)} m/s"
-            yield CriterionVerdict(
-                name, shown(value) if math.isfinite(value) else math.inf, shown(limit), unit, passed, words
-            )
-        else:
-            yield CriterionVerdict(name, math.nan, shown(limit), unit, False if blades else None, "no linear response")
+        yield CriterionVerdict(name, value, shown(limit), unit, passed, words)
 
 
 def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[CriterionVerdict]:
     if table := bench.lifetime(controller):
         energy = table.entry("energy", controller).change
         assert energy is not None
-        least = -limits.energy_loss
-        yield CriterionVerdict(
-            "energy",
-            100.0 * energy.mean,
-            100.0 * least,
-            "%",
-            energy.mean >= least,
-            "lifetime",
-            100.0 * energy.half_width,
-        )
+        yield _of_change("energy", energy, -limits.energy_loss, energy.mean >= -limits.energy_loss, "lifetime")
         changes = {load: table.entry(f"{load} DEL", controller).change for load in SLOPES}
         load, change = max(((n, c) for n, c in changes.items() if c), key=lambda pair: pair[1].mean)
-        limit = limits.load_increase
-        yield CriterionVerdict(
-            "lifetime loads",
-            100.0 * change.mean,
-            100.0 * limit,
-            "%",
-            change.mean <= limit,
-            NAMES[load],
-            100.0 * change.half_width,
+        yield _of_change(
+            "lifetime loads", change, limits.load_increase, change.mean <= limits.load_increase, NAMES[load]
         )
     base, extremes = bench.extremes(bench.reference), bench.extremes(controller)
     if base and extremes:
@@ -325,26 +290,25 @@ def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> It
         )
 
 
+def _of_change(name: str, change: MeanEstimate, limit: float, passed: bool, where: str) -> CriterionVerdict:
+    """The verdict on a relative change, in percent."""
+    return CriterionVerdict(name, 100.0 * change.mean, 100.0 * limit, "%", passed, where, 100.0 * change.half_width)
+
+
 def _operation(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[CriterionVerdict]:
+    supervised = controller in bench.supervised
     for situation in ("normal stop", "emergency stop"):
         if cases := bench.of(controller, situation=situation):
             case = max(cases, key=lambda c: cases[c]["stop time"])
-            time, follows = cases[case]["stop time"], cases[case]["end speed"] < LEFT
-            none = not follows and controller not in bench.supervised
-            passed = None if none else time <= limits.stop_time
-            yield CriterionVerdict(
-                situation,
-                math.nan if none else time,
-                limits.stop_time,
-                "s",
-                passed,
-                "not offered" if none else case.name,
-            )
+            time, limit = cases[case]["stop time"], limits.stop_time
+            if supervised or cases[case]["end speed"] < LEFT:
+                yield CriterionVerdict(situation, time, limit, "s", time <= limit, case.name)
+            else:
+                yield CriterionVerdict(situation, math.nan, limit, "s", None, "not offered")
     if cases := bench.of(controller, situation="start"):
-        connected = {case: n["end power"] > 0.0 for case, n in cases.items()}
-        none = not any(connected.values()) and controller not in bench.supervised
-        share = math.nan if none else sum(connected.values())
-        passed = None if none else all(connected.values())
-        yield CriterionVerdict(
-            "start", share, len(connected), "of cases", passed, "not offered" if none else "power at the end"
-        )
+        connected = [n["end power"] > 0.0 for n in cases.values()]
+        n, unit = len(connected), "of cases"
+        if supervised or any(connected):
+            yield CriterionVerdict("start", sum(connected), n, unit, all(connected), "power at the end")
+        else:
+            yield CriterionVerdict("start", math.nan, n, unit, None, "not offered")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -88,10 +89,11 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
     sine, turbine = sine or Multisine(), model.turbine
     speeds = next(s.speeds for s in suite if s.group == "production")
     in_suite = suite_runs(model, suite, entries, wind_class, grid)
-    probed = probe_runs(model, speeds, entries, sine, grid)
+    probed = signal_runs(model, speeds, entries, sine, grid)
     whirl, scale, late = Whirl(sine.period, sine.settling), moment_scale(turbine), default_step(model)
-    free = pitching(model, speeds) if any(e.controller.uses_loads for e in entries) else []
-    whirled = whirl_runs(model, free, entries, whirl, grid)
+    loaded = [entry for entry in entries if entry.controller.uses_loads and model.n_blades == 3]
+    free = pitching_speeds(model, speeds) if loaded else []
+    whirled = signal_runs(model, free, loaded, whirl, grid)
     turning = {run.name for run in whirled.values()}
     about = {run.name: case for (case, _), run in in_suite.items()}
     clear, reference = undeflected_clearance(model), turbine.control.pitch.reference_speed
@@ -117,7 +119,8 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
         raise InputError(f"controllers: no run reached its end; the first: {next(iter(failed.values()))}")
     pairs = {(v, name): [outcomes[probed[v, name, sign].name] for sign in SIGNS] for v, name, _ in probed}
     turned = {(v, name): [outcomes[whirled[v, name, sign].name] for sign in SIGNS] for v, name, _ in whirled}
-    blades = {name: tuple(_blade_loop(v, whirl, late, *turned[v, name]) for v in free) for _, name in turned}
+    loop = partial(blade_loop, delay=late)
+    blades = {name: tuple(_measured(v, whirl, *turned[v, name], loop) for v in free) for _, name in turned}
     return ControllerBench(
         turbine=turbine.name,
         wind_class=wind_class,
@@ -127,7 +130,7 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
         cases=tuple(dict.fromkeys(case for case, _ in in_suite)),
         numbers=done,
         failures=failed,
-        loops={e.name: tuple(_loop(v, sine, *pairs[v, e.name]) for v in speeds) for e in entries},
+        loops={e.name: tuple(_measured(v, sine, *pairs[v, e.name]) for v in speeds) for e in entries},
         blade_loops={name: loops for name, loops in blades.items() if any(np.any(loop.response) for loop in loops)},
         speeds=speeds,
         mean_speed=0.2 * as_class(wind_class, None).v_ref,
@@ -174,24 +177,32 @@ def suite_runs(
     return runs
 
 
-def probe_runs(
+def signal_runs(
     model: BladedModel,
     speeds: Iterable[float],
-    entries: Sequence[Contender],
-    sine: Multisine,
+    entries: Iterable[Contender],
+    signal: Multisine,
     grid: PowerGrid | None = None,
 ) -> dict[tuple[float, str, float], Run]:
-    """Runs with the test signal of the margins, by wind speed, controller and sign."""
+    """Runs with a test signal, of the blade loops if it is a :class:`Whirl`, by wind speed, controller and sign."""
+    blades, scale = isinstance(signal, Whirl), moment_scale(model.turbine)
+
+    def disturbance(sign: float) -> dict[str, Any]:
+        signed = replace(signal, sign=sign)
+        return (
+            {"whirl": lambda time: scale * signed.amplitude(time)} if isinstance(signed, Whirl) else {"probe": signed}
+        )
+
     return {
         (v, entry.name, sign): Run(
             model,
             SteadyWind(speed=v),
-            duration=sine.duration,
-            controller=disturbed(entry.controller, probe=replace(sine, sign=sign)),
-            channels=["generator_speed"],
+            duration=signal.duration,
+            controller=disturbed(entry.controller, **disturbance(sign)),
+            channels=["azimuth", *ROOTS] if blades else ["generator_speed"],
             grid=grid,
             output_step=STEP,
-            name=f"margins, {v:g} m/s, {'up' if sign > 0.0 else 'down'}: {entry.name}",
+            name=f"margins{' of blade loops' * blades}, {v:g} m/s, {'up' if sign > 0.0 else 'down'}: {entry.name}",
         )
         for v in speeds
         for entry in entries
@@ -199,57 +210,18 @@ def probe_runs(
     }
 
 
-def pitching(model: BladedModel, speeds: Iterable[float]) -> list[float]:
+def pitching_speeds(model: BladedModel, speeds: Iterable[float]) -> list[float]:
     """Wind speeds [m/s] at which the steady pitch is away from its minimum, so that blades can pitch either way."""
     least = model.turbine.control.pitch.minimum + AWAY
     return [v for v in speeds if operating_point(model, v).pitch > least]
 
 
-def whirl_runs(
-    model: BladedModel,
-    speeds: Iterable[float],
-    entries: Sequence[Contender],
-    whirl: Whirl,
-    grid: PowerGrid | None = None,
-) -> dict[tuple[float, str, float], Run]:
-    """Runs with the test signal of the blade loops, by wind speed, controller and sign: of those that read loads, on
-    three blades."""
-    scale = moment_scale(model.turbine)
-
-    def turned(sign: float) -> Callable[[float], complex]:
-        signal = replace(whirl, sign=sign)
-        return lambda time: scale * signal.amplitude(time)
-
-    return {
-        (v, entry.name, sign): Run(
-            model,
-            SteadyWind(speed=v),
-            duration=whirl.duration,
-            controller=disturbed(entry.controller, whirl=turned(sign)),
-            channels=["azimuth", *ROOTS],
-            grid=grid,
-            output_step=STEP,
-            name=f"margins of blade loops, {v:g} m/s, {'up' if sign > 0.0 else 'down'}: {entry.name}",
-        )
-        for v in speeds
-        for entry in entries
-        if entry.controller.uses_loads and model.n_blades == 3
-        for sign in SIGNS
-    }
-
-
-def _loop(speed: float, sine: Multisine, up: Outcome, down: Outcome) -> OpenLoop:
-    lost = not (up.status.complete and down.status.complete)
-    return _nothing(speed, sine) if lost else speed_loop(speed, sine, up.value, down.value)
-
-
-def _blade_loop(speed: float, whirl: Whirl, delay: float, up: Outcome, down: Outcome) -> OpenLoop:
-    lost = not (up.status.complete and down.status.complete)
-    return _nothing(speed, whirl) if lost else blade_loop(speed, whirl, up.value, down.value, delay=delay)
-
-
-def _nothing(speed: float, signal: Multisine) -> OpenLoop:
-    """The loop of runs that did not reach their end."""
+def _measured(
+    speed: float, signal: Multisine, up: Outcome, down: Outcome, loop: Callable[..., OpenLoop] = speed_loop
+) -> OpenLoop:
+    """The loop from two runs; without numbers if one of them did not reach its end."""
+    if up.status.complete and down.status.complete:
+        return loop(speed, signal, up.value, down.value)
     nothing = np.full(len(signal.lines), complex(math.nan, math.nan))
     return OpenLoop(speed, 2.0 * math.pi * signal.lines, nothing, math.inf)
 
