@@ -77,7 +77,7 @@ def test_runs_that_were_finished_before_ctrl_c_are_taken_over(
     assert first[:2] == ["8 m/s", "9 m/s"] and second == ["10 m/s"]
     assert found == cells(cases(), reduce=count([]), workers=1)
     assert shares[-1] == pytest.approx(1.0)
-    assert "taking over 2 finished runs" in capsys.readouterr().err
+    assert "reading 2 finished runs" in capsys.readouterr().err
     assert not (tmp_path / FOLDER).exists()  # the study has come to its end
 
 

@@ -234,7 +234,7 @@ def _tell(result: Result) -> None:
 
 
 def _after_run(case: LoadCase, folder: Path, out: Path) -> tuple[object, ...]:
-    """The same turbine in turbulence after steady wind, otherwise over all wind speeds."""
+    """The next command after a run: the turbine in turbulence after steady wind, otherwise over all wind speeds."""
     if Path(case.turbine).suffix == ".fst":
         return ("import", folder / case.turbine, "--out", out)
     turbine = folder / case.turbine if (folder / case.turbine).is_file() else case.turbine
@@ -306,7 +306,7 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
 
 
 def _usual_duration(wind: dict[str, Any]) -> float:
-    """[s] a minute, which begins with the gust if there is one."""
+    """[s] usual duration of a run: a minute, which begins with the gust if there is one."""
     from meltemi.iec.gusts import BEGIN
     from meltemi.iec.models import MODELS
 

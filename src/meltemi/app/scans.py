@@ -1,4 +1,4 @@
-"""Scans: their values from the command line, and the report of what failed."""
+"""Values of scans from the command line, and messages on failed points."""
 
 from __future__ import annotations
 

@@ -46,8 +46,8 @@ def progress_bar(what: str, amount: float = 0.0, unit: str = "") -> Iterator[Cal
     """A progress bar with rate and time left on a terminal, otherwise none; without a share it shows that work goes on.
 
     Args:
-      what: shown beside the bar.
-      amount: of the whole work, in ``unit``, for the rate; 0 shows no rate.
+      what: text beside the bar.
+      amount: amount of the whole work, in ``unit``, for the rate; 0 shows no rate.
       unit: what is counted, such as runs; ``s`` is simulated time.
     """
     from rich.console import Console

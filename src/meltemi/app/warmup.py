@@ -28,7 +28,7 @@ class Stage:
     """Result of one compilation stage.
 
     Attributes:
-      name: of the stage.
+      name: name of the stage.
       seconds: wall time of its process.
       signatures: number of signatures used, of functions called from Python.
       compiled: number of these that were not in the cache.

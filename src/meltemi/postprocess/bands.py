@@ -1,8 +1,8 @@
 """Ideal removal of frequency bands: the upper bound for a controller of these harmonics.
 
-A band is removed ideally: its frequencies of the discrete Fourier transform are set to zero, all others stay, to the
-phase. Whole periods of tones in a band go and those outside stay exactly, and the variance falls by just what the band
-held. Records that do not close have two errors, both small in a record of many periods:
+A band is removed ideally: its frequencies of the discrete Fourier transform are set to zero, all others stay, with
+their phases. Tones of whole periods in a band vanish, those outside stay exactly, and the variance falls by that of the
+band. Records that do not close have two errors, both small in a record of many periods:
 
 * Of a tone that does not fit the record a share of about 1 / (pi^2 N) of its variance stays, at worst twice that, N the
   number of frequencies of the record between the tone and the edge of the band.
@@ -69,7 +69,7 @@ def harmonic_bands(rotor_frequency: float, multiples: Sequence[float], half_widt
     Args:
       rotor_frequency: [Hz] see ``rotor_frequency``.
       multiples: 1 for 1P, 2 for 2P.
-      half_width: of each band, over the rotor frequency: 0.25 takes 0.75P to 1.25P.
+      half_width: half-width of each band, over the rotor frequency: 0.25 takes 0.75P to 1.25P.
 
     Raises:
       InputError: something is not positive, or a band would reach below zero.
@@ -148,7 +148,7 @@ def ideal_removal(
 ) -> IdealRemoval:
     """Reduction of standard deviation and equivalent load of a series by ideal removal of bands.
 
-    This is what a controller could reach that takes away these harmonics wholly and adds nothing elsewhere. It is no
+    A controller could reach it that removes these harmonics completely and adds nothing elsewhere. It is no
     strict bound on equivalent loads, which also depend on how harmonics meet.
 
     Args:
@@ -158,7 +158,7 @@ def ideal_removal(
       dt: [s] between the values of a bare series.
       slope: m of the S-N curve; the usual one of a channel unless given.
       f_eq: [Hz] of the equivalent load.
-      between: [s] part that is judged; bands are removed from the whole series, as short records tell them badly apart.
+      between: [s] evaluated part; bands are removed from the whole series, as short records separate them badly.
         For a bare series from its own begin.
       detrend: see ``remove_bands``.
 

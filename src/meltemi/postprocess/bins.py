@@ -26,10 +26,10 @@ Float = NDArray[np.float64]
 MOST_PERIODS = 2.0**53
 """Largest number of periods that a float counts one by one."""
 OVER = {"mean": "mean", "std": "mean", "min": "min", "max": "max"}
-"""Statistics of periods, and what stands in a bin of them."""
+"""Statistics of periods, and the statistic of each in a bin."""
 STATISTICS = tuple(OVER)
 TEN_MINUTES = 600.0
-"""[s]."""
+"""[s] length of the periods."""
 EDGES = (0.0, *(k + 0.5 for k in range(2, 25)))
 """[m/s] up to 2.5 in one bin, then 1 m/s each, centred on whole numbers."""
 
@@ -101,10 +101,10 @@ def bin_statistics(periods: pd.DataFrame, by: str = "wind_speed", *, edges: Sequ
     """Statistics of periods, binned by the mean of one of the series.
 
     Args:
-      periods: from ``period_statistics``; those of several records can be joined by ``pandas.concat``.
-      by: name of the series whose mean decides.
-      edges: of the bins, increasing, in the unit of that series. A bin holds from its lower edge, included, to its
-        upper one, excluded; the last bin holds its upper edge as well.
+      periods: table of ``period_statistics``; those of several records can be joined by ``pandas.concat``.
+      by: name of the series whose mean gives the bin.
+      edges: edges of the bins, increasing, in the unit of that series. A bin holds from its lower edge, included, to
+        its upper one, excluded; the last bin holds its upper edge as well.
 
     Returns:
       One row a bin, numbered from 1, empty ones with NaN; columns ("bin", "from"), ("bin", "to"), ("bin", "sets"), and

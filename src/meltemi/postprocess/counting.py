@@ -36,7 +36,7 @@ class OpenCycles(Table, title="rainflow counter"):
 
 
 class ChannelState(Table, title="statistics of a channel"):
-    """Statistics of a channel until now."""
+    """Statistics of the samples of a channel so far."""
 
     cycles: OpenCycles = part(OpenCycles, "of a load", prefix="")
     period: float = number("of the channel", "interval to which values are wrapped; 0 for none")

@@ -36,10 +36,10 @@ class MeanEstimate:
     """Sample mean and its confidence interval.
 
     Attributes:
-      mean: of the numbers.
-      half_width: of the interval; NaN for a single number.
+      mean: mean of the numbers.
+      half_width: half-width of the interval; NaN for a single number.
       std: standard deviation of the numbers, from n - 1; NaN for a single number.
-      n: how many numbers.
+      n: number of numbers.
     """
 
     mean: float
@@ -66,7 +66,7 @@ class EnsembleEntry:
       change: mean of the changes, the ratio to the first scheme minus one, formed for each seed; None for the first
         scheme, NaN if that is zero, or the sign another, for some seed.
       load: equivalent load of the ensemble, see ``ensemble_load``; None for other quantities than loads.
-      load_change: of that load against the first scheme's, minus one; None for the first scheme.
+      load_change: change of that load against the first scheme's; None for the first scheme.
     """
 
     quantity: str
@@ -83,7 +83,7 @@ class EnsembleTable(Brief):
 
     Attributes:
       quantities, schemes: names, in the order in which they were given; the first scheme is the base of changes.
-      seeds: how many.
+      seeds: number of seeds.
       confidence: probability of the intervals.
       entries: one for each quantity and scheme, scheme by scheme within a quantity.
     """
@@ -159,7 +159,7 @@ def ensemble_table(
     """Means, intervals and changes relative to the first scheme, for several schemes in the same wind fields.
 
     Args:
-      values: for each seed and scheme the quantities, ``values[seed][scheme][quantity]``, all in the same unit from
+      values: quantities of each seed and scheme, ``values[seed][scheme][quantity]``, all in the same unit from
         seed to seed. The first scheme of the first seed is the base.
       slopes: m of the S-N curve for quantities that are equivalent loads; for these the ensemble's load is given too.
       confidence: probability of the intervals.

@@ -38,7 +38,7 @@ class ExtremeRow:
     """Loads at the instant at which one of them is extreme.
 
     Attributes:
-      driver: which one: "Fx max", "M_res max"; see ``DRIVERS``.
+      driver: name of that extreme: "Fx max", "M_res max"; see ``DRIVERS``.
       loads: Fx, Fy, Fz [N], Mx, My, Mz [N m], contemporaneous.
       plane: transverse axes of the resultants: "xy", "yz" or "xz".
       case: load case and seed, in words.
@@ -67,19 +67,19 @@ class ExtremeRow:
 
     @property
     def force_angle(self) -> float:
-        """[rad] of the transverse force, from the first to the second transverse axis."""
+        """[rad] direction of the transverse force, from the first to the second transverse axis."""
         i, j = TRANSVERSE[self.plane]
         return atan2(self.loads[j], self.loads[i])
 
     @property
     def moment_angle(self) -> float:
-        """[rad] of the transverse moment, from the first to the second transverse axis."""
+        """[rad] direction of the transverse moment, from the first to the second transverse axis."""
         i, j = TRANSVERSE[self.plane]
         return atan2(self.loads[3 + j], self.loads[3 + i])
 
     @property
     def value(self) -> float:
-        """Of the driver."""
+        """Value of the driver."""
         return driver_values(np.array(self.loads), self.plane)[DRIVERS.index(self.driver)].item()
 
     @property
@@ -185,10 +185,10 @@ def characteristic_rows(
 
 
 def governing_rows(tables: Sequence[Sequence[ExtremeRow]]) -> tuple[ExtremeRow, ...]:
-    """For each of the 14 extremes the row of the load case whose load with its factor is most severe.
+    """Rows of the load cases whose loads with their factors are most severe, for each of the 14 extremes.
 
     Args:
-      tables: of each load case, from ``characteristic_rows``.
+      tables: rows of each load case, from ``characteristic_rows``.
 
     Raises:
       InputError: there are none, a table lacks a row, or loads with and without factor meet.

@@ -77,7 +77,7 @@ def equivalent_loads(
     """Damage-equivalent loads of the load channels of a result, without its initial transient, in SI units.
 
     Args:
-      names: of the channels; by default all loads.
+      names: names of the channels; by default all loads.
       f_eq: [Hz] of the equivalent load.
       slopes: m of the S-N curve by channel, else the usual one; a channel that is no load takes part if it has one.
 

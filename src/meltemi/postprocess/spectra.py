@@ -41,11 +41,11 @@ class PowerSpectrum(Brief):
     Attributes:
       frequency: (F,) [Hz] from zero to half the sampling rate.
       density: (F,) [unit^2/Hz].
-      unit: of the series, SI; empty if unknown.
+      unit: SI unit of the series; empty if unknown.
       channel: name of the series; empty if unknown.
       resolution: [Hz] distance between frequencies, the inverse of a segment's length.
       bandwidth: [Hz] equivalent noise bandwidth of the window, 1.5 times the resolution for a Hann window.
-      segments: that were averaged.
+      segments: number of averaged segments.
       degrees_of_freedom: of the chi-square distribution of ``density`` over its expectation, for noise; lower than
         twice the number of segments because they overlap.
     """
@@ -135,8 +135,8 @@ def even_series(
 
     Args:
       source: a result, with ``channel``, or (T,) values, with ``dt``.
-      channel: of the result.
-      dt: [s] of the bare series.
+      channel: channel of the result.
+      dt: [s] time step of the plain series.
       where: begins the messages.
 
     Raises:
@@ -188,8 +188,8 @@ def power_spectrum(
       resolution: [Hz] distance between frequencies, to which the length of segments is chosen, in whole steps; 0.02 Hz
         unless ``segments`` is given.
       segments: instead, the number of segments, which sets their length.
-      overlap: of a segment with the next, over its length.
-      detrend: what is taken out of each segment: its mean, or its line.
+      overlap: overlap of a segment with the next, over its length.
+      detrend: part removed from each segment: its mean, or its line.
 
     Source: Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Trans. Audio
     Electroacoust. 15 (1967).

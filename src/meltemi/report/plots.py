@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.result import Result
     from meltemi.turbine.performance import RotorPerformance
 
-EVERYBODY = (
+MAIN_CHANNELS = (
     "wind_x",
     "rotor_speed",
     "pitch_1",
@@ -218,9 +218,9 @@ def _of_all_blades(result: Result, name: str) -> list[str]:
 def _shown(result: Result) -> list[str]:
     """Channels that are plotted by default; those of further blades stand in the panels of the first."""
     names = [name for name in result.names if name[-2:] not in ("_2", "_3") or f"{name[:-1]}1" not in result]
-    return (
-        names if len(names) <= MOST_PANELS else [n for n in (*EVERYBODY, *AT_SEA) if n in result] or names[:MOST_PANELS]
-    )
+    if len(names) <= MOST_PANELS:
+        return names
+    return [name for name in (*MAIN_CHANNELS, *AT_SEA) if name in result] or names[:MOST_PANELS]
 
 
 def plot(
@@ -286,8 +286,8 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
     A dotted line marks the first of the points with the largest power.
 
     Args:
-      points: by wind speed.
-      model: whose radius and air make C_p and C_t of aerodynamic power and thrust, shown if it is given.
+      points: operating points by wind speed.
+      model: model whose radius and air give C_p and C_t of aerodynamic power and thrust; without it neither is shown.
     """
     disk = is_disk(points[0])  # a power coefficient in place of blades and tower
     panels = [(name,) for name in DISK_CURVE] if disk else STEADY_OPERATION
@@ -351,7 +351,7 @@ def plot_performance(performance: RotorPerformance) -> Figure:
 
 
 HIGHEST_DAMPING = 25.0
-"""[%] to which the second panel of a Campbell diagram reaches."""
+"""[%] upper end of the second panel of a Campbell diagram."""
 
 
 def plot_campbell(diagram: Campbell, name: str = "") -> Figure:

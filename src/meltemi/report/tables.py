@@ -52,12 +52,12 @@ def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 EARLY, EARLY_PART = 10.0, 0.05
-"""[s] in which an extreme may depend on the start, and fraction of shorter runs: in turbulence an extreme of the wind
-falls into it once in twenty times. Runs shorter than three times that give no warning."""
+"""[s] first part of a run in which an extreme may depend on the start, and its fraction of shorter runs: in turbulence
+an extreme of the wind falls into it once in twenty times. Runs shorter than three times that give no warning."""
 EARLY_UNITS = ("N", "N m", "m", "W")
 """Units of the channels whose extremes are examined."""
 EARLY_SHARE = 0.05
-"""Amount by which an early extreme must exceed all later ones, over the channel's largest later magnitude."""
+"""Amount by which an early extreme exceeds all later ones in a warning, over the channel's largest later magnitude."""
 
 
 def early_extremes(result: Result) -> str:

@@ -1,4 +1,4 @@
-"""What a report consists of: sections of blocks, which HTML pages, Word documents and Excel files show alike."""
+"""Document model of reports: sections of blocks, which HTML pages, Word documents and Excel files show alike."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from meltemi.reports.turbine_facts import number
 
 @dataclass(frozen=True)
 class CaseName:
-    """Name of a case, or a text in its place; ``base``: of which load base of the page."""
+    """Name of a case, or a text in its place; ``base`` is the number of its load base on the page."""
 
     name: str
     base: int = 0
@@ -29,7 +29,7 @@ class CaseName:
 
 @dataclass(frozen=True)
 class CaseValue:
-    """A value with what belongs to it: its case, its utilisation, a note."""
+    """A value with its case, its utilisation and a note."""
 
     value: float | None = None
     case: CaseName | None = None
@@ -57,8 +57,8 @@ class Marked:
     """A cell that stands out.
 
     Attributes:
-      cell: its content.
-      kind: "own" (what the row is about), "over" (a limit), "good", "doubtful" or "bad", or the state of a case:
+      cell: content of the cell.
+      kind: "own" (subject of the row), "over" (a limit), "good", "doubtful" or "bad", or the state of a case:
         "warned", "failed".
     """
 
@@ -70,7 +70,7 @@ class Marked:
 
 
 Cell = str | float | CaseName | CaseValue | Share | Marked | None
-"""Of a table."""
+"""Cell of a table."""
 
 
 def unmarked(cell: Cell) -> Cell:
@@ -98,7 +98,7 @@ class Table:
         Numbers stand to the right.
       groups: a row above the head, of (text, columns that it spans); it must span all of them.
       note: below the table.
-      ids: of rows.
+      ids: identifiers of rows.
       paper: a sentence in place of the table on paper; empty: the table itself.
     """
 
@@ -153,7 +153,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Axis:
-    """Of a chart. ``start``: a value that it must contain, or that of the centre of a polar one."""
+    """Axis of a chart; ``start`` is a value that it must contain, or that of the centre of a polar one."""
 
     label: str
     unit: str = ""
@@ -166,7 +166,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Curve:
-    """Of a chart.
+    """Curve of a chart.
 
     Attributes:
       name: curves of one name are switched on and off together.
@@ -200,8 +200,8 @@ class Chart:
       curves: what it shows.
       caption: below it.
       polar: x are angles [deg], anticlockwise from the right.
-      spokes: of a polar one, names of evenly spaced angles, the first to the right, with a value of each curve on every
-        spoke; a line break within a name is one on the page.
+      spokes: names of evenly spaced angles of a polar chart, the first to the right, with a value of each curve on
+        every spoke; a line break within a name is one on the page.
     """
 
     title: str
@@ -218,7 +218,7 @@ class Statistics:
     """Statistics of all cases over their wind speed; a page lets its reader choose channel and abscissa.
 
     Attributes:
-      bases: of each load base the data of the page's script: name, dlcs, dlc, channels, across.
+      bases: data of the page's script for each load base: name, dlcs, dlc, channels, across.
       first: channel that is shown first.
       caption: below it.
     """
@@ -240,7 +240,7 @@ class Stroke:
       points: (x to the right, y up), the picture being 100 wide.
       kind: "body" (closed, filled), "line", "thin", "axis" (with an arrow), "wind" (with an arrow), "point", "into" or
         "out" (an axis that enters or leaves the picture at the point).
-      label: at its end.
+      label: label at the end of the line.
     """
 
     points: Sequence[tuple[float, float]]
@@ -268,7 +268,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class VerdictBlock:
-    """The result before everything else: ``kind`` is "good", "doubtful" or "bad"; lines, and what belongs to them."""
+    """The result at the beginning of a report; ``kind`` is "good", "doubtful" or "bad"; ``more`` follows the lines."""
 
     kind: str
     heading: str
@@ -335,13 +335,13 @@ class Document:
     """A report: what a page, a Word document and an Excel file have in common.
 
     Attributes:
-      title: of the report.
-      sections: in their order.
+      title: title of the report.
+      sections: sections in their order.
       facts: names and values below the title, such as turbine and wind.
       lead: the result, before everything else; of a text the first sentence stands out.
       footer: last line, such as version and licence.
-      running: at the foot of each printed page, such as project and revision.
-      cases: of each load base; on a page a click on one shows its conditions and its command.
+      running: text at the foot of each printed page, such as project and revision.
+      cases: cases of each load base; on a page a click on one shows its conditions and its command.
     """
 
     title: str

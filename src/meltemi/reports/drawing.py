@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 ARROW, HALF = 3.0, math.radians(20.0)
 """Length and half the angle of the head of an arrow."""
 RADIUS = 1.6
-"""Of the circle of an axis that enters or leaves the picture."""
+"""Radius of the circle of an axis that enters or leaves the picture."""
 LETTER = 4.2
 """Size of a label."""
 Point = tuple[float, float]

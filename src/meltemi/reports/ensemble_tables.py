@@ -18,7 +18,7 @@ def ensemble_rows(
 
     Args:
       table: what to show.
-      units: by quantity the unit and the factor to it, such as ``channel.display_unit``; SI as given by default.
+      units: unit and factor to it by quantity, such as ``channel.display_unit``; SI as given by default.
     """
     units = units or {}
     interval = f"± {100.0 * table.confidence:g} %"
@@ -57,7 +57,7 @@ def scheme_rows(
 
     Args:
       table: what to show.
-      units: see ``ensemble_rows``.
+      units: units as for ``ensemble_rows``.
       means: show means of the other schemes, too.
     """
     units = units or {}
@@ -85,18 +85,18 @@ def scheme_rows(
 
 
 OPEN = "?"
-"""In place of what two seeds do not tell."""
+"""Text in place of an estimate from two seeds whose interval contains zero."""
 
 
 def tells(e: MeanEstimate, resolution: float = 0.0) -> bool:
-    """Whether an estimate says anything: one of two numbers does not if its interval holds zero.
+    """Whether an estimate is significant: one from two numbers is not if its interval contains zero.
 
     Of two numbers Student's interval is six times as wide as of many (12.7 instead of 2.0 standard errors): zero within
     it is no sign of a small effect. A single number is itself, and has no interval.
 
     Args:
       e: mean and interval.
-      resolution: of what is printed: a narrower interval says that the mean is zero.
+      resolution: resolution of the printed number: a narrower interval says that the mean is zero.
     """
     return e.n != 2 or not e.low <= 0.0 <= e.high or e.half_width < resolution
 

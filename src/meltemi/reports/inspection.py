@@ -38,7 +38,7 @@ def inspect_turbine(
     Quantities that cannot be computed are left out, and the page gives the reason.
 
     Args:
-      turbine: any.
+      turbine: turbine of either kind.
       out: existing folder.
       progress: callback with the completed fraction.
 

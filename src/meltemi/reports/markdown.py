@@ -15,7 +15,7 @@ Whole = TypeVar("Whole")
 PICTURE = re.compile(r"(!\[.*?\]\()([^/)\s]+\.png\))")
 ELSEWHERE = re.compile(r"(?<!!)\[([^\]]+)\]\(\.\./[^)]*\)")
 SIGNS = {"sum": "Σ ", "cos": " cos ", "sin": " sin ", "psi": "ψ", "omega": "ω", "lambda": "λ", "beta": "β"}
-"""Of formulas, by their names in TeX."""
+"""Signs of formulas by their names in TeX."""
 
 
 def alone(text: str) -> str:

@@ -35,8 +35,8 @@ class Portrait:
     """Summary of an aeroelastic turbine; what could not be computed is None, with the reason in ``problems``.
 
     Attributes:
-      turbine: its description.
-      model: its model with default options.
+      turbine: description of the turbine.
+      model: model of the turbine with default options.
       blade: the clamped blade with two flap and two edge modes, and the first torsion mode if it is flexible in
         torsion.
       modes: natural modes of the assembled turbine at rest, in vacuum.
@@ -73,8 +73,8 @@ class PowerPortrait:
     """Summary of a power-coefficient turbine; what could not be computed is None, with the reason in ``problems``.
 
     Attributes:
-      turbine: its description.
-      performance: its coefficients.
+      turbine: description of the turbine.
+      performance: coefficients of the rotor.
       curve: operating points by wind speed; denser around rated.
       problems: reasons by missing item.
     """

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 WIDTH, SMALL, MANY = 257.0, 7, 12
 """[mm] between the margins of A4 landscape; size [pt] of tables, and columns above which it is smaller."""
 DOTS = 150
-"""Of pictures, an inch."""
+"""Dots per inch of pictures."""
 PAGE = '<w:fldSimple xmlns:w="http://schemas.openxmlformats.org/wordprocessingml/2006/main" w:instr="PAGE"/>'
 """Field of the number of a page."""
 

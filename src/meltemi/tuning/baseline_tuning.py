@@ -54,18 +54,18 @@ from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 Float = NDArray[np.float64]
 
 FREQUENCY, OF_SPEED = 0.6, rpm(12.1)
-"""[rad/s] of the speed loop of the NREL 5 MW, and its rated rotor speed."""
+"""[rad/s] frequency of the speed loop of the NREL 5 MW, and its rated rotor speed."""
 DAMPING = 0.7
 POINTS = 8
 """Operating points from rated wind to cut-out."""
 AZIMUTHS = 4
 """Rotor positions in a third of a revolution over which the sensitivity is averaged."""
 STEP = math.radians(0.1)
-"""[rad] of pitch, to both sides."""
+"""[rad] step of the pitch, to both sides."""
 ABOVE_RATED, CHECKED = 1.1, 4
 """Lowest wind speed with margins over rated wind speed; operating points from there to cut-out."""
 SHARES = np.linspace(0.2, 1.0, 81)
-"""Of the frequency that are tried."""
+"""Fractions of the frequency that are tried."""
 SCHEDULE = 4.0
 """Halving pitch of the law over that of the sensitivity: 2 for a constant frequency, since the law schedules its whole
 demand; twice that, since margins grow with the wind."""
@@ -82,16 +82,16 @@ class BaselineTuning(Brief):
     """Gains of the baseline controller and the quantities behind them.
 
     Attributes:
-      control: of the turbine with the new gains.
-      frequency: [rad/s] of the speed loop, by (C-9b).
-      damping_ratio: of the speed loop.
-      inertia: [kg m^2] of rotor and generator about the shaft.
-      wind_speed: (n,) [m/s] of the operating points.
-      pitch: (n,) [rad].
-      sensitivity: (n,) [W/rad] of the power to pitch.
-      sensitivity_at_zero: [W/rad] of the linear fit at zero pitch.
-      tip_speed_ratio: of region 2, at minimum pitch.
-      power_coefficient: there, referred to the rotor radius without cone.
+      control: baseline control of the turbine with the new gains.
+      frequency: [rad/s] frequency of the speed loop, by (C-9b).
+      damping_ratio: damping ratio of the speed loop.
+      inertia: [kg m^2] inertia of rotor and generator about the shaft.
+      wind_speed: (n,) [m/s] wind speeds of the operating points.
+      pitch: (n,) [rad] pitch there.
+      sensitivity: (n,) [W/rad] sensitivity of the power to pitch.
+      sensitivity_at_zero: [W/rad] value of the linear fit at zero pitch.
+      tip_speed_ratio: tip-speed ratio of region 2, at minimum pitch.
+      power_coefficient: power coefficient there, referred to the rotor radius without cone.
     """
 
     control: BaselineControl
@@ -120,12 +120,12 @@ def tune_baseline(
     Speeds, limits and rated power are unchanged.
 
     Args:
-      turbine: of either kind.
-      frequency: [rad/s] of the speed loop, at most; by default 0.6 rad/s times the rated rotor speed over 12.1 rpm.
-      damping_ratio: of the speed loop.
-      tip_speed_ratio: of region 2; by default that of the largest power coefficient.
+      turbine: turbine of either kind.
+      frequency: [rad/s] largest frequency of the loop; by default 0.6 rad/s times the rated rotor speed over 12.1 rpm.
+      damping_ratio: damping ratio of the speed loop.
+      tip_speed_ratio: tip-speed ratio of region 2; by default that of the largest power coefficient.
       margins: lower the frequency until the loop keeps phase and gain margin; without, the authors' rule as published.
-      options: of the model; dynamic stall is switched off.
+      options: options of the model; dynamic stall is switched off.
 
     Raises:
       InputError: a number is not above zero, the wind does not drive the rotor, the power does not decrease with
@@ -222,7 +222,7 @@ def _optimal(model: Model[Any], speed: float, wanted: float | None) -> tuple[flo
 
 
 def rated_wind(model: Model[Any]) -> float:
-    """[m/s] rated wind speed, where the pitch leaves its minimum."""
+    """[m/s] rated wind speed: where the pitch leaves its minimum."""
     low, high = model.turbine.cut_in, model.turbine.cut_out
     smallest = model.turbine.control.pitch.minimum
     for _ in range(8):
@@ -247,7 +247,7 @@ def _sensitivity(model: Model[Any], point: OperatingPoint) -> float:
 
 
 def _inertia(model: Model[Any]) -> float:
-    """[kg m^2] of blades, hub and generator about the shaft."""
+    """[kg m^2] inertia of blades, hub and generator about the shaft."""
     if not isinstance(model.rotor, BladedRotor):
         assert isinstance(model.turbine, PowerTurbine)
         return model.turbine.drivetrain.inertia
@@ -256,7 +256,7 @@ def _inertia(model: Model[Any]) -> float:
 
 
 def rotor_inertia(model: BladedModel) -> float:
-    """[kg m^2] of blades and hub about the shaft."""
+    """[kg m^2] inertia of blades and hub about the shaft."""
     turbine = model.turbine
     nodes = View(BladeNode, model.rotor.blade_nodes)
     x, y, z = nodes["position"]

@@ -38,7 +38,7 @@ Float = NDArray[np.float64]
 TRANSIENT = 100.0
 """[s] initial transient, excluded from the evaluation."""
 SHORTEST = 20.0
-"""[s] of evaluated time, needed to separate 1P and 2P."""
+"""[s] shortest evaluated time, needed to separate 1P and 2P."""
 FEWEST_SEGMENTS = 3
 """Smallest number of segments of a spectrum; short runs have a coarser resolution."""
 HALF_BAND = 0.25
@@ -57,12 +57,12 @@ class RunSummary:
 
     Attributes:
       numbers: quantities by window and name, SI.
-      spectra: by channel, after the transient.
-      ceilings: of RootMyc1, for removal of 1P and of 1P and 2P.
+      spectra: spectra by channel, after the transient.
+      ceilings: ideal removal of 1P, and of 1P and 2P, from RootMyc1.
       moment: (T,) RootMyc1 [N m] after the transient, as recorded.
-      ceilings_window: the same in each further window, by its name.
+      ceilings_window: ideal removal in each further window, by its name.
       result: the time series; None unless they are kept.
-      warnings: of the run.
+      warnings: warnings of the run.
     """
 
     numbers: Mapping[str, Mapping[str, float]]
@@ -83,12 +83,12 @@ class Comparison(Brief):
     """Control schemes in the same wind fields.
 
     Attributes:
-      schemes: names; the first is the reference of changes.
-      winds: labels, one for each seed.
-      seeds: of the winds; None for a wind without one.
+      schemes: names of the schemes; the first is the reference of changes.
+      winds: labels of the winds, one for each seed.
+      seeds: seeds of the winds; None for a wind without one.
       runs: ``runs[scheme][k]`` is the evaluation in wind k; the first one contains the time series.
-      windows: [s] by name; ``whole`` is the time after the transient.
-      quantities: that were evaluated.
+      windows: [s] begin and end of each window, by name; ``whole`` is the time after the transient.
+      quantities: evaluated quantities.
       failures: runs that did not reach their end. A wind in which a scheme failed is left out for all; a scheme that
         failed in every wind is left out.
     """
@@ -175,7 +175,7 @@ class Comparison(Brief):
         return lines
 
     def rotor_frequency(self) -> float:
-        """[Hz] of the first scheme in the first wind, after the transient."""
+        """[Hz] rotor frequency of the first scheme in the first wind, after the transient."""
         return rotor_frequency(self.results(self.schemes[0]).between(*self.windows[WHOLE]))
 
     def results(self, scheme: str) -> Result:
@@ -200,14 +200,14 @@ def compare(  # noqa: PLR0913 - options of a study, each with a default
     """Simulate every controller in every wind, and evaluate the runs.
 
     Args:
-      model: of the turbine, with all actuators that a controller moves.
-      controllers: by name, or functions from a wind to a controller; the first is the reference of changes.
+      model: model of the turbine, with all actuators that a controller moves.
+      controllers: controllers by name, or functions from a wind to a controller; the first is the reference of changes.
       winds: one for each seed.
       duration: [s] of each run.
       transient: [s] initial transient, excluded from the evaluation.
       windows: [s] further evaluated parts, by name.
-      grid: with a power reference that all controllers follow.
-      workers: threads.
+      grid: grid with a power reference that all controllers follow.
+      workers: number of threads.
       progress: callback with the completed fraction.
 
     Raises:
@@ -231,7 +231,7 @@ def compare(  # noqa: PLR0913 - options of a study, each with a default
 
 
 class _Reducer:
-    """From results to summaries, with the series of the first wind in which no scheme fails only.
+    """Summaries of results; only those of the first wind in which no scheme fails have series.
 
     That wind may not be the first of all.
     """
@@ -269,7 +269,7 @@ def _comparison(
     whole = [k for k in range(len(winds)) if schemes and all(by_name[f"{k}:{s}"].ok for s in schemes)]
     if not whole:
         first = f"; first of {len(failures)} failures: {failure_line(failures[0])}" if failures else ""
-        raise InputError(f"compare: no wind was survived by all schemes{first}")
+        raise InputError(f"compare: in no wind did all schemes reach the end of their runs{first}")
 
     def summary(k: int, scheme: str) -> RunSummary:  # with the series in the first wind only
         value: RunSummary = by_name[f"{k}:{scheme}"].value

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 FULL = 0.8
 """Total width of the bars over the distance between groups."""
 ROOM = 0.2
-"""For the legend above the bars, over the height of the axes."""
+"""Space for the legend above the bars, over the height of the axes."""
 
 
 def plot_changes(
@@ -34,12 +34,12 @@ def plot_changes(
     """Plot changes relative to the first scheme in percent, and absolute values of some quantities.
 
     Args:
-      table: of an ensemble.
-      quantities: of which changes are drawn.
-      absolute: drawn as values of all schemes, such as the travel of actuators, whose change may be many hundred
-        percent or of nothing.
-      units: by quantity the unit and the factor to it; those of ``absolute`` must have the same.
-      operation: of which changes are drawn in a panel of their own, such as power and speed beside loads.
+      table: table of an ensemble.
+      quantities: quantities whose changes are drawn.
+      absolute: quantities drawn as values of the schemes, such as the travel of actuators, whose change may be hundreds
+        of percent, or relative to zero.
+      units: unit and factor to it by quantity; those of ``absolute`` must have the same.
+      operation: quantities whose changes are drawn in a separate panel, such as power and speed beside loads.
 
     Raises:
       InputError: there is no second scheme, or a quantity is not in the table.

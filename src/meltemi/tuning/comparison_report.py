@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SERIES_LENGTH = 60.0
-"""[s] of the time series in the figure."""
+"""[s] length of the time series in the figure."""
 SERIES = ("wind_x", "RootMyc1", "OoPDefl1", "pitch_1", "flap_1_angle_1", "generator_power")
 MAIN = (
     *("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "Mtilt DEL", "Myaw DEL", "OoPDefl1 std", "TwrBsMyt DEL"),
@@ -38,7 +38,7 @@ MAIN = (
 )
 """Loads of the figure of changes."""
 OPERATION = ("power std", "rotor speed std", "tracking error")
-"""Further quantities of that figure, in a panel of their own."""
+"""Further quantities of that figure, in a separate panel."""
 DUTY = ("pitch travel", "flap travel")
 MOST_MEANS = 4
 """Largest number of schemes for which the table has means beside the changes."""
@@ -63,7 +63,7 @@ def notes(comparison: Comparison) -> str:
     together = "; of all seeds: their damages together" if len(comparison.winds) > 1 else ""
     sentences.append(f"DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for steel{together}.")
     if any(change_text(e.change) == OPEN for e in comparison.table()):
-        sentences.append(f"{OPEN}: of a change that {len(comparison.winds)} seeds do not tell from none.")
+        sentences.append(f"{OPEN}: a change that {len(comparison.winds)} seeds do not distinguish from zero.")
     meanings = {STATISTIC.sub("", q.name): q.about for q in comparison.quantities if q.about}
     return " ".join([*sentences, "; ".join(f"{name}: {about}" for name, about in meanings.items()) + "."])
 
@@ -172,11 +172,11 @@ def write_comparison(
     """Write tables, figures and the summary page of a comparison into a folder.
 
     Args:
-      comparison: from :func:`~meltemi.tuning.compare.compare`.
+      comparison: result of :func:`~meltemi.tuning.compare.compare`.
       out: folder, created if needed.
-      design: with gains and margins of the loops.
-      title: of the page.
-      facts: names and values below it.
+      design: design with gains and margins of the loops.
+      title: title of the page.
+      facts: names and values below the title.
       repeat: how to reproduce the comparison, such as a command line.
       footer: last line of the page.
 

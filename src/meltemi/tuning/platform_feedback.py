@@ -34,7 +34,7 @@ from meltemi.turbine.definition import BaselineControl
 Float = NDArray[np.float64]
 PITCH = "base pitch"
 SHARES = 1.0, 0.75, 0.5, 0.25
-"""Of the slope of the steady pitch that are tried."""
+"""Fractions of the slope of the steady pitch that are tried."""
 NEAR, LEVER = 8, 100.0
 """Eigenvalues next to the platform's frequency among which its motion in pitch is sought, and a length [m] by which
 rotations are compared with displacements."""
@@ -45,11 +45,11 @@ class PlatformFeedback(Brief):
     """Feedback of a platform's motion and what it does.
 
     Attributes:
-      control: of the turbine with the feedback.
-      gain: [rad s/m] of pitch from the velocity of the tower top.
-      frequency: [rad/s] about which it is seen.
-      wind_speed: (n,) [m/s] of the operating points.
-      damping, damping_without: (n,) ratio of the platform's motion in pitch there, under the law with and without it.
+      control: control of the turbine with the feedback.
+      gain: [rad s/m] gain from the velocity of the tower top to pitch.
+      frequency: [rad/s] centre of the band-pass of the motion.
+      wind_speed: (n,) [m/s] wind speeds of the operating points.
+      damping, damping_without: (n,) damping ratio of the platform's motion in pitch, under the law with and without it.
     """
 
     control: BaselineControl

@@ -28,8 +28,8 @@ class Quantity:
     Attributes:
       name: begins with OpenFAST's name of the channel.
       unit: engineering unit.
-      factor: from SI to that unit.
-      of: its value in SI from a result.
+      factor: factor from SI to that unit.
+      of: function from a result to the value in SI.
       slope: m of the S-N curve if it is an equivalent load.
       about: description.
     """
@@ -98,7 +98,7 @@ QUANTITIES: tuple[Quantity, ...] = (
     *_quantities("power", "mean std", "W", "electrical"),
     *_quantities("rotor speed", "std", "rad/s"),
     Quantity("pitch travel", *_RATE, lambda r: _travel(r, "pitch_"), about="mean of |rate|, mean of the blades"),
-    Quantity("flap travel", *_RATE, lambda r: _travel(r, "flap_"), about="the same, sum of a blade's flaps"),
+    Quantity("flap travel", *_RATE, lambda r: _travel(r, "flap_"), about="mean of |rate|, sum of a blade's flaps"),
 )
 """Compared quantities, in the order of the tables."""
 TRACKING = Quantity("tracking error", *display("W"), tracking_error, about="rms deviation from the power reference")

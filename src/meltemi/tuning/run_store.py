@@ -168,11 +168,11 @@ def run_store(out: Path, inputs: str, package: str = OWN) -> Iterator[RunStore]:
     Args:
       out: existing folder.
       inputs: all inputs of the study other than the files of the packages, as text.
-      package: of the study; by default this one.
+      package: package of the study; by default this one.
     """
     book = RunStore(out / FOLDER, inputs, package)
     if book.waiting():
-        _say(f"taking over {book.waiting()} finished runs from {out / FOLDER}")
+        _say(f"reading {book.waiting()} finished runs from {out / FOLDER}")
     token = _OPEN.set(book)
     try:
         yield book
@@ -180,7 +180,7 @@ def run_store(out: Path, inputs: str, package: str = OWN) -> Iterator[RunStore]:
             book.clear()
     except BaseException:
         if book.waiting():
-            _say(f"{book.waiting()} finished runs are kept in {out / FOLDER}: the same command goes on with the rest")
+            _say(f"{book.waiting()} finished runs are kept in {out / FOLDER}: the same command continues with the rest")
         raise
     finally:
         _OPEN.reset(token)
@@ -267,7 +267,7 @@ def resumed(
     progress: Callable[[float], None] | None = None,
     total: int | None = None,
 ) -> list[Outcome]:
-    """As ``simulate_batch``, without the runs that the open store has already, and with the others entered there.
+    """Outcomes of ``simulate_batch``; the open store gives the runs that it has already, and keeps the others.
 
     Raises:
       KeyboardInterrupt: Ctrl-C ended the runs.

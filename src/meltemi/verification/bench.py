@@ -37,7 +37,7 @@ CHANNELS = (
 ).split()
 """25 channels beside the time."""
 BATCH_CASES = 3
-"""Cases a core in the timed batch."""
+"""Cases per core in the timed batch."""
 REPEATS = 3
 """Timed runs of each kind, of which the fastest counts: what else runs on a machine only adds time."""
 VARIANTS: dict[str, dict[str, Any]] = {
@@ -55,8 +55,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
     """Measure on this machine: on one core, and a batch on all.
 
     Args:
-      duration: [s] of the timed runs.
-      say: called with what is going on.
+      duration: [s] duration of the timed runs.
+      say: callback with the current activity.
 
     Raises:
       InputError: ``duration`` is not positive.
@@ -191,7 +191,7 @@ def nrel5mw(**options: Any) -> Any:
 
 
 def turbulence(duration: float, **settings: Any) -> Any:
-    """Its wind."""
+    """The wind of the timed runs."""
     return generate_field(TurbulentWind(speed=12.0, intensity=0.14, **settings), load_turbine("nrel5mw"), duration)
 
 

@@ -27,7 +27,7 @@ from meltemi.structure.beam import Beam
 Float = NDArray[np.float64]
 
 STEPS = 4
-"""Of the classical Runge-Kutta method between two stations."""
+"""Steps of the classical Runge-Kutta method between two stations."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class DeadLoads:
     """Loads that keep their direction.
 
     Attributes:
-      force, moment: (S, 3) [N/m], [N] distributed along the arc at the beam's stations, linear between them, in the
-        beam's axes.
-      tip_force, tip_moment: (3,) [N], [N m] at the end.
+      force, moment: (S, 3) [N/m], [N] loads distributed along the arc at the beam's stations, linear between them, in
+        the beam's axes.
+      tip_force, tip_moment: (3,) [N], [N m] loads at the end.
     """
 
     force: Float
@@ -67,8 +67,8 @@ def deflect(beam: Beam, loads: DeadLoads, increments: int = 4, steps: int = STEP
     Args:
       beam: sections along z.
       loads: dead loads.
-      increments: of the load; each begins with the last one's root moment.
-      steps: of the integration between two stations.
+      increments: number of increments of the load; each begins with the root moment of the last one.
+      steps: number of steps of the integration between two stations.
 
     Raises:
       InputError: no root moment is found.

@@ -1,4 +1,4 @@
-"""Large blade deflections: the simulator's blade under dead loads against the geometrically exact beam.
+"""Large deflections of the simulator's blade under dead loads against the geometrically exact beam.
 
 The loads are the mean aerodynamic ones of the turbine at rated wind, scaled until the tip is out by a given share of
 the blade's length. Both blades have the same loads: the simulator's at its nodes, with their moments about them.
@@ -46,8 +46,8 @@ def mean_loads(model: BladedModel, wind: float) -> tuple[Beam, DeadLoads]:
     """The blade with refined stations, and the loads on it in steady operation.
 
     Args:
-      model: of a turbine with 6 x 6 sections.
-      wind: [m/s] speed.
+      model: model of a turbine with 6 x 6 sections.
+      wind: [m/s] wind speed.
     """
     case = Case(model, SteadyWind(speed=wind))
     operating_point(model, wind).put(case)
@@ -98,9 +98,9 @@ def simulated(model: BladedModel, force: Float, moment: Float, steps: int = 4) -
     """Deflection of the tip out of plane [m], twist of the nodes [rad] and root moment [N m] (3,) under dead loads.
 
     Args:
-      model: of the turbine.
-      force, moment: (N, 3) on the nodes, blade axes.
-      steps: in which the loads are applied.
+      model: model of the turbine.
+      force, moment: (N, 3) [N], [N m] loads on the nodes, blade axes.
+      steps: number of steps in which the loads are applied.
     """
     case, first = Case(model, SteadyWind(speed=1.0)), model.n_core
     case.evaluate(0.0)
@@ -129,8 +129,8 @@ def compare(name: str, options: ModelOptions | None = None, shares: tuple[float,
     """Deflection, twist and root moment of a blade of the library, against the exact beam.
 
     Args:
-      name: of the turbine.
-      options: of its model.
+      name: name of the turbine.
+      options: options of its model.
       shares: deflections of the tip over the length of the blade.
     """
     model = with_blades(build(load_turbine(name), options), "static deflection")

@@ -1,7 +1,7 @@
-"""Models of HAWC2, imported, against what HAWC2 and HAWCStab2 themselves have: steady operation and frequencies.
+"""Imported models of HAWC2 against results of HAWC2 and HAWCStab2: steady operation and frequencies.
 
-At their rotor speed and pitch, without tilt and gravity, with HAWC2's balance of momentum. Beside each deviation stands
-that with what is known to differ in the other program. HAWC2's elements have constant sections, the mean of those
+At their rotor speed and pitch, without tilt and gravity, with HAWC2's balance of momentum. A further column has the
+deviation with the known differences of the other program. HAWC2's elements have constant sections, the mean of those
 between two nodes; imported blades have sections linear between the stations. HAWCStab2's lift is normal to the flow
 at three quarters of the chord, ours (A-39) and HAWC2's to the flow at the aerodynamic centre. HAWC2 turns the centres
 of mass of fully populated sections about the elastic ones (S-72).
@@ -41,9 +41,9 @@ from meltemi.verification.table import Check, CheckStudy, CheckTable, angle, ref
 Float = NDArray[np.float64]
 
 BAND, TORSION, FREQUENCY = 1.5, 0.2, 1.0
-"""[%] of power and thrust, [deg] of the tip's torsion, [%] of frequencies."""
+"""Bands of power and thrust [%], of the tip's torsion [deg] and of frequencies [%]."""
 MODES = {"flap_modes": 8, "edge_modes": 6, "torsion_modes": 5, "residual_modes": 5}
-"""Of a blade, 24 in all, with which the last twentieth of the IEA 22 MW's twists as its finite elements do."""
+"""24 modes of a blade, with which the last twentieth of the IEA 22 MW's twists as its finite elements do."""
 FIXED = ("tower", "yaw", "drivetrain", "generator")
 CLAMPED = {"blade": {"flap": 3, "edge": 2, "torsion": 1}, "tower": {"fore_aft": 2, "side_side": 2, "torsion": 0}}
 """Number of modes of a clamped member by direction."""
@@ -60,8 +60,8 @@ class Hawc2Model:
     """A model of HAWC2.
 
     Attributes:
-      key: of the reference data.
-      title: in words.
+      key: key of the reference data.
+      title: title in words.
       main: name of its main file.
       stiff: whether the blades are stiff in the reference.
       stability: whether the reference is HAWCStab2's.
@@ -135,8 +135,9 @@ def steady(model: Hawc2Model, path: Path, turbine: Turbine | None = None) -> Che
     """Power, thrust and torsion of the tip over the wind speed.
 
     Args:
-      path: its main file.
-      turbine: what was read from it.
+      model: HAWC2 model.
+      path: main file of the model.
+      turbine: turbine of the library that was read from it, instead.
     """
     turbine = _turbine(path) if turbine is None else turbine
     locked = (*FIXED, "blades") if model.stiff else FIXED
@@ -258,7 +259,7 @@ def blade_of(path: Path) -> Body:
 
 
 def blade_nodes(blade: Body) -> Float:
-    """(N,) [m] heights of its nodes above its root."""
+    """(N,) [m] heights of the nodes of a blade above its root."""
     height: Float = blade.nodes[:, 2] - blade.nodes[0, 2]
     return height
 

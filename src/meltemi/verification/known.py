@@ -1,6 +1,6 @@
 """Known deviations: beyond their band, understood, each with its own bound.
 
-How each was established stands in docs/verification/index.md.
+docs/verification/index.md describes how each was established.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``meltemi bench --loads``: a sample of a load base, how its time divides, and what the whole takes."""
+"""``meltemi bench --loads``: time of a sample of a load base by its parts, and the time of the whole."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def load_benchmark(*, cases: int = 40, say: Callable[[str], None] = lambda text:
     """Run a sample of the load base of the NREL 5 MW, class IB, edition 4, on all cores.
 
     Args:
-      cases: of the sample: every n-th case that can run.
-      say: called with what is going on.
+      cases: number of cases of the sample: every n-th case that can run.
+      say: callback with the current activity.
 
     Returns:
       ``cases``, ``hours`` (simulated, of the sample), ``cores``, ``wall_s``, ``cpu_s`` (of the process), ``parts``

@@ -38,9 +38,9 @@ BANDS = {
     "YawBrMzp": 10.0,
     "TwrBsMxt": 10.0,
 }
-"""[%] for steady means; the pitch angle has 0.2 deg."""
+"""Bands [%] of steady means; that of the pitch angle is 0.2 deg."""
 FLOOR = 0.2
-"""Of the channel's largest steady mean."""
+"""Fraction of the channel's largest steady mean to which small values are compared."""
 
 
 @cache

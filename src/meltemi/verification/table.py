@@ -53,10 +53,10 @@ class Check:
     """A value and its reference.
 
     Attributes:
-      what: the quantity.
-      case: where: wind speed, mode, node, ...
+      what: quantity.
+      case: wind speed, mode, node, ...
       unit: SI unit of ``reference`` and ``ours``.
-      deviation: in ``measure``.
+      deviation: deviation in ``measure``.
       measure: ``"%"``, ``"deg"``, ``"s"``, ``"points"`` or ``"-"``.
       band: largest deviation that passes; None is only reported.
       beside: a further number for comparison, in ``measure``.
@@ -143,8 +143,8 @@ class CheckTable:
 
     Attributes:
       name: short, for patterns and files.
-      title, source: in words.
-      beside: what the further column is, if there is one.
+      title, source: title and source in words.
+      beside: head of a further column; empty without one.
       figures: plots by name.
     """
 
@@ -188,8 +188,8 @@ class CheckStudy(NamedTuple):
 
     Attributes:
       seconds: usual duration.
-      compare: makes it.
-      what: its name where it cannot be made.
+      compare: function that returns the comparison.
+      what: name in the message if a package is missing.
       needs: optional packages.
     """
 
@@ -205,7 +205,7 @@ class VerificationReport:
 
     Attributes:
       tables: the comparisons.
-      name: of the files that ``write`` makes.
+      name: name of the files that ``write`` makes.
     """
 
     tables: Sequence[CheckTable]
@@ -217,7 +217,7 @@ class VerificationReport:
 
     @property
     def failed(self) -> bool:
-        """Any row fails."""
+        """Whether any row fails."""
         return self.count(CheckVerdict.FAIL) > 0
 
     def summary(self) -> str:

@@ -39,7 +39,7 @@ MODELS: dict[RotationalAugmentation, str] = {
 ATTACHED = 7.0
 """[m/s] wind speed with attached flow."""
 BAND = 5.0
-"""[%] in attached flow."""
+"""Band [%] in attached flow."""
 AGAIN = {7.0: 801.3, 15.0: 1163.8}
 """[N m] torque in sequence S, a repetition without the probes, by wind speed [m/s]; that of 15 m/s from a second
 transcription."""
@@ -47,7 +47,7 @@ BLIND = ((0.25, 1.75), (0.30, 2.75))
 """Least and largest power over the measured one in NREL's blind comparison: without stall, in stall (TP-500-29494)."""
 
 SPEED = 72.0 * np.pi / 30.0
-"""[rad/s]."""
+"""[rad/s] rotor speed."""
 PITCH = np.radians(3.0 + 1.815)
 """[rad] tip pitch of 3 deg, and the twist of the tip."""
 WAKE_RAKE = (-6.3, 8.3)
@@ -92,7 +92,7 @@ def s809(reynolds: str) -> Float:
 
 @cache
 def phase_vi() -> Turbine:
-    """The turbine, as far as a rigid rotor at constant speed has it; the rest is the NREL 5 MW."""
+    """The turbine of the experiment for a rigid rotor at constant speed; other data are those of the NREL 5 MW."""
     rows = reference_table("uae_blade")
     radius, chord, twist, axis = (
         np.array([float(r[name]) for r in rows]) for name in ("radius", "chord", "twist", "pitch_axis")
@@ -144,9 +144,9 @@ class SteadyLoads:
     """Steady loads of the rigid rotor.
 
     Attributes:
-      torque, thrust: [N m], [N].
+      torque, thrust: [N m], [N] loads of the rotor.
       position: (N,) radius over that of the rotor.
-      alpha: (N,) [rad].
+      alpha: (N,) [rad] angle of attack.
       normal, tangential: (N,) coefficients normal to the chord, and along it towards the leading edge.
       lever: (2, N) [N m] torque of the rotor by unit coefficients.
     """
@@ -160,7 +160,7 @@ class SteadyLoads:
     lever: Float
 
     def torque_with(self, normal: Float, tangential: Float) -> float:
-        """[N m] with other coefficients at the nodes in the same flow."""
+        """[N m] torque with other coefficients at the nodes in the same flow."""
         return float(np.sum(self.lever * np.stack([normal, tangential])))
 
 

@@ -57,8 +57,8 @@ class OutputColumns:
       names, units: of the columns, as they are written; units without parentheses.
       time: (T,) [s].
       data: (T, C) in those units, without the time.
-      description: of the run.
-      warning: that the file is cut.
+      description: description of the run.
+      warning: message if the file is cut.
     """
 
     names: tuple[str, ...]

@@ -14,7 +14,7 @@ from meltemi.simulation.result import Result
 from meltemi.wind_files.common import replacing, text_of
 
 LARGEST = 4_000_000_000
-"""[bytes] of an hour with many channels."""
+"""[bytes] size of an hour with many channels."""
 HEAD = 50
 """Number of lines that are searched for the names."""
 STARS = re.compile(r"\*+")

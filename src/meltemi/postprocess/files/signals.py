@@ -21,7 +21,7 @@ def read_signals(path: str | Path, names: Mapping[str, str] | None = None) -> Re
     """Read signals from a CSV file, in SI units.
 
     Args:
-      path: of the file; its first column is the time. Empty cells become NaN.
+      path: path of the file; its first column is the time. Empty cells become NaN.
       names: channel by the name of a column, where the file has other names than meltemi's or OpenFAST's.
 
     Raises:

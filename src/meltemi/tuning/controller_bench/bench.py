@@ -24,9 +24,9 @@ from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, CriterionVer
 Numbers = Mapping[str, float]
 
 LEFT = 0.9
-"""Share of the reference speed above which there was no stop."""
+"""Fraction of the reference speed above which the turbine has not stopped."""
 HOURS = 8766.0
-"""[h] of a year."""
+"""[h] hours of a year."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -34,20 +34,20 @@ class ControllerBench(Brief):
     """Controllers in the same cases of a fixed suite.
 
     Attributes:
-      turbine: name.
-      wind_class: of the winds.
-      controllers: names; the first is the reference.
-      about: of each controller.
+      turbine: name of the turbine.
+      wind_class: class of the winds.
+      controllers: names of the controllers; the first is the reference.
+      about: description of each controller.
       supervised: names of those whose starts and stops are those of meltemi's supervisor.
-      cases: of the suite.
-      numbers: by case and controller; without the runs that did not reach their end.
+      cases: cases of the suite.
+      numbers: numbers by case and controller; without the runs that did not reach their end.
       failures: messages by case and controller.
-      loops: measured speed loops by controller, by wind speed.
-      blade_loops: the same of loops on the blades' root moments, at wind speeds where the pitch is away from its
+      loops: measured speed loops by controller, one for each wind speed.
+      blade_loops: measured loops on the blades' root moments, at wind speeds where the pitch is away from its
         minimum; without the controllers that have none.
-      speeds: [m/s] of normal turbulence.
-      mean_speed: [m/s] of the Rayleigh distribution of the lifetime.
-      limits: of the verdicts.
+      speeds: [m/s] wind speeds of normal turbulence.
+      mean_speed: [m/s] mean of the Rayleigh distribution of the lifetime.
+      limits: limits of the verdicts.
     """
 
     turbine: str
@@ -151,7 +151,7 @@ class ControllerBench(Brief):
         return {name: self.verdicts(name) for name in self.controllers}
 
     def judged(self, limits: BenchLimits) -> ControllerBench:
-        """The same runs against other limits."""
+        """The bench with the same runs, judged by other limits."""
         return replace(self, limits=limits)
 
     def leaderboard(self) -> tuple[Standing, ...]:

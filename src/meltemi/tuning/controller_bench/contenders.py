@@ -28,10 +28,10 @@ class Contender:
     """A controller on the bench.
 
     Attributes:
-      name: in tables.
-      controller: in production.
-      operating: in starts, stops and grid losses: the same with the supervisor where it has one of meltemi's.
-      about: what it is.
+      name: name in tables.
+      controller: controller in production.
+      operating: controller in starts, stops and grid losses: with meltemi's supervisor where there is one.
+      about: description.
     """
 
     name: str
@@ -46,8 +46,8 @@ def contenders(
     """Controllers for a turbine, in their order, each of which worked for a few steps.
 
     Args:
-      entries: by label; names and files are those of docs/guide/controller-names.md.
-      model: of the turbine with the actuators that the schemes require; controllers are made for it.
+      entries: controllers by label; names and files are those of docs/guide/controller-names.md.
+      model: model of the turbine with the actuators that the schemes require; controllers are made for it.
       progress: callback with the completed fraction of the tuning.
 
     Raises:

@@ -32,13 +32,13 @@ def disturbed(
     """A controller behind imperfect sensors and lines.
 
     Args:
-      controller: of any kind; it sees the same sample instants as before.
+      controller: controller of any kind; its sample instants stay the same.
       noise: factor on the standard deviations ``NOISE`` of white noise on the sensors, new at each call.
-      delay: [s] of the pitch demands, rounded to sample times.
+      delay: [s] delay of the pitch demands, rounded to sample times.
       probe: relative addition to the measured generator and rotor speed at a time [s].
       whirl: complex amplitude [N m] at a time [s] of which the real part in the direction of each of three blades is
         added to its measured out-of-plane moment.
-      seed: of the noise.
+      seed: seed of the noise.
     """
 
     def fresh() -> Controller:

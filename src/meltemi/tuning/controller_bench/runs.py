@@ -44,11 +44,11 @@ from meltemi.tuning.run_store import current, resumed
 from meltemi.wind.fields import SteadyWind
 
 STOPPED = 0.2
-"""Share of the reference speed below which a stop is complete."""
+"""Fraction of the reference speed below which a stop is complete."""
 SIGNS = (1.0, -1.0)
-"""Of the test signal of the margins."""
+"""Signs of the test signal of the margins."""
 AWAY = math.radians(1.0)
-"""[rad] of the steady pitch from its minimum, below which the blade loops are at this limit for much of a turn."""
+"""[rad] distance of the steady pitch from its minimum, below which the blades stay at it for much of a turn."""
 ROOTS = tuple(f"root_moment_out_of_plane_{b + 1}" for b in range(3))
 """Channels of the moments that blade loops act on."""
 
@@ -70,14 +70,14 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
     A run that fails counts as failed for its controller and stops no other.
 
     Args:
-      model: of the nominal turbine.
+      model: model of the nominal turbine.
       entries: controllers; the first is the reference.
-      suite: from ``suite_of``.
-      wind_class: of IEC 61400-1.
-      limits: of the verdicts.
+      suite: situations of ``suite_of``.
+      wind_class: class of IEC 61400-1.
+      limits: limits of the verdicts.
       sine: test signal of the margins.
-      grid: with a power reference outside starts, stops and grid losses; all controllers follow it.
-      workers: threads.
+      grid: grid with a power reference outside starts, stops and grid losses; all controllers follow it.
+      workers: number of threads.
       progress: callback with the completed fraction.
 
     Raises:
@@ -230,10 +230,10 @@ def numbers_of(result: Result, case: BenchCase, reference: float, clearance: flo
     """Stored quantities of a run.
 
     Args:
-      result: of the case.
-      case: of the suite.
-      reference: [rad/s] generator speed.
-      clearance: [m] of the undeflected blade.
+      result: result of the case.
+      case: case of the suite.
+      reference: [rad/s] reference of the generator speed.
+      clearance: [m] tower clearance of the undeflected blade.
     """
     part = result.evaluated
     length = float(part.time[-1] - part.time[0])

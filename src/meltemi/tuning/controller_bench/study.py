@@ -42,16 +42,16 @@ def bench_controllers(  # noqa: PLR0913 - options of a study, each with a defaul
     """Run controllers through the fixed suite of the test bench, in the same winds as a reference, and judge them.
 
     Args:
-      turbine: for which the controllers are made; it receives flaps if a scheme needs them.
+      turbine: turbine of the controllers; it receives flaps if a scheme needs them.
       controllers: names and files (docs/guide/controller-names.md), or by label controllers, functions of the turbine
         that return one, and names.
       reference: label of one of them, or another name; changes are against it.
       quick: the reduced suite.
-      wind_class: of IEC 61400-1.
-      limits: of the verdicts.
-      options: of the model.
-      grid: with a power reference outside starts, stops and grid losses; all controllers follow it.
-      workers: threads.
+      wind_class: class of IEC 61400-1.
+      limits: limits of the verdicts.
+      options: options of the model.
+      grid: grid with a power reference outside starts, stops and grid losses; all controllers follow it.
+      workers: number of threads.
       progress: callback with the completed fraction.
 
     Raises:

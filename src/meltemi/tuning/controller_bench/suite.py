@@ -27,9 +27,9 @@ FIRST_SEED = 7_400_000
 Group = Literal["production", "extreme", "robustness", "operation"]
 SPEEDS = tuple(float(v) for v in range(4, 25, 2))
 EVENT = 60.0
-"""[s] of gusts, faults and requests."""
+"""[s] time of gusts, faults and requests."""
 TWENTY = 0.2
-"""Share by which inertia and stiffness of the plant differ from those of the design."""
+"""Fraction by which inertia and stiffness of the plant differ from those of the design."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,16 +37,16 @@ class Situation:
     """Cases that differ in wind speed, sign and seed only.
 
     Attributes:
-      name: in tables.
+      name: name in tables.
       about: description in one line.
-      group: in which section of the results.
+      group: section of the results.
       wind: model of IEC 61400-1, or ``steady``.
-      speeds: [m/s].
+      speeds: [m/s] wind speeds.
       seeds: number of turbulent winds at each speed; 0 without turbulence.
       duration: [s] evaluated.
       transient: [s] before, not evaluated.
       senses: signs of a change of direction.
-      events: of the run, as keys and values.
+      events: events of the run, as keys and values.
       inertia, stiffness: factors of the plant on those of the turbine for which the controller is made.
       iced: ice on all blades of the plant.
       frequency: [rad/s] of the plant's pitch actuators, second order.
@@ -92,10 +92,10 @@ class BenchCase:
     """One wind of a situation.
 
     Attributes:
-      situation: that it belongs to.
-      speed: [m/s] mean at hub height.
-      seed: of the turbulence; None without it.
-      sign: of a change of direction.
+      situation: situation of the case.
+      speed: [m/s] mean wind speed at hub height.
+      seed: seed of the turbulence; None without it.
+      sign: sign of a change of direction.
     """
 
     situation: Situation
@@ -117,7 +117,7 @@ class BenchCase:
         return self.situation.settling + self.situation.duration
 
     def wind(self, turbine: Turbine, wind_class: str) -> AnyWind:
-        """Its wind; turbulence is generated later."""
+        """The wind of the case; turbulence is generated later."""
         model = self.situation.wind
         if model == "steady":
             return SteadyWind(speed=self.speed, shear_exponent=0.2)
@@ -228,11 +228,11 @@ class BenchLimits(Record):
     """Largest generator speed over its reference in all cases with a grid; by default that at which the supervisor
     stops the turbine."""
     grid_loss_speed: float = Field(default=1.25, gt=1.0)
-    """The same after a grid loss."""
+    """Largest generator speed over its reference after a grid loss."""
     clearance: float = Field(default=0.3, ge=0.0, lt=1.0)
     """Smallest tower clearance over that of the undeflected blade."""
     phase_margin: float = Field(default=PHASE_MARGIN, ge=0.0, lt=3.2)
-    """[rad] of the speed loop at each wind speed."""
+    """[rad] phase margin of the speed loop at each wind speed."""
     gain_margin: float = Field(default=GAIN_MARGIN, ge=1.0)
     """Factor on the gain of the speed loop at each wind speed; 2 is 6 dB."""
     delay_margin: float = Field(default=0.2, ge=0.0)
@@ -246,7 +246,7 @@ class BenchLimits(Record):
     pitch_travel: float = Field(default=math.radians(2.0), gt=0.0)
     """[rad/s] mean pitch rate in production."""
     stop_time: float = Field(default=60.0, gt=0.0)
-    """[s] from a request to stop to 20 % of the reference speed."""
+    """[s] time from a request to stop to 20 % of the reference speed."""
 
 
 NOISE = {
