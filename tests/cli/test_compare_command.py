@@ -207,7 +207,8 @@ def test_no_wind_is_left(command: Command, tmp_path: Path) -> None:
     ran = command("compare", "nrel5mw", *SHORT, "--seeds", 1, "--controllers", f"{mine}", "--out", out)
     assert (ran.status, ran.out) == (2, "")
     assert re.match(
-        r"error: compare: in no wind did all schemes reach the end of their runs; first of 1 failures: scheme 'own' in wind 1: "
+        r"error: compare: in no wind did all schemes reach the end of their runs; "
+        r"first of 1 failures: scheme 'own' in wind 1: "
         r"at t = 1\.\d+ s the controller 'mine' returned pitch_1 = nan",
         ran.err,
     )

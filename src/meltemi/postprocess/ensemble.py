@@ -235,12 +235,7 @@ def rayleigh_weights(
 
 
 def weibull_weights(
-    speeds: ArrayLike,
-    mean_speed: float,
-    k: float,
-    edges: Sequence[float] | None = None,
-    *,
-    tails: Tails = "outside",
+    speeds: ArrayLike, mean_speed: float, k: float, edges: Sequence[float] | None = None, *, tails: Tails = "outside"
 ) -> Float:
     """Probabilities of wind speed bins in a Weibull distribution.
 

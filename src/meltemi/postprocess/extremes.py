@@ -144,13 +144,7 @@ def characteristic_value(extremes: ArrayLike, *, rule: Rule, speeds: ArrayLike |
 
 
 def characteristic_rows(
-    extremes: ArrayLike,
-    plane: str,
-    cases: Sequence[str],
-    *,
-    rule: Rule,
-    factor: float,
-    speeds: ArrayLike | None = None,
+    extremes: ArrayLike, plane: str, cases: Sequence[str], *, rule: Rule, factor: float, speeds: ArrayLike | None = None
 ) -> tuple[ExtremeRow, ...]:
     """Characteristic loads of the runs of a load case, for each of the 14 extremes.
 

@@ -68,11 +68,7 @@ def usual_slope(channel: Channel) -> float | None:
 
 
 def equivalent_loads(
-    result: Result,
-    names: Sequence[str] | None = None,
-    f_eq: float = 1.0,
-    *,
-    slopes: Mapping[str, float] | None = None,
+    result: Result, names: Sequence[str] | None = None, f_eq: float = 1.0, *, slopes: Mapping[str, float] | None = None
 ) -> dict[str, float]:
     """Damage-equivalent loads of the load channels of a result, without its initial transient, in SI units.
 

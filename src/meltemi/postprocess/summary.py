@@ -148,18 +148,8 @@ class Counter:
         damages = np.zeros(len(states))
         for k in np.flatnonzero(slopes):
             damages[k] = damage_until_now(ChannelState(states[k]).cycles, self.record.points[k], spare)
-        samples = int(n[0])
-        return Summary(
-            self.channels,
-            rows,
-            slopes.copy(),
-            damages,
-            samples,
-            max(samples - 1, 0) * step,
-            about.status,
-            about.message,
-            about.meta,
-        )
+        samples, origin = int(n[0]), (about.status, about.message, about.meta)
+        return Summary(self.channels, rows, slopes.copy(), damages, samples, max(samples - 1, 0) * step, *origin)
 
 
 def counted(run: Simulation, slopes: Mapping[str, float] | None = None) -> Counter:

@@ -34,13 +34,7 @@ MAIN_CHANNELS = (
     "tower_base_moment_fore_aft",
 )
 """Main channels, shown by default with those at sea."""
-AT_SEA = (
-    "wave_elevation",
-    "platform_surge",
-    "platform_pitch",
-    "mudline_reaction_moment_y",
-    "line_1_fairlead_tension",
-)
+AT_SEA = ("wave_elevation", "platform_surge", "platform_pitch", "mudline_reaction_moment_y", "line_1_fairlead_tension")
 MOST_PANELS = 12
 """Channels of a result of which all are shown by default, those of three blades counted once."""
 

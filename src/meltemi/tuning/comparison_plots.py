@@ -95,10 +95,7 @@ def _finish(ax: Axes, title: str, unit: str) -> None:
 
 
 def _bars(
-    ax: Axes,
-    names: Sequence[str],
-    bars: Mapping[str, Sequence[tuple[float, float]]],
-    colour: Mapping[str, str],
+    ax: Axes, names: Sequence[str], bars: Mapping[str, Sequence[tuple[float, float]]], colour: Mapping[str, str]
 ) -> None:
     width = FULL / len(bars)
     for i, (scheme, pairs) in enumerate(bars.items()):

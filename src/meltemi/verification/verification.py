@@ -7,18 +7,7 @@ from pathlib import Path
 
 from meltemi.core.errors import InputError
 from meltemi.core.extras import skipped
-from meltemi.verification import (
-    closed_form,
-    far_bending,
-    hawc2,
-    iea,
-    modes,
-    momentum,
-    published,
-    rotor,
-    steady,
-    uae,
-)
+from meltemi.verification import closed_form, far_bending, hawc2, iea, modes, momentum, published, rotor, steady, uae
 from meltemi.verification.known import KNOWN
 from meltemi.verification.table import CheckStudy, CheckTable, KnownDeviation, VerificationReport
 

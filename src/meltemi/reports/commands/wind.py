@@ -222,11 +222,7 @@ def _read(path: Path) -> WindBox | WindSeries:
 
 
 def _field(
-    described: TurbulentWind,
-    turbine: AnyTurbine,
-    duration: float,
-    width: float | None,
-    gust: WindSeries | None,
+    described: TurbulentWind, turbine: AnyTurbine, duration: float, width: float | None, gust: WindSeries | None
 ) -> WindBox:
     grid = meltemi.wind.wind_grid_for(turbine, described.points, width=width)
     with progress_bar(described.label) as progress:

@@ -8,13 +8,7 @@ from dataclasses import dataclass, field
 from meltemi.control.controller import Controller
 from meltemi.controllers.python import checked_controller
 from meltemi.controllers.schemes import make_controller, tuned_schemes
-from meltemi.controllers.specification import (
-    BaselineCase,
-    check_files,
-    description,
-    specification,
-    supervised_form,
-)
+from meltemi.controllers.specification import BaselineCase, check_files, description, specification, supervised_form
 from meltemi.controllers.trial import try_controllers
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.turbine.definition import Turbine

@@ -18,18 +18,9 @@ from meltemi.reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Docu
 from meltemi.reports.ensemble_tables import change_text
 from meltemi.reports.html import write_page
 from meltemi.reports.rendering import report_folder
+from meltemi.tuning.controller_bench import tables
 from meltemi.tuning.controller_bench.bench import ControllerBench
-from meltemi.tuning.controller_bench.tables import (
-    MOMENT,
-    Rows,
-    criteria_table,
-    leaderboard_rows,
-    lifetime_rows,
-    margin_rows,
-    named,
-    value_text,
-    verdict_rows,
-)
+from meltemi.tuning.controller_bench.tables import Rows
 from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, CriterionVerdict, decibel
 
 RADAR = {
@@ -51,7 +42,7 @@ def extreme_rows(bench: ControllerBench) -> Rows:
     """Header and rows of the largest loads of production and extreme events."""
     extremes = {name: bench.extremes(name) for name in bench.controllers}
     head = ["load", "unit", *(text for name in bench.controllers for text in (name, "case"))]
-    unit, factor = MOMENT
+    unit, factor = tables.MOMENT
     rows = []
     for load in SLOPES:
         row = [NAMES[load], unit]
@@ -65,9 +56,11 @@ def extreme_rows(bench: ControllerBench) -> Rows:
 def situation_rows(bench: ControllerBench, group: str) -> Rows:
     """Header and rows of the situations of a group: extremes of each controller, and changes against the reference."""
     operation = group == "operation"
-    head = ["situation", "controller", "runs", "speed %", "clearance %", *(f"{named(q)}\nchange %" for q in COMPARED)]
+    head = ["situation", "controller", "runs", "speed %"]
     if operation:
-        head = ["situation", "controller", "runs", "speed %", "stop s", "end speed %", "end power kW"]
+        head += ["stop s", "end speed %", "end power kW"]
+    else:
+        head += ["clearance %", *(f"{tables.named(q)}\nchange %" for q in COMPARED)]
     rows = []
     for situation in dict.fromkeys(c.situation for c in bench.cases if c.situation.group == group):
         total = sum(c.situation is situation for c in bench.cases)
@@ -103,13 +96,8 @@ def run_rows(bench: ControllerBench) -> Rows:
     for case in bench.cases:
         for name in bench.controllers:
             run = bench.numbers.get((case.name, name), {})
-            first = [
-                case.name,
-                case.situation.name,
-                case.situation.group,
-                f"{case.speed:g}",
-                "" if case.seed is None else str(case.seed),
-            ]
+            first = [case.name, case.situation.name, case.situation.group, f"{case.speed:g}"]
+            first.append("" if case.seed is None else str(case.seed))
             values = [f"{run[q]:.9g}" if q in run and math.isfinite(run[q]) else "" for q in quantities]
             rows.append([*first, name, bench.failures.get((case.name, name), ""), *values])
     return head, rows
@@ -127,10 +115,10 @@ def content(bench: ControllerBench) -> dict[str, Any]:
         "reference": bench.reference,
         "controllers": dict(bench.about),
         "limits": bench.limits.content(),
-        "leaderboard": table(leaderboard_rows(bench.leaderboard(), bench.reference)),
-        "verdicts": table(verdict_rows(bench.all_verdicts())),
-        "lifetime": table(lifetime_rows(bench.lifetimes())),
-        "margins": table(margin_rows(bench.loops, bench.blade_loops)),
+        "leaderboard": table(tables.leaderboard_rows(bench.leaderboard(), bench.reference)),
+        "verdicts": table(tables.verdict_rows(bench.all_verdicts())),
+        "lifetime": table(tables.lifetime_rows(bench.lifetimes())),
+        "margins": table(tables.margin_rows(bench.loops, bench.blade_loops)),
         "runs": table(run_rows(bench)),
     }
 
@@ -152,9 +140,9 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
     """
     out, verdicts = report_folder(out), bench.all_verdicts()
     files = [
-        write_csv(out / "verdicts.csv", *verdict_rows(verdicts)),
-        write_csv(out / "lifetime.csv", *lifetime_rows(bench.lifetimes())),
-        write_csv(out / "margins.csv", *margin_rows(bench.loops, bench.blade_loops)),
+        write_csv(out / "verdicts.csv", *tables.verdict_rows(verdicts)),
+        write_csv(out / "lifetime.csv", *tables.lifetime_rows(bench.lifetimes())),
+        write_csv(out / "margins.csv", *tables.margin_rows(bench.loops, bench.blade_loops)),
         write_csv(out / "runs.csv", *run_rows(bench)),
         write_text(out / "bench.json", json.dumps(content(bench), indent=1, ensure_ascii=False) + "\n"),
         write_text(out / "leaderboard.md", leaderboard_text(bench)),
@@ -201,7 +189,7 @@ def _verdict_block(name: str, criteria: Sequence[CriterionVerdict], base: bool) 
     lines = []
     for v in failed:
         where = f" ({v.where})" if v.where else ""
-        value, limit = (f"{value_text(x)} {v.unit}".rstrip() for x in (v.value, v.limit))
+        value, limit = (f"{tables.value_text(x)} {v.unit}".rstrip() for x in (v.value, v.limit))
         lines.append(f"{v.criterion} {value}, limit {limit}{where}")
     lines += [f"{v.criterion}: {v.where}" for v in criteria if v.passed is None]
     return blocks.VerdictBlock("bad" if failed else "good", heading, lines)
@@ -210,13 +198,11 @@ def _verdict_block(name: str, criteria: Sequence[CriterionVerdict], base: bool) 
 def _sections(bench: ControllerBench, repeat: str) -> list[Section]:
     text = "Changes are against {}, in the same winds, formed seed by seed, with their 95 % intervals."
     lifetime = Table(
-        *lifetime_rows(bench.lifetimes()),
-        text_columns=2,
-        note=text.format(bench.reference) + LIFETIME,
+        *tables.lifetime_rows(bench.lifetimes()), text_columns=2, note=text.format(bench.reference) + LIFETIME
     )
-    margins = Table(*margin_rows(bench.loops, bench.blade_loops), text_columns=2)
+    margins = Table(*tables.margin_rows(bench.loops, bench.blade_loops), text_columns=2)
     sections = [
-        Section("Criteria", [criteria_table(bench.all_verdicts())]),
+        Section("Criteria", [tables.criteria_table(bench.all_verdicts())]),
         Section("Production", [*_radar(bench), lifetime]),
         Section("Stability margins", [MARGINS, *_margin_charts(bench), margins]),
         Section(
@@ -314,8 +300,8 @@ def _suite_table(bench: ControllerBench) -> Table:
 
 def leaderboard_text(bench: ControllerBench) -> str:
     """The leaderboard and the criteria as Markdown tables."""
-    head, rows = leaderboard_rows(bench.leaderboard(), bench.reference)
-    table = criteria_table(bench.all_verdicts())
+    head, rows = tables.leaderboard_rows(bench.leaderboard(), bench.reference)
+    table = tables.criteria_table(bench.all_verdicts())
     marks = {"good": "", "bad": " **fails**", "doubtful": " (limit within interval)"}
     cells = [[f"{cell}{marks[cell.kind] if isinstance(cell, Marked) else ''}" for cell in row] for row in table.rows]
     return "\n".join(

@@ -120,7 +120,7 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
     pairs = {(v, name): [outcomes[probed[v, name, sign].name] for sign in SIGNS] for v, name, _ in probed}
     turned = {(v, name): [outcomes[whirled[v, name, sign].name] for sign in SIGNS] for v, name, _ in whirled}
     loop = partial(blade_loop, delay=late)
-    blades = {name: tuple(_measured(v, whirl, *turned[v, name], loop) for v in free) for _, name in turned}
+    blades = {name: tuple(_measured(v, whirl, turned[v, name], loop) for v in free) for _, name in turned}
     return ControllerBench(
         turbine=turbine.name,
         wind_class=wind_class,
@@ -130,7 +130,7 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
         cases=tuple(dict.fromkeys(case for case, _ in in_suite)),
         numbers=done,
         failures=failed,
-        loops={e.name: tuple(_measured(v, sine, *pairs[v, e.name]) for v in speeds) for e in entries},
+        loops={e.name: tuple(_measured(v, sine, pairs[v, e.name]) for v in speeds) for e in entries},
         blade_loops={name: loops for name, loops in blades.items() if any(np.any(loop.response) for loop in loops)},
         speeds=speeds,
         mean_speed=0.2 * as_class(wind_class, None).v_ref,
@@ -217,11 +217,11 @@ def pitching_speeds(model: BladedModel, speeds: Iterable[float]) -> list[float]:
 
 
 def _measured(
-    speed: float, signal: Multisine, up: Outcome, down: Outcome, loop: Callable[..., OpenLoop] = speed_loop
+    speed: float, signal: Multisine, runs: Sequence[Outcome], loop: Callable[..., OpenLoop] = speed_loop
 ) -> OpenLoop:
-    """The loop from two runs; without numbers if one of them did not reach its end."""
-    if up.status.complete and down.status.complete:
-        return loop(speed, signal, up.value, down.value)
+    """The loop from runs with either sign; without numbers if one of them did not reach its end."""
+    if all(run.status.complete for run in runs):
+        return loop(speed, signal, *(run.value for run in runs))
     nothing = np.full(len(signal.lines), complex(math.nan, math.nan))
     return OpenLoop(speed, 2.0 * math.pi * signal.lines, nothing, math.inf)
 

@@ -168,13 +168,8 @@ def suite_of(turbine: Turbine, *, quick: bool = False) -> tuple[Situation, ...]:
       turbine: gives cut-in and cut-out wind speed, and the offset of the speed sensor.
       quick: fewer speeds and seeds, and shorter runs.
     """
-    robust: dict[str, Any] = {
-        "group": "robustness",
-        "wind": "NTM",
-        "speeds": (8.0, 18.0),
-        "seeds": 3,
-        "duration": 300.0,
-    }
+    robust: dict[str, Any] = {"group": "robustness", "wind": "NTM", "speeds": (8.0, 18.0), "seeds": 3}
+    robust["duration"] = 300.0
     bias = 0.01 * turbine.control.pitch.reference_speed
     gust: dict[str, Any] = {"group": "extreme", "duration": 60.0, "transient": 50.0}
     operation: dict[str, Any] = {"group": "operation", "wind": "steady", "duration": 90.0, "transient": 50.0}
