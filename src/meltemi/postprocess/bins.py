@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 MOST_PERIODS = 2.0**53
 """Largest number of periods that a float counts one by one."""
-OVER = {"mean": "mean", "std": "mean", "min": "min", "max": "max"}
+OVER_PERIODS = {"mean": "mean", "std": "mean", "min": "min", "max": "max"}
 """Statistics of periods, and the statistic of each in a bin."""
-STATISTICS = tuple(OVER)
+STATISTICS = tuple(OVER_PERIODS)
 TEN_MINUTES = 600.0
 """[s] length of the periods."""
 EDGES = (0.0, *(k + 0.5 for k in range(2, 25)))
@@ -137,4 +137,6 @@ def bin_statistics(periods: pd.DataFrame, by: str = "wind_speed", *, edges: Sequ
         },
         bins,
     )
-    return head.join(groups.agg({(name, of): over for name in names for of, over in OVER.items()}).reindex(bins))
+    return head.join(
+        groups.agg({(name, of): over for name in names for of, over in OVER_PERIODS.items()}).reindex(bins)
+    )

@@ -13,7 +13,7 @@ from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
 from meltemi.reports.blocks import Axis, Chart, Curve, Statistics
 
-TOGETHER = 9
+CHARTS_PER_FIGURE = 9
 """Charts in a figure."""
 
 
@@ -66,8 +66,8 @@ def _draw(ax: object, chart: Chart) -> None:
 
 def grid_figures(charts: Sequence[Chart]) -> Iterator[Figure]:
     """Charts with straight axes, nine in a figure."""
-    for at in range(0, len(charts), TOGETHER):
-        batch = charts[at : at + TOGETHER]
+    for at in range(0, len(charts), CHARTS_PER_FIGURE):
+        batch = charts[at : at + CHARTS_PER_FIGURE]
         rows = math.ceil(len(batch) / 3)
         figure = ShownFigure(figsize=(10.5, 2.2 * rows))  # laid out by hand: constrained layout takes twice the time
         axes = figure.subplots(rows, 3, squeeze=False)

@@ -84,11 +84,11 @@ def scheme_rows(
     return head, rows, groups
 
 
-OPEN = "?"
+UNDECIDED = "?"
 """Text in place of an estimate from two seeds whose interval contains zero."""
 
 
-def tells(e: MeanEstimate, resolution: float = 0.0) -> bool:
+def significant(e: MeanEstimate, resolution: float = 0.0) -> bool:
     """Whether an estimate is significant: one from two numbers is not if its interval contains zero.
 
     Of two numbers Student's interval is six times as wide as of many (12.7 instead of 2.0 standard errors): zero within
@@ -102,27 +102,27 @@ def tells(e: MeanEstimate, resolution: float = 0.0) -> bool:
 
 
 def with_interval(e: MeanEstimate, digits: int, sign: str = "", factor: float = 1.0) -> str:
-    """A mean, times a factor, and the half-width of its confidence interval; ``OPEN`` if it :func:`tells` nothing."""
-    if not tells(e, 0.5 * 10.0**-digits / abs(factor)):
-        return OPEN
+    """A mean, times a factor, and the half-width of its confidence interval; ``UNDECIDED`` if not :func:`significant`."""
+    if not significant(e, 0.5 * 10.0**-digits / abs(factor)):
+        return UNDECIDED
     width = f" ± {abs(factor) * e.half_width:.{digits}f}" if e.n > 1 else ""
     return f"{factor * e.mean:{sign}.{digits}f}{width}"
 
 
 def half_bar(e: MeanEstimate, factor: float = 1.0) -> float:
-    """Length of an error bar, times a factor; NaN where the interval :func:`tells` nothing."""
-    return abs(factor) * e.half_width if tells(e) else nan
+    """Length of an error bar, times a factor; NaN where the estimate is not :func:`significant`."""
+    return abs(factor) * e.half_width if significant(e) else nan
 
 
 def change_bar(change: MeanEstimate | None) -> tuple[float, float]:
-    """Length of the bar of a change [%] and of its error bar; NaN where it is missing or :func:`tells` nothing."""
-    if change is None or not tells(change, 5e-4):
+    """Length of the bar of a change [%] and of its error bar; NaN where it is missing or not :func:`significant`."""
+    if change is None or not significant(change, 5e-4):
         return nan, nan
     return 100.0 * change.mean, 100.0 * change.half_width
 
 
 def change_text(change: MeanEstimate | None) -> str:
-    """A change in percent with the half-width of its interval, if available; ``OPEN`` if it :func:`tells` nothing."""
+    """A change in percent with the half-width of its interval, if available; ``UNDECIDED`` if not :func:`significant`."""
     if change is None or isnan(change.mean):
         return "-"
     large = max(abs(change.mean), 0.0 if isnan(change.half_width) else change.half_width) >= 1.0

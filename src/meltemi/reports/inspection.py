@@ -12,8 +12,13 @@ from meltemi.report.plots import plot_performance, plot_power_curve, save
 from meltemi.report.tables import power_curve_rows
 from meltemi.reports.blocks import Document, Picture, Section, Table
 from meltemi.reports.html import write_page
-from meltemi.reports.portrait import Portrait, PowerPortrait, portrait, power_portrait
 from meltemi.reports.turbine_facts import fact_rows, mode_rows
+from meltemi.reports.turbine_overview import (
+    PowerTurbineOverview,
+    TurbineOverview,
+    power_turbine_overview,
+    turbine_overview,
+)
 from meltemi.reports.turbine_plots import plot_turbine, turbine_figures
 from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
@@ -32,7 +37,7 @@ CAPTIONS = {
 
 def inspect_turbine(
     turbine: AnyTurbine, out: str | Path, *, progress: Callable[[float], None] | None = None
-) -> tuple[Portrait | PowerPortrait, list[Path]]:
+) -> tuple[TurbineOverview | PowerTurbineOverview, list[Path]]:
     """Write the self-contained summary page ``turbine.html`` of a turbine, and the summary figure ``turbine.png``.
 
     Quantities that cannot be computed are left out, and the page gives the reason.
@@ -54,14 +59,14 @@ def inspect_turbine(
     if not out.is_dir():
         raise InputError(f"{out}: no such folder; make it first")
     done = progress or (lambda _: None)
-    overview: Portrait | PowerPortrait
+    overview: TurbineOverview | PowerTurbineOverview
     size: list[tuple[str, str]] = []
     picture = out / "turbine.png"
     if isinstance(turbine, PowerTurbine):
-        overview = power_portrait(turbine)
+        overview = power_turbine_overview(turbine)
         sections = _power_sections(overview, picture)
     else:
-        overview = portrait(turbine, progress=lambda x: done(0.6 * x))
+        overview = turbine_overview(turbine, progress=lambda x: done(0.6 * x))
         save(plot_turbine(overview), picture)
         done(0.8)
         sections = _sections(overview, picture)
@@ -77,7 +82,7 @@ def inspect_turbine(
     return overview, [page, picture]
 
 
-def _power_sections(overview: PowerPortrait, picture: Path) -> list[Section]:
+def _power_sections(overview: PowerTurbineOverview, picture: Path) -> list[Section]:
     """Sections of the page of a power-coefficient turbine; draws the picture."""
     p = overview.performance
     every = slice(None, None, max(len(p.pitch) // 8, 1))
@@ -93,7 +98,7 @@ def _power_sections(overview: PowerPortrait, picture: Path) -> list[Section]:
     return sections
 
 
-def _sections(seen: Portrait, picture: Path) -> list[Section]:
+def _sections(seen: TurbineOverview, picture: Path) -> list[Section]:
     """Sections of the page of an aeroelastic turbine."""
     pictures = {name: _picture(figure, CAPTIONS[name]) for name, figure in turbine_figures(seen).items()}
     operation = [Table(*power_curve_rows(seen.curve), text_columns=0)] if seen.curve else []
@@ -109,7 +114,7 @@ def _sections(seen: Portrait, picture: Path) -> list[Section]:
     return sections
 
 
-def _numbers(overview: Portrait | PowerPortrait) -> Table:
+def _numbers(overview: TurbineOverview | PowerTurbineOverview) -> Table:
     return Table(["group", "what", "value"], fact_rows(overview), text_columns=3)
 
 

@@ -6,7 +6,7 @@ import math
 
 from meltemi.analyses.modes import Mode
 from meltemi.report import tables
-from meltemi.reports.portrait import Portrait, PowerPortrait, masses
+from meltemi.reports.turbine_overview import PowerTurbineOverview, TurbineOverview, masses
 from meltemi.turbine.power_turbine import AnyTurbine
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
@@ -18,9 +18,9 @@ FIRST = (
 """Modes of the machine among the facts, and their coordinates; the generator's speed is held."""
 
 
-def turbine_facts(overview: Portrait | PowerPortrait) -> Groups:
+def turbine_facts(overview: TurbineOverview | PowerTurbineOverview) -> Groups:
     """Groups of names and values, without quantities that could not be computed."""
-    if isinstance(overview, PowerPortrait):
+    if isinstance(overview, PowerTurbineOverview):
         return _power_facts(overview)
     t = overview.turbine
     n, d, torque, pitch = t.nacelle, t.drivetrain, t.control.torque, t.control.pitch
@@ -66,7 +66,7 @@ def turbine_facts(overview: Portrait | PowerPortrait) -> Groups:
     return groups
 
 
-def _power_facts(overview: PowerPortrait) -> Groups:
+def _power_facts(overview: PowerTurbineOverview) -> Groups:
     """Main data of a power-coefficient turbine."""
     t, p = overview.turbine, overview.performance
     d, law, pitch = t.drivetrain, t.control.torque, t.control.pitch
@@ -114,7 +114,7 @@ def _control(turbine: AnyTurbine) -> list[tuple[str, str]]:
     ]
 
 
-def fact_rows(overview: Portrait | PowerPortrait) -> list[list[str]]:
+def fact_rows(overview: TurbineOverview | PowerTurbineOverview) -> list[list[str]]:
     """Rows of :func:`turbine_facts`: group, named once, name and value."""
     return [[name if i == 0 else "", *row] for name, facts in turbine_facts(overview) for i, row in enumerate(facts)]
 
@@ -128,7 +128,7 @@ def mode_rows(modes: tuple[Mode, ...]) -> tuple[list[str], list[list[str]]]:
     return ["mode", "coordinates that move most", "Hz", "damping %"], rows
 
 
-def _frequencies(overview: Portrait) -> list[tuple[str, str]]:
+def _frequencies(overview: TurbineOverview) -> list[tuple[str, str]]:
     """First frequencies: of the turbine if its modes are known, otherwise of the clamped blade."""
     rows = []
     for name, coordinate in FIRST:

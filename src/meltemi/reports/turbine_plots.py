@@ -1,7 +1,7 @@
 """Figures of a turbine: ``plot_turbine`` puts all of it on one page, ``turbine_figures`` has one for each topic.
 
-Their panels show blade, tower, polars, coefficients and steady operation. Every panel is a function of axes and a
-portrait; one whose numbers could not be computed gives the reason.
+Their panels show blade, tower, polars, coefficients and steady operation. Every panel is a function of axes and an
+overview; one whose numbers could not be computed gives the reason.
 """
 
 from __future__ import annotations
@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS, GRID, INK, SOFT
 from meltemi.report.plots import corner, note
-from meltemi.reports.portrait import Portrait, beam_mass, line_mass, portrait, principal_stiffness
+from meltemi.reports.turbine_overview import (
+    TurbineOverview,
+    beam_mass,
+    line_mass,
+    principal_stiffness,
+    turbine_overview,
+)
 from meltemi.reports.turbine_sketch import facts, planform_of, sketch
 from meltemi.structure.beam import Modes
 from meltemi.structure.members import blade_beam
@@ -28,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
-Panel = Callable[["Axes", Portrait], None]
+Panel = Callable[["Axes", TurbineOverview], None]
 
 RPM, DEGREES = 30.0 / math.pi, 180.0 / math.pi
 FLAP, EDGE, TORSION = COLOURS[0], COLOURS[1], COLOURS[2]
@@ -83,7 +89,7 @@ def _zero(ax: Axes) -> None:
 SPAN = "from the blade root [m]"
 
 
-def _polar_colours(overview: Portrait) -> tuple[list[str], list[str], Any, int]:
+def _polar_colours(overview: TurbineOverview) -> tuple[list[str], list[str], Any, int]:
     """Airfoils from root to tip, their short names and colours; every how many are named."""
     from matplotlib import colormaps
 
@@ -100,7 +106,7 @@ def _short(names: Sequence[str]) -> list[str]:
     return [name[same:] or name for name in names] if same > 5 else list(names)
 
 
-def planform(ax: Axes, overview: Portrait) -> None:
+def planform(ax: Axes, overview: TurbineOverview) -> None:
     """Leading and trailing edge relative to the pitch axis, and the polars along the span."""
     a = overview.turbine.blade.aerodynamics
     names, short, colours, every = _polar_colours(overview)
@@ -132,7 +138,7 @@ def planform(ax: Axes, overview: Portrait) -> None:
     _label(ax, "planform: chord, pitch axis and polars", SPAN, "towards the nose [m]", loc="lower right", ncols=2)
 
 
-def twist(ax: Axes, overview: Portrait) -> None:
+def twist(ax: Axes, overview: TurbineOverview) -> None:
     """Aerodynamic and structural twist."""
     a, s = overview.turbine.blade.aerodynamics, overview.turbine.blade.structure
     _curves(
@@ -144,7 +150,7 @@ def twist(ax: Axes, overview: Portrait) -> None:
     _label(ax, "twist, positive towards feather", SPAN, "[deg]")
 
 
-def stiffness(ax: Axes, overview: Portrait) -> None:
+def stiffness(ax: Axes, overview: TurbineOverview) -> None:
     """Principal stiffness in bending and torsion."""
     s = overview.turbine.blade.structure
     flap, edge, torsion = principal_stiffness(s)
@@ -159,7 +165,7 @@ def stiffness(ax: Axes, overview: Portrait) -> None:
     _label(ax, f"blade stiffness, {kind}", SPAN, "[N m²]")
 
 
-def mass(ax: Axes, overview: Portrait) -> None:
+def mass(ax: Axes, overview: TurbineOverview) -> None:
     """Mass per length."""
     from meltemi.report.figure import grouped
 
@@ -174,7 +180,7 @@ def mass(ax: Axes, overview: Portrait) -> None:
     _label(ax, "blade mass", SPAN, "[kg/m]")
 
 
-def offsets(ax: Axes, overview: Portrait) -> None:
+def offsets(ax: Axes, overview: TurbineOverview) -> None:
     """Positions of beam axis, aerodynamic centre and centre of mass."""
     a, s = overview.turbine.blade.aerodynamics, overview.turbine.blade.structure
     rows = (
@@ -196,7 +202,7 @@ def _frequency(name: str, modes: Modes, k: int) -> str:
     return f"{name} {modes.frequency[k] / (2.0 * np.pi):.3g} Hz"
 
 
-def bending(ax: Axes, overview: Portrait) -> None:
+def bending(ax: Axes, overview: TurbineOverview) -> None:
     """Flapwise and edgewise modes of the clamped blade."""
     title = "blade modes, clamped and at rest: bending"
     if overview.blade is None:
@@ -211,7 +217,7 @@ def bending(ax: Axes, overview: Portrait) -> None:
     return _label(ax, title, SPAN, "displacement, tip 1 [-]")
 
 
-def torsion(ax: Axes, overview: Portrait) -> None:
+def torsion(ax: Axes, overview: TurbineOverview) -> None:
     """Torsion of the blade modes."""
     title = "blade modes: elastic twist"
     if overview.blade is None:
@@ -246,7 +252,7 @@ def _unit(values: Float) -> Float:
 HEIGHT = "above the tower base [m]"
 
 
-def tower_size(ax: Axes, overview: Portrait) -> None:
+def tower_size(ax: Axes, overview: TurbineOverview) -> None:
     """Diameter and mass per length."""
     t = overview.turbine.tower
     _along_tower(
@@ -255,7 +261,7 @@ def tower_size(ax: Axes, overview: Portrait) -> None:
     _label(ax, "tower: diameter, mass", "[m], [t/m]", HEIGHT, loc="lower left")
 
 
-def tower_stiffness(ax: Axes, overview: Portrait) -> None:
+def tower_stiffness(ax: Axes, overview: TurbineOverview) -> None:
     """Stiffness in bending and torsion."""
     t = overview.turbine.tower
     _along_tower(
@@ -276,7 +282,7 @@ def _along_tower(ax: Axes, tower: Tower, *curves: tuple[str, Float | None, str, 
     ax.set_ylim(0.0, tower.length)
 
 
-def tower_modes(ax: Axes, overview: Portrait) -> None:
+def tower_modes(ax: Axes, overview: TurbineOverview) -> None:
     """Fore-aft and side-to-side modes with the tower-top mass."""
     title = "tower modes, with the mass on its top"
     if overview.model is None:
@@ -303,7 +309,7 @@ ROOM = {"lift": 1.0, "drag": 1.0, "moment": 0.6}
 """Space for insets and legends above the curves, over their range."""
 
 
-def _polars(ax: Axes, overview: Portrait, field: str, symbol: str, title: str) -> None:
+def _polars(ax: Axes, overview: TurbineOverview, field: str, symbol: str, title: str) -> None:
     names, short, colours, every = _polar_colours(overview)
     inset = ax.inset_axes((0.34, 0.63, 0.32, 0.36) if field == "drag" else (0.64, 0.63, 0.33, 0.36))
     low, high = math.inf, -math.inf
@@ -339,7 +345,7 @@ moment = partial(_polars, field="moment", symbol="C_m", title="moment, nose up")
 # rotor and operation ----------------------------------------------------------------------------
 
 
-def _contour(ax: Axes, overview: Portrait, name: str, symbol: str, levels: Float, title: str) -> None:
+def _contour(ax: Axes, overview: TurbineOverview, name: str, symbol: str, levels: Float, title: str) -> None:
     from matplotlib import colormaps
 
     if overview.performance is None or overview.best is None:
@@ -387,7 +393,9 @@ thrust_coefficient = partial(
 """Over tip-speed ratio and pitch, with the steady operating curve."""
 
 
-def _operation(ax: Axes, overview: Portrait, name: str, title: str, unit: str, factor: float, colour: str) -> None:
+def _operation(
+    ax: Axes, overview: TurbineOverview, name: str, title: str, unit: str, factor: float, colour: str
+) -> None:
     if overview.curve is None:
         return _missing(ax, title, overview.problems["curve"])
     wind, values = [p.wind.speed for p in overview.curve], [factor * p[name] for p in overview.curve]
@@ -414,13 +422,13 @@ HALVED: dict[Panel, Panel] = {power: speed, thrust: pitch}
 """Panels that share their place on the page with another, below."""
 
 
-def plot_turbine(turbine: Turbine | Portrait) -> Figure:
+def plot_turbine(turbine: Turbine | TurbineOverview) -> Figure:
     """Summary figure of a turbine: scale drawing, main data, blade, tower, polars, coefficients, operation.
 
     Args:
-      turbine: it, or its portrait if there is one already.
+      turbine: the turbine, or its overview if there is one already.
     """
-    overview = turbine if isinstance(turbine, Portrait) else portrait(turbine)
+    overview = turbine if isinstance(turbine, TurbineOverview) else turbine_overview(turbine)
     figure = _figure((18.0, 13.6), layout=None)
     rows: tuple[tuple[float, tuple[tuple[float, Panel], ...]], ...] = (
         (1.85, ((1.6, sketch), (1.85, facts), (0.85, power), (0.85, thrust))),
@@ -451,7 +459,7 @@ def plot_turbine(turbine: Turbine | Portrait) -> Figure:
     return figure
 
 
-def turbine_figures(overview: Portrait) -> dict[str, Figure]:
+def turbine_figures(overview: TurbineOverview) -> dict[str, Figure]:
     """Separate figures of blade, tower, polars, rotor and operation."""
     groups: dict[str, tuple[tuple[float, float], Sequence[Sequence[Panel]]]] = {
         "blade": ((11.0, 12.0), ((planform,), (twist, offsets), (stiffness, mass), (bending, torsion))),

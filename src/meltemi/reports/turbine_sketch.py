@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS, FAINT, INK, SHADE, SOFT
 from meltemi.report.plots import corner
-from meltemi.reports.portrait import Portrait
 from meltemi.reports.turbine_facts import turbine_facts
+from meltemi.reports.turbine_overview import TurbineOverview
 from meltemi.turbine.definition import Airfoil, Turbine
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 
-def sketch(ax: Axes, overview: Portrait) -> None:
+def sketch(ax: Axes, overview: TurbineOverview) -> None:
     """Scale drawing of the turbine, front and side view: undeflected rotor at zero pitch."""
     from matplotlib.patches import Polygon, Rectangle
 
@@ -119,7 +119,7 @@ def _arrow(ax: Axes, begin: tuple[float, float], end: tuple[float, float], text:
     ax.text(*at, text, fontsize=8, color=SOFT, ha="center", va="center", rotation=90 if beside else 0, bbox=box)
 
 
-def facts(ax: Axes, overview: Portrait) -> None:
+def facts(ax: Axes, overview: TurbineOverview) -> None:
     """Main data in two columns."""
     from meltemi.report.figure import grouped
 

@@ -53,7 +53,7 @@ from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 Float = NDArray[np.float64]
 
-FREQUENCY, OF_SPEED = 0.6, rpm(12.1)
+FREQUENCY, FREQUENCY_SPEED = 0.6, rpm(12.1)
 """[rad/s] frequency of the speed loop of the NREL 5 MW, and its rated rotor speed."""
 DAMPING = 0.7
 POINTS = 8
@@ -62,9 +62,9 @@ AZIMUTHS = 4
 """Rotor positions in a third of a revolution over which the sensitivity is averaged."""
 STEP = math.radians(0.1)
 """[rad] step of the pitch, to both sides."""
-ABOVE_RATED, CHECKED = 1.1, 4
+ABOVE_RATED, MARGIN_POINTS = 1.1, 4
 """Lowest wind speed with margins over rated wind speed; operating points from there to cut-out."""
-SHARES = np.linspace(0.2, 1.0, 81)
+FREQUENCY_FRACTIONS = np.linspace(0.2, 1.0, 81)
 """Fractions of the frequency that are tried."""
 SCHEDULE = 4.0
 """Halving pitch of the law over that of the sensitivity: 2 for a constant frequency, since the law schedules its whole
@@ -133,7 +133,7 @@ def tune_baseline(
     """
     reference = turbine.rated_rotor_speed
     if frequency is None:
-        frequency = FREQUENCY * reference / OF_SPEED
+        frequency = FREQUENCY * reference / FREQUENCY_SPEED
     numbers = {"frequency": frequency, "damping_ratio": damping_ratio, "tip_speed_ratio": tip_speed_ratio}
     for name, value in numbers.items():
         if value is not None and not value > 0.0:
@@ -174,9 +174,11 @@ def tune_baseline(
 
     if margins:
         full = build(turbine.replace(control=control), full_options)
-        above = [operating_point(full, float(u)) for u in np.linspace(ABOVE_RATED * rated, turbine.cut_out, CHECKED)]
+        above = [
+            operating_point(full, float(u)) for u in np.linspace(ABOVE_RATED * rated, turbine.cut_out, MARGIN_POINTS)
+        ]
         responses = speed_responses(full, above)
-        tried = (float(share * frequency) for share in SHARES)
+        tried = (float(share * frequency) for share in FREQUENCY_FRACTIONS)
         kept = list(takewhile(lambda w: keep_margins(speed_loops(law(w), above, responses)), tried))
         if not kept:
             raise InputError(

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from meltemi.postprocess.ensemble import EnsembleTable
 
-FULL = 0.8
+GROUP_WIDTH = 0.8
 """Total width of the bars over the distance between groups."""
-ROOM = 0.2
+LEGEND_SPACE = 0.2
 """Space for the legend above the bars, over the height of the axes."""
 
 
@@ -90,14 +90,14 @@ def _finish(ax: Axes, title: str, unit: str) -> None:
     panel(ax, title, unit)
     ax.grid(False, axis="x")
     low, high = ax.get_ylim()
-    ax.set_ylim(low, high + ROOM * (high - low))
+    ax.set_ylim(low, high + LEGEND_SPACE * (high - low))
     ax.legend(loc="upper right", ncols=3)
 
 
 def _bars(
     ax: Axes, names: Sequence[str], bars: Mapping[str, Sequence[tuple[float, float]]], colour: Mapping[str, str]
 ) -> None:
-    width = FULL / len(bars)
+    width = GROUP_WIDTH / len(bars)
     for i, (scheme, pairs) in enumerate(bars.items()):
         x = np.arange(len(names)) + (i - 0.5 * (len(bars) - 1)) * width
         mean, half = np.array(pairs).reshape(-1, 2).T

@@ -17,7 +17,7 @@ from meltemi.report.palette import INK
 from meltemi.report.plots import ABOVE, new_figure, plot, readable_unit, save
 from meltemi.report.tables import number, write_csv
 from meltemi.reports.blocks import Code, Document, Picture, Section, Table
-from meltemi.reports.ensemble_tables import OPEN, change_text, ensemble_rows, scheme_rows
+from meltemi.reports.ensemble_tables import UNDECIDED, change_text, ensemble_rows, scheme_rows
 from meltemi.reports.html import write_page
 from meltemi.reports.rendering import report_folder
 from meltemi.reports.spectra_plots import plot_spectra
@@ -62,8 +62,8 @@ def notes(comparison: Comparison) -> str:
         sentences.append(f"Changes are against {base}, formed seed by seed{interval if several else ''}.")
     together = "; of all seeds: their damages together" if len(comparison.winds) > 1 else ""
     sentences.append(f"DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for steel{together}.")
-    if any(change_text(e.change) == OPEN for e in comparison.table()):
-        sentences.append(f"{OPEN}: a change that {len(comparison.winds)} seeds do not distinguish from zero.")
+    if any(change_text(e.change) == UNDECIDED for e in comparison.table()):
+        sentences.append(f"{UNDECIDED}: a change that {len(comparison.winds)} seeds do not distinguish from zero.")
     meanings = {STATISTIC.sub("", q.name): q.about for q in comparison.quantities if q.about}
     return " ".join([*sentences, "; ".join(f"{name}: {about}" for name, about in meanings.items()) + "."])
 

@@ -27,15 +27,15 @@ from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
 from meltemi.simulation.model import Model
 from meltemi.simulation.rotors import operating_point
-from meltemi.tuning.baseline_tuning import ABOVE_RATED, CHECKED, rated_wind
+from meltemi.tuning.baseline_tuning import ABOVE_RATED, MARGIN_POINTS, rated_wind
 from meltemi.tuning.speed_loop import region_3
 from meltemi.turbine.definition import BaselineControl
 
 Float = NDArray[np.float64]
 PITCH = "base pitch"
-SHARES = 1.0, 0.75, 0.5, 0.25
+SLOPE_FRACTIONS = 1.0, 0.75, 0.5, 0.25
 """Fractions of the slope of the steady pitch that are tried."""
-NEAR, LEVER = 8, 100.0
+EIGENVALUES, LEVER = 8, 100.0
 """Eigenvalues next to the platform's frequency among which its motion in pitch is sought, and a length [m] by which
 rotations are compared with displacements."""
 
@@ -70,7 +70,7 @@ def tune_platform_feedback(model: Model[Any]) -> PlatformFeedback:
     turbine = model.turbine
     if getattr(turbine, "platform", None) is None:
         raise InputError(f"tune_platform_feedback: {turbine.name} does not float: it has no platform")
-    speeds = np.linspace(ABOVE_RATED * rated_wind(model), turbine.cut_out, CHECKED)
+    speeds = np.linspace(ABOVE_RATED * rated_wind(model), turbine.cut_out, MARGIN_POINTS)
     points = [operating_point(model, float(u)) for u in speeds]
     slope = float(np.polyfit(speeds, [point.pitch for point in points], 1)[0])
     swings = [mode.frequency for mode in natural_modes(model) if mode.name == PITCH]
@@ -86,7 +86,7 @@ def tune_platform_feedback(model: Model[Any]) -> PlatformFeedback:
         return control, np.array([pitch_damping(each, control, frequency) for each in linear])
 
     _, without = damping(0.0)
-    for share in SHARES:
+    for share in SLOPE_FRACTIONS:
         control, damped = damping(share)
         if np.all(damped >= without):
             return PlatformFeedback(control, share * slope, frequency, speeds, damped, without)
@@ -106,7 +106,7 @@ def pitch_damping(linear: LinearModel, law: BaselineControl, frequency: float) -
     factors = lu_factor(A - shift * np.eye(len(A)))
     inverse = LinearOperator(A.shape, matvec=lambda x: lu_solve(factors, x), dtype=np.complex128)
     start = np.ones(len(A), dtype=np.complex128)
-    values, vectors = eigs(inverse, k=NEAR, v0=start)
+    values, vectors = eigs(inverse, k=EIGENVALUES, v0=start)
     base = [i for i, name in enumerate(linear.states) if name.startswith("q base")]
     lever = np.array([1.0 if linear.state_units[i] == "m" else LEVER for i in base])[:, None]
     motions = np.abs(vectors[base]) * lever

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 LEAST_GAIN, MOST_GAIN = 0.03, 30.0
 """Displayed range of |L|."""
-QUIET = 0.1
+SMALL_GAIN = 0.1
 """|L| below which, from the first such frequency on, the phase is not shown."""
 SLOWEST, FASTEST = 3e-3, 10.0
 """[Hz] displayed frequencies."""
@@ -67,7 +67,7 @@ def _loop(name: str, points: Sequence[TunedPoint], row: Sequence[Axes]) -> None:
             look_of_curve = {"color": colour, "linewidth": 1.1, "linestyle": look}
             gain.loglog(f, np.abs(L), label=label, **look_of_curve)
             # there the blades' tone stands still, and the band-pass lets nothing through: the phase jumps
-            small = np.flatnonzero(np.abs(L) < QUIET)
+            small = np.flatnonzero(np.abs(L) < SMALL_GAIN)
             end = int(small[0]) if len(small) else len(f)
             angle = np.degrees(np.unwrap(np.angle(L if sign > 0 else L.conj())))
             phase.semilogx(f[:end], angle[:end], **look_of_curve)

@@ -32,13 +32,13 @@ RATED = {"iea15mw": 10.6, "iea22mw": 10.6}
 """[m/s] wind speed whose loads are scaled."""
 SHARES = (0.05, 0.10, 0.15, 0.20)
 """Deflection of the tip over the length of the blade."""
-PLACE = 0.8
+TWIST_SPAN = 0.8
 """Relative span at which the twist is compared; beyond it the sections of these blades carry little."""
 STATIONS = 61
 """Least number of stations of the exact beam; with one step of integration between two its tip is exact to 1e-5."""
 
 
-CLOSE = 0.01
+TIP_TOLERANCE = 0.01
 """Largest relative distance of the tip from the deflection that is looked for."""
 
 
@@ -71,7 +71,7 @@ def scaled(beam: Beam, loads: DeadLoads, out: float) -> tuple[float, Deflection]
     while True:
         deflection = deflect(beam, times(share, loads), increments=1, steps=1)
         tip = (deflection.position[-1] - beam.axis[-1])[0]
-        if abs(tip / aim - 1.0) < CLOSE:
+        if abs(tip / aim - 1.0) < TIP_TOLERANCE:
             return share, deflection
         share *= aim / tip
 
@@ -140,14 +140,14 @@ def compare(name: str, options: ModelOptions | None = None, shares: tuple[float,
     for out in shares:
         share, exact = scaled(beam, loads, out)
         tip, twist, root_moment = simulated(model, *on_nodes(beam, times(share, loads), layout.edges, layout.position))
-        place, case = PLACE * beam.position[-1], f"{name}, tip out by {out:.0%}"
+        place, case = TWIST_SPAN * beam.position[-1], f"{name}, tip out by {out:.0%}"
         theirs = np.array([rotation.as_rotvec()[2] for rotation in exact.rotation])
         exact_twist = float(np.interp(place, beam.position, theirs))
         allowed = max(0.05, 0.02 * abs(np.degrees(exact_twist)))
         ours = float(np.interp(place, layout.position, twist))
         rows += [
             relative("tip out of plane", case, "m", (exact.position[-1] - beam.axis[-1])[0], tip, 1.0),
-            angle(f"twist at {PLACE:.0%} of the span", case, exact_twist, ours, allowed),
+            angle(f"twist at {TWIST_SPAN:.0%} of the span", case, exact_twist, ours, allowed),
             relative("root moment out of plane", case, "N m", exact.root_moment[1], float(root_moment[1]), 0.3),
         ]
     return rows

@@ -49,9 +49,9 @@ CLAMPED = {"blade": {"flap": 3, "edge": 2, "torsion": 1}, "tower": {"fore_aft": 
 """Number of modes of a clamped member by direction."""
 NODES = 40
 """Nodes along a blade: with 80, steady power and thrust change by less than 0.05 %."""
-ROUNDS = 5
+ITERATIONS = 5
 """Torsion is ours or HAWC2's; each round leaves a quarter of what is missing."""
-JUST = 2e-5
+NODE_GAP = 2e-5
 """[m] between the sections on both sides of a node."""
 
 
@@ -176,7 +176,7 @@ def with_their_torsion(path: Path) -> CheckTable:
             continue
         place, torsion = np.array([(float(t["place"]), np.radians(float(t["torsion"]))) for t in table]).T
         missing = np.zeros(len(outer.position))
-        for _ in range(ROUNDS):
+        for _ in range(ITERATIONS):
             # a twist is positive towards feather, torsion nose up
             model = rotor_of(turbine.replace(**{"blade.aerodynamics": outer.replace(twist=outer.twist - missing)}))
             point = point_of_row(model, r)
@@ -279,7 +279,7 @@ def with_elements(turbine: Turbine, nodes: Float) -> Turbine:
     blade = turbine.blade.structure
     at = blade.position
     nodes = nodes * at[-1] / nodes[-1]
-    z = np.ravel(np.column_stack([nodes[:-1] + JUST, nodes[1:] - JUST]))
+    z = np.ravel(np.column_stack([nodes[:-1] + NODE_GAP, nodes[1:] - NODE_GAP]))
     z[0], z[-1] = 0.0, at[-1]
 
     def mean(of: Float | None) -> Float:

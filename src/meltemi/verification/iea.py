@@ -19,7 +19,7 @@ MODES = ModelOptions()
 """The defaults for 6 x 6 sections: these blades twist by 5 deg."""
 LOWEST = 5.0
 """[m/s] below which rows are only reported: HAWC2's controller holds its smallest rotor speed by pitch."""
-HEAVY = 0.12
+FLAPWISE_DAMPING = 0.12
 """Damping ratio above which a mode is flapwise."""
 RATED = 10.9
 """[m/s] between the last wind of the table at the smallest pitch and the first above it."""
@@ -90,7 +90,7 @@ def modes_22mw() -> CheckTable:
         for m in modes:
             theirs, other = (float(m[name]) for name in ("frequency", "frequency_openfast"))
             nearest = min(
-                (mode for mode in ours if mode.damping < HEAVY),
+                (mode for mode in ours if mode.damping < FLAPWISE_DAMPING),
                 key=lambda mode: abs(mode.frequency / (2.0 * np.pi) - 0.5 * (theirs + other)),
             )
             case, frequency = f"{m['mode']}, {wind} m/s", nearest.frequency / (2.0 * np.pi)

@@ -40,10 +40,10 @@ ATTACHED = 7.0
 """[m/s] wind speed with attached flow."""
 BAND = 5.0
 """Band [%] in attached flow."""
-AGAIN = {7.0: 801.3, 15.0: 1163.8}
+REPEATED_TORQUE = {7.0: 801.3, 15.0: 1163.8}
 """[N m] torque in sequence S, a repetition without the probes, by wind speed [m/s]; that of 15 m/s from a second
 transcription."""
-BLIND = ((0.25, 1.75), (0.30, 2.75))
+BLIND_COMPARISON = ((0.25, 1.75), (0.30, 2.75))
 """Least and largest power over the measured one in NREL's blind comparison: without stall, in stall (TP-500-29494)."""
 
 SPEED = 72.0 * np.pi / 30.0
@@ -272,14 +272,14 @@ def _plot_torque() -> Figure:
     wind, torque, thrust = (np.array([float(r[name]) for r in records]) for name in ("wind", "torque", "thrust"))
     figure, axes = new_figure(1, 2, size=(9.0, 3.8))
     left, right = axes.flat
-    least, most = (np.where(wind > ATTACHED, BLIND[1][i], BLIND[0][i]) * torque for i in (0, 1))
+    least, most = (np.where(wind > ATTACHED, BLIND_COMPARISON[1][i], BLIND_COMPARISON[0][i]) * torque for i in (0, 1))
     left.fill_between(wind, 1e-3 * least, 1e-3 * most, color=SHADE, label="codes of the blind comparison")
     for ax, name in ((left, "torque"), (right, "thrust")):
         for j, (model, label) in enumerate(MODELS.items()):
             ours = [getattr(_ours()[model][r["record"]], name) for r in records]
             ax.plot(wind, 1e-3 * np.array(ours), "o-", ms=3, color=COLOURS[j], label=label)
         ax.set_xlabel("wind speed [m/s]")
-    again = np.array([AGAIN.get(float(u), q) for u, q in zip(wind, torque, strict=True)])
+    again = np.array([REPEATED_TORQUE.get(float(u), q) for u, q in zip(wind, torque, strict=True)])
     error = 1e-3 * np.stack([np.maximum(torque - again, 0.0), np.maximum(again - torque, 0.0)])
     left.errorbar(wind, 1e-3 * torque, error, fmt="s", ms=5, capsize=4, color=INK, label="measured", zorder=5)
     right.plot(wind, 1e-3 * thrust, "s", ms=5, color=INK, label="measured, from pressures", zorder=5)

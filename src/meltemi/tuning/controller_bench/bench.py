@@ -23,7 +23,7 @@ from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, CriterionVer
 
 Numbers = Mapping[str, float]
 
-LEFT = 0.9
+STILL_RUNNING = 0.9
 """Fraction of the reference speed above which the turbine has not stopped."""
 HOURS = 8766.0
 """[h] hours of a year."""
@@ -301,7 +301,7 @@ def _operation(bench: ControllerBench, controller: str, limits: BenchLimits) -> 
         if cases := bench.of(controller, situation=situation):
             case = max(cases, key=lambda c: cases[c]["stop time"])
             time, limit = cases[case]["stop time"], limits.stop_time
-            if supervised or cases[case]["end speed"] < LEFT:
+            if supervised or cases[case]["end speed"] < STILL_RUNNING:
                 yield CriterionVerdict(situation, time, limit, "s", time <= limit, case.name)
             else:
                 yield CriterionVerdict(situation, math.nan, limit, "s", None, "not offered")

@@ -47,7 +47,7 @@ STOPPED = 0.2
 """Fraction of the reference speed below which a stop is complete."""
 SIGNS = (1.0, -1.0)
 """Signs of the test signal of the margins."""
-AWAY = math.radians(1.0)
+FREE_PITCH = math.radians(1.0)
 """[rad] distance of the steady pitch from its minimum, below which the blades stay at it for much of a turn."""
 ROOTS = tuple(f"root_moment_out_of_plane_{b + 1}" for b in range(3))
 """Channels of the moments that blade loops act on."""
@@ -212,7 +212,7 @@ def signal_runs(
 
 def pitching_speeds(model: BladedModel, speeds: Iterable[float]) -> list[float]:
     """Wind speeds [m/s] at which the steady pitch is away from its minimum, so that blades can pitch either way."""
-    least = model.turbine.control.pitch.minimum + AWAY
+    least = model.turbine.control.pitch.minimum + FREE_PITCH
     return [v for v in speeds if operating_point(model, v).pitch > least]
 
 

@@ -28,7 +28,7 @@ Group = Literal["production", "extreme", "robustness", "operation"]
 SPEEDS = tuple(float(v) for v in range(4, 25, 2))
 EVENT = 60.0
 """[s] time of gusts, faults and requests."""
-TWENTY = 0.2
+MISTUNING = 0.2
 """Fraction by which inertia and stiffness of the plant differ from those of the design."""
 
 
@@ -189,10 +189,10 @@ def suite_of(turbine: Turbine, *, quick: bool = False) -> tuple[Situation, ...]:
         Situation("actuator delay", "pitch demands arrive 0.2 s late", delay=0.2, **robust),
         Situation("actuator lag", "pitch actuators of 4 rad/s, damping ratio 0.7", frequency=4.0, **robust),
         Situation("blade stuck", "blade 2 keeps its pitch from 60 s on", events=_at("pitch_stuck", blade=2), **robust),
-        Situation("inertia +20 %", "blades and generator heavier", inertia=1.0 + TWENTY, **robust),
-        Situation("inertia -20 %", "blades and generator lighter", inertia=1.0 - TWENTY, **robust),
-        Situation("stiffness +20 %", "blades, tower and shaft stiffer", stiffness=1.0 + TWENTY, **robust),
-        Situation("stiffness -20 %", "blades, tower and shaft softer", stiffness=1.0 - TWENTY, **robust),
+        Situation("inertia +20 %", "blades and generator heavier", inertia=1.0 + MISTUNING, **robust),
+        Situation("inertia -20 %", "blades and generator lighter", inertia=1.0 - MISTUNING, **robust),
+        Situation("stiffness +20 %", "blades, tower and shaft stiffer", stiffness=1.0 + MISTUNING, **robust),
+        Situation("stiffness -20 %", "blades, tower and shaft softer", stiffness=1.0 - MISTUNING, **robust),
         Situation("icing", "ice on all blades", iced=True, **robust),
         Situation("start", "from idling", speeds=(8.0, 20.0), starts=True, **operation | {"duration": 140.0}),
         Situation("normal stop", "", speeds=(12.0, 24.0), events=_at("request", request="normal_stop"), **operation),
