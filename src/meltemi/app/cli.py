@@ -188,7 +188,7 @@ def _recorded(described: Run, case: LoadCase) -> tuple[Run, LoadCase]:
 
 
 def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:
-    """The case of a target and options, and whether it stands in a file of its own."""
+    """The case of a target and options, and whether it is that of a case file."""
     path = Path(target)
     if path.suffix.lower() == ".fst":
         return _case_of_deck(path, given), False
@@ -482,7 +482,7 @@ def campbell(
         for i in shown
         for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
     ]
-    # shown once, where the mode is found first
+    # shown once, at the first operating point with the mode
     energy = [next(filter(None, (diagram.participation(label, i, 2) for i in shown)), "") for label in diagram.labels]
     rows = [[label, *(number(float(v[j])) for _, v in columns), energy[j]] for j, label in enumerate(diagram.labels)]
     print_table(

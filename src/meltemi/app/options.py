@@ -25,7 +25,7 @@ Kind = TypeVar("Kind", bound="Record")
 def completing(
     names: Callable[[], Mapping[str, str]], *, several: bool = False
 ) -> Callable[[str], list[tuple[str, str]]]:
-    """Completion in a shell: names that begin as typed, with what they are; the last of ``several`` with commas."""
+    """Completion in a shell: names that begin as typed, with their meaning; the last of ``several`` with commas."""
 
     def complete(incomplete: str) -> list[tuple[str, str]]:
         before, comma, last = incomplete.rpartition(",") if several else ("", "", incomplete)
@@ -134,7 +134,7 @@ CHANNELS = completing(channel_names, several=True)
 
 @dataclass(frozen=True)
 class RunOptions(WindOptions):
-    """Options of a simulation that stand for keys of a case file."""
+    """Options of a simulation that replace keys of a case file."""
 
     seed: Annotated[int | None, "Seed of the turbulence [1]."] = None
     direction: DirectionOption = None
@@ -161,7 +161,7 @@ def load_aeroelastic(name: str, what: str) -> Turbine:
 
 
 def of_options(data: dict[str, Any], kind: type[Kind], where: str = "command line") -> Kind:
-    """A record of what options say, which stand in messages as ``where``."""
+    """A record of the keys and values of options; messages begin with ``where``."""
     from meltemi.core.yamlfile import validated
 
     return validated(data, kind, where)
@@ -188,7 +188,7 @@ def is_case(path: Path) -> bool:
 SPEED = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
 STANDARD = {"--wind-class": "wind_class", "--edition": "edition", "--begin": "begin"}
 FURTHER = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
-"""Options and keys of a wind; the last ones stand under ``turbulence`` in a wind of IEC 61400-1."""
+"""Options and keys of a wind; the last ones are below ``turbulence`` in a wind of IEC 61400-1."""
 TURNED = {"--direction": "direction"}
 WIND = {*SPEED, *STANDARD, *FURTHER, *TURNED, "--iec", "--wind-file"}
 """Options of a wind."""

@@ -1,4 +1,4 @@
-"""Commands whose arguments and options stand in the signature of their function, in a line each.
+"""Commands whose arguments and options are declared in the signature of their function, in a line each.
 
 A parameter without a default is an argument of the command, one with a default is an option of its name::
 
@@ -10,8 +10,8 @@ A parameter without a default is an argument of the command, one with a default 
         seen: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
     ) -> None:
 
-After the type stand the help, other names of the option, which begin with ``-``, the completion of its values in a
-shell, and its range. Choices (``Literal``) and ranges are checked before the function is called, and the folder of an
+The type is followed by the help, other names of the option, which begin with ``-``, the completion of its values in
+a shell, and its range. Choices (``Literal``) and ranges are checked before the function is called, and the folder of an
 ``OutOption`` is there and can be written. A record (data class) in place of an option has one for each of its fields.
 Whatever Typer takes is passed on as it is.
 """

@@ -1,4 +1,4 @@
-"""What the commands share: progress, tables, files and the next command as text or JSON, the output folder."""
+"""Output of the commands: progress, tables, files and the next command as text or JSON; the output folder."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def simulation_bar(what: str, amount: float = 0.0, unit: str = "") -> Iterator[C
 
 @contextmanager
 def progress_bar(what: str, amount: float = 0.0, unit: str = "") -> Iterator[Callable[[float], None]]:
-    """A progress bar with rate and time left on a terminal, otherwise none; without a share it shows that work goes on.
+    """A progress bar with rate and time left on a terminal, otherwise none; it moves to and fro until a share is known.
 
     Args:
       what: text beside the bar.
@@ -90,7 +90,7 @@ def time_left(gained: float, seconds: float, rest: float) -> str:
 
 @dataclass
 class _Output:
-    """What the command that runs has printed, or will print as JSON."""
+    """Output of the running command, printed or kept for JSON."""
 
     json: bool = False
     tables: list[dict[str, Any]] = field(default_factory=list)
@@ -115,7 +115,7 @@ def output(command: str, as_json: bool) -> Iterator[None]:
     except typer.Exit:  # of incomplete results
         _end(command, now, text.getvalue())
         raise
-    except (MeltemiError, OSError) as error:  # told on stderr by the entry point
+    except (MeltemiError, OSError) as error:  # the entry point prints it to stderr
         if as_json:
             now.values["error"], now.next = str(error), ""
             _end(command, now, text.getvalue())

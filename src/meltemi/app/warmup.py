@@ -77,7 +77,7 @@ def warmup(
 
 
 def compile_beside(name: str) -> None:
-    """Compile a stage in a second process while this one goes on; with a single core, not at all."""
+    """Compile a stage in a second process while this one continues; with a single core, not at all."""
     if available_cores() > 1:
         _BESIDE.append(Popen(_command(name), stdout=DEVNULL, stderr=DEVNULL))
 

@@ -4,12 +4,12 @@ A band is removed ideally: its frequencies of the discrete Fourier transform are
 their phases. Tones of whole periods in a band vanish, those outside stay exactly, and the variance falls by that of the
 band. Records that do not close have two errors, both small in a record of many periods:
 
-* Of a tone that does not fit the record a share of about 1 / (pi^2 N) of its variance stays, at worst twice that, N the
-  number of frequencies of the record between the tone and the edge of the band.
-* The jump J from a record's end to its begin has a part in every band: of its variance about J^2 / (2 pi^2) (1/a - 1/b)
-  is taken with the band, a and b the numbers of periods of its edges in the record. A drift of several standard
-  deviations is better taken out first and given back after, ``detrend="linear"``. The line is fitted to what lies
-  outside the bands: whole periods of a tone have a slope too.
+* A tone that does not fit the record keeps a fraction of about 1 / (pi^2 N) of its variance, at worst twice that; N is
+  the number of frequencies of the record between the tone and the edge of the band.
+* The jump J from the end of a record to its beginning has a part in every band: a variance of about
+  J^2 / (2 pi^2) (1/a - 1/b) is removed with the band; a and b are the numbers of periods of its edges in the record.
+  ``detrend="linear"`` removes a drift of several standard deviations before and adds it after. The line is fitted to
+  the rest outside the bands, since whole periods of a tone have a slope, too.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
       series: (T,) values.
       dt: [s] between them.
       bands: [Hz] pairs from, to, both included; they may overlap.
-      detrend: what is kept from the removal: the mean, or a line.
+      detrend: part that is kept: the mean, or a line.
 
     Returns:
       (T,) in the unit of the series.
@@ -128,7 +128,7 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
         return rest
     line = np.linspace(-0.5, 0.5, len(x))
     ramp = outside(line)
-    # with nearly everything taken nothing is left to tell a line from what is removed: there is none then
+    # if the bands have nearly all frequencies, the rest does not determine a line
     steep = float(ramp @ ramp)
     slope = float(ramp @ (rest - rest.mean())) / steep if steep > 1e-12 * float(line @ line) else 0.0
     left: Float = rest + slope * (line - ramp)
@@ -159,7 +159,7 @@ def ideal_removal(
       slope: m of the S-N curve; the usual one of a channel unless given.
       f_eq: [Hz] of the equivalent load.
       between: [s] evaluated part; bands are removed from the whole series, as short records separate them badly.
-        For a bare series from its own begin.
+        Times of a bare series begin with its first value.
       detrend: see ``remove_bands``.
 
     Raises:

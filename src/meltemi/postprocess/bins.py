@@ -1,7 +1,7 @@
 """Ten-minute statistics of measured or simulated series, and their wind speed bins.
 
 Means, standard deviations and extremes of fixed periods are what IEC TS 61400-13 stores of a load measurement; bins of
-1 m/s centred on whole numbers are those of IEC 61400-12-1. In a bin stand the mean of the means, the mean of the
+1 m/s centred on whole numbers are those of IEC 61400-12-1. A bin has the mean of the means, the mean of the
 standard deviations, the smallest minimum and the largest maximum of its periods.
 """
 

@@ -1,6 +1,6 @@
 """Rainflow counting by the rules of ASTM E1049-85 (2017), cells of range and mean, statistics of channels.
 
-The statistics of a run are computed while it runs, sample by sample. Cycles are counted when they close; what is left
+The statistics of a run are computed while it runs, sample by sample. Cycles are counted when they close; the residue
 counts as half cycles, so that the damage is that of :func:`meltemi.loads.rainflow_cycles` of the whole series.
 """
 
@@ -76,7 +76,7 @@ def turning_points(x: Float, begin: int, closed: bool, points: Index) -> int:
         if n > 0 and x[at] == x[points[n - 1]]:
             continue
         if n > 1 and (x[points[n - 1]] - x[points[n - 2]]) * (x[at] - x[points[n - 1]]) > 0.0:
-            n -= 1  # no turning point: still on its way
+            n -= 1  # no turning point: the series continues in the same direction
         points[n] = at
         n += 1
     return n

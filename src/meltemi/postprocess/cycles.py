@@ -133,7 +133,8 @@ _TABLES = threading.local()
 
 
 def sum_cycles(parts: Iterable[Cycles], weights: Sequence[float] | None = None, *, means: bool = True) -> Cycles:
-    """Cycles of several series together, each as often as its weight says, in the cells of :func:`bin_cycles`.
+    """Cycles of several series together, each weighted with its number of occurrences, in the cells of
+    :func:`bin_cycles`.
 
     Args:
       parts: cycles of each series.

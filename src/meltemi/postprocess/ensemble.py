@@ -1,7 +1,7 @@
 """Ensemble statistics: means with confidence intervals, changes by seed, ensemble and lifetime equivalent loads.
 
 Schemes that ran in the same winds are compared seed by seed: the change of each seed against the first scheme is
-formed first and averaged then. What differs from seed to seed, mostly the wind, falls out, so intervals of changes are
+formed first and averaged then. Differences from seed to seed, mostly of the wind, cancel, so intervals of changes are
 much narrower than those of the values suggest. Intervals are Student's: they hold for numbers that scatter normally
 from seed to seed, and say nothing about other errors.
 """
@@ -325,10 +325,10 @@ def lifetime_del(
       k: shape of the distribution; 2 is Rayleigh's.
       edges: (n + 1,) [m/s] of the bins, see ``weibull_weights``.
       operating_time: N_eq counts the time within the edges only, so the p_i sum to one; otherwise it counts all time,
-        and what lies outside does no damage.
+        without damage outside the edges.
 
     Returns:
-      in the unit of the loads, for the same f_eq. Transients between speeds and starts and stops are not in it.
+      in the unit of the loads, for the same f_eq, without transients between speeds, starts and stops.
 
     Raises:
       InputError: as ``weibull_weights``; a load is missing or negative, or ``slope`` is not positive.

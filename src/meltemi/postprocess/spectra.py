@@ -3,7 +3,7 @@
 Densities are one-sided: their integral over frequency is the variance. They are estimated by Welch's method: segments
 under a Hann window, each without its mean or line, overlapping, their periodograms averaged. The window spreads a tone
 over four bins (main lobe), so a peak's density depends on the resolution, and is up to 1.4 dB lower where the tone lies
-between two frequencies; compare peaks of equal resolution only. The variance about a peak depends on neither.
+between two frequencies; compare peaks of equal resolution only. The variance about a peak does not depend on them.
 """
 
 from __future__ import annotations
@@ -88,11 +88,11 @@ class SpectralPeak:
     """The highest spectral density near a frequency.
 
     Attributes:
-      frequency: [Hz] at which it stands.
-      density: [unit^2/Hz] its height.
+      frequency: [Hz] frequency of the peak.
+      density: [unit^2/Hz] height of the peak.
       background: [unit^2/Hz] geometric mean of the density between one and two half-widths on both sides; NaN if there
         is none.
-      variance: [unit^2] of everything within the half-width.
+      variance: [unit^2] variance within the half-width.
     """
 
     frequency: float

@@ -25,7 +25,7 @@ from meltemi.report.palette import COLOURS, GRID, INK, SOFT
 P = ParamSpec("P")
 R = TypeVar("R")
 THIN = "\u2009"
-"""Space between thousands."""
+"""Thin space between thousands."""
 MINUS = "\u2212"
 """Sign of negative numbers."""
 STYLE: dict[str, Any] = {

@@ -166,7 +166,7 @@ MARK_COLOURS = {"event": COLOURS[1], "wind": COLOURS[0]}
 MOST_MARKS = 12
 """Log entries that are listed below a plot; of more, the first ones."""
 NEAR = 0.02
-"""Share of the time axis within which marks stand under one number."""
+"""Fraction of the time axis within which marks share one label."""
 
 
 def mark_log(result: Result, axes: Sequence[Axes]) -> None:
@@ -210,7 +210,7 @@ def _of_all_blades(result: Result, name: str) -> list[str]:
 
 
 def _shown(result: Result) -> list[str]:
-    """Channels that are plotted by default; those of further blades stand in the panels of the first."""
+    """Channels that are plotted by default; those of further blades are in the panels of the first."""
     names = [name for name in result.names if name[-2:] not in ("_2", "_3") or f"{name[:-1]}1" not in result]
     if len(names) <= MOST_PANELS:
         return names

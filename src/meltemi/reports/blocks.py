@@ -54,7 +54,7 @@ class Share:
 
 @dataclass(frozen=True)
 class Marked:
-    """A cell that stands out.
+    """A highlighted cell.
 
     Attributes:
       cell: content of the cell.
@@ -74,7 +74,7 @@ Cell = str | float | CaseName | CaseValue | Share | Marked | None
 
 
 def unmarked(cell: Cell) -> Cell:
-    """A cell, or what is in it if it stands out."""
+    """A cell, or the content of a highlighted one."""
     return cell.cell if isinstance(cell, Marked) else cell
 
 
@@ -95,7 +95,7 @@ class Table:
       rows: cells; a row may be shorter than the head.
       caption: above the table.
       text_columns: how many of the first columns are text; others are if most of their cells begin with a letter.
-        Numbers stand to the right.
+        Numbers are aligned to the right.
       groups: a row above the head, of (text, columns that it spans); it must span all of them.
       note: below the table.
       ids: identifiers of rows.
@@ -117,7 +117,7 @@ class Table:
         return [["" if cell is None else str(cell) for cell in row] for row in self.rows]
 
     def left(self) -> set[int]:
-        """Columns of text, which stand to the left."""
+        """Columns of text, aligned to the left."""
         columns = [[unmarked(row[j]) for row in self.rows if j < len(row)] for j in range(len(self.head))]
         filled = [[cell for cell in column if cell not in (None, "")] for column in columns]
         return {
@@ -338,7 +338,7 @@ class Document:
       title: title of the report.
       sections: sections in their order.
       facts: names and values below the title, such as turbine and wind.
-      lead: the result, before everything else; of a text the first sentence stands out.
+      lead: the result, before everything else; the first sentence of a text is highlighted.
       footer: last line, such as version and licence.
       running: text at the foot of each printed page, such as project and revision.
       cases: cases of each load base; on a page a click on one shows its conditions and its command.

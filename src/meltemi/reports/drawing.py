@@ -36,7 +36,7 @@ def _label_place(stroke: Stroke) -> Point:
     x0, y0 = stroke.points[-2]
     length = math.hypot(x - x0, y - y0) or 1.0
     u, v = LABEL_SIZE * (x - x0) / length, LABEL_SIZE * (y - y0) / length
-    return x + u + 0.7 * v, y + v - 0.7 * u  # beside a blade that goes on in the direction of the axis
+    return x + u + 0.7 * v, y + v - 0.7 * u  # beside a blade that continues in the direction of the axis
 
 
 def svg_of(drawing: Drawing) -> str:

@@ -14,7 +14,7 @@ def ensemble_rows(
 ) -> tuple[list[str], list[list[str]]]:
     """Header and rows of an ensemble, one per quantity and scheme, for ``rich_table`` and ``write_csv``.
 
-    Changes are in percent; after each number stands the half-width of its interval, empty where there is none.
+    Changes are in percent; the half-width of its interval follows each number, empty where there is none.
 
     Args:
       table: what to show.
@@ -53,7 +53,7 @@ def scheme_rows(
     """Header, rows and column groups of an ensemble, with one group of columns per scheme.
 
     One row a quantity: the first scheme's mean, of the others mean and change in percent, with the half-width of its
-    interval. Below each equivalent load stands that of the ensemble, if there are several seeds.
+    interval. The equivalent load of the ensemble follows below, if there are several seeds.
 
     Args:
       table: what to show.
@@ -102,7 +102,7 @@ def significant(e: MeanEstimate, resolution: float = 0.0) -> bool:
 
 
 def with_interval(e: MeanEstimate, digits: int, sign: str = "", factor: float = 1.0) -> str:
-    """A mean, times a factor, and the half-width of its confidence interval; ``UNDECIDED`` if not :func:`significant`."""
+    """A mean times a factor, with the half-width of its interval; ``UNDECIDED`` if it is not :func:`significant`."""
     if not significant(e, 0.5 * 10.0**-digits / abs(factor)):
         return UNDECIDED
     width = f" ± {abs(factor) * e.half_width:.{digits}f}" if e.n > 1 else ""
@@ -122,7 +122,7 @@ def change_bar(change: MeanEstimate | None) -> tuple[float, float]:
 
 
 def change_text(change: MeanEstimate | None) -> str:
-    """A change in percent with the half-width of its interval, if available; ``UNDECIDED`` if not :func:`significant`."""
+    """A change in percent, with the half-width of its interval; ``UNDECIDED`` if it is not :func:`significant`."""
     if change is None or isnan(change.mean):
         return "-"
     large = max(abs(change.mean), 0.0 if isnan(change.half_width) else change.half_width) >= 1.0

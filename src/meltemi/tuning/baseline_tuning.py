@@ -1,12 +1,12 @@
 """``tune_baseline``: gains of the baseline controller from the aerodynamics of the turbine.
 
-First the rule of the law's authors:
+The rule of the authors of the law:
 
 The speed of the rotor under the pitch loop is an oscillator (Jonkman et al. 2009, section 7.3):
 
     I phi'' + N (-dP/dtheta) / Omega (K_P phi' + K_I phi) = 0       I: rotor and N^2 generator, N: gear ratio
 
-so a frequency w and a damping ratio zeta ask for
+so a frequency w and a damping ratio zeta require
 
     K_P = 2 I Omega zeta w / (N (-dP/dtheta)),    K_I = I Omega w^2 / (N (-dP/dtheta))
 
@@ -17,8 +17,8 @@ gains are halved.
 
 The frequency is that of the NREL 5 MW, 0.6 rad/s, scaled with the rated rotor speed: 2.1 revolutions per oscillation
 for any rotor. Lags of filter and actuator, wake, tower and blades, and constant power are not in the rule: scaled to
-15 MW its loop is unstable at rated wind. So the frequency is lowered until the loop keeps margins in the linear model
-of the turbine (``speed_loop``), with a low-pass that costs 7 deg of phase, and gains fall half as fast.
+15 MW its loop is unstable at rated wind. Therefore the frequency is lowered until the loop has margins in the linear
+model of the turbine (``speed_loop``), with a low-pass that costs 7 deg of phase, and gains fall half as fast.
 
 The optimal gain is torque over speed squared at the largest power coefficient, or at a given tip-speed ratio, limited
 such that rated power is not exceeded below rated speed.

@@ -1,13 +1,13 @@
 """``tune_platform_feedback``: pitch of a floater's blades against the motion of its tower top.
 
-The speed loop answers to the wind relative to the rotor, so that it lets a platform that moves upwind have less thrust.
+The speed loop responds to the wind relative to the rotor, so the thrust decreases while the platform moves upwind.
 The rule: the pitch from the velocity of the tower top is what the steady pitch has from the wind speed,
 
     k_m = d theta / d V,     theta(V) steady, from 1.1 times rated wind to cut-out, by least squares          (C-9h)
 
 with which a slow motion has the pitch of the wind alone; or three, two, one fourth of it, until in the linear model
-under the law the platform's motion in pitch has no less damping at any of these wind speeds than without. The tower top
-is seen about the platform's natural frequency in pitch.
+under the law the platform's motion in pitch has no less damping at any of these wind speeds than without. A band-pass
+about the platform's natural frequency in pitch filters the motion of the tower top.
 
 Reference: docs/theory/control.md (C-9g, C-9h).
 """

@@ -54,7 +54,7 @@ def followed_grid(text: str | None, names: Iterable[str], rated_power: float) ->
         if isinstance(specification(name), BaselineCase | SupervisedCase | FixedCase):
             raise InputError(
                 f"--power: the controller {name!r} does not follow a power reference; name some of A0, A1, A2, A3, "
-                "or a controller of your own"
+                "or a user's controller"
             )
     return power_grid(text, rated_power)
 

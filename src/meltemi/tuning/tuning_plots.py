@@ -66,7 +66,7 @@ def _loop(name: str, points: Sequence[TunedPoint], row: Sequence[Axes]) -> None:
             label = f"{point.wind_speed:.3g} m/s" if sign > 0 else None
             look_of_curve = {"color": colour, "linewidth": 1.1, "linestyle": look}
             gain.loglog(f, np.abs(L), label=label, **look_of_curve)
-            # there the blades' tone stands still, and the band-pass lets nothing through: the phase jumps
+            # at these frequencies the band-pass has no output, and the phase jumps
             small = np.flatnonzero(np.abs(L) < SMALL_GAIN)
             end = int(small[0]) if len(small) else len(f)
             angle = np.degrees(np.unwrap(np.angle(L if sign > 0 else L.conj())))

@@ -1,7 +1,6 @@
 """``meltemi bench``: compile time, run time and memory, part by part.
 
-Everything that start-up could hide is measured in new processes: import, compilation into an empty cache,
-start from a filled one.
+New processes measure import, compilation into an empty cache and start from a filled one.
 """
 
 from __future__ import annotations

@@ -166,7 +166,7 @@ def steady(model: Hawc2Model, path: Path, turbine: Turbine | None = None) -> Che
 
 
 def with_their_torsion(path: Path) -> CheckTable:
-    """The IEA 22 MW with the torsion of HAWC2's blade in place of our own: what is left is aerodynamic."""
+    """The IEA 22 MW with the torsion of HAWC2's blade in place of ours: the remaining deviation is aerodynamic."""
     turbine = _turbine(path)
     outer, length = turbine.blade.aerodynamics, turbine.blade.length
     rows: list[Check] = []
@@ -326,7 +326,7 @@ def _modes(turbine: Turbine, of: str) -> tuple[list[str], list[float]]:
 def clamped_frequencies(
     turbine: Turbine, member: str, counts: dict[str, int], stations: int
 ) -> tuple[list[str], list[float]]:
-    """Names and frequencies [Hz], in their order, of the modes of a blade or tower on its own, clamped at its root.
+    """Names and frequencies [Hz], in their order, of the modes of an isolated blade or tower, clamped at its root.
 
     Args:
       turbine: the turbine with the member.

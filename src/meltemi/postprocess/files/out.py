@@ -26,7 +26,7 @@ CLOSED = "This output file was closed"
 def read_out(path: str | Path) -> Result:
     """Read a text output of OpenFAST 2 to 5, in SI units; see :func:`meltemi.postprocess.files.openfast.result_of`.
 
-    Numbers that Fortran could not write (``****``) become NaN. A last row that is cut, as by a run that was ended, is
+    Numbers that Fortran could not write (``****``) become NaN. A cut last row, such as that of an interrupted run, is
     left out; the result's ``warnings`` say so.
 
     Raises:

@@ -14,7 +14,7 @@ All numbers are little-endian (``WrBinFAST`` and ``ReadFASTbinary`` of OpenFAST)
 | T int32 | kind 1: times |
 | T C | int16, or float64 in kind 3, row after row |
 
-A packed number stands for (number - offset) / scale.
+The value of a packed number is (number - offset) / scale.
 """
 
 from __future__ import annotations
@@ -47,8 +47,7 @@ LARGEST_OFFSET = 2.0**23
 def read_outb(path: str | Path) -> Result:
     """Read a binary output of OpenFAST 2 to 5, in SI units; see :func:`meltemi.postprocess.files.openfast.result_of`.
 
-    Of a file that ends before its header says, as a run that was ended leaves it, the whole rows are read; the result's
-    ``warnings`` say so.
+    The complete rows of a cut file, such as that of an interrupted run, are read; the result's ``warnings`` say so.
 
     Raises:
       InputError: the file is missing, damaged, of another kind, or cut before its first row ends.
@@ -143,7 +142,7 @@ def write_outb(result: Result, path: str | Path) -> Path:
 
 
 def packed(data: Float) -> tuple[Float, Float, NDArray[np.int16]]:
-    """Scales (C,), offsets (C,) and numbers (T, C) that stand for data (T, C): number = scale data + offset.
+    """Scales (C,), offsets (C,) and packed numbers (T, C) of data (T, C): number = scale data + offset.
 
     The range of a channel takes up the 16 bits, but for a range that float32, in which scales and offsets are held,
     does not resolve.

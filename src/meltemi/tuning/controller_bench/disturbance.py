@@ -78,7 +78,7 @@ def disturbed(
 
 
 def _unbound(*_: Any) -> None:
-    raise AssertionError("each run has its own copy by fresh()")
+    raise AssertionError("each run has a copy by fresh()")
 
 
 _SPEEDS = [Measurements.index("generator_speed"), Measurements.index("rotor_speed")]

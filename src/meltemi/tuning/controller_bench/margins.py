@@ -2,13 +2,13 @@
 
 A multisine d of small amplitude is added to the measured generator speed in steady wind, once with either sign. Half
 the difference of the two runs is the response y to it alone, without the periodic motion of the rotor. The loop opened
-at the sensor is L = -y / (y + d). It needs no knowledge of the controller, and contains torque and pitch, actuators,
-filters and sampling.
+at the sensor is L = -y / (y + d). It is independent of the kind of controller and contains torque and pitch,
+actuators, filters and sampling.
 
 Loops on the root moments of three blades are opened in multiblade coordinates, in the same way: tilt and yaw part are
 one complex amplitude M, of which the blades have Re(M exp(i psi_b)) (docs/theory/control.md, C-32). Positive and
-negative frequencies w of M are different tones W + w of the blades, so lines have either sign, none both: what a rotor
-that is not isotropic answers at the mirrored frequency is on no line.
+negative frequencies w of M are different tones W + w of the blades, so lines have one sign or the other, never both:
+the response of a rotor that is not isotropic at the mirrored frequency is on no line.
 
 Reference: docs/guide/controller-bench.md; Pintelon and Schoukens (2012), System Identification, chapter 2.
 """
